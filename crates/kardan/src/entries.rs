@@ -7,6 +7,7 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
+use crate::names::{HasName, NamedList};
 use crate::units::{Dimension, Exact};
 
 /// Where an entry stands: in a text, or at a path in a model that a program built.
@@ -109,7 +110,13 @@ pub struct KeyedEntry {
 /// A table: keys with values, in the order in which they were written.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Entries {
-    list: Vec<KeyedEntry>,
+    list: NamedList<KeyedEntry>,
+}
+
+impl HasName for KeyedEntry {
+    fn name(&self) -> &str {
+        &self.key
+    }
 }
 
 impl Entries {
@@ -125,7 +132,7 @@ impl Entries {
 
     /// The entry of a key.
     pub fn keyed(&self, key: &str) -> Option<&KeyedEntry> {
-        self.list.iter().find(|entry| entry.key == key)
+        self.list.get(key)
     }
 
     /// The value of a key.
@@ -149,7 +156,7 @@ impl Entries {
     /// Sets a key, in its place if it is there; the entry is one of a program, and [`Entries::settle`] tells it where it stands.
     pub fn set(&mut self, key: &str, value: Written) {
         let new = KeyedEntry { key: key.into(), place: unsettled(), entry: Entry { value, place: unsettled() } };
-        match self.list.iter_mut().find(|entry| entry.key == key) {
+        match self.list.get_mut(key) {
             Some(entry) => *entry = new,
             None => self.list.push(new),
         }
@@ -160,7 +167,7 @@ impl Entries {
         if self.table(key).is_none() {
             self.set(key, Written::Table(Entries::default()));
         }
-        let found = self.list.iter_mut().find(|entry| entry.key == key).map(|entry| &mut entry.entry.value);
+        let found = self.list.get_mut(key).map(|entry| &mut entry.entry.value);
         match found {
             Some(Written::Table(table)) => table,
             _ => unreachable!("the table was made above"),
@@ -172,7 +179,7 @@ impl Entries {
         if self.get(key).is_none() {
             self.set(key, Written::List(Vec::new()));
         }
-        let found = self.list.iter_mut().find(|entry| entry.key == key).map(|entry| &mut entry.entry);
+        let found = self.list.get_mut(key).map(|entry| &mut entry.entry);
         let Some(entry) = found else { unreachable!("the entry was made above") };
         if !matches!(entry.value, Written::List(_)) {
             let value = std::mem::replace(&mut entry.value, Written::Broken);
@@ -217,7 +224,7 @@ fn same_value(a: &Written, b: &Written) -> bool {
 }
 
 fn settle_table(table: &mut Entries, path: &str) {
-    for entry in &mut table.list {
+    for entry in table.list.iter_mut() {
         let key = if entry.key.contains(['.', '"']) { format!("{:?}", entry.key) } else { entry.key.clone() };
         let path = if path.is_empty() { key } else { format!("{path}.{key}") };
         if entry.place.path() == Some("") {

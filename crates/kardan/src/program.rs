@@ -136,24 +136,6 @@ impl Task {
             || compile(&self.graph, &self.inputs(), &self.outputs()).expect("a task names all that it reads");
         self.lists.values.get_or_init(|| Arc::new(compiled()))
     }
-
-    /// What an answer follows from: reads, by way of what is remembered.
-    pub fn reads_of(&self, answer: &TaskAnswer) -> Vec<&Read> {
-        let mut exprs = vec![answer.value];
-        let mut entries: Vec<&Entry> = self.memory.iter().collect();
-        loop {
-            let used = self.graph.symbols(&exprs);
-            let before = entries.len();
-            entries.retain(|entry| {
-                let needed = used.contains(&entry.symbol);
-                exprs.extend(needed.then_some(entry.next));
-                !needed
-            });
-            if entries.len() == before {
-                return self.reads.iter().filter(|(symbol, _)| used.contains(symbol)).map(|(_, read)| read).collect();
-            }
-        }
-    }
 }
 
 /// What is computed together at the samples of one clock.

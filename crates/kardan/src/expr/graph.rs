@@ -2,6 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 use std::fmt;
+use std::sync::Arc;
 
 use crate::num::Rational;
 use crate::units::Dimension;
@@ -208,6 +209,8 @@ pub(super) enum Node {
 pub struct Graph {
     pub(super) nodes: Vec<Node>,
     index: HashMap<Node, Expr>,
+    /// The first symbol of each name.
+    names: HashMap<String, Symbol>,
     pub(super) symbols: Vec<(String, Dimension)>,
     pub(super) tables: Vec<PiecewisePolynomial>,
 }
@@ -277,17 +280,18 @@ impl Graph {
 
     /// The symbol of a name; a new one if there is none.
     pub fn symbol(&mut self, name: &str, dimension: Dimension) -> Expr {
-        let number = self.symbols.iter().position(|(other, _)| other == name).unwrap_or_else(|| {
-            self.symbols.push((name.to_owned(), dimension));
-            self.symbols.len() - 1
-        });
-        self.put(Node::Symbol(Symbol(number as u32)))
+        match self.names.get(name) {
+            Some(known) => self.put(Node::Symbol(*known)),
+            None => self.new_symbol(name.to_owned(), dimension),
+        }
     }
 
-    /// A new symbol, which has no other of its name; many of them are made faster than by [`symbol`](Self::symbol).
+    /// A new symbol, also where there is one of its name.
     pub fn new_symbol(&mut self, name: String, dimension: Dimension) -> Expr {
+        let symbol = Symbol(self.symbols.len() as u32);
+        self.names.entry(name.clone()).or_insert(symbol);
         self.symbols.push((name, dimension));
-        self.put(Node::Symbol(Symbol(self.symbols.len() as u32 - 1)))
+        self.put(Node::Symbol(symbol))
     }
 
     /// The symbol that an expression is.
@@ -535,14 +539,29 @@ impl Graph {
 
     /// Everything that expressions are made of, themselves included, parts before the whole.
     pub(super) fn needed(&self, exprs: &[Expr]) -> Vec<Expr> {
-        let mut needed = vec![false; self.nodes.len()];
+        self.needed_besides(exprs, |_| false)
+    }
+
+    /// The same without what is known already, and what that is made of.
+    fn needed_besides(&self, exprs: &[Expr], known: impl Fn(Expr) -> bool) -> Vec<Expr> {
+        // One bit each: most often few of many are needed.
+        let mut needed = vec![0u64; self.nodes.len() / 64 + 1];
         let mut open = exprs.to_vec();
         while let Some(expr) = open.pop() {
-            if !std::mem::replace(&mut needed[expr.0 as usize], true) {
+            let (word, bit) = (&mut needed[expr.0 as usize / 64], 1 << (expr.0 % 64));
+            if *word & bit == 0 && !known(expr) {
+                *word |= bit;
                 self.each_part(expr, |part| open.push(part));
             }
         }
-        (0..self.nodes.len() as u32).map(Expr).filter(|expr| needed[expr.0 as usize]).collect()
+        let mut out = Vec::new();
+        for (k, mut word) in needed.into_iter().enumerate() {
+            while word != 0 {
+                out.push(Expr(64 * k as u32 + word.trailing_zeros()));
+                word &= word - 1;
+            }
+        }
+        out
     }
 
     /// Those of all that expressions are made of that move with a symbol, parts before the whole.
@@ -586,6 +605,34 @@ impl Graph {
         let mut found: Vec<Symbol> = self.needed(exprs).into_iter().filter_map(|expr| self.symbol_of(expr)).collect();
         found.sort();
         found
+    }
+
+    /// The same of each of several expressions, in one pass over all that they are made of.
+    pub fn symbols_of_each(&self, exprs: &[Expr]) -> Vec<Arc<[Symbol]>> {
+        let none: Arc<[Symbol]> = Arc::from([]);
+        let mut found: HashMap<Expr, Arc<[Symbol]>> = HashMap::new();
+        for expr in self.needed(exprs) {
+            let mut own = self.symbol_of(expr).map_or_else(|| Arc::clone(&none), |symbol| Arc::from([symbol]));
+            // Most parts depend on the same ones.
+            let mut others: Vec<&Arc<[Symbol]>> = Vec::new();
+            self.each_part(expr, |part| {
+                let of_part = &found[&part];
+                if own.is_empty() {
+                    own = Arc::clone(of_part);
+                } else if !of_part.is_empty() && **of_part != *own {
+                    others.push(of_part);
+                }
+            });
+            if !others.is_empty() {
+                let mut all: Vec<Symbol> =
+                    own.iter().chain(others.into_iter().flat_map(|other| other.iter())).copied().collect();
+                all.sort();
+                all.dedup();
+                own = all.into();
+            }
+            found.insert(expr, own);
+        }
+        exprs.iter().map(|expr| Arc::clone(&found[expr])).collect()
     }
 
     /// Of each expression, whether it depends on a symbol.
@@ -673,17 +720,25 @@ impl Graph {
         }
     }
 
+    /// A graph of what expressions need alone, in the same order, and what each of their nodes is there, in order too.
+    pub(crate) fn extract(&self, exprs: &[Expr]) -> (Self, Vec<(Expr, Expr)>) {
+        let (mut own, mut new) = (Self::default(), HashMap::new());
+        let needed = self.needed(exprs);
+        for expr in &needed {
+            let copy = match self.symbol_of(*expr).map(|symbol| self.name(symbol)) {
+                Some((name, dimension)) => own.new_symbol(name.to_owned(), dimension),
+                None => own.remade(self, *expr, |part| new[&part]),
+            };
+            new.insert(*expr, copy);
+        }
+        (own, needed.into_iter().map(|expr| (expr, new[&expr])).collect())
+    }
+
     /// Expressions with other expressions in place of symbols.
     pub fn substitute(&mut self, exprs: &[Expr], values: &[(Symbol, Expr)]) -> Vec<Expr> {
-        let mut new: HashMap<Expr, Expr> = HashMap::new();
-        for expr in self.needed(exprs) {
-            let value = match self.symbol_of(expr) {
-                Some(symbol) => values.iter().find(|(other, _)| *other == symbol).map_or(expr, |(_, value)| *value),
-                None => self.rebuilt(expr, |part| new[&part]),
-            };
-            new.insert(expr, value);
-        }
-        exprs.iter().map(|expr| new[expr]).collect()
+        let mut substitution = Substitution::default();
+        values.iter().for_each(|(symbol, value)| substitution.set(*symbol, *value));
+        substitution.of(self, exprs)
     }
 
     /// Expressions with others in place of some within them.
@@ -770,6 +825,32 @@ impl Graph {
             Node::Select(_) => "if",
             Node::Table(..) => "table",
         }
+    }
+}
+
+/// Expressions in place of symbols, in one expression after the other: what was made for one is not made again for the next.
+#[derive(Debug, Clone, Default)]
+pub struct Substitution {
+    values: HashMap<Symbol, Expr>,
+    made: HashMap<Expr, Expr>,
+}
+
+impl Substitution {
+    /// Puts an expression in place of a symbol, in all expressions that come from here on; the first of a symbol counts.
+    pub fn set(&mut self, symbol: Symbol, value: Expr) {
+        self.values.entry(symbol).or_insert(value);
+    }
+
+    /// Expressions with those of the symbols put in.
+    pub fn of(&mut self, graph: &mut Graph, exprs: &[Expr]) -> Vec<Expr> {
+        for expr in graph.needed_besides(exprs, |expr| self.made.contains_key(&expr)) {
+            let value = match graph.symbol_of(expr) {
+                Some(symbol) => self.values.get(&symbol).map_or(expr, |value| *value),
+                None => graph.rebuilt(expr, |part| self.made[&part]),
+            };
+            self.made.insert(expr, value);
+        }
+        exprs.iter().map(|expr| self.made[expr]).collect()
     }
 }
 

@@ -24,7 +24,7 @@ mod written;
 pub use at_once::{AtOnce, Together, at_once};
 pub use domains::{Domain, Floating, Rationals};
 pub use forward::{WithSlopes, forward, slopes_at};
-pub use graph::{Expr, Function, Graph, PiecewisePolynomial, Symbol};
+pub use graph::{Expr, Function, Graph, PiecewisePolynomial, Substitution, Symbol};
 pub use interval::{Interval, Intervals};
 pub use lookup::{Beyond, Lookup};
 pub use lower::lower;

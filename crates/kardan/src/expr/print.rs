@@ -1,5 +1,7 @@
 //! Expressions as text and LaTeX.
 
+use std::cell::Cell;
+
 use super::graph::Node;
 use super::{Expr, Function, Graph};
 use crate::num::Rational;
@@ -36,7 +38,8 @@ enum Strength {
 /// assert_eq!(printed(&graph, all, Style::Latex, &|name| name.into()), r"1 - 3\frac{\sin(x)}{x^{2}}");
 /// ```
 pub fn printed(graph: &Graph, expr: Expr, style: Style, name: &dyn Fn(&str) -> String) -> String {
-    Printer { graph, style, name }.written(expr).0
+    let (depth, left) = (Cell::new(0), Cell::new(MOST_PARTS));
+    Printer { graph, style, name, depth, left }.written(expr).0
 }
 
 /// LaTeX within parentheses that are as high as it is; around long sums they have a fixed height, so that these can go on in another line.
@@ -86,7 +89,14 @@ struct Printer<'a> {
     graph: &'a Graph,
     style: Style,
     name: &'a dyn Fn(&str) -> String,
+    /// Parts within each other that are being written, and how many may still be.
+    depth: Cell<usize>,
+    left: Cell<usize>,
 }
+
+/// Parts within each other, and all parts, of an expression that is written; what is beyond is dots: nobody reads it.
+const MOST_WITHIN: usize = 100;
+const MOST_PARTS: usize = 100_000;
 
 impl Printer<'_> {
     fn latex(&self) -> bool {
@@ -117,6 +127,18 @@ impl Printer<'_> {
     }
 
     fn written(&self, expr: Expr) -> (String, Strength) {
+        let (depth, left) = (self.depth.get(), self.left.get());
+        if depth == MOST_WITHIN || left == 0 {
+            return (if self.latex() { r"\dots" } else { "..." }.into(), Strength::Atom);
+        }
+        self.depth.set(depth + 1);
+        self.left.set(left - 1);
+        let written = self.written_node(expr);
+        self.depth.set(depth);
+        written
+    }
+
+    fn written_node(&self, expr: Expr) -> (String, Strength) {
         let call = |name: &str, parts: &[Expr]| {
             let parts: Vec<String> = parts.iter().map(|part| self.written(*part).0).collect();
             let name = if self.latex() { format!(r"\operatorname{{{name}}}") } else { name.to_owned() };

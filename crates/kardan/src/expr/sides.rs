@@ -4,7 +4,7 @@
 //! table's argument from a point. Where it vanishes its derivative is that of one side, and all that has the same guard has to be on the same side:
 //! `sign(x)·abs(x)` is x on both. A guard is named with its first term not subtracted and without a factor: `x`, `−2x` and `x³` are one.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::graph::{Node, PiecewisePolynomial};
 use super::{Expr, Floating, Function, Graph, Interval, Intervals, Style, Surd, Surds, Symbol, lower, printed};
@@ -333,6 +333,31 @@ impl Graph {
             }
         }
         seen.into_iter().filter_map(|part| self.symbol_of(part)).collect()
+    }
+
+    /// Of symbols that stand for expressions those that [carry](Self::carried) one of some symbols, by way of whatever others; these are among them.
+    pub fn carriers(&self, carried: &[Symbol], stand_for: &[(Symbol, Expr)]) -> HashSet<Symbol> {
+        let mut above: HashMap<Expr, Vec<Expr>> = HashMap::new();
+        let exprs: Vec<Expr> = stand_for.iter().map(|(_, expr)| *expr).collect();
+        for expr in self.needed(&exprs) {
+            match self.node(expr) {
+                Node::Select([.., then, otherwise]) => {
+                    [then, otherwise].into_iter().for_each(|part| above.entry(*part).or_default().push(expr));
+                }
+                _ => self.each_part(expr, |part| above.entry(part).or_default().push(expr)),
+            }
+        }
+        for (symbol, expr) in stand_for {
+            above.entry(*expr).or_default().extend(self.of_symbol(*symbol));
+        }
+        let (mut open, mut seen): (Vec<Expr>, HashSet<Expr>) =
+            (carried.iter().filter_map(|symbol| self.of_symbol(*symbol)).collect(), HashSet::new());
+        while let Some(expr) = open.pop() {
+            if seen.insert(expr) {
+                open.extend(above.get(&expr).into_iter().flatten());
+            }
+        }
+        seen.into_iter().filter_map(|expr| self.symbol_of(expr)).collect()
     }
 
     /// Of each expression the guards that vanish at a place.

@@ -50,17 +50,16 @@ fn placed_value(entry: &Entry, place: &Place) -> Entry {
 }
 
 impl Document {
-    /// Whether an element is a part of another one.
-    fn is_part(&self, name: &str) -> bool {
-        let is_composite = |one: &Instance| element::COMPOSITES.iter().any(|kind| kind.keyword == one.kind.keyword);
-        let found = self.elements.iter().find(|one| one.name == name && !is_composite(one));
-        found.is_some_and(|part| self.elements.iter().any(|one| is_composite(one) && one.place == part.place))
-    }
-
     /// Leaves the parts of an element out of the drawing, which shows that, unless others name them.
     pub(super) fn fold_parts(&self, mechanism: &mut Mechanism) {
+        let is_composite = |one: &&Instance| element::COMPOSITES.iter().any(|kind| kind.keyword == one.kind.keyword);
+        let wholes: Vec<&Place> = self.elements.iter().filter(is_composite).map(|whole| &whole.place).collect();
+        let is_part = |name: &str| {
+            let found = self.elements.all(name).find(|one| !is_composite(one));
+            found.is_some_and(|part| wholes.contains(&&part.place))
+        };
         let (parts, others): (Vec<_>, Vec<_>) =
-            std::mem::take(&mut mechanism.parts).into_iter().partition(|part| self.is_part(&part.name));
+            std::mem::take(&mut mechanism.parts).into_iter().partition(|part| is_part(&part.name));
         let named = |end: &Terminal| parts.iter().any(|part| part.name == end.name);
         let shown = others.iter().flat_map(|part| &part.terminals).any(named);
         mechanism.parts = others;

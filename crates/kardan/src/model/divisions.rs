@@ -60,7 +60,7 @@ pub(super) fn check_divisions(
             continue;
         }
         // Keys of elements are told with their tables.
-        if document.parameters.iter().any(|own| own.name == parameter.name) {
+        if document.parameters.has(&parameter.name) {
             search.check(expression, (&parameter.place, &format!("parameter `{}`", parameter.name)), out);
         }
         if let Some((expr, dimension)) = search.written(expression)

@@ -1,6 +1,6 @@
 //! A model as typed tables; names are not looked up yet.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::sync::Arc;
 
 use crate::block::BlockKind;
@@ -8,7 +8,7 @@ use crate::element::Element;
 use crate::entries::Place;
 use crate::equations::Domain;
 use crate::manoeuvre::Cones;
-use crate::names::SignalName;
+use crate::names::{HasName, NamedList, SignalName};
 use crate::schema::{Field, Placed, Scalar, Table, Value};
 use crate::signal::SignalKind;
 use crate::synthesis::LawKind;
@@ -107,6 +107,14 @@ impl Instance {
             _ => None,
         }
     }
+
+    /// Of a sensor of a signal its name, the signal that it names and where.
+    fn measured_signal(&self) -> Option<(&str, &str, &Place)> {
+        match self.table.values.get("signal").filter(|_| self.kind.keyword == "sensor")? {
+            Placed { value: Value::Word(signal), place } => Some((&self.name, signal, place)),
+            _ => None,
+        }
+    }
 }
 
 /// A controller's table.
@@ -133,6 +141,8 @@ pub struct SignalTable {
     pub place: Place,
     /// Its keys.
     pub table: Table,
+    /// Its expression, if that names what moves, what is measured or a block, itself or by way of other signals; none of a function of time.
+    pub(crate) formula: Option<Arc<Placed<Expression>>>,
 }
 
 /// A block's table.
@@ -148,6 +158,60 @@ pub struct BlockTable {
     pub table: Table,
 }
 
+impl HasName for Parameter {
+    fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+impl HasName for Variants {
+    fn name(&self) -> &str {
+        &self.parameter.value
+    }
+}
+
+impl HasName for NamedVariant {
+    fn name(&self) -> &str {
+        &self.name.value
+    }
+}
+
+impl HasName for Instance {
+    fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+impl HasName for Control {
+    fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+impl HasName for SignalTable {
+    fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+impl HasName for BlockTable {
+    fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+impl HasName for (String, Table) {
+    fn name(&self) -> &str {
+        &self.0
+    }
+}
+
+impl HasName for (Placed<String>, Table) {
+    fn name(&self) -> &str {
+        &self.0.value
+    }
+}
+
 /// What is in a file that a model names; why it could not be read, else.
 pub type FileBytes = Result<Arc<[u8]>, String>;
 
@@ -157,21 +221,21 @@ pub struct Document {
     /// `[model]`
     pub model: Table,
     /// `[parameters]`
-    pub parameters: Vec<Parameter>,
+    pub parameters: NamedList<Parameter>,
     /// Keys of elements that are written with a tolerance: parameters of the names `<element>.<key>`.
-    pub implicit: Vec<Parameter>,
+    pub implicit: NamedList<Parameter>,
     /// The same of `[scenario]` and of faults, `scenario.initial.a.phi`, `scenario.event.1.at`, `fault.NAME.at`: what the model is does not follow from them.
-    pub of_runs: Vec<Parameter>,
+    pub of_runs: NamedList<Parameter>,
     /// Keys of elements that expressions name, `<element>.<key>`: their values are in the tables of the elements, these are to be looked up.
-    pub keys: Vec<Parameter>,
+    pub keys: NamedList<Parameter>,
     /// `[variants]`
-    pub variants: Vec<Variants>,
+    pub variants: NamedList<Variants>,
     /// `[[variant]]`
-    pub named_variants: Vec<NamedVariant>,
+    pub named_variants: NamedList<NamedVariant>,
     /// All elements.
-    pub elements: Vec<Instance>,
+    pub elements: NamedList<Instance>,
     /// All controllers.
-    pub controls: Vec<Control>,
+    pub controls: NamedList<Control>,
     /// Names of the tables of lanes, which manoeuvres and paths make.
     pub lanes: BTreeSet<String>,
     /// Cones of manoeuvres.
@@ -179,11 +243,11 @@ pub struct Document {
     /// `[scenario]`
     pub scenario: Table,
     /// `[signal.<name>]`
-    pub signals: Vec<SignalTable>,
+    pub signals: NamedList<SignalTable>,
     /// `[block.<name>]`
-    pub blocks: Vec<BlockTable>,
+    pub blocks: NamedList<BlockTable>,
     /// `[table.<name>]`: names and tables.
-    pub tables: Vec<(String, Table)>,
+    pub tables: NamedList<(String, Table)>,
     /// Files that the model names, by their names, as far as they were handed over.
     pub files: BTreeMap<String, FileBytes>,
     /// `[analysis]`
@@ -191,7 +255,7 @@ pub struct Document {
     /// `[bench]`
     pub bench: Table,
     /// `[fault.<name>]`: names and tables.
-    pub faults: Vec<(Placed<String>, Table)>,
+    pub faults: NamedList<(Placed<String>, Table)>,
     /// `[safety]`
     pub safety: Table,
     /// `[sweep]`
@@ -205,7 +269,7 @@ pub struct Document {
     /// `[identification]`
     pub identification: Table,
     /// `[log.<name>]`: names and tables.
-    pub logs: Vec<(String, Table)>,
+    pub logs: NamedList<(String, Table)>,
     /// What could not be read.
     pub doubts: Doubts,
 }
@@ -244,7 +308,7 @@ impl Doubts {
 impl Document {
     /// The expression of a value that is a function of time: of the time, of a signal or of a table.
     pub(crate) fn function_of_time(&self, scalar: &Scalar) -> Option<Expression> {
-        let is_signal = |name: &str| self.signals.iter().any(|signal| signal.name == name);
+        let is_signal = |name: &str| self.signals.has(name);
         match scalar {
             Scalar::Expression(read) => {
                 let of_time =
@@ -258,54 +322,55 @@ impl Document {
 
     /// The sensors of signals, each with the signal that it names and where.
     pub(crate) fn signal_sensors(&self) -> impl Iterator<Item = (&str, &str, &Place)> {
-        let sensors = self.elements.iter().filter(|element| element.kind.keyword == "sensor");
-        sensors.filter_map(|sensor| match sensor.table.values.get("signal")? {
-            Placed { value: Value::Word(signal), place } => Some((sensor.name.as_str(), signal.as_str(), place)),
-            _ => None,
-        })
+        self.elements.iter().filter_map(Instance::measured_signal)
     }
 
     /// Whether a name is a block, or a signal that is a formula of what moves.
     pub(crate) fn moves(&self, name: &str) -> bool {
-        self.blocks.iter().any(|block| block.name == name)
-            || self.signals.iter().any(|signal| signal.name == name && self.program_of(signal).is_some())
+        self.blocks.has(name) || self.signals.get(name).is_some_and(|signal| signal.formula.is_some())
     }
 
-    /// The expression of a signal that names what moves, what is measured, or a block; none of a function of time.
-    pub(crate) fn program_of(&self, signal: &SignalTable) -> Option<Placed<Expression>> {
-        self.program_beside(signal, &mut Vec::new())
+    /// A sensor of a signal, with the signal that it names and where.
+    pub(crate) fn signal_sensor(&self, name: &str) -> Option<(&str, &str, &Place)> {
+        self.elements.all(name).find_map(Instance::measured_signal)
     }
 
-    fn program_beside<'a>(&'a self, signal: &'a SignalTable, seen: &mut Vec<&'a str>) -> Option<Placed<Expression>> {
-        let Placed { value: Value::Word(text), place } = signal.table.values.get("value")? else { return None };
-        let read = Expression::parse_law(text).ok()?;
-        seen.push(&signal.name);
+    /// Takes down which signals are formulas of what moves, in one pass over what they name.
+    pub(super) fn mark_formulas(&mut self) {
+        let references: HashSet<&str> = self.controls.iter().flat_map(|control| introduced(&control.table)).collect();
         let moves = |name: &str| {
             let head = SignalName::new(name).element;
-            let of_element = || self.elements.iter().any(|element| element.name == head);
-            let is_element = head != name && (of_element() || self.controls.iter().any(|law| law.name == head));
-            let is_sensor = self.elements.iter().any(|one| one.name == name && one.kind.keyword == "sensor");
-            is_element || is_sensor || self.blocks.iter().any(|block| block.name == head) || self.is_reference(name)
+            let is_element = head != name && (self.elements.has(head) || self.controls.has(head));
+            let is_sensor = self.elements.all(name).any(|one| one.kind.keyword == "sensor");
+            is_element || is_sensor || self.blocks.has(head) || references.contains(name)
         };
-        let names = read.names();
-        let other = |name: &&str| {
-            self.signals.iter().find(|other| other.name == **name && !seen.contains(&other.name.as_str()))
+        let read = |signal: &SignalTable| match signal.table.values.get("value")? {
+            Placed { value: Value::Word(text), place } => {
+                Some(Placed { value: Expression::parse_law(text).ok()?, place: place.clone() })
+            }
+            _ => None,
         };
-        let others: Vec<&SignalTable> = names.iter().filter_map(other).collect();
-        let is_program = names.iter().any(|name| moves(name))
-            || others.into_iter().any(|other| self.program_beside(other, seen).is_some());
-        is_program.then(|| Placed { value: read, place: place.clone() })
-    }
-
-    /// Whether a controller introduces a reference of that name.
-    fn is_reference(&self, name: &str) -> bool {
-        let is = |table: &Table, key: &str| matches!(table.values.get(key), Some(Placed { value: Value::Word(word), .. }) if word == name);
-        let introduces = |table: &Table| is(table, "reference") || is(table, "load");
-        let channels = |table: &Table| match table.values.get("channels") {
-            Some(Placed { value: Value::Tables(tables), .. }) => tables.iter().any(introduces),
-            _ => false,
-        };
-        self.controls.iter().any(|control| introduces(&control.table) || channels(&control.table))
+        let written: Vec<Option<Placed<Expression>>> = self.signals.iter().map(read).collect();
+        // Those that a signal is named by, and those that are formulas, of which these follow.
+        let (mut named_by, mut open) = (vec![Vec::new(); written.len()], Vec::new());
+        for (number, found) in written.iter().enumerate() {
+            for name in found.iter().flat_map(|found| found.value.names()) {
+                match self.signals.position(name) {
+                    _ if moves(name) => open.push(number),
+                    Some(other) => named_by[other].push(number),
+                    None => {}
+                }
+            }
+        }
+        let mut is_formula = vec![false; written.len()];
+        while let Some(number) = open.pop() {
+            if !std::mem::replace(&mut is_formula[number], true) {
+                open.extend(&named_by[number]);
+            }
+        }
+        for ((signal, found), is_formula) in self.signals.iter_mut().zip(written).zip(is_formula) {
+            signal.formula = found.filter(|_| is_formula).map(Arc::new);
+        }
     }
 
     /// Whether a parameter differs between the variants.
@@ -323,6 +388,17 @@ impl Document {
     /// The entries of `[parameters]` and the implicit parameters.
     pub(crate) fn all_parameters(&self) -> impl Iterator<Item = &Parameter> {
         self.parameters.iter().chain(&self.implicit).chain(&self.of_runs)
+    }
+
+    /// The one of these that has a name.
+    pub(crate) fn declared(&self, name: &str) -> Option<&Parameter> {
+        [&self.parameters, &self.implicit, &self.of_runs].into_iter().find_map(|list| list.get(name))
+    }
+
+    /// What an expression may name: the first of that name in [`Self::in_order`].
+    pub(crate) fn parameter(&self, name: &str) -> Option<&Parameter> {
+        let lists = [&self.parameters, &self.implicit, &self.of_runs, &self.keys];
+        lists.into_iter().filter_map(|list| list.get(name)).min_by_key(|parameter| parameter.rank)
     }
 
     /// Names of the files that the model needs.
@@ -349,6 +425,19 @@ impl Document {
     pub fn charges(&self) -> Vec<String> {
         self.elements.iter().flat_map(|e| e.kind.charges(&e.name)).collect()
     }
+}
+
+/// The references and loads that a controller's table introduces.
+fn introduced(table: &Table) -> impl Iterator<Item = &str> {
+    let channels = match table.values.get("channels") {
+        Some(Placed { value: Value::Tables(tables), .. }) => &tables[..],
+        _ => &[],
+    };
+    let all = std::iter::once(table).chain(channels);
+    all.flat_map(|table| ["reference", "load"].map(|key| table.values.get(key))).filter_map(|given| match given {
+        Some(Placed { value: Value::Word(word), .. }) => Some(word.as_str()),
+        _ => None,
+    })
 }
 
 /// The keys of a law, without the values of its design model and its operating point, which are read with the parameters and coordinates.

@@ -167,7 +167,7 @@ fn meant(document: &Document, expression: &Expression, unknown: &str, unit: Opti
         return Some(format!("a name with `-` stands in quotes: `'{name}'`"));
     }
     if let Some((element, key)) = parameter(unknown)
-        && let Some(instance) = document.elements.iter().find(|instance| instance.name == element)
+        && let Some(instance) = document.elements.get(element)
     {
         let kind = instance.kind.keyword;
         let own = || numbers(document).filter(|(other, ..)| other.name == element).map(|(_, field, _)| field.name);

@@ -432,10 +432,9 @@ pub(super) fn check_drivers(document: &mut Document, out: &mut Vec<Diagnostic>) 
         wrong.push(driver.place.clone());
     }
     // What it looks at is the same mistake.
-    let (kept, dropped): (Vec<_>, Vec<_>) =
-        std::mem::take(&mut document.blocks).into_iter().partition(|block| !wrong.contains(&block.place));
-    document.blocks = kept;
-    document.doubts.names.extend(dropped.into_iter().map(|block| block.name));
+    let dropped = document.blocks.iter().filter(|block| wrong.contains(&block.place));
+    document.doubts.names.extend(dropped.map(|block| block.name.clone()));
+    document.blocks.retain(|block| !wrong.contains(&block.place));
 }
 
 /// Warns of manoeuvres whose signal nothing follows: they would be run as if nobody did anything. `names` are those within a value.

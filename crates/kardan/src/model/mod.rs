@@ -9,6 +9,7 @@ mod divisions;
 mod document;
 mod examples;
 mod functions;
+mod in_order;
 mod json_schema;
 mod keys;
 mod manoeuvres;

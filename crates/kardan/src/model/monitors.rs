@@ -1,13 +1,14 @@
 //! Monitors whose residual is never or always beyond their threshold.
 
 use std::cell::RefCell;
+use std::collections::HashMap;
 
 use kardan_rt::Arithmetic;
 
 use super::overlaps::Known;
 use crate::diagnostics::Diagnostic;
 use crate::entries::Place;
-use crate::expr::{AtOnce, Expr, Floating, Graph, Interval, Intervals, Symbol, Traced, at_once, lower};
+use crate::expr::{AtOnce, Expr, Floating, Graph, Interval, Intervals, Symbol, Traced, lower};
 use crate::names::SignalName;
 use crate::program::read_name;
 
@@ -34,21 +35,21 @@ enum Told {
 
 /// What bounds of symbols, or comparisons of sums, prove of a residual and a threshold; the graph takes what is compared.
 fn told(
-    graph: Graph,
+    graph: &mut Graph,
     [residual, threshold]: [Expr; 2],
-    (bounds, known): (&[(Symbol, Interval)], &Known),
+    (bounds, known): (&HashMap<Symbol, Interval>, &Known),
 ) -> Option<Told> {
-    let of = |symbol| bounds.iter().find(|(other, _)| *other == symbol).map_or(Interval::ALL, |(_, bound)| *bound);
-    let graph = RefCell::new(graph);
-    let traced = |expr| Traced::new(&graph, expr);
+    let of = |symbol| bounds.get(&symbol).map_or(Interval::ALL, |bound| *bound);
+    let whole = RefCell::new(std::mem::take(graph));
+    let traced = |expr| Traced::new(&whole, expr);
     let (zero, one) = (Traced::whole(0), Traced::whole(1));
     let (of_residual, limit) = (traced(residual), traced(threshold));
     let size = of_residual.select(zero, -of_residual, of_residual);
-    let beyond = limit.select(size, one, zero).expr(&graph);
-    let within = limit.select(size, zero, one).expr(&graph);
-    let graph = graph.into_inner();
-    let [residual, limit] = lower(&graph, &[residual, threshold], &mut Intervals, of)[..] else { return None };
-    let never = |expr| at_once(&graph, &[expr], &known.not_negative, &known.together) == AtOnce::Never;
+    let beyond = limit.select(size, one, zero).expr(&whole);
+    let within = limit.select(size, zero, one).expr(&whole);
+    *graph = whole.into_inner();
+    let [residual, limit] = lower(graph, &[residual, threshold], &mut Intervals, of)[..] else { return None };
+    let never = |expr| known.at_once(graph, &[expr]) == AtOnce::Never;
     let [least, most] = match residual {
         Interval { low, high } if low > 0.0 => [low, high],
         Interval { low, high } if high < 0.0 => [-high, -low],
@@ -64,8 +65,8 @@ fn told(
 pub(super) fn check(
     what: &str,
     (monitor, compared): (&WrittenMonitor, [Expr; 2]),
-    graph: Graph,
-    known: (&[(Symbol, Interval)], &Known),
+    graph: &mut Graph,
+    known: (&HashMap<Symbol, Interval>, &Known),
     out: &mut Vec<Diagnostic>,
 ) {
     let (message, word) = match told(graph, compared, known) {
@@ -88,15 +89,15 @@ pub(super) fn check(
 pub(super) fn check_noise(
     what: &str,
     (monitor, [residual, threshold]): (&WrittenMonitor, [Expr; 2]),
-    mut graph: Graph,
-    noises: &[(String, f64)],
+    graph: &mut Graph,
+    noises: &HashMap<&str, f64>,
     out: &mut Vec<Diagnostic>,
 ) {
     let constant = |graph: &Graph, expr: Expr| {
         let known = graph.symbols(&[expr]).is_empty();
         known.then(|| lower(graph, &[expr], &mut Floating::<f64>::default(), |_| f64::NAN)[0])
     };
-    let Some(limit) = constant(&graph, threshold) else { return };
+    let Some(limit) = constant(graph, threshold) else { return };
     let mut tell = |message: String, label: &str, help: &str| {
         out.push(Diagnostic::warning("block::monitor", message).at(monitor.place.clone(), label).help(help));
     };
@@ -109,9 +110,9 @@ pub(super) fn check_noise(
     let mut variance = 0.0;
     for symbol in symbols {
         let name = SignalName::new(read_name(graph.name(symbol).0)).element.to_string();
-        let Some((_, noise)) = noises.iter().find(|(sensor, _)| *sensor == name) else { continue };
+        let Some(noise) = noises.get(name.as_str()) else { continue };
         let slope = graph.derivative(residual, symbol);
-        let Some(slope) = constant(&graph, slope) else { return };
+        let Some(slope) = constant(graph, slope) else { return };
         variance += slope * noise * slope * noise;
     }
     if !monitor.waits && limit < DEVIATIONS * variance.sqrt() {

@@ -1,5 +1,6 @@
 //! What blocks read from outside: what moves, sensors, references, disturbances, the time.
 
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use super::document::{Document, Instance};
@@ -25,7 +26,7 @@ impl Document {
         out: &mut Vec<Diagnostic>,
     ) -> Programs {
         let written = |name: &str| {
-            let control = self.controls.iter().find(|control| control.name == name)?;
+            let control = self.controls.get(name)?;
             let Value::Map(commands) = &control.table.values.get("commands")?.value else { return None };
             Some(commands)
         };
@@ -36,8 +37,8 @@ impl Document {
                 Some(Commands { control: control.name.clone(), period, written: written(&control.name)? })
             })
             .collect();
-        let formulas = self.signals.iter().any(|signal| self.program_of(signal).is_some());
-        for control in self.controls.iter().filter(|control| laws.iter().any(|law| law.control == control.name)) {
+        let formulas = self.signals.iter().any(|signal| signal.formula.is_some());
+        for control in laws.iter().filter_map(|law| self.controls.get(&law.control)) {
             if let Some(design) = control.table.values.get("design") {
                 let message = format!("`design` of control `{}` does nothing: a program is not designed", control.name);
                 let told = Diagnostic::warning("control::design", message).at(design.place.clone(), "not read");
@@ -78,7 +79,7 @@ impl Document {
         }
         for reference in controls.iter().flat_map(|control| control.law.all_references(&control.values)) {
             let Ok((_, dimension)) = parse_quantity(&format!("1 {}", reference.physical.unit())) else { continue };
-            if self.blocks.iter().all(|block| block.name != reference.name) {
+            if !self.blocks.has(&reference.name) {
                 add(reference.name.clone(), Read::Source(reference.name), dimension);
             }
         }
@@ -94,9 +95,7 @@ impl Document {
     /// What sampled laws tell, by their names: what their observers find, `column.rk.disturbance`, `column.fs.w`, and what they last commanded,
     /// `column.wg_motor.command`.
     fn told(&self, reader: &TableReader<'_>, controls: &[&ControlSpec]) -> Vec<Outside> {
-        let sampled = |control: &&&ControlSpec| {
-            control.values.has("sample_time") && self.blocks.iter().all(|block| block.name != control.name)
-        };
+        let sampled = |control: &&&ControlSpec| control.values.has("sample_time") && !self.blocks.has(&control.name);
         let mut out = Vec::new();
         for control in controls.iter().filter(sampled) {
             let mut add = |name: String, dimension: Dimension| {
@@ -104,9 +103,7 @@ impl Document {
                 out.push(Outside { read: Read::Source(name.clone()), name, dimension });
             };
             for input in (control.law.inputs)(&control.values) {
-                if let Some(element) =
-                    self.elements.iter().find(|element| element.name == input && element.kind.keyword == "motor")
-                {
+                if let Some(element) = self.elements.all(&input).find(|element| element.kind.keyword == "motor") {
                     let torque = Dimension::TORQUE;
                     add(
                         format!("{input}.command"),
@@ -133,13 +130,13 @@ impl Document {
 
     /// Whether a sensor can be read at every instant: what moves, and the twist of a spring.
     pub(crate) fn reads_at_every_instant(&self, sensor: &str) -> bool {
-        let Some(sensor) = self.elements.iter().find(|element| element.name == sensor) else { return false };
+        let Some(sensor) = self.elements.get(sensor) else { return false };
         let word = |key: &str| match &sensor.table.values.get(key)?.value {
             Value::Word(word) => Some(word.as_str()),
             _ => None,
         };
         let twists = |name: &str| {
-            let found = self.elements.iter().find(|element| element.name == name);
+            let found = self.elements.get(name);
             found.is_some_and(|element| element.kind.keyword == "spring_damper")
         };
         match word("measures") {
@@ -158,7 +155,7 @@ impl Document {
         let domain = match (word("shaft"), word("element")) {
             (Some(body), _) => reader.domain_of(body),
             (None, Some(element)) => {
-                let masses = self.elements.iter().any(|one| one.name == element && one.table.along_masses);
+                let masses = self.elements.all(element).any(|one| one.table.along_masses);
                 if masses { Domain::Translation } else { Domain::Rotation }
             }
             (None, None) => return None,
@@ -189,12 +186,14 @@ impl Document {
             let sensors = task.reads.iter().filter_map(|(_, read)| read.sensor());
             sensors.map(|name| (name, task.period.is_some()))
         });
-        let mut told: Vec<&str> = Vec::new();
+        let mut told: BTreeSet<&str> = BTreeSet::new();
+        let outputs = terms.iter().rev().filter_map(|named| match &named.term {
+            Term::Output(sensor) => Some((named.element.as_str(), &sensor.measured)),
+            _ => None,
+        });
+        let outputs: HashMap<&str, &Measured> = outputs.collect();
         for (name, sampled) in reads {
-            let measured = terms.iter().find_map(|named| match &named.term {
-                Term::Output(sensor) if named.element == name => Some(&sensor.measured),
-                _ => None,
-            });
+            let measured = outputs.get(name).copied();
             let itself;
             let (message, help) = match measured {
                 Some(Measured::ConstraintTorque(..) | Measured::NetTorque(_)) => (
@@ -220,11 +219,10 @@ impl Document {
                 }
                 _ => continue,
             };
-            let Some(sensor) = self.elements.iter().find(|element| element.name == name) else { continue };
-            if told.contains(&name) {
+            let Some(sensor) = self.elements.get(name) else { continue };
+            if !told.insert(name) {
                 continue;
             }
-            told.push(name);
             out.push(Diagnostic::error("block::sensor", message).at(sensor.place.clone(), "this sensor").help(help));
         }
     }

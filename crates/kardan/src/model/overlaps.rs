@@ -1,6 +1,6 @@
 //! Transitions of a state machine whose guards hold at once, never or always.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, HashMap};
 
 use crate::diagnostics::Diagnostic;
 use crate::entries::Place;
@@ -19,8 +19,43 @@ pub(super) struct WrittenGuard {
 /// What is known of symbols: those that are not negative, and sums of them that are bounded.
 #[derive(Default)]
 pub(super) struct Known {
-    pub not_negative: Vec<Symbol>,
-    pub together: Vec<Together>,
+    /// Where each stands among those that are not negative.
+    not_negative: HashMap<Symbol, usize>,
+    bounds: Vec<Rational>,
+    /// The sums that each stands in.
+    together: HashMap<Symbol, Vec<usize>>,
+}
+
+impl Known {
+    /// Takes down symbols that are not negative.
+    pub fn not_negative(&mut self, symbols: impl IntoIterator<Item = Symbol>) {
+        for symbol in symbols {
+            let place = self.not_negative.len();
+            self.not_negative.entry(symbol).or_insert(place);
+        }
+    }
+
+    /// Takes down symbols whose sum is not above a bound.
+    pub fn bounded(&mut self, symbols: &[Symbol], bound: Rational) {
+        symbols.iter().for_each(|symbol| self.together.entry(*symbol).or_default().push(self.bounds.len()));
+        self.bounds.push(bound);
+    }
+
+    /// Whether expressions can be above a half at once, with what is known of their symbols.
+    pub fn at_once(&self, graph: &Graph, exprs: &[Expr]) -> AtOnce {
+        let symbols = graph.symbols(exprs);
+        let mut not_negative: Vec<Symbol> =
+            symbols.iter().copied().filter(|symbol| self.not_negative.contains_key(symbol)).collect();
+        not_negative.sort_by_key(|symbol| self.not_negative[symbol]);
+        let mut together: BTreeMap<usize, Vec<Symbol>> = BTreeMap::new();
+        for symbol in symbols {
+            let sums = self.together.get(&symbol).into_iter().flatten();
+            sums.for_each(|sum| together.entry(*sum).or_default().push(symbol));
+        }
+        let together: Vec<Together> =
+            together.into_iter().map(|(sum, symbols)| (symbols, self.bounds[sum].clone())).collect();
+        at_once(graph, exprs, &not_negative, &together)
+    }
 }
 
 /// Values of signals in words.
@@ -39,7 +74,7 @@ pub(super) fn check(
     (graph, known): (&Graph, &Known),
     out: &mut Vec<Diagnostic>,
 ) {
-    let decided = |exprs: &[Expr]| at_once(graph, exprs, &known.not_negative, &known.together);
+    let decided = |exprs: &[Expr]| known.at_once(graph, exprs);
     let mut possible: Vec<&WrittenGuard> = Vec::new();
     for guard in guards {
         if decided(&[guard.when]) == AtOnce::Never {
@@ -52,11 +87,10 @@ pub(super) fn check(
             possible.push(guard);
         }
     }
-    for (k, second) in possible.iter().enumerate() {
-        for first in &possible[..k] {
-            if first.transition.from != second.transition.from || first.transition.to == second.transition.to {
-                continue;
-            }
+    let mut before: HashMap<usize, Vec<&WrittenGuard>> = HashMap::new();
+    for second in &possible {
+        let before = before.entry(second.transition.from).or_default();
+        for first in before.iter().filter(|first| first.transition.to != second.transition.to) {
             let [from, a, b] =
                 [first.transition.from, first.transition.to, second.transition.to].map(|state| &states[state]);
             let (message, word) = match decided(&[first.when, second.when]) {
@@ -86,6 +120,7 @@ pub(super) fn check(
                 "to say that the way to `{a}` comes first, write `and not (...)` with its condition into this one"
             )));
         }
+        before.push(second);
     }
     unreachable_states(what, (states, guards), &possible, out);
 }
@@ -97,20 +132,22 @@ fn unreachable_states(
     possible: &[&WrittenGuard],
     out: &mut Vec<Diagnostic>,
 ) {
-    let mut reached: BTreeSet<usize> = BTreeSet::from([0]);
-    loop {
-        let before = reached.len();
-        let open = possible.iter().map(|guard| guard.transition).filter(|way| reached.contains(&way.from));
-        let next: Vec<usize> = open.map(|way| way.to).collect();
-        reached.extend(next);
-        if reached.len() == before {
-            break;
+    let mut ways = vec![Vec::new(); states.len()];
+    possible.iter().for_each(|guard| ways[guard.transition.from].push(guard.transition.to));
+    let mut of_state: HashMap<usize, &WrittenGuard> = HashMap::new();
+    for guard in guards {
+        of_state.entry(guard.transition.from).or_insert(guard);
+    }
+    let (mut reached, mut open) = (vec![false; states.len()], vec![0]);
+    while let Some(state) = open.pop() {
+        if !std::mem::replace(&mut reached[state], true) {
+            open.extend(&ways[state]);
         }
     }
-    for (k, state) in states.iter().enumerate().filter(|(k, _)| !reached.contains(k)) {
+    for (k, state) in states.iter().enumerate().filter(|(k, _)| !reached[*k]) {
         let message = format!("{what}: no way leads from `{}`, where it starts, to its state `{state}`", states[0]);
         let told = Diagnostic::warning("block::state", message);
-        let place = guards.iter().find(|guard| guard.transition.from == k).or(guards.first());
+        let place = of_state.get(&k).copied().or(guards.first());
         let told = place.into_iter().fold(told, |told, guard| told.at(guard.place.clone(), "of this machine"));
         out.push(told.help("add a transition, or take the state out"));
     }

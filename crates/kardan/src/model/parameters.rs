@@ -1,12 +1,14 @@
 //! `[parameters]`, and keys of elements that are written with a tolerance.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use super::document::{Document, Parameter};
+use super::in_order::in_order;
 use super::keys::{Following, mistake};
 use super::parse::{Node, check_name, value_near};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::entries::{Place, Written};
+use crate::names;
 use crate::schema::{Kind, Scalar, Sign, Table, Value};
 use crate::units::{Dimension, Evaluated, Exact, Expression, Tolerated, parse_number, written_quantity};
 
@@ -73,50 +75,82 @@ pub(super) fn read_parameters(root: &Node<'_>, document: &mut Document, out: &mu
     following
 }
 
-/// What follows from other values, in an order in which each stands behind those that it needs.
-pub(super) fn follow(mut left: Vec<Following>, document: &mut Document, out: &mut Vec<Diagnostic>) {
+/// What follows from other values, in an order in which each stands behind those that it needs, and else as they are written.
+pub(super) fn follow(left: Vec<Following>, document: &mut Document, out: &mut Vec<Diagnostic>) {
     let mut known: HashMap<String, (Exact, Dimension)> = HashMap::new();
     for parameter in document.all_parameters().chain(&document.keys) {
         known.entry(parameter.name.clone()).or_insert_with(|| (parameter.value.clone(), parameter.dimension));
     }
-    let mut rank = 0;
-    loop {
-        let before = left.len();
-        let mut waiting = Vec::new();
-        for one in std::mem::take(&mut left) {
-            let Following { name, place, expression, key } = &one;
-            let may_come = |name: &&str| !known.contains_key(*name) && document.doubts.has_key(name);
-            if expression.names().iter().any(may_come) {
-                waiting.push(one);
-                continue;
-            }
-            match expression.evaluate(&|name| known.get(name).cloned()) {
-                Ok(found) if key.is_some_and(|wanted| fitting(&found, wanted).is_none()) => {}
-                Ok(found) => {
-                    rank += 1;
-                    let (value, dimension) =
-                        key.and_then(|wanted| fitting(&found, wanted)).unwrap_or((found.value, found.dimension));
-                    document.doubts.names.remove(name);
-                    known.entry(name.clone()).or_insert_with(|| (value.clone(), dimension));
-                    let list = if key.is_some() { &mut document.keys } else { &mut document.parameters };
-                    let (text, spread) = (expression.text().to_string(), None);
-                    let Following { name, place, expression, .. } = one;
-                    let expression = Some(expression);
-                    list.push(Parameter { name, place, value, dimension, text, spread, expression, rank });
-                }
-                Err(error) if key.is_none() => {
+    let Waiting { needs, mut missing, named_by } = Waiting::of(&left, &known, document);
+    // What can be computed, first those that no other pass over the list is needed for.
+    let mut ready: BTreeSet<(usize, usize)> = (0..left.len()).filter(|k| missing[*k] == 0).map(|k| (0, k)).collect();
+    let (mut passes, mut rank) = (vec![0; left.len()], 0);
+    while let Some((pass, number)) = ready.pop_first() {
+        let Following { name, place, expression, key } = &left[number];
+        let (value, dimension) = match expression.evaluate(&|name| known.get(name).cloned()) {
+            Ok(found) => match key {
+                Some(wanted) => match fitting(&found, *wanted) {
+                    Some(fitting) => fitting,
+                    None => continue,
+                },
+                None => (found.value, found.dimension),
+            },
+            Err(error) => {
+                // Of a key it is told where the element is read.
+                if key.is_none() {
                     out.push(mistake(document, &format!("parameter `{name}`"), error, expression, (place, out)));
                 }
-                // Told where the element is read.
-                Err(_) => {}
+                continue;
+            }
+        };
+        rank += 1;
+        document.doubts.names.remove(name);
+        known.entry(name.clone()).or_insert_with(|| (value.clone(), dimension));
+        let list = if key.is_some() { &mut document.keys } else { &mut document.parameters };
+        let (text, spread, expression) = (expression.text().to_string(), None, Some(expression.clone()));
+        let (name, place) = (name.clone(), place.clone());
+        list.push(Parameter { name, place, value, dimension, text, spread, expression, rank });
+        for &other in &named_by[number] {
+            missing[other] -= 1;
+            passes[other] = passes[other].max(pass + usize::from(other < number));
+            if missing[other] == 0 {
+                ready.insert((passes[other], other));
             }
         }
-        left = waiting;
-        if left.len() == before {
-            break;
-        }
     }
-    circles(&left, out);
+    circles(&left, &needs, out);
+}
+
+/// What values that follow from others wait for.
+struct Waiting {
+    /// Those of the list that each needs.
+    needs: Vec<Vec<usize>>,
+    /// How many values each waits for, also such as never come.
+    missing: Vec<usize>,
+    /// Those of the list that need each.
+    named_by: Vec<Vec<usize>>,
+}
+
+impl Waiting {
+    fn of(left: &[Following], known: &HashMap<String, (Exact, Dimension)>, document: &Document) -> Self {
+        let mut places: HashMap<&str, usize> = HashMap::new();
+        for (number, one) in left.iter().enumerate() {
+            places.entry(&one.name).or_insert(number);
+        }
+        let (mut needs, mut missing) = (vec![Vec::new(); left.len()], vec![0; left.len()]);
+        let mut named_by = needs.clone();
+        for (number, one) in left.iter().enumerate() {
+            let may_come = |name: &&str| !known.contains_key(*name) && document.doubts.has_key(name);
+            for name in one.expression.names().into_iter().filter(may_come) {
+                missing[number] += 1;
+                if let Some(&needed) = places.get(name) {
+                    needs[number].push(needed);
+                    named_by[needed].push(number);
+                }
+            }
+        }
+        Self { needs, missing, named_by }
+    }
 }
 
 /// A value as one of the dimension of a key: angles are not counted, and a frequency may stand for a time.
@@ -127,41 +161,21 @@ pub(super) fn fitting(found: &Evaluated, wanted: Dimension) -> Option<(Exact, Di
     }
 }
 
-/// Tells of what is left: it waits for a value with a mistake, or for itself.
-fn circles(left: &[Following], out: &mut Vec<Diagnostic>) {
-    let waiting: HashMap<&str, &Following> = left.iter().map(|one| (one.name.as_str(), one)).collect();
-    for Following { name, place, expression: own, key } in left {
-        let mut chain = vec![name.as_str()];
-        while let Some(one) = chain.last().and_then(|last| waiting.get(last)) {
-            let Some(next) = one.expression.names().into_iter().find(|name| waiting.contains_key(name)) else { break };
-            if next == name {
-                chain.push(next);
-                let what = if key.is_some() { "" } else { "parameter " };
-                let shown = if chain.len() > MOST_TOLD {
-                    let (first, last) = (&chain[..MOST_TOLD / 2], &chain[chain.len() - MOST_TOLD / 2..]);
-                    format!("{} from ... from {}", first.join(" from "), last.join(" from "))
-                } else {
-                    chain.join(" from ")
-                };
-                let message = format!("{what}`{name}` follows from itself: {shown}");
-                let at = place.part(own.text(), 0..own.text().len());
-                out.push(
-                    Diagnostic::error("parameter::circle", message)
-                        .at(at, "in a circle")
-                        .help("write one of them as a number with its unit"),
-                );
-                break;
-            }
-            if chain.contains(&next) {
-                break;
-            }
-            chain.push(next);
-        }
+/// Tells of values that follow from themselves, of each circle once.
+fn circles(left: &[Following], needs: &[Vec<usize>], out: &mut Vec<Diagnostic>) {
+    for circle in in_order(needs).1 {
+        let names: Vec<&str> = circle.iter().map(|k| left[*k].name.as_str()).collect();
+        let Following { name, place, expression, key } = &left[circle[0]];
+        let what = if key.is_some() { "" } else { "parameter " };
+        let message = format!("{what}`{name}` follows from itself: {}", names::circle(&names));
+        let at = place.part(expression.text(), 0..expression.text().len());
+        out.push(
+            Diagnostic::error("parameter::circle", message)
+                .at(at, "in a circle")
+                .help("write one of them as a number with its unit"),
+        );
     }
 }
-
-/// Members of a circle that are told.
-const MOST_TOLD: usize = 20;
 
 fn parameter(name: String, place: Place, read: Tolerated) -> Parameter {
     let Tolerated { value, dimension, spread, text } = read;

@@ -1,6 +1,6 @@
 //! Entries of a model as typed tables; all mistakes of keys, types and units are reported together.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::LazyLock;
 
 use super::composites::with_parts;
@@ -22,7 +22,7 @@ use crate::element;
 use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
 use crate::file::syntax;
 use crate::manoeuvre::{Manoeuvre, Path};
-use crate::names::{SignalName, how_to_hold, nearest_or_alike, stands_still};
+use crate::names::{NamedList, SignalName, how_to_hold, nearest_or_alike, stands_still};
 use crate::schema::{Field, Keys, Kind, Placed, Sign, Table};
 use crate::signal;
 use crate::synthesis;
@@ -152,6 +152,7 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     read_tables(&root, &mut document, &mut out);
     read_manoeuvres(&root, &tables, &mut document, (&mut out, &mut study));
     check_drivers(&mut document, &mut out);
+    document.mark_formulas();
     check_unique(&document, &mut out);
     check_named_controls(&document, &mut study);
     check_named_faults(&document, &mut study);
@@ -229,9 +230,9 @@ fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnosti
     named.extend(programs.flat_map(|commands| commands.iter().map(|found| found.key.clone())));
     let has_events = ["event", "signals"].iter().any(|key| document.scenario.values.contains_key(key));
     let has_events = has_events && document.bench.values.is_empty();
-    let moved = |name: &str| named.iter().any(|text| SignalName::new(text).element == name);
+    let moved: BTreeSet<&str> = named.iter().map(|text| SignalName::new(text).element).collect();
     for input in document.elements.iter().filter(|element| has_events && inputs[..3].contains(&element.kind.keyword)) {
-        if !moved(&input.name) {
+        if !moved.contains(input.name.as_str()) {
             let (kind, name) = (input.kind.keyword, &input.name);
             let message = format!("nothing moves the {kind} `{name}`: it stays at zero in every run");
             let signal = match kind {
@@ -261,9 +262,9 @@ fn texts(value: &Written, out: &mut BTreeSet<String>) {
 }
 
 /// `[scenario]`, with what has a tolerance in it.
-fn scenario(root: &Node<'_>, out: &mut Vec<Diagnostic>) -> (Table, Vec<Parameter>) {
+fn scenario(root: &Node<'_>, out: &mut Vec<Diagnostic>) -> (Table, NamedList<Parameter>) {
     let mut scenario = plain(root, "scenario", tables::Scenario::FIELDS, out);
-    let of_runs = implicit_within("scenario", &mut scenario, false);
+    let of_runs = implicit_within("scenario", &mut scenario, false).into_iter().collect();
     refuse_tolerances(&mut scenario, "`[scenario]`", REMOVE_TOLERANCE, out);
     (scenario, of_runs)
 }
@@ -449,7 +450,7 @@ fn read_signals(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnost
             let help = format!("choose another name, such as `{name}_1`");
             out.push(Diagnostic::error("name::reserved", message).at(place.clone(), "this name").help(help));
         }
-        document.signals.push(SignalTable { kind, name, place, table });
+        document.signals.push(SignalTable { kind, name, place, table, formula: None });
     }
 }
 
@@ -478,7 +479,7 @@ fn read_blocks(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnosti
             continue;
         }
         let (name, place) = (node.name.to_string(), node.name_place.clone());
-        let of_signal = document.signals.iter().any(|signal| signal.name == name).then_some("a signal has it");
+        let of_signal = document.signals.has(&name).then_some("a signal has it");
         if let Some(reason) = of_signal.or_else(|| reserved(&name, document)) {
             let message = format!("`{name}` cannot be the name of a block: {reason}");
             let help = format!("choose another name, such as `{name}_1`");
@@ -493,7 +494,7 @@ fn reserved(name: &str, document: &Document) -> Option<&'static str> {
     match name {
         "t" => Some("it means the time"),
         "pi" => Some("it means a number"),
-        name if document.parameters.iter().any(|parameter| parameter.name == name) => Some("a parameter has it"),
+        name if document.parameters.has(name) => Some("a parameter has it"),
         _ => None,
     }
 }
@@ -628,13 +629,13 @@ fn named_tables<'t>(
 }
 
 fn check_unique(document: &Document, out: &mut Vec<Diagnostic>) {
-    let mut seen: Vec<(&str, &str, &Place)> = Vec::new();
+    let mut seen: HashMap<&str, (&str, &Place)> = HashMap::new();
     let elements = document.elements.iter().map(|e| (e.name.as_str(), e.kind.keyword, &e.place));
     let controls = document.controls.iter().map(|c| (c.name.as_str(), "control", &c.place));
     let blocks = document.blocks.iter().map(|b| (b.name.as_str(), "block", &b.place));
     for (name, kind, place) in elements.chain(controls).chain(blocks) {
-        match seen.iter().find(|(other, _, _)| *other == name) {
-            Some((_, other_kind, other_span)) => out.push(
+        match seen.get(name) {
+            Some((other_kind, other_span)) => out.push(
                 Diagnostic::error(
                     "name::duplicate",
                     format!("the name `{name}` is used twice, for {other_kind} and {kind}"),
@@ -643,7 +644,7 @@ fn check_unique(document: &Document, out: &mut Vec<Diagnostic>) {
                 .at((*other_span).clone(), "first here")
                 .help("give each element, controller and block a name of its own"),
             ),
-            None => seen.push((name, kind, place)),
+            None => drop(seen.insert(name, (kind, place))),
         }
     }
 }

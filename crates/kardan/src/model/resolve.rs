@@ -1,6 +1,6 @@
 //! A document and parameter values to a model: parameters put in, terms made.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use super::document::{Control, Document, Instance, Setting, keys_of};
@@ -99,7 +99,7 @@ impl Document {
                 self.check_moves(instance, &values, &reader, &mut out);
             }
             let mut own = (instance.kind.terms)(&instance.name, &values);
-            if !self.elements.iter().any(|other| other.name == GROUND && other.body().is_some()) {
+            if !self.elements.all(GROUND).any(|other| other.body().is_some()) {
                 own.iter_mut().for_each(Term::leave_ground);
             }
             let described = describe(instance, &values, &reader);
@@ -171,14 +171,15 @@ impl Document {
 
     /// Refuses motors that two controllers command.
     fn check_commanded(&self, controls: &[ControlSpec], out: &mut Vec<Diagnostic>) {
+        let mut commanded: HashMap<String, usize> = HashMap::new();
         for (k, control) in controls.iter().enumerate() {
             for input in (control.law.inputs)(&control.values) {
-                let commands = |other: &&ControlSpec| (other.law.inputs)(&other.values).contains(&input);
-                let Some(other) = controls[..k].iter().find(commands) else { continue };
+                let first = *commanded.entry(input.clone()).or_insert(k);
+                let Some(other) = controls[..k].get(first) else { continue };
                 let message =
                     format!("control `{}` and control `{}` both command the motor `{input}`", control.name, other.name);
                 let place = |name: &str| {
-                    let control = self.controls.iter().find(|c| c.name == name)?;
+                    let control = self.controls.get(name)?;
                     words(&control.table, &input).into_iter().next()
                 };
                 out.push(
@@ -210,6 +211,8 @@ impl Document {
 
     /// Torque sensors: whether the element named has such a torque.
     fn check_sensors(&self, terms: &[NamedTerm], doubtful: &mut BTreeSet<String>, out: &mut Vec<Diagnostic>) {
+        let mut by_element: HashMap<&str, Vec<&Term>> = HashMap::new();
+        terms.iter().for_each(|named| by_element.entry(&named.element).or_default().push(&named.term));
         for named in terms {
             let Term::Output(sensor) = &named.term else { continue };
             let (element, shaft) = match &sensor.measured {
@@ -219,12 +222,12 @@ impl Document {
                 }
                 Measured::Angle(_) | Measured::Speed(_) | Measured::NetTorque(_) | Measured::Signal(_) => continue,
             };
-            let known = self.elements.iter().any(|e| e.name == *element);
+            let known = self.elements.has(element);
             if !known || doubtful.contains(&named.element) || doubtful.contains(element) || self.doubts.has(element) {
                 doubtful.insert(named.element.clone());
                 continue;
             }
-            let of_element = || terms.iter().filter(|term| term.element == *element).map(|term| &term.term);
+            let of_element = || by_element.get(element.as_str()).into_iter().flatten().copied();
             let has_spring = of_element().any(|term| matches!(term, Term::Spring { .. }));
             // The shafts that a constraint acts on.
             let shafts: Vec<&str> = of_element()
@@ -267,8 +270,7 @@ impl Document {
                 ),
             };
             doubtful.insert(named.element.clone());
-            let table =
-                self.elements.iter().find(|e| e.name == named.element && e.kind.keyword == "sensor").map(|e| &e.table);
+            let table = self.elements.all(&named.element).find(|e| e.kind.keyword == "sensor").map(|e| &e.table);
             out.push(
                 Diagnostic::error("element::check", format!("sensor `{}`: {message}", named.element))
                     .at(table.map_or_else(Place::default, |table| TableReader::place(table, key)), "")
@@ -280,10 +282,11 @@ impl Document {
     /// All parameters with their values.
     pub fn parameter_values(&self, settings: &[Setting]) -> Vec<ParameterValue> {
         let reader = TableReader::new(self, settings);
+        let texts: HashMap<&str, &Setting> = settings.iter().rev().map(|set| (set.name.as_str(), set)).collect();
         self.parameters
             .iter()
             .map(|parameter| {
-                let set = settings.iter().find(|s| s.name == parameter.name);
+                let set = texts.get(parameter.name.as_str());
                 ParameterValue {
                     name: parameter.name.clone(),
                     value: reader.parameter_value(&parameter.name).unwrap_or(f64::NAN),

@@ -135,7 +135,7 @@ impl NamedTerms {
                 _ => None,
             });
             let closed = |read: &Expression| {
-                let is_signal = |name: &str| document.signals.iter().any(|signal| signal.name == name);
+                let is_signal = |name: &str| document.signals.has(name);
                 read.tables().is_empty() && !read.names().into_iter().any(is_signal)
             };
             let given = match (values.of_time(field.name), read) {

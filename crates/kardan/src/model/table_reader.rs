@@ -1,7 +1,7 @@
 //! Tables with names looked up and parameters put in.
 
 use std::cell::{OnceCell, RefCell};
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::fmt;
 
 use super::document::{Document, Instance, Parameter, Setting};
@@ -30,6 +30,7 @@ pub struct TableReader<'a> {
     /// Keywords of the elements of each name (two of one name are reported elsewhere).
     elements: OnceCell<HashMap<&'a str, Vec<&'static str>>>,
     parameters: OnceCell<HashMap<&'a str, Found<'a>>>,
+    charges: OnceCell<BTreeSet<String>>,
     rounded: RefCell<Vec<Rounded>>,
 }
 
@@ -62,7 +63,8 @@ fn guess<'a>(name: &str, names: impl Iterator<Item = &'a str>, out: &[Diagnostic
 impl<'a> TableReader<'a> {
     /// Over a document, with settings that replace parameters.
     pub fn new(document: &'a Document, settings: &'a [Setting]) -> Self {
-        Self { document, settings, elements: OnceCell::new(), parameters: OnceCell::new(), rounded: RefCell::default() }
+        let (elements, parameters, charges) = Default::default();
+        Self { document, settings, elements, parameters, charges, rounded: RefCell::default() }
     }
 
     /// The keywords of the elements of a name.
@@ -80,10 +82,14 @@ impl<'a> TableReader<'a> {
     fn parameter(&self, name: &str) -> Option<&Found<'a>> {
         let all = self.parameters.get_or_init(|| {
             let mut all: HashMap<&str, Found<'a>> = HashMap::new();
+            let mut settings: HashMap<&str, &Setting> = HashMap::new();
+            for setting in self.settings {
+                settings.entry(&setting.name).or_insert(setting);
+            }
             // Each stands behind those that it follows from.
             for declared in self.document.in_order() {
                 let name = declared.name.as_str();
-                let set = self.settings.iter().find(|setting| setting.name == name);
+                let set = settings.get(name);
                 let mut exact = true;
                 let value = match (set, &declared.expression) {
                     (Some(set), _) => Ok(set.value.clone()),
@@ -162,7 +168,7 @@ impl<'a> TableReader<'a> {
         let parameters = self.document.in_order().into_iter().filter_map(|declared| {
             let found = self.parameter(&declared.name).filter(|found| !found.exact)?;
             // Keys of elements are told where they are read.
-            let own = self.document.parameters.iter().any(|parameter| parameter.name == declared.name);
+            let own = self.document.parameters.has(&declared.name);
             let (value, expression) = (found.value.as_ref().ok()?, declared.expression.as_ref()?);
             let (text, unit) = (expression.text().to_string(), declared.dimension.si());
             own.then(|| Rounded { what: format!("`{}`", declared.name), text, value: value.to_f64(), unit })
@@ -287,10 +293,11 @@ impl<'a> TableReader<'a> {
                 return None;
             }
             if let Some(wanted) = broken(sign, &value) {
-                let text = self.settings.iter().find(|s| s.name == name).map_or_else(
-                    || self.document.all_parameters().find(|p| p.name == name).map(|p| p.text.clone()),
-                    |set| Some(set.text.clone()),
-                );
+                let text = self
+                    .settings
+                    .iter()
+                    .find(|s| s.name == name)
+                    .map_or_else(|| Some(declared.text.clone()), |set| Some(set.text.clone()));
                 let message = format!("{what} must be {wanted}, but `{name}` is {}", text.unwrap_or_default());
                 out.push(
                     Diagnostic::error("number::sign", message)
@@ -411,7 +418,7 @@ impl<'a> TableReader<'a> {
         for (name, scalar) in entries {
             let label = format!("`{key}` of {what}");
             // A key of an element has its value there.
-            let can_be_set = |name: &str| self.document.keys.iter().all(|key| key.name != name);
+            let can_be_set = |name: &str| !self.document.keys.has(name);
             let Some(&Found { declared, .. }) = self.parameter(&name.value).filter(|_| can_be_set(&name.value)) else {
                 let names = self.document.parameters.iter().map(|p| p.name.as_str());
                 let other = || "only names under `[parameters]` can be set here".to_string();
@@ -444,10 +451,12 @@ impl<'a> TableReader<'a> {
                 (Kind::Signal, Some(Placed { value: Value::Word(signal), place })) => {
                     let label = format!("`{}` of {what}", field.name);
                     let name = SignalName::new(signal);
-                    let angles: Vec<String> = self.motions().map(|[angle, _]| angle).collect();
-                    if angles.contains(signal) || self.document.doubts.has(name.element) {
+                    let is_angle =
+                        self.motion(signal).is_some_and(|(body, number)| number == 0 && self.body(body).is_some());
+                    if is_angle || self.document.doubts.has(name.element) {
                         continue;
                     }
+                    let angles: Vec<String> = self.motions().map(|[angle, _]| angle).collect();
                     let all = || angles.iter().map(String::as_str);
                     let message = format!("{label}: `{}` is not the angle of a shaft", shortened(signal));
                     let own = all().find(|angle| SignalName::new(angle).element == name.element);
@@ -483,7 +492,7 @@ impl<'a> TableReader<'a> {
     fn check_output(&self, signal: &str, place: &Place, label: &str, measured: bool, out: &mut Vec<Diagnostic>) {
         let name = SignalName::new(signal);
         let (head, quantity, alone) = (name.element, name.quantity(), name.on.is_none());
-        if let Some((sensor, measured, _)) = self.document.signal_sensors().find(|(sensor, ..)| *sensor == head) {
+        if let Some((sensor, measured, _)) = self.document.signal_sensor(head) {
             let message = format!(
                 "{label}: `{}` measures the signal `{}`, which no equation of the mechanism tells",
                 shortened(sensor),
@@ -497,13 +506,13 @@ impl<'a> TableReader<'a> {
         let is_motion = name.is_position() || name.is_rate();
         let is_reading =
             name.word.is_none() || is_motion || matches!(quantity, Some(Quantity::Torque | Quantity::Force));
-        let of_shaft = self.motions().flatten().any(|motion| motion == signal);
-        let of_sensor = alone && is_reading && sensors().any(|sensor| sensor == head);
-        let charges = if measured { self.document.charges() } else { Vec::new() };
-        let currents: Vec<String> = charges.iter().map(|branch| Quantity::Current.of(branch)).collect();
-        if of_shaft || of_sensor || currents.iter().any(|current| current == signal) || self.document.doubts.has(head) {
+        let of_sensor = alone && is_reading && self.kinds(head).contains(&"sensor");
+        let is_output =
+            |(coordinate, number): (&str, usize)| self.body(coordinate).is_some() || measured && number == 1;
+        if self.motion(signal).is_some_and(is_output) || of_sensor || self.document.doubts.has(head) {
             return;
         }
+        let currents = self.charges().iter().filter(|_| measured).map(|branch| Quantity::Current.of(branch));
         let all: Vec<String> = self.motions().flatten().chain(currents).chain(sensors().map(str::to_string)).collect();
         let names = || all.iter().map(String::as_str);
         let help = did_you_mean(nearest(signal, names()), || match quantity {
@@ -557,8 +566,20 @@ impl<'a> TableReader<'a> {
 
     /// Coordinates with their rates: of shafts, masses and charges.
     pub(super) fn all_motions(&self) -> impl Iterator<Item = [String; 2]> {
-        let charges = self.document.charges().into_iter();
-        self.motions().chain(charges.map(|charge| Domain::Charge.motion().map(|quantity| quantity.of(&charge))))
+        let of_charge = |charge: String| Domain::Charge.motion().map(|quantity| quantity.of(&charge));
+        self.motions().chain(self.document.charges().into_iter().map(of_charge))
+    }
+
+    /// The coordinate that a name is the position (0) or the rate (1) of.
+    pub(super) fn motion<'n>(&self, name: &'n str) -> Option<(&'n str, usize)> {
+        let (coordinate, word) = name.rsplit_once('.')?;
+        let domain = self.body(coordinate).or_else(|| self.charges().get(coordinate).map(|_| Domain::Charge))?;
+        Some((coordinate, domain.motion().iter().position(|quantity| quantity.word() == word)?))
+    }
+
+    /// The charges that the elements introduce as coordinates.
+    fn charges(&self) -> &BTreeSet<String> {
+        self.charges.get_or_init(|| self.document.charges().into_iter().collect())
     }
 
     /// Whether a name is that of the housing, and of no shaft or mass.
@@ -588,23 +609,20 @@ impl<'a> TableReader<'a> {
     /// The shafts, the masses, or both.
     fn bodies(&self, kind: &Kind) -> impl Iterator<Item = &str> {
         let kind = *kind;
-        let fits = move |domain| match kind {
-            Kind::Shaft => domain == Domain::Rotation,
-            Kind::Mass => domain == Domain::Translation,
-            _ => domain != Domain::Number,
-        };
-        let bodies = self.document.elements.iter().filter(move |instance| instance.body().is_some_and(fits));
+        let fits = move |instance: &&Instance| instance.body().is_some_and(|domain| is_of(&kind, domain));
+        let bodies = self.document.elements.iter().filter(fits);
         bodies.map(|instance| instance.name.as_str())
     }
 
     /// What a body is: a shaft or a mass.
     fn body(&self, name: &str) -> Option<Domain> {
-        self.document.elements.iter().filter(|instance| instance.name == name).find_map(Instance::body)
+        self.document.elements.all(name).find_map(Instance::body)
     }
 
     /// A shaft, a mass, or `ground`, which stands still.
     fn check_body(&self, kind: &Kind, name: &str, place: &Place, label: &str, out: &mut Vec<Diagnostic>) {
-        if self.bodies(kind).any(|body| body == name) || self.document.doubts.has(name) || name == GROUND {
+        if self.body(name).is_some_and(|domain| is_of(kind, domain)) || self.document.doubts.has(name) || name == GROUND
+        {
             return;
         }
         let what = match kind {
@@ -640,9 +658,9 @@ impl<'a> TableReader<'a> {
 
     /// A shaft, a mass or a charge.
     pub(super) fn check_coordinate(&self, name: &str, place: &Place, label: &str, out: &mut Vec<Diagnostic>) {
-        let charges = self.document.charges();
+        let charges = self.charges();
         let is_state = self.body(name) == Some(Domain::Number);
-        if is_state || charges.iter().any(|charge| charge == name) {
+        if is_state || charges.contains(name) {
             return;
         }
         if charges.is_empty() {
@@ -651,6 +669,7 @@ impl<'a> TableReader<'a> {
         if self.body(name).is_some() || self.document.doubts.has(name) {
             return;
         }
+        let charges = self.document.charges();
         let fitting = || self.bodies(&Kind::Body).chain(charges.iter().map(String::as_str));
         let help = did_you_mean(guess(name, fitting(), out), || match fitting().next() {
             Some(_) if out.len() < GUESSES => format!("there are {}", quoted(fitting())),
@@ -683,6 +702,15 @@ impl<'a> TableReader<'a> {
             None => format!("{label}: there is no {wanted} `{}`", shortened(name)),
         };
         out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "does not fit").help(help));
+    }
+}
+
+/// Whether a key may name a body of a domain.
+fn is_of(kind: &Kind, domain: Domain) -> bool {
+    match kind {
+        Kind::Shaft => domain == Domain::Rotation,
+        Kind::Mass => domain == Domain::Translation,
+        _ => domain != Domain::Number,
     }
 }
 

@@ -1,12 +1,14 @@
 //! `[variants]` and `[[variant]]`.
 
+use std::collections::HashMap;
+
 use super::document::{Document, NamedVariant, Parameter, Setting, VariantSettings, Variants};
 use super::keys::mistake;
 use super::parse::Node;
 use super::table_reader::TableReader;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::{Entry, KeyedEntry, Place, Written};
-use crate::names::{did_you_mean, unknown_name};
+use crate::names::{NamedList, did_you_mean, unknown_name};
 use crate::schema::{Placed, Table, Value};
 use crate::units::{
     Dimension, Exact, Expression, UnitError, parse_quantity, parse_quantity_list, tolerance_mark, written_quantity,
@@ -110,9 +112,9 @@ fn computed(
     out: &[Diagnostic],
 ) -> Option<Result<(Exact, Dimension, String), Diagnostic>> {
     // A word alone is a quantity with a mistake.
-    let declared = |name: &&str| document.in_order().iter().any(|one| one.name == *name);
+    let declared = |name: &str| document.parameter(name).is_some();
     let expression =
-        Expression::parse(text).ok().filter(|read| read.names() != [text.trim()] || declared(&text.trim()))?;
+        Expression::parse(text).ok().filter(|read| read.names() != [text.trim()] || declared(text.trim()))?;
     let what = format!("variants of `{name}`");
     let all = document.in_order();
     // A value that differs between the variants itself is none of the file.
@@ -133,12 +135,12 @@ fn computed(
         return None;
     }
     let known = |name: &str| {
-        let found = all.iter().find(|declared| declared.name == name)?;
+        let found = document.parameter(name)?;
         Some((found.value.clone(), found.dimension))
     };
     Some(match expression.evaluate(&known) {
         Ok(found) => {
-            let declared = document.parameters.iter().find(|declared| declared.name == name);
+            let declared = document.parameters.get(name);
             let dimension =
                 declared.map(|declared| declared.dimension).filter(|wanted| wanted.is_like(&found.dimension));
             let dimension = dimension.unwrap_or(found.dimension);
@@ -151,19 +153,22 @@ fn computed(
 
 pub(super) fn read_named_variants(tables: &[Table], document: &mut Document, out: &mut Vec<Diagnostic>) {
     let before = out.len();
+    let reader = TableReader::new(document, &[]);
+    let (mut read, mut seen) = (NamedList::<NamedVariant>::default(), HashMap::new());
     for table in tables {
         let Some(Placed { value: Value::Word(name), place }) = table.values.get("name") else { continue };
         let what = format!("variant `{name}`");
-        if let Some(other) = document.named_variants.iter().find(|other| other.name.value.eq_ignore_ascii_case(name)) {
+        let first = seen.entry(name.to_ascii_lowercase()).or_insert(place);
+        if *first != place {
             out.push(
                 Diagnostic::error("name::duplicate", format!("there are two variants named `{name}`"))
                     .at(place.clone(), "again here")
-                    .at(other.name.place.clone(), "first here")
+                    .at((*first).clone(), "first here")
                     .help("give each variant a name of its own; it becomes a file name"),
             );
             continue;
         }
-        let settings = TableReader::new(document, &[]).settings(table, "set", &what, out);
+        let settings = reader.settings(table, "set", &what, out);
         let name = Placed { value: name.clone(), place: place.clone() };
         let controls = match table.values.get("controls").map(|given| &given.value) {
             Some(Value::Words(words)) => Some(words.clone()),
@@ -173,8 +178,9 @@ pub(super) fn read_named_variants(tables: &[Table], document: &mut Document, out
             Some(Value::Words(words)) => words.clone(),
             _ => Vec::new(),
         };
-        document.named_variants.push(NamedVariant { name, settings, controls, faults });
+        read.push(NamedVariant { name, settings, controls, faults });
     }
+    document.named_variants = read;
     if document.named_variants.len() > MOST_VARIANTS {
         let message = format!("{} variants are more than one study may have ({MOST_VARIANTS})", tables.len());
         out.push(
@@ -182,7 +188,7 @@ pub(super) fn read_named_variants(tables: &[Table], document: &mut Document, out
                 .at(document.named_variants[MOST_VARIANTS].name.place.clone(), "one too many")
                 .help("split the study into several files"),
         );
-        document.named_variants.clear();
+        document.named_variants = NamedList::default();
     }
     document.doubts.variants |= out.len() > before || tables.len() > document.named_variants.len();
 }
@@ -200,7 +206,7 @@ pub(super) fn read_variants(root: &Node<'_>, document: &mut Document, out: &mut 
         let name = found.key.as_str();
         let Some(values) = variant_values((name, &found.entry), (document, &varied), out) else { continue };
         count = count.saturating_mul(values.len());
-        let declared = document.parameters.iter().find(|p| p.name == name);
+        let declared = document.parameters.get(name);
         let dimension = declared.map_or(values[0].1, |declared| declared.dimension);
         let wrong = out.len();
         let values = distinct(name, values, (dimension, declared), out);
@@ -218,7 +224,7 @@ pub(super) fn read_variants(root: &Node<'_>, document: &mut Document, out: &mut 
             .at(node.name_place.clone(), "all combinations are run")
             .help("vary fewer values at a time"),
         );
-        document.variants.clear();
+        document.variants = NamedList::default();
     }
     document.doubts.variants |= out.len() > before;
 }
@@ -235,11 +241,11 @@ fn check_varied(found: &KeyedEntry, document: &Document, out: &mut Vec<Diagnosti
                 .help("vary it here, or set it in each `[[variant]]`"),
         );
     }
-    if document.parameters.iter().any(|p| p.name == name) || document.doubts.has(name) {
+    if document.parameters.has(name) || document.doubts.has(name) {
         return;
     }
     let names = document.parameters.iter().map(|p| p.name.as_str());
-    let help = did_you_mean(nearest(name, names.clone()), || match document.parameters.as_slice() {
+    let help = did_you_mean(nearest(name, names.clone()), || match document.parameters[..] {
         [] => format!("declare it first: `[parameters]` with `{name} = ...`"),
         _ => format!("there are {}; declare it under `[parameters]`", quoted(names)),
     });
@@ -303,7 +309,7 @@ pub(super) fn check_named_controls(document: &Document, out: &mut Vec<Diagnostic
             {
                 continue;
             }
-            let help = match document.controls.as_slice() {
+            let help = match &document.controls[..] {
                 [] => "the model has no `[control.NAME]`".to_string(),
                 controls => unknown_name(&word.value, controls.iter().map(|control| control.name.as_str())),
             };
@@ -340,7 +346,7 @@ pub(crate) fn no_such_fault(document: &Document, name: &str, what: &str) -> Diag
 impl Document {
     /// Whether there is a fault of that name.
     pub(crate) fn has_fault(&self, name: &str) -> bool {
-        self.faults.iter().any(|(other, _)| other.value == name)
+        self.faults.has(name)
     }
 
     /// One list of settings per variant with its name: those of `[[variant]]`, each with all combinations of `[variants]`, the last

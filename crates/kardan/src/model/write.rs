@@ -81,7 +81,7 @@ fn edit(source: &str, document: &Document, new: &NewValue) -> Result<Edit, Strin
     if !new.value.is_finite() {
         return Err("no value was found".into());
     }
-    if let Some(parameter) = document.parameters.iter().find(|parameter| parameter.name == new.name) {
+    if let Some(parameter) = document.parameters.get(&new.name) {
         if document.is_varied(&new.name) {
             return Err("it is varied in the file, so that no single value holds".into());
         }
@@ -89,7 +89,7 @@ fn edit(source: &str, document: &Document, new: &NewValue) -> Result<Edit, Strin
         return Ok(Edit { place: parameter.place.span(), text });
     }
     let (element, key) = names::parameter(&new.name).ok_or("no such parameter")?;
-    let instance = document.elements.iter().find(|instance| instance.name == element).ok_or("no such element")?;
+    let instance = document.elements.get(element).ok_or("no such element")?;
     let field = instance.kind.fields.iter().find(|field| field.name == key).ok_or("no such key")?;
     let (unit, sign) = match field.kind.along(instance.table.along_masses) {
         Kind::Quantity(dimension, sign) => (dimension.si(), sign),
@@ -102,7 +102,7 @@ fn edit(source: &str, document: &Document, new: &NewValue) -> Result<Edit, Strin
     let text = quoted(new, &unit, sign);
     match instance.table.values.get(key) {
         Some(Placed { value: Value::Scalar(Scalar::Parameter(name)), place }) => {
-            let declared = document.parameters.iter().find(|parameter| parameter.name == *name);
+            let declared = document.parameters.get(name);
             match declared {
                 Some(parameter) if users(document, name) == 1 && !document.is_varied(name) => {
                     Ok(Edit { place: parameter.place.span(), text })

@@ -1,9 +1,11 @@
 //! Names in sentences, and what to say of those that nobody knows.
 
+mod list;
 mod signal;
 
 use std::borrow::Cow;
 
+pub use list::{HasName, NamedList};
 pub use signal::{Quantity, SignalName, carrier, parameter};
 
 /// The candidate nearest to a misspelt word, if one is near enough to be meant.
@@ -107,6 +109,21 @@ pub fn shortened(text: &str) -> String {
         return text.to_string();
     }
     text.chars().take(MOST).chain(['…']).collect()
+}
+
+/// A circle of names for a sentence, the first one again at its end; of very many the first and the last ones.
+///
+/// ```
+/// use kardan::names::circle;
+/// assert_eq!(circle(&["a", "b"]), "a from b from a");
+/// ```
+pub fn circle(names: &[&str]) -> String {
+    const MOST: usize = 20;
+    let all: Vec<&str> = names.iter().chain(names.first()).copied().collect();
+    if all.len() <= MOST {
+        return all.join(" from ");
+    }
+    format!("{} from ... from {}", all[..MOST / 2].join(" from "), all[all.len() - MOST / 2..].join(" from "))
 }
 
 /// What to say where a name is not known: the one that was meant, if one is near, or those that there are.

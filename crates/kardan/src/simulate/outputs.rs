@@ -1,5 +1,7 @@
 //! The columns of a run: which signals there are and how they are read from the machine.
 
+use std::collections::{HashMap, HashSet};
+
 use super::failing_sensor::FailingSensor;
 use super::machine::{Found, Machine};
 use super::readings::{Read, Readings};
@@ -177,15 +179,15 @@ impl Columns<'_> {
             .extend(equations.dampers.iter().map(|d| d.element.as_str()).filter(|e| reduced.coordinate(e).is_none()));
         couplings.sort_unstable();
         couplings.dedup();
-        couplings.retain(|element| equations.compliances.iter().all(|compliance| compliance.element != *element));
-        for element in couplings {
-            let read = Read::SpringDamper {
-                springs: self.springs_of(element),
-                dampers: numbered(element, &equations.dampers),
-            };
-            let domain = equations.springs.iter().find(|s| s.element == element).map(|s| equations.domain_of(s));
-            let dampers = || equations.dampers.iter().find(|d| d.element == element).map(|d| equations.domain_of(d));
-            let effort = domain.or_else(dampers).unwrap_or_default().effort();
+        let compliances: HashSet<&str> = equations.compliances.iter().map(|one| one.element.as_str()).collect();
+        let (of_springs, of_dampers) = (by_element(&equations.springs), by_element(&equations.dampers));
+        for element in couplings.into_iter().filter(|element| !compliances.contains(element)) {
+            let numbers = |all: &HashMap<&str, Vec<usize>>| all.get(element).cloned().unwrap_or_default();
+            let (springs, dampers) = (numbers(&of_springs), numbers(&of_dampers));
+            let spring = springs.first().map(|k| equations.domain_of(&equations.springs[*k]));
+            let damper = dampers.first().map(|k| equations.domain_of(&equations.dampers[*k]));
+            let effort = spring.or(damper).unwrap_or_default().effort();
+            let read = Read::SpringDamper { springs, dampers };
             let description = format!("spring and damper {} of {element}", effort.physical().word());
             self.add(effort.of(element), effort.physical(), description, read);
         }
@@ -383,6 +385,13 @@ fn resolve(sensors: Vec<SensorColumn>, columns: &mut [(String, Physical, String,
         }
     }
     kept
+}
+
+/// Numbers of the terms of each element.
+fn by_element<T>(terms: &[Along<T>]) -> HashMap<&str, Vec<usize>> {
+    let mut found: HashMap<&str, Vec<usize>> = HashMap::new();
+    terms.iter().enumerate().for_each(|(k, term)| found.entry(&term.element).or_default().push(k));
+    found
 }
 
 /// Numbers of the terms of an element.

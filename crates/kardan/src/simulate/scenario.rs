@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::Faults;
 use crate::expr::OfTime;
+use crate::names::HasName;
 use crate::num::Keeper;
 use crate::program::Task;
 use crate::results::Physical;
@@ -30,6 +31,12 @@ pub struct Source {
     pub description: String,
     /// Where it goes.
     pub target: SourceTarget,
+}
+
+impl HasName for Source {
+    fn name(&self) -> &str {
+        &self.name
+    }
 }
 
 /// A step or ramp of one signal.

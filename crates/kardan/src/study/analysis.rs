@@ -470,7 +470,7 @@ fn places(
             None => found.push(site),
         }
     }
-    let known_shaft = |place: &Site| known.document.elements.iter().any(|e| e.name == place.shaft);
+    let known_shaft = |place: &Site| known.document.elements.has(&place.shaft);
     found.retain(known_shaft);
     found
 }
@@ -481,7 +481,7 @@ fn check_stuck(spec: &mut AnalysisSpec, known: &Known<'_>, equations: &Equations
     let with: BTreeSet<&str> = with.into_iter().chain(held.map(|hold| hold.element.as_str())).collect();
     for word in read_words(&known.document.analysis, "stuck") {
         let name = word.value.as_str();
-        let element = known.document.elements.iter().find(|e| e.name == name);
+        let element = known.document.elements.get(name);
         let rubs = element.is_some_and(|e| e.kind.fields.iter().any(|field| field.name == "friction"));
         let holds = element.is_some_and(|e| e.kind.fields.iter().any(|field| field.name == "restitution"));
         if !(rubs || holds) || with.contains(name) || known.doubtful.contains(name) || known.document.doubts.has(name) {

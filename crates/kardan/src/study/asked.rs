@@ -1,5 +1,7 @@
 //! What a study asks for: requirements, plots, accuracy.
 
+use std::collections::HashMap;
+
 use super::Requirement;
 use super::computed::{Asked, POWER, asked, kind_of, reference};
 use super::figure::{Figure, FigureOf, figure_dimension};
@@ -12,7 +14,7 @@ use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::Place;
 use crate::model::tables::Measure;
 use crate::model::{Document, TableReader, VariantSettings, wrong_dimension};
-use crate::names::unknown_name;
+use crate::names::{NamedList, unknown_name};
 use crate::results::{DisplayUnit, Physical, Plot, PlotUnit, PlottedReference, Span};
 use crate::schema::{Placed, Scalar as Written, Sign, Table};
 use crate::simulate::Tolerance;
@@ -72,18 +74,23 @@ pub(super) fn figures_and_requirements(
     let names: Vec<String> = ends.iter().map(|(name, _)| name.clone()).collect();
     let reader = &TableReader::new(known.document, &[]);
     let reading = Measuring { known, reader, variants: &names, ends: &ends };
-    let mut figures = Vec::new();
+    let mut figures: NamedList<Figure> = NamedList::default();
     for number in 0..known.document.figures.len() {
         let found = figure(&reading, number, &figures, out);
         figures.extend(found);
     }
     let requirements = known.document.requirements.iter().filter_map(|table| reading.bounded(table, &figures, out));
     let requirements = requirements.collect();
-    (figures, requirements)
+    (figures.into_vec(), requirements)
 }
 
 /// A number of each run that a table asks for; what is wrong with it is reported.
-fn figure(reading: &Measuring<'_>, number: usize, before: &[Figure], out: &mut Vec<Diagnostic>) -> Option<Figure> {
+fn figure(
+    reading: &Measuring<'_>,
+    number: usize,
+    before: &NamedList<Figure>,
+    out: &mut Vec<Diagnostic>,
+) -> Option<Figure> {
     let (earlier, rest) = reading.known.document.figures.split_at(number);
     let table = rest.first()?;
     let name = read_word(table, "name")?.to_string();
@@ -106,7 +113,7 @@ fn figure(reading: &Measuring<'_>, number: usize, before: &[Figure], out: &mut V
     reading.alone(table, "value", &what, out);
     let text = read_word(table, "value")?.to_string();
     let place = TableReader::place(table, "value");
-    let dimension = dimension_of(&text, (before, earlier), reading.known, (&what, &place), out)?;
+    let dimension = dimension_of(&text, (before, earlier), reading, (&what, &place), out)?;
     let display = told_in(table, dimension, &what, out);
     Some(Figure {
         name,
@@ -119,10 +126,10 @@ fn figure(reading: &Measuring<'_>, number: usize, before: &[Figure], out: &mut V
 }
 
 /// What has the name of a figure already.
-fn taken(name: &str, before: &[Figure], known: &Known<'_>) -> Option<&'static str> {
-    let is_parameter = || known.document.parameters.iter().any(|parameter| parameter.name == name);
+fn taken(name: &str, before: &NamedList<Figure>, known: &Known<'_>) -> Option<&'static str> {
+    let is_parameter = || known.document.parameters.has(name);
     match name {
-        _ if before.iter().any(|other| other.name == name) => Some("a figure"),
+        _ if before.has(name) => Some("a figure"),
         "pi" => Some("a number"),
         _ => is_parameter().then_some("a parameter"),
     }
@@ -131,8 +138,8 @@ fn taken(name: &str, before: &[Figure], known: &Known<'_>) -> Option<&'static st
 /// The dimension of an expression of figures and parameters; what is wrong with it is reported.
 fn dimension_of(
     text: &str,
-    (before, earlier): (&[Figure], &[Table]),
-    known: &Known<'_>,
+    (before, earlier): (&NamedList<Figure>, &[Table]),
+    &Measuring { known, reader, .. }: &Measuring<'_>,
     (what, place): (&str, &Place),
     out: &mut Vec<Diagnostic>,
 ) -> Option<Dimension> {
@@ -142,8 +149,7 @@ fn dimension_of(
         Diagnostic { help: error.help, ..told }
     };
     let law = Expression::parse_law(text).map_err(|error| out.push(told(error))).ok()?;
-    let reader = TableReader::new(known.document, &[]);
-    let there = |name: &str| before.iter().any(|figure| figure.name == name) || reader.exact_value(name).is_some();
+    let there = |name: &str| before.has(name) || reader.exact_value(name).is_some();
     if let Some(name) = law.names().into_iter().find(|name| !there(name)) {
         let named = |table: &Table| read_word(table, "name") == Some(name);
         // One that stands before it has a mistake of its own.
@@ -211,7 +217,7 @@ pub(super) struct Measuring<'a> {
 
 impl Measuring<'_> {
     /// A requirement.
-    fn bounded(&self, table: &Table, figures: &[Figure], out: &mut Vec<Diagnostic>) -> Option<Requirement> {
+    fn bounded(&self, table: &Table, figures: &NamedList<Figure>, out: &mut Vec<Diagnostic>) -> Option<Requirement> {
         let (known, document) = (self.known, self.known.document);
         let variants = known_variants(table, self.variants, known, REQUIREMENT, out);
         check_bounds(table, out);
@@ -241,15 +247,20 @@ impl Measuring<'_> {
     }
 
     /// What a requirement on a figure judges.
-    fn figure(&self, table: &Table, figures: &[Figure], out: &mut Vec<Diagnostic>) -> Option<(Requirement, Dimension)> {
+    fn figure(
+        &self,
+        table: &Table,
+        figures: &NamedList<Figure>,
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<(Requirement, Dimension)> {
         self.alone(table, "figure", REQUIREMENT, out);
         let name = read_word(table, "figure")?;
-        let Some(found) = figures.iter().find(|figure| figure.name == name) else {
+        let Some(found) = figures.get(name) else {
             if self.known.document.figures.iter().any(|table| read_word(table, "name") == Some(name)) {
                 return None;
             }
             let names = figures.iter().map(|figure| figure.name.as_str());
-            let help = match figures {
+            let help = match figures[..] {
                 [] => "the model has no `[[figure]]`".to_string(),
                 _ => unknown_name(name, names),
             };
@@ -370,7 +381,7 @@ impl Measuring<'_> {
     /// The unit of the bounds as the file writes it, `None` if it is the SI unit.
     pub(super) fn unit_of_bounds(&self, table: &Table, dimension: Dimension) -> Option<DisplayUnit> {
         let text = ["below", "above"].into_iter().find_map(|key| table.written.get(key))?;
-        let named = || self.known.document.all_parameters().find(|parameter| &parameter.name == text);
+        let named = || self.known.document.declared(text);
         let text = named().map_or(text, |parameter| &parameter.text);
         let (unit, size, found) = unit_as_written(text)?;
         let size = size.to_f64();
@@ -574,7 +585,7 @@ fn check_limited(signal: &str, place: &Place, document: &Document, what: &str, o
         _ => None,
     };
     let named = |name: &str| {
-        let motor = document.elements.iter().find(|e| e.name == name)?;
+        let motor = document.elements.get(name)?;
         Some((motor, limit(motor.kind.keyword)?))
     };
     let problem = match motor_of(signal).and_then(named) {
@@ -663,16 +674,16 @@ fn window(table: &Table, known: &Known<'_>, what: &str, out: &mut Vec<Diagnostic
 
 pub(super) fn plots(known: &Known<'_>, variants: &[String], out: &mut Vec<Diagnostic>) -> Vec<Plot> {
     let mut plots: Vec<Plot> = Vec::new();
-    let mut places: Vec<Place> = Vec::new();
+    let mut places: HashMap<String, Place> = HashMap::new();
     for table in &known.document.plots {
         let id = read_word(table, "name").unwrap_or_default().to_string();
         let what = if id.is_empty() { "`[[plot]]`".to_string() } else { format!("plot `{id}`") };
         let place = TableReader::place(table, "name");
-        if let Some(other) = plots.iter().position(|plot| plot.id.eq_ignore_ascii_case(&id) && !id.is_empty()) {
+        if let Some(first) = places.get(&id.to_ascii_lowercase()).filter(|_| !id.is_empty()) {
             out.push(
                 Diagnostic::error("name::duplicate", format!("there are two plots named `{id}`"))
                     .at(place.clone(), "again here")
-                    .at(places[other].clone(), "first here")
+                    .at(first.clone(), "first here")
                     .help("give each plot a name of its own; it becomes a file name"),
             );
         }
@@ -716,7 +727,7 @@ pub(super) fn plots(known: &Known<'_>, variants: &[String], out: &mut Vec<Diagno
             check_spectrum(table, known, (window, &what), out);
         }
         let log = |key: &str| read_word(table, key) == Some("log");
-        places.push(place);
+        places.entry(id.to_ascii_lowercase()).or_insert(place);
         plots.push(Plot {
             id,
             title: read_word(table, "title").unwrap_or_default().into(),

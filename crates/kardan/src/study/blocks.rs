@@ -1,6 +1,6 @@
 //! What analyses, designs and margins see of blocks, and what they do not.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use super::PreparedVariant;
@@ -8,6 +8,7 @@ use super::loop_blocks::{are_in_maps, blocks};
 use super::margins::searches;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::equations::{Formula, Meaning};
+use crate::expr::{Expr, Symbol};
 use crate::model::{Document, Model, TableReader};
 use crate::names::SignalName;
 use crate::program::{Read, Task, TaskAnswer};
@@ -18,26 +19,66 @@ use crate::units::{Dimension, Exact, shown_quantity};
 
 /// Answers of blocks that follow from what moves, also by way of each other.
 fn moving(model: &Model) -> BTreeSet<String> {
-    let of_signal = |name: &str| model.programs.sensors.iter().any(|task| task.answers[0].name == name);
+    let tasks: Vec<&Arc<Task>> = model.programs.sensors.iter().chain(&model.programs.tasks).collect();
+    let of_signal: BTreeSet<&str> = model.programs.sensors.iter().map(|task| task.answers[0].name.as_str()).collect();
     let mut found: BTreeSet<String> = model.programs.told.iter().map(|(name, _)| name.clone()).collect();
-    loop {
-        let before = found.len();
-        for task in model.programs.sensors.iter().chain(&model.programs.tasks) {
-            for answer in &task.answers {
-                let moves = |read: &&Read| match read {
-                    Read::Sensor(name) | Read::AsRead(name) if of_signal(name) => found.contains(name),
-                    Read::Position(_) | Read::Rate(_) | Read::Sensor(_) | Read::AsRead(_) => true,
-                    Read::Source(name) => found.contains(name),
-                    Read::Time => false,
-                };
-                if task.reads_of(answer).iter().any(moves) {
-                    found.insert(answer.name.clone());
+    // What is found is handed on by its name; who reads it waits.
+    let mut named_by: HashMap<&str, Vec<(usize, Symbol)>> = HashMap::new();
+    let mut open: Vec<(usize, Symbol)> = Vec::new();
+    for (number, task) in tasks.iter().enumerate() {
+        for (symbol, read) in &task.reads {
+            match read {
+                Read::Sensor(name) | Read::AsRead(name) if !of_signal.contains(name.as_str()) => {
+                    open.push((number, *symbol));
+                }
+                Read::Position(_) | Read::Rate(_) => open.push((number, *symbol)),
+                Read::Time => {}
+                Read::Sensor(name) | Read::AsRead(name) | Read::Source(name) if found.contains(name) => {
+                    open.push((number, *symbol));
+                }
+                Read::Sensor(name) | Read::AsRead(name) | Read::Source(name) => {
+                    named_by.entry(name).or_default().push((number, *symbol));
                 }
             }
         }
-        if found.len() == before {
-            return found;
+    }
+    let followers: Vec<Followers> = tasks.iter().map(|task| Followers::of(task)).collect();
+    let mut seen = BTreeSet::new();
+    while let Some((number, symbol)) = open.pop() {
+        if !seen.insert((number, symbol)) {
+            continue;
         }
+        let Followers { memory, answers } = &followers[number];
+        open.extend(memory.get(&symbol).into_iter().flatten().map(|entry| (number, *entry)));
+        for place in answers.get(&symbol).into_iter().flatten() {
+            let name = tasks[number].answers[*place].name.as_str();
+            if found.insert(name.into()) {
+                open.extend(named_by.remove(name).into_iter().flatten());
+            }
+        }
+    }
+    found
+}
+
+/// What of a task follows from each of its symbols: what it remembers, and its answers by their numbers.
+struct Followers {
+    memory: HashMap<Symbol, Vec<Symbol>>,
+    answers: HashMap<Symbol, Vec<usize>>,
+}
+
+impl Followers {
+    fn of(task: &Task) -> Self {
+        let (mut memory, mut answers): (HashMap<_, Vec<_>>, HashMap<_, Vec<_>>) = Default::default();
+        let exprs: Vec<Expr> = task.outputs().into_iter().map(|(_, expr)| expr).collect();
+        let symbols = task.graph.symbols_of_each(&exprs);
+        let (of_answers, of_memory) = symbols.split_at(task.answers.len());
+        for (place, symbols) in of_answers.iter().enumerate() {
+            symbols.iter().for_each(|symbol| answers.entry(*symbol).or_default().push(place));
+        }
+        for (entry, symbols) in task.memory.iter().zip(of_memory) {
+            symbols.iter().for_each(|symbol| memory.entry(*symbol).or_default().push(entry.symbol));
+        }
+        Self { memory, answers }
     }
 }
 
@@ -159,7 +200,7 @@ pub(super) fn engaged_locks(variant: &PreparedVariant) -> Vec<String> {
 /// A warning of an element that follows from blocks.
 fn of_element(document: &Document, element: &str, message: String, help: &str) -> Diagnostic {
     let told = Diagnostic::warning("block::loop", message).help(help);
-    match document.elements.iter().find(|one| one.name == element) {
+    match document.elements.get(element) {
         Some(own) => told.at(own.place.clone(), "this element"),
         None => told,
     }
@@ -203,7 +244,7 @@ fn check_told(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out: &m
         let own = model.controls.iter().zip(laws).find(|(control, _)| control.name == head);
         let Some((control, law)) = own else {
             let message = format!("`{name}` is 0 all the time where control `{head}` is not in the loop");
-            let place = document.controls.iter().find(|one| one.name == head).map(|one| one.place.clone());
+            let place = document.controls.get(head).map(|one| one.place.clone());
             let told = Diagnostic::warning("block::told", message);
             let told = place.into_iter().fold(told, |told, at| told.at(at, "not in this loop"));
             out.push(told.help(

@@ -13,7 +13,7 @@ use crate::num::{Definiteness, Rational, Scalar, SparseRow, definiteness_of_rows
 use crate::reduce::{Dependency, Kinematics, ReduceError, Reduced, SparseModel, inertia_with_rows, sparse_model};
 use crate::schema::{Field, Kind};
 use crate::synthesis::{Advice, SynthesisError};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// The signals that the keys of a law name.
 pub(super) fn signals_of(fields: &[Field], values: &Values) -> Vec<String> {
@@ -60,25 +60,39 @@ pub(super) fn is_representable(model: &SparseModel) -> bool {
     entries.all(|(_, x)| rational_to_f64(x).is_finite()) && !diagonal.any(|(_, x)| lost(rational_to_f64(x)))
 }
 
+/// Numbers that are joined to parts, each below another one of its part or, at the top, below itself.
+struct Parts {
+    above: Vec<usize>,
+}
+
+impl Parts {
+    /// The number at the top of a part.
+    fn of(&mut self, mut number: usize) -> usize {
+        while self.above[number] != number {
+            self.above[number] = self.above[self.above[number]];
+            number = self.above[number];
+        }
+        number
+    }
+
+    fn join(&mut self, one: usize, other: usize) {
+        let (one, other) = (self.of(one), self.of(other));
+        self.above[other] = one;
+    }
+}
+
 /// Tells of parts of the drivetrain that neither an element, a circuit nor a law connects; circuits may stand beside it.
 pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<Diagnostic>) {
-    let charges = document.charges();
-    let all: Vec<&String> = model.all_coordinates.iter().collect();
-    let mut part: Vec<usize> = (0..all.len()).collect();
-    let number = |name: &str| all.iter().position(|shaft| *shaft == name);
+    let charges: HashSet<String> = document.charges().into_iter().collect();
+    let all = &model.all_coordinates;
+    let mut parts = Parts { above: (0..all.len()).collect() };
+    let number = |name: &&str| all.binary_search_by(|shaft| shaft.as_str().cmp(name)).ok();
     let mut join = |names: Vec<&str>| {
-        let numbers: Vec<usize> = names.iter().filter_map(|name| number(name)).collect();
-        for pair in numbers.windows(2) {
-            let (from, to) = (part[pair[1]], part[pair[0]]);
-            for p in &mut part {
-                if *p == from {
-                    *p = to;
-                }
-            }
-        }
+        let numbers: Vec<usize> = names.iter().filter_map(number).collect();
+        numbers.windows(2).for_each(|pair| parts.join(pair[0], pair[1]));
     };
     let mut shafts_of_input: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
-    let mut branches_at: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    let mut branch_at: BTreeMap<&str, &str> = BTreeMap::new();
     for named in &model.terms {
         let shafts: Vec<&str> = match &named.term {
             Term::Inertia { along, .. }
@@ -95,9 +109,10 @@ pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<
             Term::Transmission { driven, driving, .. } => vec![driven, driving],
             Term::Kept(row) => row.coordinates(),
             Term::Balance { node, along } if node != GROUND => {
-                let at_node = branches_at.entry(node).or_default();
-                at_node.extend(along.entries.iter().map(|(name, _)| name.as_str()));
-                at_node.clone()
+                let own = along.entries.iter().map(|(name, _)| name.as_str());
+                let joined: Vec<&str> = branch_at.get(node.as_str()).copied().into_iter().chain(own).collect();
+                branch_at.extend(joined.first().map(|first| (node.as_str(), *first)));
+                joined
             }
             Term::Output(_)
             | Term::Charge { .. }
@@ -119,18 +134,19 @@ pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<
         let inputs = (control.law.inputs)(&control.values);
         join(inputs.iter().filter_map(|input| shafts_of_input.get(input.as_str())).flatten().copied().collect());
     }
-    let mut parts: Vec<(usize, Vec<&str>)> = Vec::new();
-    for (name, number) in all.iter().zip(&part).filter(|(name, _)| !charges.contains(name)) {
-        match parts.iter_mut().find(|(other, _)| other == number) {
-            Some((_, names)) => names.push(name),
-            None => parts.push((*number, vec![name])),
+    let (mut listed, mut places): (Vec<Vec<&str>>, HashMap<usize, usize>) = (Vec::new(), HashMap::new());
+    for (number, name) in all.iter().enumerate().filter(|(_, name)| !charges.contains(*name)) {
+        let place = *places.entry(parts.of(number)).or_insert(listed.len());
+        match listed.get_mut(place) {
+            Some(names) => names.push(name),
+            None => listed.push(vec![name]),
         }
     }
-    let Some((_, away)) = parts.get(1) else { return };
-    let shown: Vec<String> = parts.iter().take(MOST_LABELS).map(|(_, names)| quoted(names.iter().copied())).collect();
-    let more = if parts.len() > shown.len() { "; and others" } else { "" };
+    let Some(away) = listed.get(1) else { return };
+    let shown: Vec<String> = listed.iter().take(MOST_LABELS).map(|names| quoted(names.iter().copied())).collect();
+    let more = if listed.len() > shown.len() { "; and others" } else { "" };
     let message =
-        format!("the model consists of {} parts that nothing connects: {}{more}", parts.len(), shown.join("; "));
+        format!("the model consists of {} parts that nothing connects: {}{more}", listed.len(), shown.join("; "));
     out.push(
         Diagnostic::warning("model::disconnected", message)
             .at(place_of(document, away[0]), "not connected")

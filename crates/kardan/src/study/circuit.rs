@@ -130,7 +130,7 @@ type Nodes<'m> = BTreeMap<&'m str, Vec<&'m Branch<'m>>>;
 /// Tells of nodes with the name of an element.
 fn check_node_names(document: &Document, at_node: &Nodes<'_>, out: &mut Vec<Diagnostic>) {
     for node in at_node.keys() {
-        let Some(element) = document.elements.iter().find(|e| e.name == *node) else { continue };
+        let Some(element) = document.elements.get(node) else { continue };
         let message = format!("the name `{node}` is used twice, for {} and node", element.kind.keyword);
         out.push(
             Diagnostic::error("name::duplicate", message)

@@ -306,7 +306,7 @@ fn free(name: &str, taken: &[&str]) -> String {
 
 /// The model with another way to decouple of a controller, if its law has that.
 fn with_feedback(project: &Project, name: &str, feedback: &str) -> Result<Project, Vec<Diagnostic>> {
-    let law = project.read().0.controls.iter().find(|control| control.name == name).map(|control| control.law);
+    let law = project.read().0.controls.get(name).map(|control| control.law);
     let field = law.and_then(|law| law.fields.iter().find(|field| field.name == "feedback"));
     match field {
         Some(Field { kind: Kind::Choice(choices), .. }) if !choices.contains(&feedback) => {

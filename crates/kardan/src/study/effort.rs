@@ -277,7 +277,7 @@ pub(super) fn check_effort(document: &Document, variant: &PreparedVariant, out: 
     }
     let duration = variant.scenario.duration;
     let place = element.as_ref().and_then(|(name, key)| {
-        let element = document.elements.iter().find(|element| element.name == *name)?;
+        let element = document.elements.get(name)?;
         Some(TableReader::place(&element.table, key))
     });
     let message = format!(

@@ -1,5 +1,7 @@
 //! The events of a scenario, and the signals from outside that they set.
 
+use std::collections::{HashMap, HashSet};
+
 use super::known::Known;
 use super::places::places_in_control;
 use super::read::{physical_dimension, physical_of, quantity, read_word};
@@ -7,7 +9,7 @@ use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::InputKind;
 use crate::model::{ControlSpec, Document, Instance, Model, TableReader};
-use crate::names::{Quantity, SignalName};
+use crate::names::{NamedList, Quantity, SignalName};
 use crate::results::Physical;
 use crate::schema::{Sign, Table, Value};
 use crate::simulate::{SignalEvent, Source, SourceTarget};
@@ -21,18 +23,18 @@ pub(super) fn sources(
     document: &Document,
     out: &mut Vec<Diagnostic>,
 ) -> Vec<Source> {
-    let mut sources: Vec<Source> = Vec::new();
-    let mut commanded: Vec<String> = Vec::new();
+    let mut sources: NamedList<Source> = NamedList::default();
+    let mut commanded: HashSet<String> = HashSet::new();
     let blocks = of_programs(model, &mut sources);
     for control in &model.controls {
         commanded.extend((control.law.inputs)(&control.values));
         for reference in control.law.all_references(&control.values) {
-            let element = document.elements.iter().find(|e| e.name == reference.name);
-            if let Some((_, answer)) = blocks.iter().find(|(name, _)| *name == reference.name) {
+            let element = document.elements.get(&reference.name);
+            if let Some(answer) = blocks.get(reference.name.as_str()) {
                 of_block(document, control, &reference, answer, out);
                 continue;
             }
-            let other = sources.iter().find(|s| s.name == reference.name);
+            let other = sources.get(&reference.name);
             let taken = match (element, other) {
                 (Some(element), _) => Some(format!("of a {}", element.kind.keyword)),
                 (None, Some(other)) if other.physical != reference.physical => {
@@ -60,8 +62,7 @@ pub(super) fn sources(
         }
     }
     for reference in model.idle.iter().flat_map(|control| control.law.all_references(&control.values)) {
-        let is_block = blocks.iter().any(|(name, _)| *name == reference.name);
-        if !is_block && sources.iter().all(|source| source.name != reference.name) {
+        if !blocks.contains_key(reference.name.as_str()) && !sources.has(&reference.name) {
             sources.push(Source {
                 name: reference.name,
                 physical: reference.physical,
@@ -82,12 +83,20 @@ pub(super) fn sources(
         let physical = equations.domain_of(input).effort().physical();
         sources.push(Source { name, physical, description, target: SourceTarget::Input(k) });
     }
+    let mut sources = sources.into_vec();
     sources.sort_by(|a, b| a.name.cmp(&b.name));
     sources
 }
 
+/// The number of the source of a name, among those of [`sources`], that is no answer of a block.
+pub(super) fn settable(sources: &[Source], name: &str) -> Option<usize> {
+    let first = sources.partition_point(|source| source.name.as_str() < name);
+    let own = sources[first..].iter().take_while(|source| source.name == name);
+    own.into_iter().position(|source| source.target != SourceTarget::Block).map(|place| first + place)
+}
+
 /// What blocks answer and read of the time, as sources that nothing else sets; gives names and dimensions of the answers.
-fn of_programs(model: &Model, sources: &mut Vec<Source>) -> Vec<(String, Dimension)> {
+fn of_programs<'m>(model: &'m Model, sources: &mut NamedList<Source>) -> HashMap<&'m str, Dimension> {
     let answers = || model.programs.tasks.iter().flat_map(|task| &task.answers);
     let source = |name: &str, dimension, description: &str| Source {
         name: name.into(),
@@ -101,7 +110,7 @@ fn of_programs(model: &Model, sources: &mut Vec<Source>) -> Vec<(String, Dimensi
     let found = |name: &str| format!("what the control {} tells", SignalName::new(name).element);
     let told = model.programs.told.iter();
     sources.extend(told.map(|(name, dimension)| source(name, *dimension, &found(name))));
-    answers().map(|answer| (answer.name.clone(), answer.dimension)).collect()
+    answers().map(|answer| (answer.name.as_str(), answer.dimension)).collect()
 }
 
 /// Refuses a reference that is what a block answers, in another unit.
@@ -231,6 +240,7 @@ pub(super) fn events(
     out: &mut Vec<Diagnostic>,
 ) -> Vec<GivenEvent> {
     let mut given: Vec<GivenEvent> = Vec::new();
+    let mut at_times: HashMap<(usize, u64), Vec<usize>> = HashMap::new();
     let Some(Value::Tables(tables)) = document.scenario.values.get("event").map(|spanned| &spanned.value) else {
         return given;
     };
@@ -241,8 +251,7 @@ pub(super) fn events(
         let (at, over) = (time("at"), time("over"));
         check_late(table, "event", at.as_ref(), duration, out);
         let Some(signal) = read_word(table, "signal") else { continue };
-        let found = sources.iter().position(|source| source.name == signal && source.target != SourceTarget::Block);
-        let found = found.map(|k| (k, sources[k].physical)).or_else(|| {
+        let found = settable(sources, signal).map(|k| (k, sources[k].physical)).or_else(|| {
             let own = prescribed.iter().position(|name| name == signal);
             own.map(|k| (sources.len() + k, Physical::Current))
         });
@@ -260,7 +269,9 @@ pub(super) fn events(
         let to = quantity(reader, table, "to", (dimension, Sign::Any), what, out);
         let (Some(at), Some(to)) = (at, to) else { continue };
         let event = GivenEvent { number: i + 1, source, at, to, over: over.unwrap_or_else(|| Exact::from_ratio(0, 1)) };
-        check_twice(table, signal, &event, &given, out);
+        let before = at_times.entry((event.source, event.at.to_f64().to_bits())).or_default();
+        check_twice(table, signal, &event, (&given, before), out);
+        before.push(given.len());
         given.push(event);
     }
     given
@@ -292,24 +303,33 @@ pub(super) fn check_late(
     }
 }
 
+/// Entries that a message lists.
+const MOST_LISTED: usize = 12;
+
 /// Tells of an event that sets a signal to a second value at the same time.
-fn check_twice(table: &Table, signal: &str, event: &GivenEvent, given: &[GivenEvent], out: &mut Vec<Diagnostic>) {
+fn check_twice(
+    table: &Table,
+    signal: &str,
+    event: &GivenEvent,
+    (given, before): (&[GivenEvent], &[usize]),
+    out: &mut Vec<Diagnostic>,
+) {
     let at = event.at.to_f64();
-    let before: Vec<&GivenEvent> =
-        given.iter().filter(|other| other.source == event.source && other.at.to_f64() == at).collect();
-    match before[..] {
+    match before {
         [] => return,
         // A step and then a ramp: a jump from which the ramp begins.
-        [other] if !other.ramps() && event.ramps() => return,
+        [other] if !given[*other].ramps() && event.ramps() => return,
         _ => {}
     }
-    let others: Vec<String> = before.iter().map(|other| other.number.to_string()).collect();
-    let entries = if others.len() == 1 { "entry" } else { "entries" };
+    let shown: Vec<String> = before.iter().take(MOST_LISTED).map(|other| given[*other].number.to_string()).collect();
+    let entries = if before.len() == 1 { "entry" } else { "entries" };
+    let more = before.len() - shown.len();
+    let more = if more == 0 { String::new() } else { format!(" and {more} more") };
     let message = format!(
-        "entry {} of `event` of `[scenario]`: `{signal}` is set at {at} s already, by {entries} {}: at one time a signal has one \
+        "entry {} of `event` of `[scenario]`: `{signal}` is set at {at} s already, by {entries} {}{more}: at one time a signal has one \
          value",
         event.number,
-        others.join(", ")
+        shown.join(", ")
     );
     out.push(Diagnostic::error("event::twice", message).at(TableReader::place(table, "at"), "the same time").help(
         "keep one of them, or give them different times; only a step and, after it, a ramp from there go together",

@@ -463,7 +463,7 @@ impl<'a> Reader<'a, '_> {
         let has = |name: &str| equations.springs.iter().any(|spring| spring.element == name);
         let damps = equations.dampers.iter().any(|damper| damper.element == element);
         let names = || equations.springs.iter().map(|spring| spring.element.as_str());
-        let found = self.document.elements.iter().find(|one| one.name == element);
+        let found = self.document.elements.get(element);
         let Some(found) = found else {
             let help = match nearest(element, names()) {
                 Some(near) => format!("did you mean `{near}`?"),

@@ -3,6 +3,7 @@
 use super::computed::{Computed, Track, kind_of};
 use super::requirement::{Ran, Requirement, judge};
 use crate::expr::{Expr, Graph, Named};
+use crate::names::HasName;
 use crate::plan::compile;
 use crate::results::{DisplayUnit, FigureResult, Series};
 use crate::units::{Dimension, Exact, Expression, UnitError};
@@ -22,6 +23,12 @@ pub struct Figure {
     pub display: Option<DisplayUnit>,
     /// Variants that it applies to; empty: all.
     pub variants: Vec<String>,
+}
+
+impl HasName for Figure {
+    fn name(&self) -> &str {
+        &self.name
+    }
 }
 
 /// What a figure is.

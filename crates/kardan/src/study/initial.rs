@@ -109,7 +109,7 @@ fn entries(
     let charges = document.charges();
     let bodies = document.elements.iter().filter(|e| e.body().is_some()).map(|e| e.name.as_str());
     let moving: Vec<&str> = bodies.chain(charges.iter().map(String::as_str)).collect();
-    let domain = |name: &str| match document.elements.iter().find(|e| e.name == name) {
+    let domain = |name: &str| match document.elements.get(name) {
         _ if charges.iter().any(|charge| charge == name) => Domain::Charge,
         found => found.and_then(Instance::body).unwrap_or_default(),
     };

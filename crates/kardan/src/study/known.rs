@@ -36,7 +36,7 @@ impl Known<'_> {
         if name.is(Quantity::Voltage) && name.on.is_none() && branches.any(|e| doubted(&e.name)) {
             return true;
         }
-        let kind = self.document.elements.iter().find(|e| e.name == head).map(|e| e.kind.keyword);
+        let kind = self.document.elements.get(head).map(|e| e.kind.keyword);
         doubtful
             && match kind {
                 Some("shaft" | "mass") => quantity == Some(Quantity::Friction),

@@ -10,7 +10,7 @@ pub(super) const MOST_LABELS: usize = 8;
 
 /// The place of an element's header; of a charge that of its element, of a node its first mention.
 pub(super) fn place_of(document: &Document, name: &str) -> Place {
-    let named = document.elements.iter().find(|e| e.name == name);
+    let named = document.elements.get(name);
     match named.or_else(|| document.elements.iter().find(|e| e.kind.charges(&e.name).iter().any(|c| c == name))) {
         Some(element) => element.place.clone(),
         None => place_of_node(document, name),
@@ -26,7 +26,7 @@ pub(super) fn place_of_node(document: &Document, node: &str) -> Place {
 
 /// The place of a key's value of an element, of its header if the key is absent.
 pub(super) fn place_of_value(document: &Document, element: &str, key: &str) -> Place {
-    let element = document.elements.iter().find(|e| e.name == element);
+    let element = document.elements.get(element);
     element.map_or_else(Place::default, |e| {
         e.table.values.get(key).map_or_else(|| e.place.clone(), |value| value.place.clone())
     })

@@ -1,5 +1,7 @@
 //! The scenario of a run: output times, initial state.
 
+use std::collections::HashMap;
+
 use super::events::{GivenEvent, events, sources};
 use super::faults::{NamedFault, faults, named_faults};
 use super::initial::initial_state;
@@ -52,7 +54,8 @@ pub(super) fn scenario(
     let events = given.iter().filter_map(|event| event.event(sources.len())).collect();
     let mut signals = source_signals(&reader, (document, model), &sources, (duration, seed), out);
     signals.extend(model.programs.functions.iter().filter_map(|(name, function)| {
-        let source = sources.iter().position(|source| source.name == *name)?;
+        let source = sources.partition_point(|source| source.name < *name);
+        sources.get(source).filter(|source| source.name == *name)?;
         Some(SourceSignal { source, function: (**function).clone() })
     }));
     signals.sort_by_key(|signal| signal.source);
@@ -102,16 +105,18 @@ pub(super) fn whole(
 
 /// Noise and resolution of a sensor are of the kind that it measures and counts.
 fn check_readings(reader: &TableReader<'_>, (document, model): (&Document, &Model), out: &mut Vec<Diagnostic>) {
+    let of_signals = model.programs.sensors.iter().flat_map(|task| &task.answers);
+    let of_signals: HashMap<&str, Dimension> =
+        of_signals.map(|answer| (answer.name.as_str(), answer.dimension)).collect();
     for sensor in document.elements.iter().filter(|element| element.kind.keyword == "sensor") {
         let along = |dimension: Dimension| if sensor.table.along_masses { dimension.along_masses() } else { dimension };
-        let mut of_signals = model.programs.sensors.iter().flat_map(|task| &task.answers);
         let [measured, counted] = match read_word(&sensor.table, "measures") {
             Some("angle") => [Dimension::ANGLE, Dimension::ANGLE].map(along),
             Some("speed") => [Dimension::ANGULAR_VELOCITY, Dimension::ANGLE].map(along),
             Some("torque" | "net_torque") => [Dimension::TORQUE, Dimension::ANGLE].map(along),
             // One with a mistake was told.
-            Some("signal") => match of_signals.find(|answer| answer.name == sensor.name) {
-                Some(answer) => [answer.dimension; 2],
+            Some("signal") => match of_signals.get(sensor.name.as_str()) {
+                Some(dimension) => [*dimension; 2],
                 None => continue,
             },
             _ => continue,

@@ -1,6 +1,8 @@
 //! Functions of time of a scenario: what of them is added to sources.
 
-use super::events::not_settable;
+use std::collections::HashSet;
+
+use super::events::{not_settable, settable};
 use super::places::places_in_control;
 use super::read::physical_dimension;
 use crate::diagnostics::{Diagnostic, shortened};
@@ -28,22 +30,20 @@ pub(super) fn source_signals(
         return Vec::new();
     }
     let mut making = Functions::new(reader, document, (duration, seed));
-    for signal in document.signals.iter().filter(|signal| document.program_of(signal).is_none()) {
+    for signal in document.signals.iter().filter(|signal| signal.formula.is_none()) {
         making.signal(&signal.name, out);
     }
     let mut found: Vec<SourceSignal> = Vec::new();
-    let set_there = |name: &str| given.iter().any(|(other, _)| other.value == name);
+    let set_there: HashSet<&str> = given.iter().map(|(name, _)| name.value.as_str()).collect();
     for (k, source) in sources.iter().enumerate() {
-        if source.target == SourceTarget::Reference && !set_there(&source.name) {
+        if source.target == SourceTarget::Reference && !set_there.contains(source.name.as_str()) {
             let function = of_reference((document, model), source, &mut making, out);
             found.extend(function.map(|function| SourceSignal { source: k, function }));
         }
     }
     for (name, scalar) in given {
         let what = format!("`{}` in `signals` of `[scenario]`", shortened(&name.value));
-        let Some(source) =
-            sources.iter().position(|source| source.name == name.value && source.target != SourceTarget::Block)
-        else {
+        let Some(source) = settable(sources, &name.value) else {
             let words = ["a function of time", "functions of time"];
             if let Some((message, help)) = not_settable(&name.value, sources, (document, model), words) {
                 let message = format!("`signals` of `[scenario]`: {message}");
@@ -68,7 +68,7 @@ fn of_reference(
     making: &mut Functions<'_, '_>,
     out: &mut Vec<Diagnostic>,
 ) -> Option<OfTime> {
-    let signal = document.signals.iter().find(|signal| signal.name == source.name)?;
+    let signal = document.signals.get(&source.name)?;
     let names = |control: &&ControlSpec| {
         control.law.all_references(&control.values).iter().any(|reference| reference.name == source.name)
     };
@@ -77,7 +77,7 @@ fn of_reference(
     let place = &places[places.len() - 1];
     let shown = shortened(&source.name);
     let what = format!("control `{}`: the signal `{shown}`, which is its reference", control.name);
-    if let Some(written) = document.program_of(signal) {
+    if let Some(written) = &signal.formula {
         let sensor = |name: &&str| {
             let head = SignalName::new(name).element;
             let is_sensor = document.elements.iter().any(|one| one.name == head && one.kind.keyword == "sensor");

@@ -25,7 +25,7 @@ pub(super) fn left_out(
         return None;
     }
     for name in control.values.words("without").unwrap_or_default() {
-        let Some(element) = document.elements.iter().find(|element| element.name == *name) else {
+        let Some(element) = document.elements.get(name) else {
             let known = document.elements.iter().map(|element| element.name.as_str());
             let message = format!("`without` of control `{}`: there is no element `{}`", control.name, shortened(name));
             let help = match nearest(name, known) {

@@ -5,6 +5,8 @@
 
 #![allow(dead_code)] // each test binary uses its own part
 
+pub mod grown;
+
 use std::collections::BTreeSet;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

@@ -215,7 +215,7 @@ fn every_element_keeps_the_laws() {
         let source = tables.concat() + &driven(&tables);
         let variant = first(&source);
         // Symmetric and positive semidefinite, of its own terms and of all together.
-        let parts: Vec<String> = model::read(kind.example).0.elements.into_iter().map(|part| part.name).collect();
+        let parts: Vec<String> = model::read(kind.example).0.elements.iter().map(|part| part.name.clone()).collect();
         let is_own = |element: &String| kind.example.contains(element) || parts.contains(element);
         let own: Vec<_> = variant.model.terms.iter().filter(|t| is_own(&t.element)).cloned().collect();
         assert!(!own.is_empty(), "`{}` makes terms", kind.keyword);

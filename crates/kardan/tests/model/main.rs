@@ -8,6 +8,7 @@ mod compliance;
 mod diagnostics;
 mod element_laws;
 mod expressions;
+mod grown;
 mod kinks;
 mod machines;
 mod pieces;

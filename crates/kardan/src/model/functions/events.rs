@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::Functions;
 use crate::diagnostics::Diagnostic;
-use crate::expr::{OfTime, Part, Pieces};
+use crate::expr::{Graph, OfTime, Part, Pieces};
 use crate::model::table_reader::TableReader;
 use crate::schema::{Placed, Sign, Table, Value};
 use crate::simulate::{Profile, SignalEvent};
@@ -46,9 +46,11 @@ impl Functions<'_, '_> {
                 mistake.help("let it change over a time: `over = \"1 ms\"`; only at the begin, at 0 s, it may step"),
             );
         }
-        let symbol = self.graph.new_symbol(signal.to_string(), dimension);
+        let mut graph = Graph::default();
+        let time = graph.new_symbol("t".into(), Dimension::TIME);
+        let symbol = graph.new_symbol(signal.to_string(), dimension);
         let part = Arc::new(Part { name: signal.to_string(), dimension, pieces, told: false });
-        OfTime::new(self.graph.clone(), self.time, vec![(symbol, part)], symbol, dimension)
+        OfTime::new(graph, time, vec![(symbol, part)], symbol, dimension)
     }
 
     /// An event without mistakes.

@@ -7,8 +7,8 @@ use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::element::COMPOSITES;
 use crate::entries::Place;
 use crate::equations::{Formula, Meaning};
-use crate::expr::{Expr, Graph, Named, OfTime};
-use crate::names::SignalName;
+use crate::expr::{Expr, Graph, Named};
+use crate::names::{SignalName, circle};
 use crate::num::Rational;
 use crate::units::{Dimension, Exact, Expression, UnitError};
 
@@ -24,8 +24,7 @@ impl Functions<'_, '_> {
     ) -> Option<Formula> {
         let mut names = self.meanings(expression, (place, what), out)?;
         names.retain(|(name, _)| own.iter().all(|(other, _)| other != name));
-        let motions: Vec<[String; 2]> =
-            own.iter().map(|(name, _)| [name.clone(), name.clone()]).chain(self.reader.all_motions()).collect();
+        let own_names: Vec<[String; 2]> = own.iter().map(|(name, _)| [name.clone(), name.clone()]).collect();
         names.extend(own);
         let formula = Formula { expression: expression.clone(), names, dimension: wanted };
         match self.dimension_of(&formula) {
@@ -62,7 +61,7 @@ impl Functions<'_, '_> {
                 None
             }
             Err(error) => {
-                out.push(self.formula_mistake(error, expression.text(), &motions, (place, what)));
+                out.push(self.formula_mistake(error, expression.text(), own_names, (place, what)));
                 None
             }
         }
@@ -83,8 +82,7 @@ impl Functions<'_, '_> {
                 Some((formula, found))
             }
             Err(error) => {
-                let motions: Vec<[String; 2]> = self.reader.all_motions().collect();
-                out.push(self.formula_mistake(error, expression.text(), &motions, (place, what)));
+                out.push(self.formula_mistake(error, expression.text(), Vec::new(), (place, what)));
                 None
             }
         }
@@ -93,7 +91,7 @@ impl Functions<'_, '_> {
     /// Whether a name is that of a block, or of an answer of one, where none answers because of a mistake in one of them, which was told.
     fn is_of_broken_block(&self, name: &str) -> bool {
         let head = SignalName::new(name).element;
-        self.broken_blocks && self.document.blocks.iter().any(|block| block.name == head || block.name == name)
+        self.broken_blocks && (self.document.blocks.has(head) || self.document.blocks.has(name))
     }
 
     /// What the names of a formula stand for; unknown ones are left out. Nothing if one of them has a mistake, which was told.
@@ -104,12 +102,9 @@ impl Functions<'_, '_> {
         out: &mut Vec<Diagnostic>,
     ) -> Option<Vec<(String, Meaning)>> {
         let mut names = Vec::new();
-        let motions: Vec<[String; 2]> = self.reader.all_motions().collect();
         for name in expression.names() {
-            let moved = motions.iter().find_map(|own| Some((own, own.iter().position(|motion| motion == name)?)));
-            let meaning = if let Some((own, rate)) = moved {
-                let carrier = SignalName::new(&own[0]).element.to_string();
-                if rate == 0 { Meaning::Position(carrier) } else { Meaning::Rate(carrier) }
+            let meaning = if let Some((carrier, number)) = self.reader.motion(name) {
+                if number == 0 { Meaning::Position(carrier.into()) } else { Meaning::Rate(carrier.into()) }
             } else if let Some(dimension) = self.reader.motion_of_ground(name) {
                 Meaning::Constant(Exact::zero(), dimension)
             } else if name == "t" {
@@ -123,10 +118,8 @@ impl Functions<'_, '_> {
             } else if self.document.moves(name) {
                 out.push(no_function(name, expression, (place, what)));
                 return None;
-            } else if self.document.signals.iter().any(|signal| signal.name == name) {
-                let (value, dimension) = self.signal(name, out)?;
-                let function = OfTime::new(self.graph.clone(), self.time, self.parts.clone(), value, dimension)?;
-                Meaning::Signal(Arc::new(function))
+            } else if self.document.signals.has(name) {
+                Meaning::Signal(self.of_time_named(name, out)?)
             } else if let Some(value) = self.reader.value_of(name, out) {
                 let (value, dimension) = value?;
                 Meaning::Constant(value, dimension)
@@ -150,15 +143,14 @@ impl Functions<'_, '_> {
     /// A formula of an element that is put together of others, which laws share; nothing in the first place if it is none, in the second if it has
     /// a mistake, which was told.
     fn shared(&mut self, name: &str, place: &Place, out: &mut Vec<Diagnostic>) -> Option<Option<Arc<Formula>>> {
-        let signal = self.document.signals.iter().find(|signal| signal.name == name)?;
+        let signal = self.document.signals.get(name)?;
         let head = SignalName::new(name).element;
         let is_composite = |keyword: &str| COMPOSITES.iter().any(|kind| kind.keyword == keyword);
-        self.document.elements.iter().find(|one| one.name == head && head != name && is_composite(one.kind.keyword))?;
-        let written = self.document.program_of(signal)?;
+        self.document.elements.all(head).find(|one| head != name && is_composite(one.kind.keyword))?;
+        let written = signal.formula.as_ref()?;
         let what = format!("signal `{}`", shortened(name));
         if let Some(first) = self.open.iter().position(|open| *open == name) {
-            let circle: Vec<&str> = self.open[first..].iter().copied().chain([name]).collect();
-            let message = format!("{what}: it follows from itself: {}", circle.join(" from "));
+            let message = format!("{what}: it follows from itself: {}", circle(&self.open[first..]));
             let help = "let one of them follow from something else, such as a state or a block with a `sample_time`";
             out.push(Diagnostic::error("signal::circle", message).at(place.clone(), "in a circle").help(help));
             return Some(None);
@@ -222,13 +214,14 @@ impl Functions<'_, '_> {
         &self,
         mut error: UnitError,
         text: &str,
-        motions: &[[String; 2]],
+        own_names: Vec<[String; 2]>,
         (place, what): (&Place, &str),
     ) -> Diagnostic {
         let name = text.get(error.span.clone()).unwrap_or_default().trim_matches('\'').to_string();
         if error.message.starts_with("there is no parameter") && !error.message.contains("behind a number") {
             error.code = "name::unknown";
             error.message = format!("`{}` is no angle or speed, no parameter and no signal", shortened(&name));
+            let motions: Vec<[String; 2]> = own_names.into_iter().chain(self.reader.all_motions()).collect();
             let own = || motions.iter().flatten().map(String::as_str);
             let signals = self.document.signals.iter().map(|signal| signal.name.as_str());
             let parameters = self.document.parameters.iter().map(|parameter| parameter.name.as_str());

@@ -29,7 +29,7 @@ impl<'a> Functions<'a, '_> {
     /// A table by its name; nothing in the second place if it has a mistake, which was told, and in the first if there is none.
     pub(super) fn table(&mut self, name: &str, out: &mut Vec<Diagnostic>) -> Option<Option<Arc<Lookup>>> {
         let document = self.document;
-        let (name, table) = document.tables.iter().find(|(other, _)| other == name)?;
+        let (name, table) = document.tables.get(name)?;
         if let Some(made) = self.tables.get(name.as_str()) {
             return Some(made.clone());
         }

@@ -7,7 +7,7 @@ mod rows;
 mod samples;
 mod smooth;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use super::document::{Document, SignalTable};
@@ -15,6 +15,7 @@ use super::table_reader::TableReader;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::Place;
 use crate::expr::{Expr, Graph, Lookup, Named, OfTime, Part};
+use crate::names::circle;
 use crate::schema::{Field, Kind, Placed, Scalar, Table, Value};
 use crate::signal::{Course, MOST_BREAKPOINTS, Refused};
 use crate::units::{Dimension, Expression, UnitError};
@@ -35,7 +36,9 @@ pub(crate) struct Functions<'a, 'd> {
     room: usize,
     /// What was made, nothing of a signal with a mistake.
     made: BTreeMap<&'a str, Option<(Expr, Dimension)>>,
-    /// Signals that wait for others.
+    /// Signals that were asked for as functions of their own.
+    functions: HashMap<String, Arc<OfTime>>,
+    /// Formulas that wait for others.
     open: Vec<&'a str>,
     /// What blocks and formulas of signals answer.
     pub(in crate::model) blocks: BTreeMap<String, Dimension>,
@@ -61,6 +64,7 @@ impl<'a, 'd> Functions<'a, 'd> {
             parts,
             room,
             made,
+            functions: HashMap::new(),
             open: Vec::new(),
             blocks: BTreeMap::new(),
             broken_blocks: false,
@@ -108,7 +112,7 @@ impl<'a, 'd> Functions<'a, 'd> {
             out.push(Diagnostic::error("unit::dimension", message).at(at, found.noun()).help(help));
             return None;
         }
-        let function = OfTime::new(self.graph.clone(), self.time, self.parts.clone(), value, wanted)?;
+        let function = self.function_of(value, wanted)?;
         if let Some((time, value)) = self.not_finite(&function) {
             let message = format!("{what} is {value} at {time} s");
             let help = "a source needs a finite value all the time: look at divisions, roots, logarithms and exponents";
@@ -145,15 +149,7 @@ impl<'a, 'd> Functions<'a, 'd> {
                 let mistake = Diagnostic::error("signal::moves", message).at(at, "no function of time");
                 out.push(mistake.help("a `reference` of a law, a torque as a law and a `law = \"program\"` take what a block answers by its name"));
                 return None;
-            } else if self.document.signals.iter().any(|signal| signal.name == name) {
-                if let Some(first) = self.open.iter().position(|open| *open == name) {
-                    let circle: Vec<&str> = self.open[first..].iter().copied().chain([name]).collect();
-                    let message = format!("{what}: `{name}` follows from itself: {}", circle.join(" from "));
-                    let at = place.part(expression.text(), 0..expression.text().len());
-                    let mistake = Diagnostic::error("signal::circle", message).at(at, "in a circle");
-                    out.push(mistake.help("write one of them without the others"));
-                    return None;
-                }
+            } else if self.document.signals.has(name) {
                 let (value, dimension) = self.signal(name, out)?;
                 Named::Varying(value, dimension)
             } else if let Some(value) = self.reader.value_of(name, out) {
@@ -200,9 +196,27 @@ impl<'a, 'd> Functions<'a, 'd> {
     }
 
     /// The function of time of a signal of that name, which there is; nothing if it has a mistake, which was told.
-    pub(crate) fn of_time_named(&mut self, name: &str, out: &mut Vec<Diagnostic>) -> Option<OfTime> {
+    pub(crate) fn of_time_named(&mut self, name: &str, out: &mut Vec<Diagnostic>) -> Option<Arc<OfTime>> {
         let (value, dimension) = self.signal(name, out)?;
-        OfTime::new(self.graph.clone(), self.time, self.parts.clone(), value, dimension)
+        if let Some(known) = self.functions.get(name) {
+            return Some(Arc::clone(known));
+        }
+        let function = Arc::new(self.function_of(value, dimension)?);
+        self.functions.insert(name.to_string(), Arc::clone(&function));
+        Some(function)
+    }
+
+    /// An expression of the time as a function of its own, with what it needs alone.
+    pub(super) fn function_of(&self, value: Expr, dimension: Dimension) -> Option<OfTime> {
+        let (graph, new) = self.graph.extract(&[self.time, value]);
+        let own = |expr: Expr| new.binary_search_by_key(&expr, |(old, _)| *old).ok().map(|place| new[place].1);
+        // Parts stand in the order of their symbols.
+        let part = |(old, own): &(Expr, Expr)| {
+            let place = self.parts.binary_search_by_key(old, |(symbol, _)| *symbol).ok()?;
+            Some((*own, Arc::clone(&self.parts[place].1)))
+        };
+        let parts = new.iter().filter_map(part).collect();
+        OfTime::new(graph, own(self.time)?, parts, own(value)?, dimension)
     }
 
     /// A table of that name; nothing if there is none, or it has a mistake, which was told.
@@ -210,18 +224,53 @@ impl<'a, 'd> Functions<'a, 'd> {
         self.table(name, out).flatten()
     }
 
-    /// A signal of that name, which there is; nothing if it has a mistake, which was told.
+    /// A signal of that name, which there is; nothing if it has a mistake, which was told. Those that it names are made before it.
     pub(crate) fn signal(&mut self, name: &str, out: &mut Vec<Diagnostic>) -> Option<(Expr, Dimension)> {
         let document = self.document;
-        let signal = document.signals.iter().find(|signal| signal.name == name)?;
         if let Some(made) = self.made.get(name) {
             return *made;
         }
-        self.open.push(&signal.name);
-        let made = self.written(signal, out);
-        self.open.pop();
-        self.made.insert(&signal.name, made);
-        made
+        let mut open = Vec::from_iter(document.signals.get(name).map(|signal| (signal, self.named_by(signal))));
+        let mut waiting = HashMap::from([(name, 0)]);
+        while let Some((signal, left)) = open.last_mut() {
+            let signal = *signal;
+            let made = match left.pop() {
+                Some(next) if self.made.contains_key(next.name.as_str()) => continue,
+                Some(next) => match waiting.get(next.name.as_str()) {
+                    None => {
+                        waiting.insert(&next.name, open.len());
+                        open.push((next, self.named_by(next)));
+                        continue;
+                    }
+                    Some(&first) => {
+                        let names: Vec<&str> = open[first..].iter().map(|(signal, _)| signal.name.as_str()).collect();
+                        let what = format!("signal `{}`", shortened(&signal.name));
+                        let message = format!("{what}: `{}` follows from itself: {}", next.name, circle(&names));
+                        let place = match signal.table.values.get("value") {
+                            Some(Placed { value: Value::Word(text), place }) => place.part(text, 0..text.len()),
+                            _ => signal.place.clone(),
+                        };
+                        let mistake = Diagnostic::error("signal::circle", message).at(place, "in a circle");
+                        out.push(mistake.help("write one of them without the others"));
+                        None
+                    }
+                },
+                None if self.made.contains_key(signal.name.as_str()) => None,
+                None => self.written(signal, out),
+            };
+            self.made.entry(&signal.name).or_insert(made);
+            open.pop();
+        }
+        *self.made.get(name)?
+    }
+
+    /// The functions of time that a signal names, the first one last.
+    fn named_by(&self, signal: &SignalTable) -> Vec<&'a SignalTable> {
+        let document = self.document;
+        let Some(Placed { value: Value::Word(text), .. }) = signal.table.values.get("value") else { return Vec::new() };
+        let Ok(read) = Expression::parse_law(text) else { return Vec::new() };
+        let of_time = |name: &&str| *name != "t" && !document.moves(name);
+        read.names().into_iter().filter(of_time).filter_map(|name| document.signals.get(name)).rev().collect()
     }
 
     fn written(&mut self, signal: &'a SignalTable, out: &mut Vec<Diagnostic>) -> Option<(Expr, Dimension)> {

@@ -107,7 +107,7 @@ impl Truth {
             }
             Target::Key { element, field, dimension, .. } => {
                 let Document { implicit, keys, .. } = &mut self.document;
-                for looked_up in implicit.iter_mut().chain(keys).filter(|key| key.name == name) {
+                for looked_up in implicit.iter_mut().chain(keys.iter_mut()).filter(|key| key.name == name) {
                     (looked_up.expression, looked_up.value) = (None, value.clone());
                 }
                 let table = &mut self.document.elements[*element].table;

@@ -280,7 +280,7 @@ impl Asked {
         };
         let possible = possible(document);
         let known = |name: &String| {
-            let parameter = document.parameters.iter().any(|one| one.name == *name);
+            let parameter = document.parameters.has(name);
             sought(name)
                 || parameter
                 || possible.contains(name)

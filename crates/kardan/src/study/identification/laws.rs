@@ -20,7 +20,7 @@ pub(super) fn law_terms(
 ) -> Vec<ExtraTerm> {
     let mut terms: Vec<ExtraTerm> = Vec::new();
     names.retain(|name| {
-        let Some(parameter) = document.parameters.iter().find(|parameter| parameter.name == *name) else { return true };
+        let Some(parameter) = document.parameters.get(name) else { return true };
         let mut laws = model.terms.iter().filter_map(|named| match &named.term {
             Term::Torque { law, .. } if constant(law, name).is_some() => Some((&named.element, law)),
             _ => None,

@@ -83,7 +83,7 @@ impl Meeting {
 /// Elements with a play, and its direction over the shafts.
 pub(super) fn plays(document: &Document, equations: &Equations) -> Vec<(String, Vec<(usize, Rational)>)> {
     let has_play = |element: &str| {
-        let of = document.elements.iter().find(|instance| instance.name == element);
+        let of = document.elements.get(element);
         of.is_some_and(|instance| matches!(instance.kind.keyword, "gear" | "spring_damper"))
     };
     let upper = equations.holds.iter().filter(|hold| {

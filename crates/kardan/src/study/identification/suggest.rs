@@ -217,7 +217,7 @@ fn backlashes(whole: &Whole<'_>, material: &Material<'_>) -> Vec<Vec<ExtraTerm>>
     let (reduced, samples) = (&whole.plant.reduced, &whole.chosen.built.samples);
     let mut kinematics = Kinematics::new(reduced);
     let damper = |element: &str| {
-        let own = whole.document.elements.iter().find(|one| one.name == element);
+        let own = whole.document.elements.get(element);
         own.is_some_and(|one| one.kind.keyword == "spring_damper")
     };
     let mut out = Vec::new();

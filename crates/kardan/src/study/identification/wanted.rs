@@ -29,7 +29,7 @@ fn key(instance: &Instance, kind: Kind) -> &'static str {
 
 /// The name of a coefficient of an element: `rotor.mass`.
 pub(super) fn parameter_name(document: &Document, element: &str, kind: Kind) -> String {
-    let own = document.elements.iter().find(|instance| instance.name == element);
+    let own = document.elements.get(element);
     format!("{element}.{}", own.map_or(kind.key(), |instance| key(instance, kind)))
 }
 
@@ -47,7 +47,7 @@ pub(super) struct Wanted {
 /// Element and kind of `fs.damping`.
 fn split<'a>(document: &Document, name: &'a str) -> Option<(&'a str, Kind)> {
     let (element, word) = names::parameter(name)?;
-    let own = document.elements.iter().find(|instance| instance.name == element)?;
+    let own = document.elements.get(element)?;
     KINDS.into_iter().find(|kind| key(own, *kind) == word).map(|kind| (element, kind))
 }
 
@@ -81,7 +81,7 @@ fn users(document: &Document, parameter: &str) -> Vec<(String, Kind)> {
 
 /// The value that the file gives a key.
 fn given(document: &Document, settings: &[Setting], element: &str, kind: Kind) -> Option<f64> {
-    let instance = document.elements.iter().find(|instance| instance.name == element)?;
+    let instance = document.elements.get(element)?;
     let value = instance.table.values.get(key(instance, kind))?;
     let Value::Scalar(scalar) = &value.value else { return None };
     let scalar = Placed { value: scalar.clone(), place: value.place.clone() };
@@ -104,7 +104,7 @@ pub(super) fn wanted(
         let before = given(document, settings, element, kind);
         return Some(Wanted { name: name.into(), keys: vec![(element.into(), kind)], before, parameter: false });
     }
-    if let Some(parameter) = document.parameters.iter().find(|parameter| parameter.name == name) {
+    if let Some(parameter) = document.parameters.get(name) {
         let keys = users(document, name);
         let one_kind = keys.first().is_some_and(|(_, kind)| keys.iter().all(|(_, other)| other == kind));
         if one_kind {
@@ -172,15 +172,14 @@ pub(super) fn with_terms(
     let tiny = Exact::from_ratio(1, 1_000_000_000);
     // A spring whose backlash is a term of its own is one without.
     for extra in extras.iter().filter(|extra| matches!(extra.law, Law::Backlash { .. })) {
-        let own = out.elements.iter_mut().filter(|instance| instance.name == extra.element);
-        own.for_each(|instance| drop(instance.table.values.remove("backlash")));
+        out.elements.get_mut(&extra.element).map(|instance| instance.table.values.remove("backlash"));
     }
     for (element, kind) in keys.chain(directions) {
         let before = given(document, settings, &element, kind);
         if before.is_some_and(|value| value != 0.0) {
             continue;
         }
-        let Some(instance) = out.elements.iter_mut().find(|instance| instance.name == element) else { continue };
+        let Some(instance) = out.elements.get_mut(&element) else { continue };
         let key = key(instance, kind);
         let Some(field) = instance.kind.fields.iter().find(|field| field.name == key) else { continue };
         let literal = Value::Scalar(Scalar::Literal(tiny.clone(), dimension(kind, instance.table.along_masses)));
@@ -198,7 +197,7 @@ pub(super) fn with_terms(
         }
     }
     for extra in extras.iter().filter(|extra| matches!(extra.law, Law::Teeth { .. })) {
-        let Some(instance) = out.elements.iter_mut().find(|instance| instance.name == extra.element) else { continue };
+        let Some(instance) = out.elements.get_mut(&extra.element) else { continue };
         let place = instance.place.clone();
         // They rub, however little, so that there is a direction.
         let value = Value::Scalar(Scalar::Literal(Exact::one().plus(&-&tiny), Dimension::NONE));

@@ -102,7 +102,7 @@ fn word<'a>(instance: &'a Instance, key: &str) -> Option<&'a str> {
 impl Written {
     /// Nothing where the element has no direction that a `torque` can have.
     fn new(document: &Document, term: &FileTerm) -> Option<Self> {
-        let instance = document.elements.iter().find(|instance| instance.name == term.element)?;
+        let instance = document.elements.get(&term.element)?;
         let ends: Vec<&str> = match instance.kind.keyword {
             "spring_damper" => ["shaft_1", "shaft_2"].into_iter().filter_map(|key| word(instance, key)).collect(),
             _ => vec![&instance.name],
@@ -123,11 +123,8 @@ impl Written {
             motion(&[names::Quantity::Angle, names::Quantity::Position]),
             motion(&[names::Quantity::Speed, names::Quantity::Velocity]),
         );
-        let taken = |name: &str| {
-            document.parameters.iter().any(|one| one.name == name)
-                || document.elements.iter().any(|one| one.name == name)
-                || document.signals.iter().any(|one| one.name == name)
-        };
+        let taken =
+            |name: &str| document.parameters.has(name) || document.elements.has(name) || document.signals.has(name);
         let free = |name: &str| {
             let plain = name.replace(|c: char| !c.is_ascii_alphanumeric(), "_");
             let numbered = (2..).map(|k| format!("{plain}_{k}"));

@@ -172,7 +172,7 @@ fn value_names(
     for (name, scalar) in entries {
         let shown = shortened(&name.value);
         let label = format!("`{shown}` of `values` of {SAFETY}");
-        let Some(parameter) = document.all_parameters().find(|parameter| parameter.name == name.value) else {
+        let Some(parameter) = document.declared(&name.value) else {
             if !document.doubts.has(&name.value) {
                 let names = || document.parameters.iter().map(|parameter| parameter.name.as_str());
                 let help = match nearest(&name.value, names()) {

@@ -43,7 +43,7 @@ pub(super) fn parameter<'d>(
     (place, label): (&Place, &str),
     out: &mut Vec<Diagnostic>,
 ) -> Option<&'d Parameter> {
-    let Some(parameter) = document.all_parameters().find(|parameter| parameter.name == name) else {
+    let Some(parameter) = document.declared(name) else {
         if let Some(found) = document.without_tolerance(name) {
             out.push(no_tolerance(&found, name, label).at(place.clone(), "no tolerance"));
         } else if !document.doubts.has_key(name) {

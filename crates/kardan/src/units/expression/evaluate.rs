@@ -183,6 +183,18 @@ impl Node {
         }
     }
 
+    /// Whether more than so many parts are part of each other.
+    pub(super) fn is_deeper_than(&self, most: usize) -> bool {
+        let mut open = vec![(self, 1)];
+        while let Some((part, depth)) = open.pop() {
+            if depth > most {
+                return true;
+            }
+            open.extend(part.parts().iter().map(|part| (part, depth + 1)));
+        }
+        false
+    }
+
     /// All parts, inner ones first, itself last.
     pub(super) fn all<'n>(&'n self, out: &mut Vec<&'n Self>) {
         self.parts().iter().for_each(|part| part.all(out));

@@ -73,8 +73,17 @@ pub(super) fn read(text: &str, of_time: bool) -> Result<Node, UnitError> {
         };
         return Err(syntax(here, format!("unexpected {found} in an expression"), help));
     }
+    if root.is_deeper_than(MOST_IN_A_ROW) {
+        let message = format!("more than {MOST_IN_A_ROW} sums and products follow from each other in one expression");
+        let help =
+            "give parts of it names of their own, under `[parameters]` or as `[signal.NAME]`, and write these here";
+        return Err(syntax(0..text.len(), message, help));
+    }
     Ok(root)
 }
+
+/// The most parts of an expression each of which is part of the next: what looks at them follows as deep.
+const MOST_IN_A_ROW: usize = 1000;
 
 struct Parser<'t> {
     reader: Reader<'t>,

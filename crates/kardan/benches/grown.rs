@@ -1,0 +1,56 @@
+//! How `kardan check` grows with the entries of a model: `cargo bench -p kardan --bench grown`. Of each kind the time of 10, 100, 1000 and
+//! 10,000 entries, and the power of their number by which it grows from one to the next. `cargo bench -p kardan --bench grown -- chain` takes the kinds
+//! with that word in their name.
+
+#[path = "../tests/common/grown.rs"]
+mod grown;
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use grown::{CHAINS, CIRCLES, COUPLED, Kind, REFUSED, WIDE};
+use kardan::study;
+
+/// A kind that took so long (s) is not asked for more entries.
+const LONG: f64 = 20.0;
+
+/// The shortest time of some checks of a model, s.
+fn shortest(source: &str) -> f64 {
+    let mut least = f64::INFINITY;
+    let start = Instant::now();
+    while least.is_infinite() || start.elapsed().as_secs_f64() < 0.1 {
+        let begin = Instant::now();
+        black_box(study::check(black_box(source)));
+        least = least.min(begin.elapsed().as_secs_f64());
+    }
+    least
+}
+
+/// Prints the times of one kind with up to so many entries.
+fn measure((name, model): &Kind, most: usize) {
+    print!("{name:40}");
+    let mut before: Option<f64> = None;
+    for count in [10, 100, 1000, 10_000].into_iter().filter(|count| *count <= most) {
+        let time = shortest(&model(count));
+        match before {
+            Some(before) => print!("{:>11.2} ms (n^{:.2})", 1e3 * time, (time / before).log10()),
+            None => print!("{:>9.2} ms", 1e3 * time),
+        }
+        before = Some(time);
+        if time > LONG {
+            break;
+        }
+    }
+    println!();
+}
+
+fn main() {
+    let word = std::env::args().skip(1).find(|word| !word.starts_with('-')).unwrap_or_default();
+    let all = [("wide", WIDE), ("chains", CHAINS), ("circles", CIRCLES), ("refused", REFUSED), ("coupled", COUPLED)];
+    for (title, kinds) in all {
+        // The matrices of coupled bodies grow with the square of their number.
+        let most = if title == "coupled" { 1000 } else { 10_000 };
+        println!("{title}: 10 to {most} entries");
+        kinds.iter().filter(|(name, _)| name.contains(&word)).for_each(|kind| measure(kind, most));
+    }
+}

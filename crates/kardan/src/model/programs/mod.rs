@@ -1,0 +1,745 @@
+//! Blocks and what they read, put together to tasks: names looked up, units checked, in the order in which they compute.
+
+mod tasks;
+mod writing;
+
+use std::cell::{OnceCell, RefCell};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::sync::Arc;
+
+use super::document::{BlockTable, Document, Instance, SignalTable};
+use super::functions::Functions;
+use super::monitors::{self, WrittenMonitor};
+use super::overlaps::{self, Known, WrittenGuard};
+use super::table_reader::TableReader;
+use crate::block::{BlockKind, Expressions, Guard, List, Rule, Wiring};
+use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
+use crate::element::{Mistake, Values};
+use crate::entries::Place;
+use crate::expr::{Expr, Graph, Interval, Lookup, OfTime, Substitution, Symbol, Traced};
+use crate::names::{HasName, NamedList, SignalName};
+use crate::num::Rational;
+use crate::program::{AS_READ, KeyRule, Lists, Looked, Read, TableCall, Task, TaskAnswer};
+use crate::schema::{Kind, Placed, Scalar, Table, Value};
+use crate::units::{Dimension, Exact, UnitError};
+
+/// The blocks of a model as tasks, with what comes from outside.
+#[derive(Debug, Clone, Default)]
+pub struct Programs {
+    /// One task for each sample time, the shortest first.
+    pub tasks: Vec<Arc<Task>>,
+    /// Sensors of signals, each as a task that answers its signal, by the name of the sensor.
+    pub sensors: Vec<Arc<Task>>,
+    /// Functions of time that tasks read, by name.
+    pub functions: Vec<(String, Arc<OfTime>)>,
+    /// What sampled laws tell that tasks read, by name: `column.rk.disturbance`.
+    pub told: Vec<(String, Dimension)>,
+    /// What is looked at in the rows of a run.
+    pub looked: Looked,
+    /// One has a mistake, or names what has one, which was told: what they compute is not known.
+    pub broken: bool,
+}
+
+impl Programs {
+    /// All answers.
+    pub fn answers(&self) -> impl Iterator<Item = &TaskAnswer> {
+        self.tasks.iter().flat_map(|task| &task.answers)
+    }
+}
+
+/// Something outside of the blocks that they may read by its name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outside {
+    /// The name.
+    pub name: String,
+    /// What it is.
+    pub read: Read,
+    /// What it is of.
+    pub dimension: Dimension,
+}
+
+impl HasName for Outside {
+    fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+/// A law that is a program: its name, its sample time, what it commands as it is written.
+pub(crate) struct Commands<'a> {
+    pub control: String,
+    pub period: Option<Exact>,
+    pub written: &'a [(Placed<String>, Placed<Scalar>)],
+}
+
+/// What a law tells one input.
+struct Command {
+    name: String,
+    value: Expr,
+    dimension: Dimension,
+    reads: BTreeSet<String>,
+    place: Place,
+}
+
+/// Answers of a block: names behind its own, values and dimensions.
+type Answers = Vec<(String, Expr, Dimension)>;
+/// What a block remembers: symbol, start, next.
+type Memory = Vec<(Expr, Expr, Expr)>;
+/// Keys that are expressions, with the name in the key where they stand by name.
+type Given = Vec<(&'static str, Option<String>, (Expr, Dimension))>;
+
+/// A block that was written.
+#[derive(Debug, Clone)]
+struct Made {
+    period: Option<Exact>,
+    answers: Answers,
+    memory: Memory,
+    /// Names in its expressions, signals written out.
+    reads: Arc<BTreeSet<String>>,
+}
+
+/// What is written by its expressions.
+#[derive(Clone, Copy)]
+enum Source<'a> {
+    Block(&'a BlockTable),
+    /// A signal that names what moves.
+    Formula(&'a SignalTable),
+    /// A sensor of a signal: its name, the signal that it names and where.
+    Sensor(&'a str, &'a str, &'a Place),
+}
+
+impl<'a> Source<'a> {
+    fn name(self) -> &'a str {
+        match self {
+            Self::Block(block) => &block.name,
+            Self::Formula(signal) => &signal.name,
+            Self::Sensor(name, ..) => name,
+        }
+    }
+}
+
+/// A formula as it was written out, with the names in it.
+#[derive(Clone)]
+struct WrittenFormula {
+    value: Expr,
+    dimension: Dimension,
+    reads: Arc<BTreeSet<String>>,
+}
+
+/// An answer in its place among those that it follows from.
+struct Ordered<'a> {
+    /// Its block, or the signal that it is the formula of.
+    block: &'a str,
+    /// Its name behind that of the block.
+    answer: String,
+    /// Its name outside.
+    name: String,
+    value: Expr,
+    dimension: Dimension,
+    /// Answers of other blocks, or others of the same, that it follows from at the same sample.
+    at_once: Vec<String>,
+}
+
+/// The blocks of a document in the making.
+pub(crate) struct Blocks<'a, 'd, 'f> {
+    reader: &'a TableReader<'d>,
+    document: &'a Document,
+    functions: &'f mut Functions<'a, 'd>,
+    graph: RefCell<Graph>,
+    outside: NamedList<Outside>,
+    /// What was read of it, with what stands for it.
+    read: BTreeMap<String, (Expr, Dimension)>,
+    /// Sensors among it that were read since monitors were last given them as they read, by where they stand.
+    fresh: Vec<usize>,
+    /// What stands for the answers of blocks.
+    answers: BTreeMap<String, (Expr, Dimension)>,
+    /// States of observers as their own keys name them, by name: they move, where what is answered stands still from one sample to the next.
+    states: BTreeMap<String, (Expr, Dimension)>,
+    made: BTreeMap<&'a str, Option<Made>>,
+    /// Signals that name what moves, written out, and what sensors of signals measure.
+    formulas: HashMap<&'a str, Option<WrittenFormula>>,
+    sensors: HashMap<&'a str, Option<WrittenFormula>>,
+    /// What waits for others, each behind what waits for it.
+    open: Vec<&'a str>,
+    waiting: HashSet<&'a str>,
+    used_functions: Vec<(String, Arc<OfTime>)>,
+    /// Machines, with their states and transitions.
+    machines: Vec<(&'a str, Vec<String>, Vec<WrittenGuard>)>,
+    monitors: Vec<WrittenMonitor>,
+    calls: Vec<TableCall>,
+    /// The same by reader, name and place.
+    called: HashSet<(String, String, Vec<Expr>)>,
+    rules: Vec<KeyRule>,
+    /// All symbols that follow from what moves.
+    moving: OnceCell<HashSet<Symbol>>,
+}
+
+fn errors(out: &[Diagnostic]) -> usize {
+    out.iter().filter(|diagnostic| diagnostic.severity == Severity::Error).count()
+}
+
+/// The name of an answer outside.
+fn outside_name(block: &str, answer: &str) -> String {
+    if answer.is_empty() { block.to_string() } else { format!("{block}.{answer}") }
+}
+
+/// The symbols of an answer: `.since` of a machine and others whose units are known before anything is written.
+fn foretold(kind: &BlockKind, values: &Values, lists: &[List]) -> Vec<(String, Dimension)> {
+    match kind.keyword {
+        "state_machine" => {
+            let states = values.words("states").unwrap_or_default().iter();
+            let outputs = lists.iter().filter_map(|list| Some((list.name.clone(), list.values.first()?.1)));
+            let own = [(String::new(), Dimension::NONE), ("since".to_string(), Dimension::TIME)];
+            own.into_iter().chain(states.map(|name| (name.clone(), Dimension::NONE))).chain(outputs).collect()
+        }
+        "observer" => {
+            let states = lists.iter().filter(|list| list.key == "states");
+            states.filter_map(|list| Some((list.name.clone(), list.values.first()?.1))).collect()
+        }
+        "monitor" => vec![(String::new(), Dimension::NONE)],
+        _ => Vec::new(),
+    }
+}
+
+impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
+    pub(crate) fn new(
+        (reader, document): (&'a TableReader<'d>, &'a Document),
+        functions: &'f mut Functions<'a, 'd>,
+        outside: Vec<Outside>,
+    ) -> Self {
+        Self {
+            reader,
+            document,
+            functions,
+            graph: RefCell::default(),
+            outside: outside.into_iter().collect(),
+            read: BTreeMap::new(),
+            fresh: Vec::new(),
+            answers: BTreeMap::new(),
+            states: BTreeMap::new(),
+            made: BTreeMap::new(),
+            formulas: HashMap::new(),
+            sensors: HashMap::new(),
+            open: Vec::new(),
+            waiting: HashSet::new(),
+            used_functions: Vec::new(),
+            machines: Vec::new(),
+            monitors: Vec::new(),
+            calls: Vec::new(),
+            called: HashSet::new(),
+            rules: Vec::new(),
+            moving: OnceCell::new(),
+        }
+    }
+
+    /// All blocks as tasks, and what the laws that are programs command, by their names; what is wrong is told.
+    pub(crate) fn tasks(
+        mut self,
+        laws: &[Commands<'a>],
+        out: &mut Vec<Diagnostic>,
+    ) -> (Programs, Vec<(String, Arc<Task>)>) {
+        let before = errors(out);
+        for block in &self.document.blocks {
+            self.make(Source::Block(block), out);
+        }
+        for signal in &self.document.signals {
+            self.column(signal, out);
+        }
+        let sensors: Vec<Arc<Task>> =
+            self.document.signal_sensors().filter_map(|sensor| self.sensor(sensor, out)).map(Arc::new).collect();
+        let commands: Vec<Vec<Command>> = laws.iter().map(|law| self.commands(law, out)).collect();
+        let nothing = (Programs { broken: true, ..Programs::default() }, Vec::new());
+        // What names something in doubt is left out without a word.
+        let is_missing = |made: &Option<Made>| made.is_none();
+        let is_short = |(law, commands): (&Commands<'_>, &Vec<Command>)| law.written.len() > commands.len();
+        if errors(out) > before || self.made.values().any(is_missing) || laws.iter().zip(&commands).any(is_short) {
+            return nothing;
+        }
+        self.check_rates(out);
+        let Some(order) = self.order(out) else { return nothing };
+        for (law, commands) in laws.iter().zip(&commands) {
+            let what = format!("control `{}`", law.control);
+            commands
+                .iter()
+                .for_each(|command| self.check_reads(&what, &command.place, (&law.period, &command.reads), out));
+        }
+        if errors(out) > before {
+            return nothing;
+        }
+        self.check_transitions(out);
+        self.check_monitors(&order, out);
+        let mut periods: Vec<Option<Exact>> = self.made.values().flatten().map(|made| made.period.clone()).collect();
+        periods.sort_by_key(|period| period.as_ref().map(Exact::to_rational));
+        periods.dedup();
+        let tasks = periods.into_iter().map(|period| Arc::new(self.task(period, &order, |_| false))).collect();
+        let of_laws = laws.iter().zip(commands).map(|(law, commands)| {
+            let task = self.command_task((&law.control, law.period.clone()), &order, commands);
+            (law.control.clone(), Arc::new(task))
+        });
+        let of_laws = of_laws.collect();
+        let functions = std::mem::take(&mut self.used_functions);
+        let looked = Looked {
+            graph: self.graph.borrow().clone(),
+            calls: std::mem::take(&mut self.calls),
+            rules: std::mem::take(&mut self.rules),
+        };
+        (Programs { tasks, sensors, functions, told: self.told(), looked, broken: false }, of_laws)
+    }
+
+    /// What was read of sampled laws, sorted.
+    fn told(&self) -> Vec<(String, Dimension)> {
+        let of_law = |name: &String| self.document.controls.has(SignalName::new(name).element);
+        self.read.iter().filter(|(name, _)| of_law(name)).map(|(name, (_, of))| (name.clone(), *of)).collect()
+    }
+
+    /// What a law commands; what is wrong is told.
+    fn commands(&mut self, law: &Commands<'a>, out: &mut Vec<Diagnostic>) -> Vec<Command> {
+        let mut found = Vec::new();
+        for (name, scalar) in law.written {
+            let label = format!("`{}` in `commands` of control `{}`", shortened(&name.value), law.control);
+            let motor = self.document.elements.get(&name.value);
+            let wanted = match motor {
+                Some(one) if one.kind.keyword == "voltage_source" => Dimension::VOLTAGE,
+                Some(one) if one.kind.keyword == "motor" && one.table.along_masses => Dimension::FORCE,
+                Some(one) if one.kind.keyword == "motor" => Dimension::TORQUE,
+                _ => {
+                    let inputs = || {
+                        let all = self.document.elements.iter();
+                        all.filter(|one| ["motor", "voltage_source"].contains(&one.kind.keyword))
+                            .map(|one| one.name.as_str())
+                    };
+                    let help = match nearest(&name.value, inputs()) {
+                        Some(near) => format!("did you mean `{near}`?"),
+                        None => format!("there are {}", quoted(inputs())),
+                    };
+                    let message = format!("{label}: there is no motor and no voltage source of that name");
+                    out.push(Diagnostic::error("name::unknown", message).at(name.place.clone(), "unknown").help(help));
+                    continue;
+                }
+            };
+            let Scalar::Expression(read) = &scalar.value else { continue };
+            let mut reads = BTreeSet::new();
+            let Some((value, dimension)) = self.resolved(read, (&scalar.place, &label), &mut reads, out) else {
+                continue;
+            };
+            if !wanted.is_like(&dimension) {
+                let message = format!("{label}: expected {}, found {}", wanted.noun(), dimension.noun());
+                let help = format!("it should come out in a unit such as {}", wanted.example());
+                out.push(
+                    Diagnostic::error("unit::dimension", message).at(scalar.place.clone(), dimension.noun()).help(help),
+                );
+                continue;
+            }
+            found.push(Command {
+                name: name.value.clone(),
+                value,
+                dimension: wanted,
+                reads,
+                place: scalar.place.clone(),
+            });
+        }
+        found
+    }
+
+    fn symbol(&self, name: &str, dimension: Dimension) -> Expr {
+        self.graph.borrow_mut().new_symbol(name.to_string(), dimension)
+    }
+
+    /// What stands for an answer, of a dimension.
+    fn answer_symbol(&mut self, name: String, dimension: Dimension) -> (Expr, Dimension) {
+        if let Some(known) = self.answers.get(&name) {
+            return *known;
+        }
+        let found = (self.symbol(&name, dimension), dimension);
+        self.answers.insert(name, found);
+        found
+    }
+
+    /// Takes down what a monitor compares.
+    fn watch(&mut self, name: &str, table: &Table, given: &Given) {
+        let of = |key: &str| given.iter().find(|(other, ..)| *other == key).map(|(_, _, found)| *found);
+        let (Some((residual, _)), Some((threshold, _))) = (of("residual"), of("threshold")) else { return };
+        let place = TableReader::place(table, "threshold");
+        let waits = table.values.contains_key("debounce");
+        self.monitors.push(WrittenMonitor { name: name.to_string(), residual, threshold, place, waits });
+    }
+
+    /// Lets a kind write itself.
+    fn wire(
+        &self,
+        kind: &BlockKind,
+        (values, sample_time, table, lists): (&Values, Option<Exact>, Option<Arc<Lookup>>, Vec<List>),
+        (given, guards, own): (Given, Vec<WrittenGuard>, Vec<[Expr; 2]>),
+    ) -> Result<(Answers, Memory, Vec<KeyRule>), Mistake> {
+        let graph = &self.graph;
+        let traced = |expr: Expr| Traced::new(graph, expr);
+        let (mut alone, mut named) = (BTreeMap::new(), BTreeMap::<&str, Expressions<'_>>::new());
+        for (key, name, (expr, dimension)) in given {
+            match name {
+                None => drop(alone.insert(key, (traced(expr), dimension))),
+                Some(name) => named.entry(key).or_default().push((name, traced(expr), dimension)),
+            }
+        }
+        let mut wiring = Wiring {
+            graph,
+            given: alone,
+            named,
+            own: own.into_iter().map(|both| both.map(traced)).collect(),
+            values,
+            lists,
+            guards: guards
+                .iter()
+                .map(|guard| Guard { transition: guard.transition, when: traced(guard.when) })
+                .collect(),
+            table,
+            sample_time,
+            memory: Vec::new(),
+            answers: Vec::new(),
+            rules: RefCell::default(),
+        };
+        (kind.write)(&mut wiring)?;
+        let rule = |Rule { what, value, above, dimension }: Rule<'_>| {
+            let block = String::new();
+            KeyRule { block, what, value: value.expr(graph), above, dimension }
+        };
+        let rules = wiring.rules.take().into_iter().map(rule).collect();
+        let answers =
+            wiring.answers.iter().map(|answer| (answer.name.clone(), answer.value.expr(graph), answer.dimension));
+        let memory = wiring
+            .memory
+            .iter()
+            .map(|entry| (entry.symbol.expr(graph), entry.start.expr(graph), entry.next.expr(graph)));
+        Ok((answers.collect(), memory.collect(), rules))
+    }
+
+    /// Checks what a block came out as, and gives its answers to who reads it.
+    fn finished(
+        &mut self,
+        block: &'a BlockTable,
+        mut made: Made,
+        unit: Option<Dimension>,
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<Made> {
+        let what = format!("block `{}`", shortened(&block.name));
+        if let (Some(unit), Some((_, _, found))) = (unit, made.answers.first())
+            && !unit.is_like(found)
+        {
+            let message = format!("{what} answers {}, not {}", found.noun(), unit.noun());
+            let at = TableReader::place(&block.table, "unit");
+            let mistake = Diagnostic::error("unit::dimension", message).at(at, "another unit");
+            out.push(mistake.help(format!("write a unit such as {}, or leave `unit` out", found.example())));
+            return None;
+        }
+        if let (Some(unit), Some(answer)) = (unit, made.answers.first_mut()) {
+            answer.2 = unit;
+        }
+        let varies = |expr: Expr| !self.graph.borrow().symbols(&[expr]).is_empty();
+        if made.memory.iter().any(|(_, start, _)| varies(*start)) {
+            let at = TableReader::place(&block.table, "initial");
+            let mistake =
+                Diagnostic::error("block::start", format!("{what}: what it starts with may vary")).at(at, "varies");
+            out.push(mistake.help("write it with numbers and parameters alone"));
+            return None;
+        }
+        for (answer, _, dimension) in &made.answers {
+            self.answer_symbol(outside_name(&block.name, answer), *dimension);
+        }
+        Some(made)
+    }
+
+    /// The unit that is stated for an answer.
+    fn unit(&self, table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<Dimension> {
+        let Some(Placed { value: Value::Word(text), place }) = table.values.get("unit") else { return None };
+        match crate::units::parse_quantity(&format!("1 {text}")) {
+            Ok((_, dimension)) => Some(dimension),
+            Err(error) => {
+                let message = format!("`unit` of {what}: {}", error.message);
+                let mistake = Diagnostic::error(error.code, message).at(place.clone(), "no unit");
+                out.push(mistake.help("write a unit such as \"N m\""));
+                None
+            }
+        }
+    }
+
+    /// Lists of quantities by name.
+    fn lists(&self, table: &Table, out: &mut Vec<Diagnostic>) -> Vec<List> {
+        let (mut lists, mut places): (Vec<List>, HashMap<(&str, &str), usize>) = (Vec::new(), HashMap::new());
+        for field in table.fields.iter().filter(|field| field.kind == Kind::Lists) {
+            let Some(Placed { value: Value::Map(entries), .. }) = table.values.get(field.name) else { continue };
+            for (name, scalar) in entries {
+                let label = format!("`{}` in `{}`", name.value, field.name);
+                let Some(found) = self.reader.scalar(scalar, None, &label, out) else { continue };
+                let place = *places.entry((field.name, &name.value)).or_insert(lists.len());
+                match lists.get_mut(place) {
+                    Some(list) => list.values.push(found),
+                    None => lists.push(List { key: field.name, name: name.value.clone(), values: vec![found] }),
+                }
+            }
+        }
+        lists
+    }
+
+    /// Takes down where a table is read; those of lanes are left beside the road.
+    fn reads_table(&mut self, name: &str, table: Option<Arc<Lookup>>, at: Vec<Expr>) {
+        let Some(table) = table.filter(|_| !self.document.lanes.contains(name)) else { return };
+        let reader = self.open.last().map_or("commands", |open| open).to_string();
+        if self.called.insert((reader.clone(), name.to_string(), at.clone())) {
+            self.calls.push(TableCall { reader, name: name.to_string(), table, at });
+        }
+    }
+
+    /// Lets the residual of a monitor see sensors as they read, no number where one gives none: nothing else has a use for that.
+    fn take_as_read(&mut self, given: &mut Given) {
+        let residual = given.iter().filter(|(key, ..)| *key == "residual").map(|(_, _, (value, _))| *value);
+        let residual: Vec<Expr> = residual.collect();
+        let mut places = std::mem::take(&mut self.fresh);
+        let graph = self.graph.borrow();
+        let symbols = graph.symbols(&residual);
+        places.extend(symbols.iter().filter_map(|symbol| self.outside.position(graph.name(*symbol).0)));
+        drop(graph);
+        places.sort();
+        places.dedup();
+        for place in places {
+            let Outside { name, read: Read::Sensor(sensor), dimension } = self.outside[place].clone() else { continue };
+            let Some((expr, _)) = self.read.get(&name).copied() else { continue };
+            let Some(symbol) = self.graph.borrow().symbol_of(expr) else { continue };
+            let name = format!("{name}{AS_READ}");
+            let (as_read, _) = self.read_outside(Outside { name, read: Read::AsRead(sensor), dimension });
+            if symbols.binary_search(&symbol).is_err() {
+                continue;
+            }
+            let mut graph = self.graph.borrow_mut();
+            for (_, _, (value, _)) in given.iter_mut().filter(|(key, ..)| *key == "residual") {
+                *value = graph.substitute(&[*value], &[(symbol, as_read)])[0];
+            }
+        }
+    }
+
+    fn read_outside(&mut self, outside: Outside) -> (Expr, Dimension) {
+        if let Some(known) = self.read.get(&outside.name) {
+            return *known;
+        }
+        let found = (self.symbol(&outside.name, outside.dimension), outside.dimension);
+        self.read.insert(outside.name.clone(), found);
+        if !self.outside.all(&outside.name).any(|known| *known == outside) {
+            self.outside.push(outside.clone());
+        }
+        if matches!(outside.read, Read::Sensor(_)) {
+            self.fresh.extend(self.outside.position(&outside.name));
+        }
+        found
+    }
+
+    /// A sensor of a signal as a task that answers its signal; nothing if it has a mistake, which was told.
+    fn sensor(&mut self, sensor: (&'a str, &'a str, &'a Place), out: &mut Vec<Diagnostic>) -> Option<Task> {
+        let (name, signal, place) = sensor;
+        self.make(Source::Sensor(name, signal, place), out);
+        let dimension = self.sensors.get(name)?.as_ref()?.dimension;
+        let answered = self.answers.contains_key(signal) || self.made.get(signal).is_some_and(Option::is_some);
+        let of_time = self.document.signals.get(signal).is_some_and(|signal| signal.formula.is_none());
+        let outside = self.outside.get(signal).map(|outside| &outside.read);
+        let block = self.of_name(signal).and_then(|block| self.made.get(block)?.as_ref());
+        let of_law = self.document.controls.has(SignalName::new(signal).element);
+        if block.is_some_and(|made| made.period.is_some()) || of_law {
+            let message = format!(
+                "`signal` of sensor `{}`: `{}` is a number of a control unit, which no sensor measures",
+                shortened(name),
+                shortened(signal)
+            );
+            let help = "let blocks read it by its name; what is computed at every instant can be measured";
+            out.push(Diagnostic::error("sensor::signal", message).at(place.clone(), "has a sample time").help(help));
+            return None;
+        }
+        if !answered && !of_time && !matches!(outside, Some(Read::Source(_))) {
+            let (message, help) = match outside {
+                Some(_) => (
+                    "it is no signal, but what moves or is measured",
+                    "write `measures = \"angle\"`, \"speed\" or \"torque\", with its `shaft` or `element`",
+                ),
+                None => (
+                    "it is no signal that a run has at every instant",
+                    "name what a vehicle tells such as `car.a_y`, a block without a sample time, a reference or a disturbance, or a signal of the file that reads no sensor",
+                ),
+            };
+            let message = format!("`signal` of sensor `{}`: `{}`: {message}", shortened(name), shortened(signal));
+            out.push(Diagnostic::error("sensor::signal", message).at(place.clone(), "not measured so").help(help));
+            return None;
+        }
+        let mut graph = Graph::default();
+        let value = graph.new_symbol(signal.to_string(), dimension);
+        let symbol = graph.symbol_of(value)?;
+        let element = self.document.elements.get(name)?;
+        // What is wrong with its other keys is told where the element is read.
+        let values = self.reader.values(element.kind.fields, &element.table, name, &mut Vec::new());
+        Some(Task {
+            name: format!("sensor {name}"),
+            period: values.exact("sample_time").cloned(),
+            graph,
+            reads: vec![(symbol, Read::Source(signal.to_string()))],
+            memory: Vec::new(),
+            answers: vec![TaskAnswer {
+                name: name.to_string(),
+                dimension,
+                description: format!("reading of sensor {name}"),
+                value,
+            }],
+            moving: vec![symbol],
+            names: Vec::new(),
+            order: Vec::new(),
+            lists: Lists::default(),
+        })
+    }
+
+    /// A signal that names what moves, as something that is answered at every instant: so results have it. Not where it reads a sensor that
+    /// needs samples.
+    fn column(&mut self, signal: &'a SignalTable, out: &mut Vec<Diagnostic>) {
+        if signal.formula.is_none() {
+            return;
+        }
+        self.make(Source::Formula(signal), out);
+        let Some(Some(found)) = self.formulas.get(signal.name.as_str()) else { return };
+        let needs_samples = |name: &String| {
+            let outside = self.outside.get(name);
+            matches!(outside, Some(Outside { read: Read::Sensor(sensor), .. }) if !self.document.reads_at_every_instant(sensor))
+        };
+        if found.reads.iter().any(needs_samples) {
+            return;
+        }
+        let (answers, reads) = (vec![(String::new(), found.value, found.dimension)], Arc::clone(&found.reads));
+        self.made.insert(&signal.name, Some(Made { period: None, answers, memory: Vec::new(), reads }));
+    }
+
+    fn mistake(&self, mut error: UnitError, text: &str, (place, what): (&Place, &str)) -> Diagnostic {
+        let at = place.part(text, error.span.clone());
+        let name = text.get(error.span.clone()).unwrap_or_default().trim_matches('\'').to_string();
+        if error.message.starts_with("there is no parameter") && !error.message.contains("behind a number") {
+            error.code = "name::unknown";
+            error.message = format!("there is no `{}` that a block can read", shortened(&name));
+            let document = self.document;
+            let known = || {
+                let signals = document.signals.iter().map(|signal| signal.name.as_str());
+                let blocks = document.blocks.iter().map(|block| block.name.as_str());
+                let parameters = document.parameters.iter().map(|parameter| parameter.name.as_str());
+                let answers = self.answers.keys().map(String::as_str);
+                let outside = self.outside.iter().map(|outside| outside.name.as_str());
+                let sensors = document.signal_sensors().map(|(sensor, ..)| sensor);
+                outside.chain(sensors).chain(signals).chain(blocks).chain(answers).chain(parameters)
+            };
+            let known_whole = known().find(|other| other.contains('-') && text.contains(*other));
+            error.help = Some(match nearest(&name, known()) {
+                _ if known_whole.is_some() => {
+                    let whole = known_whole.unwrap_or_default();
+                    format!("in an expression `-` is minus: write the name in quotes, `'{whole}'`")
+                }
+                Some(near) => format!("did you mean `{near}`?"),
+                None => "a block reads angles and speeds (`rack.s`, `column.w`), sensors, references, signals, other blocks, parameters \
+                         and the time `t`"
+                    .into(),
+            });
+        }
+        let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
+        Diagnostic { help: error.help, ..diagnostic }
+    }
+}
+
+impl Blocks<'_, '_, '_> {
+    /// What is known of the answers of monitors and machines.
+    fn known(&self, graph: &Graph) -> Known {
+        let symbol = |name: &str| self.answers.get(name).and_then(|(expr, _)| graph.symbol_of(*expr));
+        let mut known = Known::default();
+        let mut one_of = |names: Vec<String>| {
+            let symbols: Vec<Symbol> = names.iter().filter_map(|name| symbol(name)).collect();
+            known.not_negative(symbols.iter().copied());
+            known.bounded(&symbols, Rational::ONE);
+        };
+        for block in self.document.blocks.iter().filter(|block| block.kind.keyword == "monitor") {
+            one_of(vec![block.name.clone()]);
+        }
+        for (name, states, _) in &self.machines {
+            one_of(states.iter().map(|state| outside_name(name, state)).collect());
+        }
+        let counts = self.machines.iter().flat_map(|(name, ..)| [outside_name(name, "since"), outside_name(name, "")]);
+        known.not_negative(counts.filter_map(|name| symbol(&name)));
+        known
+    }
+
+    /// Warns of transitions that overlap, and of those that are never taken.
+    fn check_transitions(&self, out: &mut Vec<Diagnostic>) {
+        let graph = self.graph.borrow();
+        let known = self.known(&graph);
+        for (name, states, guards) in &self.machines {
+            overlaps::check(&format!("block `{}`", shortened(name)), (states, guards), (&graph, &known), out);
+        }
+    }
+}
+
+impl<'a> Blocks<'a, '_, '_> {
+    /// What is known of answers by what they are: alarms and states from 0 to 1, counts from 0 on.
+    fn known_bounds(&self) -> BTreeMap<String, Interval> {
+        let mut out = BTreeMap::new();
+        let to = |high: f64| Interval { low: 0.0, high };
+        out.extend(self.monitors.iter().map(|monitor| (monitor.name.clone(), to(1.0))));
+        for (name, states, _) in &self.machines {
+            out.extend(states.iter().map(|state| (outside_name(name, state), to(1.0))));
+            out.insert(outside_name(name, ""), to(states.len() as f64 - 1.0));
+            out.insert(outside_name(name, "since"), to(f64::INFINITY));
+        }
+        out
+    }
+
+    /// Warns of monitors that never or always tell of something, with the answers of blocks written out.
+    fn check_monitors(&self, order: &[Ordered<'a>], out: &mut Vec<Diagnostic>) {
+        if self.monitors.is_empty() {
+            return;
+        }
+        let mut graph = self.graph.borrow().clone();
+        let own = self.known_bounds();
+        let symbol = |name: &str| self.answers.get(name).and_then(|(expr, _)| self.graph.borrow().symbol_of(*expr));
+        let bounds: HashMap<Symbol, Interval> =
+            own.iter().filter_map(|(name, bound)| Some((symbol(name)?, *bound))).collect();
+        let mut values = Substitution::default();
+        for Ordered { name, value, .. } in order.iter().filter(|answer| !own.contains_key(&answer.name)) {
+            if let Some(symbol) = symbol(name) {
+                let value = values.of(&mut graph, &[*value])[0];
+                values.set(symbol, value);
+            }
+        }
+        let (known, noises) = (self.known(&graph), self.noises());
+        for monitor in &self.monitors {
+            let what = format!("block `{}`", shortened(&monitor.name));
+            let compared = values.of(&mut graph, &[monitor.residual, monitor.threshold]);
+            let [residual, threshold] = compared[..] else { continue };
+            let before = out.len();
+            monitors::check(&what, (monitor, [residual, threshold]), &mut graph, (&bounds, &known), out);
+            if out.len() == before {
+                monitors::check_noise(&what, (monitor, [residual, threshold]), &mut graph, &noises, out);
+            }
+        }
+    }
+
+    /// The noise of each sensor that has some.
+    fn noises(&self) -> HashMap<&'a str, f64> {
+        let sensors = self.document.elements.iter().filter(|element| element.kind.keyword == "sensor");
+        let noise = |sensor: &'a Instance| {
+            let values = self.reader.values(sensor.kind.fields, &sensor.table, &sensor.name, &mut Vec::new());
+            Some((sensor.name.as_str(), values.number("noise")?))
+        };
+        sensors.filter_map(noise).collect()
+    }
+}
+
+/// Warns of a transfer function whose answer grows without end.
+fn warn_of_growth(values: &Values, table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
+    let poles = values.poles("poles").unwrap_or_default();
+    let Some((real, imaginary)) = poles.iter().find(|(real, _)| real.signum() > 0) else { return };
+    let beside = if imaginary.is_zero() { String::new() } else { format!(" ± {}j", imaginary.to_f64().abs()) };
+    let message = format!(
+        "{what}: its pole at {}{beside} 1/s has a real part above zero: what it answers grows without end, whatever it reads",
+        real.to_f64()
+    );
+    let told = Diagnostic::warning("block::unstable", message).at(TableReader::place(table, "poles"), "grows");
+    out.push(told.help("check the sign: what decays has negative poles; leave it where a loop around it holds it"));
+}
+
+/// What breaks a circle.
+const BREAK_CIRCLE: &str =
+    "put a `delay` or a forward `integrator` into it: what they answer does not follow from their input at once";

@@ -1,0 +1,315 @@
+//! The order in which blocks compute, and the tasks that they are.
+
+use std::collections::{BTreeSet, HashMap, HashSet, VecDeque};
+
+use super::{BREAK_CIRCLE, Blocks, Command, Ordered, outside_name};
+use crate::diagnostics::{Diagnostic, shortened};
+use crate::entries::Place;
+use crate::expr::{Expr, Floating, Graph, Substitution, Symbol, lower};
+use crate::model::in_order::in_order;
+use crate::names::{SignalName, circle};
+use crate::program::{Entry, Lists, Read, Step, Task, TaskAnswer};
+use crate::schema::{Scalar, Value};
+use crate::units::{Dimension, Exact, shown_quantity};
+
+/// The names in all expressions of a value.
+fn names_in(value: &Value, out: &mut BTreeSet<String>) {
+    let mut read = |scalar: &Scalar| {
+        if let Scalar::Expression(read) = scalar {
+            out.extend(read.names().into_iter().map(String::from));
+        }
+    };
+    match value {
+        Value::Scalar(scalar) => read(scalar),
+        Value::Map(entries) => entries.iter().for_each(|(_, scalar)| read(&scalar.value)),
+        Value::Tables(tables) => {
+            tables.iter().flat_map(|table| table.values.values()).for_each(|found| names_in(&found.value, out));
+        }
+        _ => {}
+    }
+}
+
+impl<'a> Blocks<'a, '_, '_> {
+    /// The block that a name is an answer of.
+    pub(super) fn of_name(&self, name: &str) -> Option<&str> {
+        let head = SignalName::new(name).element;
+        let blocks = &self.document.blocks;
+        blocks.get(name).or_else(|| blocks.get(head)).map(|block| block.name.as_str())
+    }
+
+    /// Refuses blocks that read those of another sample time without saying so.
+    pub(super) fn check_rates(&self, out: &mut Vec<Diagnostic>) {
+        for block in self.document.blocks.iter().filter(|block| !block.kind.crosses) {
+            let Some(Some(made)) = self.made.get(block.name.as_str()) else { continue };
+            let what = format!("block `{}`", shortened(&block.name));
+            self.check_reads(&what, &block.place, (&made.period, &made.reads), out);
+        }
+    }
+
+    /// The same of whatever computes with a sample time.
+    pub(super) fn check_reads(
+        &self,
+        what: &str,
+        place: &Place,
+        (own, reads): (&Option<Exact>, &BTreeSet<String>),
+        out: &mut Vec<Diagnostic>,
+    ) {
+        let shown = |period: &Exact| shown_quantity(period, Dimension::TIME);
+        let Some(own) = own else { return };
+        for name in reads {
+            let other = self.of_name(name).and_then(|block| self.made.get(block)?.as_ref());
+            let Some(period) = other.and_then(|other| other.period.as_ref()).filter(|period| *period != own) else {
+                continue;
+            };
+            let message =
+                format!("{what} computes every {} and reads `{name}`, which does every {}", shown(own), shown(period));
+            let head = SignalName::new(name).element;
+            let help = format!(
+                "say how it is read: `[block.{head}_held]` with kind = \"hold\", input = \"{name}\" and sample_time = \"{}\"",
+                shown(own)
+            );
+            out.push(Diagnostic::error("block::rate", message).at(place.clone(), "another sample time").help(help));
+        }
+    }
+
+    /// All answers in the order of blocks, each with those that it follows from at once.
+    fn all_answers(&self) -> Vec<Ordered<'a>> {
+        let graph = self.graph.borrow();
+        let named: HashMap<Symbol, &str> = self
+            .answers
+            .iter()
+            .filter_map(|(name, (expr, _))| Some((graph.symbol_of(*expr)?, name.as_str())))
+            .collect();
+        let made = self.made.iter().filter_map(|(block, made)| Some((*block, made.as_ref()?)));
+        let answers = made.flat_map(|(block, made)| made.answers.iter().map(move |answer| (block, answer)));
+        let mut all: Vec<Ordered<'a>> = answers
+            .map(|(block, (answer, value, dimension))| Ordered {
+                block,
+                answer: answer.clone(),
+                name: outside_name(block, answer),
+                value: *value,
+                dimension: *dimension,
+                at_once: Vec::new(),
+            })
+            .collect();
+        let values: Vec<Expr> = all.iter().map(|answer| answer.value).collect();
+        for (answer, symbols) in all.iter_mut().zip(graph.symbols_of_each(&values)) {
+            answer.at_once = symbols.iter().filter_map(|symbol| named.get(symbol)).map(ToString::to_string).collect();
+            answer.at_once.sort();
+        }
+        all
+    }
+
+    /// All answers, each behind those that it follows from at once. Circles are told.
+    pub(super) fn order(&self, out: &mut Vec<Diagnostic>) -> Option<Vec<Ordered<'a>>> {
+        let all = self.all_answers();
+        let places: HashMap<&str, usize> =
+            all.iter().enumerate().map(|(k, answer)| (answer.name.as_str(), k)).collect();
+        let period = |block: &str| self.made.get(block)?.as_ref().map(|made| &made.period);
+        let needs = |answer: &Ordered<'_>| {
+            // What another task answers stands still.
+            let of_task = |name: &&String| {
+                self.of_name(name).and_then(period).is_some_and(|other| Some(other) == period(answer.block))
+            };
+            let names = answer.at_once.iter().filter(of_task);
+            names.filter_map(|name| places.get(name.as_str()).copied()).collect()
+        };
+        let needs: Vec<Vec<usize>> = all.iter().map(needs).collect();
+        let (order, circles) = in_order(&needs);
+        for circle in &circles {
+            let answers: Vec<(&str, &str)> = circle.iter().map(|k| (all[*k].block, all[*k].name.as_str())).collect();
+            out.push(self.circle(&answers));
+        }
+        let mut all: Vec<Option<Ordered<'a>>> = all.into_iter().map(Some).collect();
+        circles.is_empty().then(|| order.into_iter().filter_map(|k| all[k].take()).collect())
+    }
+
+    /// What is wrong with answers of blocks that follow from each other at once, with the signals between them where there are few.
+    fn circle(&self, answers: &[(&str, &str)]) -> Diagnostic {
+        let mut names: Vec<&str> = Vec::new();
+        for (k, (block, answer)) in answers.iter().enumerate() {
+            names.push(answer);
+            if answers.len() <= MOST_WITH_SIGNALS {
+                names.extend(self.signals_between(block, answers[(k + 1) % answers.len()].1));
+            }
+        }
+        let message = format!("blocks follow from each other at the same sample: {}", circle(&names));
+        let found = answers.first().and_then(|(block, _)| self.document.blocks.get(block));
+        let mistake = Diagnostic::error("block::circle", message);
+        let mistake = found.into_iter().fold(mistake, |told, block| told.at(block.place.clone(), "in a circle"));
+        mistake.help(BREAK_CIRCLE)
+    }
+
+    /// The signals by way of which a block reads an answer, by the shortest way; none where it names it itself.
+    fn signals_between(&self, block: &str, answer: &str) -> Vec<&'a str> {
+        let Some(block) = self.document.blocks.get(block) else { return Vec::new() };
+        let mut ways: VecDeque<(Vec<&'a str>, BTreeSet<String>)> = VecDeque::new();
+        let mut first = BTreeSet::new();
+        block.table.values.values().for_each(|found| names_in(&found.value, &mut first));
+        ways.push_back((Vec::new(), first));
+        let mut seen: BTreeSet<&'a str> = BTreeSet::new();
+        while let Some((way, names)) = ways.pop_front() {
+            if names.contains(answer) {
+                return way;
+            }
+            for signal in names.iter().filter_map(|name| self.document.signals.get(name)) {
+                let Some(written) = signal.formula.as_ref().filter(|_| seen.insert(&signal.name)) else { continue };
+                let own = written.value.names().into_iter().map(String::from).collect();
+                ways.push_back((way.iter().copied().chain([signal.name.as_str()]).collect(), own));
+            }
+        }
+        Vec::new()
+    }
+
+    /// The blocks of one sample time, those in order, with what they read of others as from outside.
+    pub(super) fn task(&self, period: Option<Exact>, order: &[Ordered<'a>], stands: impl Fn(&str) -> bool) -> Task {
+        let mut graph = self.graph.borrow().clone();
+        let mut values = Substitution::default();
+        let (mut answers, mut steps): (Vec<TaskAnswer>, Vec<Step>) = (Vec::new(), Vec::new());
+        let mut places: HashMap<&str, usize> = HashMap::new();
+        let of_period = |block: &str| self.made.get(block)?.as_ref().filter(|made| made.period == period);
+        for Ordered { block, answer, name, value, dimension, at_once } in order {
+            let Some(made) = of_period(block) else { continue };
+            let of_block = self.document.blocks.get(block);
+            let kind = of_block.map_or("expression", |block| block.kind.keyword);
+            let value = values.of(&mut graph, &[*value])[0];
+            let symbol = self.answers.get(name).and_then(|(expr, _)| graph.symbol_of(*expr));
+            if let Some(symbol) = symbol.filter(|_| !stands(block)) {
+                values.set(symbol, value);
+            }
+            let whose = kind.replace('_', " ");
+            let description = if of_block.is_none() {
+                "a formula of what moves".into()
+            } else if answer.is_empty() {
+                format!("what the {whose} answers")
+            } else {
+                format!("{answer} of the {whose} {block}")
+            };
+            answers.push(TaskAnswer { name: name.clone(), dimension: *dimension, description, value });
+            let place = *places.entry(block).or_insert(steps.len());
+            match steps.get_mut(place) {
+                Some(step) => step.at_once.extend(at_once.iter().cloned()),
+                None => steps.push(Step {
+                    block: (*block).into(),
+                    kind,
+                    reads: made.reads.iter().cloned().collect(),
+                    at_once: at_once.clone(),
+                }),
+            }
+        }
+        let mut memory = Vec::new();
+        for Step { block, .. } in &steps {
+            for (symbol, start, next) in of_period(block).into_iter().flat_map(|made| &made.memory) {
+                let next = values.of(&mut graph, &[*next])[0];
+                let start = lower(&graph, &[*start], &mut Floating::<f64>::default(), |_| f64::NAN)[0];
+                let symbol = graph.symbol_of(*symbol).expect("an entry of a memory is a symbol");
+                memory.push(Entry { name: block.clone(), symbol, start, next });
+            }
+        }
+        let exprs: Vec<Expr> =
+            answers.iter().map(|answer| answer.value).chain(memory.iter().map(|entry| entry.next)).collect();
+        let reads = self.reads_of(&graph, &exprs);
+        let name = match &period {
+            Some(period) => format!("blocks at {}", shown_quantity(period, Dimension::TIME)),
+            None => "blocks at every instant".into(),
+        };
+        let moving = self.moving(&reads, &memory);
+        let (names, lists) = (Vec::new(), Lists::default());
+        Task { name, period, graph, reads, memory, answers, moving, names, order: steps, lists }
+    }
+
+    /// What a law commands, with the blocks of its sample time that it needs.
+    pub(super) fn command_task(
+        &self,
+        (name, period): (&str, Option<Exact>),
+        order: &[Ordered<'a>],
+        commands: Vec<Command>,
+    ) -> Task {
+        // What reads another sample time is read as the blocks have it: they computed before.
+        let crosses = |name: &str| self.document.blocks.get(name).is_some_and(|block| block.kind.crosses);
+        let mut task = self.task(period, order, crosses);
+        let symbol = |graph: &Graph, name: &str| self.answers.get(name).and_then(|(expr, _)| graph.symbol_of(*expr));
+        let inside = task.answers.iter().filter(|answer| !crosses(&answer.name));
+        let known: Vec<(Symbol, Expr)> =
+            inside.filter_map(|answer| Some((symbol(&task.graph, &answer.name)?, answer.value))).collect();
+        task.answers = Vec::new();
+        let names: BTreeSet<String> = commands.iter().flat_map(|command| command.reads.iter().cloned()).collect();
+        task.names = names.into_iter().collect();
+        for Command { name, value, dimension, .. } in commands {
+            let value = task.graph.substitute(&[value], &known)[0];
+            task.answers.push(TaskAnswer { description: format!("command of {name}"), name, dimension, value });
+        }
+        // What is remembered and needed, until nothing new is.
+        let mut exprs: Vec<Expr> = task.answers.iter().map(|answer| answer.value).collect();
+        let places: HashMap<Symbol, usize> =
+            task.memory.iter().enumerate().map(|(place, entry)| (entry.symbol, place)).collect();
+        let mut memory: Vec<Option<Entry>> = std::mem::take(&mut task.memory).into_iter().map(Some).collect();
+        let (mut needed, mut new): (Vec<Entry>, Vec<Expr>) = (Vec::new(), exprs.clone());
+        while !new.is_empty() {
+            let used = task.graph.symbols(&new);
+            let mut used: Vec<usize> = used.iter().filter_map(|symbol| places.get(symbol).copied()).collect();
+            used.sort();
+            let first = needed.len();
+            needed.extend(used.into_iter().filter_map(|place| memory[place].take()));
+            new = needed[first..].iter().map(|entry| entry.next).collect();
+            exprs.extend(&new);
+        }
+        let blocks: HashSet<&str> = needed.iter().map(|entry| entry.name.as_str()).collect();
+        task.order.retain(|step| blocks.contains(step.block.as_str()));
+        task.memory = needed;
+        task.reads = self.reads_of(&task.graph, &exprs);
+        task.moving = self.moving(&task.reads, &task.memory);
+        task.name = name.to_string();
+        task
+    }
+
+    /// What of this moves with what is controlled.
+    fn moving(&self, reads: &[(Symbol, Read)], memory: &[Entry]) -> Vec<Symbol> {
+        let moving = self.moving.get_or_init(|| self.all_moving());
+        let all = reads.iter().map(|(symbol, _)| *symbol).chain(memory.iter().map(|entry| entry.symbol));
+        all.filter(|symbol| moving.contains(symbol)).collect()
+    }
+
+    /// All symbols that follow from what moves by its value, and not only by what switches it.
+    fn all_moving(&self) -> HashSet<Symbol> {
+        let graph = self.graph.borrow();
+        let moves = |read: &Read| match read {
+            Read::Time => false,
+            Read::Source(name) => self.document.controls.has(SignalName::new(name).element),
+            _ => true,
+        };
+        let outside = self.outside.iter().filter(|outside| moves(&outside.read));
+        let moving: Vec<Symbol> =
+            outside.filter_map(|outside| graph.symbol_of(self.read.get(&outside.name)?.0)).collect();
+        let mut stand_for = Vec::new();
+        for (block, made) in self.made.iter().filter_map(|(block, made)| Some((block, made.as_ref()?))) {
+            let symbols = made.memory.iter().filter_map(|(own, _, next)| Some((graph.symbol_of(*own)?, *next)));
+            stand_for.extend(symbols);
+            for (answer, value, _) in &made.answers {
+                let symbol = self.answers.get(&outside_name(block, answer));
+                stand_for.extend(symbol.and_then(|(own, _)| Some((graph.symbol_of(*own)?, *value))));
+            }
+        }
+        graph.carriers(&moving, &stand_for)
+    }
+
+    /// What expressions read from outside of their task, sorted.
+    fn reads_of(&self, graph: &Graph, exprs: &[Expr]) -> Vec<(Symbol, Read)> {
+        let used = graph.symbols(exprs);
+        let outside = self.outside.iter().filter_map(|outside| {
+            let symbol = graph.symbol_of(self.read.get(&outside.name)?.0)?;
+            Some((symbol, outside.read.clone()))
+        });
+        let others = self.answers.iter().filter_map(|(name, (expr, _))| {
+            let symbol = graph.symbol_of(*expr)?;
+            Some((symbol, Read::Source(name.clone())))
+        });
+        let mut reads: Vec<_> =
+            outside.chain(others).filter(|(symbol, _)| used.binary_search(symbol).is_ok()).collect();
+        reads.sort_by(|a, b| a.1.cmp(&b.1));
+        reads
+    }
+}
+
+/// The most blocks of a circle that is told with the signals between them.
+const MOST_WITH_SIGNALS: usize = 20;

@@ -1,0 +1,514 @@
+//! Expressions of blocks, formulas and sensors of signals, each once and behind those that it names, however long the chain.
+
+use std::borrow::Cow;
+use std::collections::{BTreeSet, HashMap};
+use std::sync::Arc;
+
+use super::{Blocks, Given, Made, Outside, Source, WrittenFormula, errors, foretold, outside_name, warn_of_growth};
+use crate::block::List;
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::element::Values;
+use crate::entries::Place;
+use crate::expr::{Expr, Graph, Named};
+use crate::model::document::BlockTable;
+use crate::model::overlaps::WrittenGuard;
+use crate::names::{SignalName, circle};
+use crate::program::{KeyRule, Read};
+use crate::schema::{Kind, Placed, Scalar, Table, Value};
+use crate::units::{Dimension, Expression};
+
+/// Why an expression is not written.
+pub(super) enum Stopped<'a> {
+    /// It, or what it names, has a mistake, which was told.
+    Mistake,
+    /// It names what is to be written before.
+    Needs(Source<'a>),
+}
+
+/// An expression that is to be written, with its place and what it is in messages.
+struct Asked<'a> {
+    key: &'static str,
+    /// The name in the key, where expressions stand by name.
+    name: Option<&'a str>,
+    read: Cow<'a, Expression>,
+    place: &'a Place,
+    what: String,
+}
+
+/// What is being written, and what that has come to.
+struct Open<'a> {
+    source: Source<'a>,
+    asked: Vec<Asked<'a>>,
+    written: Vec<(Expr, Dimension)>,
+    reads: BTreeSet<String>,
+    /// Of a block.
+    keys: Keys,
+}
+
+/// Expressions that were asked for, what they came to, and the names in them.
+type Expressions<'a> = (Vec<Asked<'a>>, Vec<(Expr, Dimension)>, Arc<BTreeSet<String>>);
+
+/// Keys of a block that are no expressions.
+#[derive(Default)]
+struct Keys {
+    values: Values,
+    unit: Option<Dimension>,
+    lists: Vec<List>,
+    /// What stands for its states, in its keys and in its answers.
+    own: Vec<[Expr; 2]>,
+    /// Transitions; nothing for one that names no state, which was told.
+    ways: Vec<Option<kardan_rt::Transition>>,
+}
+
+impl<'a> Blocks<'a, '_, '_> {
+    /// Writes something, and before it what its expressions name.
+    pub(super) fn make(&mut self, source: Source<'a>, out: &mut Vec<Diagnostic>) {
+        let mut stack: Vec<Open<'a>> = self.begin(source, out).into_iter().collect();
+        while let Some(open) = stack.last_mut() {
+            match self.write_on(open, out) {
+                Some(Stopped::Needs(source)) => stack.extend(self.begin(source, out)),
+                Some(Stopped::Mistake) => {
+                    let source = open.source;
+                    stack.pop();
+                    self.close(source, None);
+                }
+                None => {
+                    let Some(open) = stack.pop() else { return };
+                    let source = open.source;
+                    let made = self.finish(open, out);
+                    self.close(source, made);
+                }
+            }
+        }
+    }
+
+    /// Begins to write something; nothing if it has a mistake, which was told, or if it was written.
+    fn begin(&mut self, source: Source<'a>, out: &mut Vec<Diagnostic>) -> Option<Open<'a>> {
+        let name = source.name();
+        let is_made = match source {
+            Source::Block(_) => self.made.contains_key(name),
+            Source::Formula(_) => self.formulas.contains_key(name),
+            Source::Sensor(..) => self.sensors.contains_key(name),
+        };
+        if is_made {
+            return None;
+        }
+        self.waiting.insert(name);
+        self.open.push(name);
+        let begun = match source {
+            Source::Block(block) => self.keys_of(block, out).map(|keys| (asked_of(&block.table, block), keys)),
+            Source::Formula(signal) => signal.formula.as_ref().map(|formula| {
+                let (read, what) = (Cow::Borrowed(&formula.value), format!("signal `{}`", shortened(name)));
+                (vec![Asked { key: "value", name: None, read, place: &formula.place, what }], Keys::default())
+            }),
+            Source::Sensor(name, signal, place) => self.asked_of_sensor((name, signal, place), out).map(|read| {
+                let (read, what) = (Cow::Owned(read), format!("`signal` of sensor `{}`", shortened(name)));
+                (vec![Asked { key: "signal", name: None, read, place, what }], Keys::default())
+            }),
+        };
+        match begun {
+            Some((asked, keys)) => Some(Open { source, asked, written: Vec::new(), reads: BTreeSet::new(), keys }),
+            None => {
+                self.close(source, None);
+                None
+            }
+        }
+    }
+
+    /// Takes down what something came to.
+    fn close(&mut self, source: Source<'a>, made: Option<Made>) {
+        let name = source.name();
+        self.waiting.remove(name);
+        self.open.pop();
+        let formula = || {
+            let Made { answers, reads, .. } = made.as_ref()?;
+            let (_, value, dimension) = answers.first()?;
+            Some(WrittenFormula { value: *value, dimension: *dimension, reads: Arc::clone(reads) })
+        };
+        match source {
+            Source::Block(_) => drop(self.made.insert(name, made)),
+            Source::Formula(_) => drop(self.formulas.insert(name, formula())),
+            Source::Sensor(..) => drop(self.sensors.insert(name, formula())),
+        }
+    }
+
+    /// Writes what can be written; why not the next one, else.
+    fn write_on(&mut self, open: &mut Open<'a>, out: &mut Vec<Diagnostic>) -> Option<Stopped<'a>> {
+        while let Some(Asked { read, place, what, .. }) = open.asked.get(open.written.len()) {
+            match self.expression(read, (place, what), &mut open.reads, out) {
+                Ok(found) => open.written.push(found),
+                Err(stopped) => return Some(stopped),
+            }
+        }
+        None
+    }
+
+    /// What came of it when all expressions are written.
+    fn finish(&mut self, open: Open<'a>, out: &mut Vec<Diagnostic>) -> Option<Made> {
+        let Open { source, asked, written, reads, keys } = open;
+        let reads = Arc::new(reads);
+        match source {
+            Source::Block(block) => self.written(block, (asked, written, reads), keys, out),
+            _ => {
+                let answers = written.into_iter().map(|(value, dimension)| (String::new(), value, dimension)).collect();
+                Some(Made { period: None, answers, memory: Vec::new(), reads })
+            }
+        }
+    }
+
+    /// An expression that something names which is no block, no formula and no sensor.
+    pub(super) fn resolved(
+        &mut self,
+        read: &Expression,
+        at: (&Place, &str),
+        reads: &mut BTreeSet<String>,
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<(Expr, Dimension)> {
+        loop {
+            match self.expression(read, at, reads, out) {
+                Ok(found) => return Some(found),
+                Err(Stopped::Mistake) => return None,
+                Err(Stopped::Needs(source)) => self.make(source, out),
+            }
+        }
+    }
+
+    /// An expression in the graph of all blocks.
+    fn expression(
+        &mut self,
+        read: &Expression,
+        (place, what): (&Place, &str),
+        reads: &mut BTreeSet<String>,
+        out: &mut Vec<Diagnostic>,
+    ) -> Result<(Expr, Dimension), Stopped<'a>> {
+        let mut names: HashMap<&str, Named> = HashMap::new();
+        for name in read.names() {
+            if let Some(named) = self.named(name, (read, place, what), reads, out)? {
+                names.insert(name, named);
+            }
+        }
+        for name in read.tables() {
+            if self.document.tables.has(name) {
+                names.insert(name, Named::Table(self.functions.table_of(name, out).ok_or(Stopped::Mistake)?));
+            }
+        }
+        let mut known = |_: &mut Graph, name: &str| names.get(name).cloned();
+        let written = self.graph.borrow_mut().written(read, &mut known);
+        match written {
+            Ok(found) => {
+                let calls = self.graph.borrow_mut().calls(read, &mut known).unwrap_or_default();
+                for (name, at) in calls {
+                    let table = match names.get(name.as_str()) {
+                        Some(Named::Table(table)) => Some(Arc::clone(table)),
+                        _ => None,
+                    };
+                    self.reads_table(&name, table, at);
+                }
+                Ok(found)
+            }
+            Err(error) => {
+                out.push(self.mistake(error, read.text(), (place, what)));
+                Err(Stopped::Mistake)
+            }
+        }
+    }
+
+    /// What a name stands for; nothing if it is not known.
+    fn named(
+        &mut self,
+        name: &str,
+        (read, place, what): (&Expression, &Place, &str),
+        reads: &mut BTreeSet<String>,
+        out: &mut Vec<Diagnostic>,
+    ) -> Result<Option<Named>, Stopped<'a>> {
+        let document = self.document;
+        let varying = |(expr, dimension): (Expr, Dimension)| Ok(Some(Named::Varying(expr, dimension)));
+        let head = SignalName::new(name).element;
+        if let Some(block) = document.blocks.get(name).or_else(|| document.blocks.get(head)) {
+            return self.answer_of(block, name, (read, place, what), reads, out);
+        }
+        if let Some(signal) = document.signals.get(name) {
+            if signal.formula.is_some() {
+                let source = Source::Formula(signal);
+                let found = self.needed(self.formulas.get(name), source, (read, place, what), out)?;
+                reads.extend(found.reads.iter().cloned());
+                return varying((found.value, found.dimension));
+            }
+            reads.insert(name.to_string());
+            if let Some(known) = self.read.get(name) {
+                return varying(*known);
+            }
+            let function = self.functions.of_time_named(name, out).ok_or(Stopped::Mistake)?;
+            let dimension = function.dimension();
+            self.used_functions.push((name.to_string(), function));
+            let read = Read::Source(name.into());
+            return varying(self.read_outside(Outside { name: name.into(), read, dimension }));
+        }
+        if let Some((sensor, signal, at)) = document.signal_sensor(name) {
+            reads.insert(name.to_string());
+            let source = Source::Sensor(sensor, signal, at);
+            let dimension = self.needed(self.sensors.get(name), source, (read, place, what), out)?.dimension;
+            let read = Read::Sensor(name.into());
+            return varying(self.read_outside(Outside { name: name.into(), read, dimension }));
+        }
+        if let Some(outside) = self.outside.get(name).cloned() {
+            reads.insert(name.to_string());
+            return varying(self.read_outside(outside));
+        }
+        if let Some(value) = self.reader.value_of(name, out) {
+            let (value, dimension) = value.ok_or(Stopped::Mistake)?;
+            return Ok(Some(Named::Constant(value, dimension)));
+        }
+        if document.doubts.has(name) || document.doubts.has(head) { Err(Stopped::Mistake) } else { Ok(None) }
+    }
+
+    /// What a block answers by a name.
+    fn answer_of(
+        &self,
+        block: &'a BlockTable,
+        name: &str,
+        (read, place, what): (&Expression, &Place, &str),
+        reads: &mut BTreeSet<String>,
+        out: &mut Vec<Diagnostic>,
+    ) -> Result<Option<Named>, Stopped<'a>> {
+        let own = self.states.get(name).filter(|_| self.open.last() == Some(&block.name.as_str()));
+        if own.is_none() {
+            reads.insert(name.to_string());
+        }
+        if let Some((expr, dimension)) = own.or_else(|| self.answers.get(name)) {
+            return Ok(Some(Named::Varying(*expr, *dimension)));
+        }
+        match self.made.get(block.name.as_str()) {
+            Some(None) => Err(Stopped::Mistake),
+            Some(Some(_)) => Ok(None),
+            None if !self.waiting.contains(block.name.as_str()) => Err(Stopped::Needs(Source::Block(block))),
+            None if block.name == name => {
+                let message = format!("{what}: `{name}` follows from itself, so its unit is not known");
+                let at = place.part(read.text(), 0..read.text().len());
+                let mistake = Diagnostic::error("block::unit", message).at(at, "in a circle");
+                out.push(mistake.help(format!("state the unit of its answer: `unit = \"rad\"` in `[block.{name}]`")));
+                Err(Stopped::Mistake)
+            }
+            // What a block does not answer is not known, also where it reads itself.
+            None => Ok(None),
+        }
+    }
+
+    /// What a formula or a sensor came to, which may follow from itself.
+    fn needed(
+        &self,
+        made: Option<&Option<WrittenFormula>>,
+        source: Source<'a>,
+        (read, place, what): (&Expression, &Place, &str),
+        out: &mut Vec<Diagnostic>,
+    ) -> Result<WrittenFormula, Stopped<'a>> {
+        let name = source.name();
+        match made {
+            Some(made) => made.clone().ok_or(Stopped::Mistake),
+            None if !self.waiting.contains(name) => Err(Stopped::Needs(source)),
+            None => {
+                let first = self.open.iter().position(|open| *open == name).unwrap_or_default();
+                let message = format!("{what}: `{name}` follows from itself: {}", circle(&self.open[first..]));
+                let at = place.part(read.text(), 0..read.text().len());
+                out.push(Diagnostic::error("signal::circle", message).at(at, "in a circle").help(super::BREAK_CIRCLE));
+                Err(Stopped::Mistake)
+            }
+        }
+    }
+
+    /// What a sensor of a signal measures, as an expression.
+    fn asked_of_sensor(
+        &self,
+        (sensor, signal, place): (&str, &str, &Place),
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<Expression> {
+        let what = format!("`signal` of sensor `{}`", shortened(sensor));
+        let mut refuse = |message: &str, label: &str, help: &str| {
+            let told = Diagnostic::error("sensor::signal", format!("{what}: {message}"));
+            out.push(told.at(place.clone(), label).help(help));
+            None
+        };
+        let quoted = format!("'{}'", signal.trim_matches('\''));
+        let read = Expression::parse_law(signal).ok().filter(|read| read.names() == [signal]);
+        let Some(read) = read.or_else(|| Expression::parse_law(&quoted).ok().filter(|_| !signal.contains(' '))) else {
+            let help =
+                "write a formula as a signal of its own, `[signal.NAME]` with kind = \"expression\", and name that";
+            return refuse("a sensor measures one signal, by its name", "no name", help);
+        };
+        if self.document.signal_sensor(signal).is_some() {
+            let help = "name what that one measures, or put a block between";
+            return refuse("a sensor measures no other sensor", "a sensor", help);
+        }
+        Some(read)
+    }
+
+    /// The keys of a block that are no expressions, with what is known of its answers already: what it reads may read them.
+    fn keys_of(&mut self, block: &'a BlockTable, out: &mut Vec<Diagnostic>) -> Option<Keys> {
+        let BlockTable { kind, name, table, .. } = block;
+        let what = format!("block `{}`", shortened(name));
+        let before = errors(out);
+        let values = self.reader.values(table.fields, table, &what, out);
+        let unit = self.unit(table, &what, out);
+        if errors(out) > before {
+            return None;
+        }
+        if kind.keyword == "transfer_function" {
+            warn_of_growth(&values, table, &what, out);
+        }
+        let lists = self.lists(table, out);
+        let mut own = Vec::new();
+        for (answer, dimension) in foretold(kind, &values, &lists) {
+            let outside = outside_name(name, &answer);
+            let (answered, _) = self.answer_symbol(outside.clone(), dimension);
+            if kind.keyword == "observer" {
+                let moves = self.symbol(&outside, dimension);
+                self.states.insert(outside, (moves, dimension));
+                own.push([moves, answered]);
+            }
+        }
+        if let Some(dimension) = unit {
+            self.answer_symbol(name.clone(), dimension);
+        }
+        let ways = ways(table, values.words("states").unwrap_or_default(), &what, out);
+        Some(Keys { values, unit, lists, own, ways })
+    }
+
+    /// A block whose expressions are written; nothing if it has a mistake, which was told.
+    fn written(
+        &mut self,
+        block: &'a BlockTable,
+        (asked, written, reads): Expressions<'a>,
+        Keys { values, unit, lists, own, ways }: Keys,
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<Made> {
+        let BlockTable { kind, name, place, table, .. } = block;
+        let (mut given, mut guards) = (Given::new(), Vec::new());
+        for (Asked { key, name, place, what, .. }, found) in asked.into_iter().zip(written) {
+            match key {
+                WHEN => guards.push((number_of(found, (place, &what), out)?, place)),
+                _ => given.push((key, name.map(String::from), found)),
+            }
+        }
+        let guards = guards
+            .into_iter()
+            .zip(ways)
+            .map(|((when, place), way)| Some(WrittenGuard { transition: way?, when, place: place.clone() }));
+        let guards: Vec<WrittenGuard> = guards.collect::<Option<_>>()?;
+        if kind.keyword == "monitor" {
+            self.take_as_read(&mut given);
+            self.watch(name, table, &given);
+        }
+        let table_name = values.word("table").filter(|_| kind.keyword == "table");
+        let called = table_name.and_then(|name| self.functions.table_of(name, out));
+        if let Some(name) = table_name.filter(|_| called.is_some()) {
+            let inputs = ["input", "input_2"].into_iter();
+            let at = inputs.filter_map(|key| given.iter().find(|(other, ..)| *other == key)).map(|(_, _, (at, _))| *at);
+            let at = at.collect();
+            self.reads_table(name, called.clone(), at);
+        }
+        let period = values.exact("sample_time").cloned();
+        if kind.keyword == "state_machine" {
+            self.machines.push((name, values.words("states").unwrap_or_default().to_vec(), guards.clone()));
+        }
+        match self.wire(kind, (&values, period.clone(), called, lists), (given, guards, own)) {
+            Ok((answers, memory, rules)) => {
+                self.rules.extend(rules.into_iter().map(|rule| KeyRule { block: block.name.clone(), ..rule }));
+                self.finished(block, Made { period, answers, memory, reads }, unit, out)
+            }
+            Err(mistake) => {
+                let what = format!("block `{}`", shortened(name));
+                let at = table.values.get(mistake.key).map_or(place, |value| &value.place);
+                let told = Diagnostic::error("block::key", format!("{what}: {}", mistake.message));
+                out.push(told.at(at.clone(), "").help(mistake.help));
+                None
+            }
+        }
+    }
+}
+
+/// The key of a transition's condition.
+const WHEN: &str = "when";
+
+/// The expressions in the keys of a block, the conditions of transitions last.
+fn asked_of<'a>(table: &'a Table, block: &BlockTable) -> Vec<Asked<'a>> {
+    let what = format!("block `{}`", shortened(&block.name));
+    let mut asked = Vec::new();
+    for field in table.fields {
+        match (field.kind, table.values.get(field.name)) {
+            (Kind::Expression, Some(Placed { value: Value::Scalar(Scalar::Expression(read)), place })) => {
+                let (read, what) = (Cow::Borrowed(&**read), format!("`{}` of {what}", field.name));
+                asked.push(Asked { key: field.name, name: None, read, place, what });
+            }
+            (Kind::Expressions, Some(Placed { value: Value::Map(entries), .. })) => {
+                for (name, scalar) in entries {
+                    let Scalar::Expression(read) = &scalar.value else { continue };
+                    let what = format!("`{}` in `{}` of {what}", shortened(&name.value), field.name);
+                    let (name, read) = (Some(name.value.as_str()), Cow::Borrowed(&**read));
+                    asked.push(Asked { key: field.name, name, read, place: &scalar.place, what });
+                }
+            }
+            _ => {}
+        }
+    }
+    for (k, transition) in transitions(table).enumerate() {
+        if let Some(Placed { value: Value::Scalar(Scalar::Expression(read)), place }) = transition.values.get(WHEN) {
+            let (read, what) = (Cow::Borrowed(&**read), format!("`when` of transition {} of {what}", k + 1));
+            asked.push(Asked { key: WHEN, name: None, read, place, what });
+        }
+    }
+    asked
+}
+
+/// The transitions of a machine; none of a kind that has none.
+fn transitions(table: &Table) -> impl Iterator<Item = &Table> {
+    let tables = match table.values.get("transitions") {
+        Some(Placed { value: Value::Tables(tables), .. }) => &tables[..],
+        _ => &[],
+    };
+    tables.iter()
+}
+
+/// From where to where the transitions of a machine with a condition lead; nothing for one that names no state, which is told.
+fn ways(table: &Table, states: &[String], what: &str, out: &mut Vec<Diagnostic>) -> Vec<Option<kardan_rt::Transition>> {
+    let mut places: HashMap<&str, usize> = HashMap::new();
+    for (k, state) in states.iter().enumerate() {
+        places.entry(state).or_insert(k);
+    }
+    let mut found = Vec::new();
+    for (k, transition) in transitions(table).enumerate() {
+        let mut number = |key: &'static str| {
+            let Some(Placed { value: Value::Word(name), place }) = transition.values.get(key) else { return None };
+            let known = places.get(name.as_str()).copied();
+            if known.is_none() {
+                let message =
+                    format!("`{key}` of transition {} of {what}: there is no state `{}`", k + 1, shortened(name));
+                let help = match nearest(name, states.iter().map(String::as_str)) {
+                    Some(near) => format!("did you mean `{near}`?"),
+                    None => format!("its states are {}", quoted(states.iter().map(String::as_str))),
+                };
+                out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "unknown state").help(help));
+            }
+            known
+        };
+        let ends = (number("from"), number("to"));
+        if let Some(Placed { value: Value::Scalar(Scalar::Expression(_)), .. }) = transition.values.get(WHEN) {
+            found.push(ends.0.zip(ends.1).map(|(from, to)| kardan_rt::Transition { from, to }));
+        }
+    }
+    found
+}
+
+/// A condition, which is a number; nothing if it has a unit, which is told.
+fn number_of(
+    (when, dimension): (Expr, Dimension),
+    (place, what): (&Place, &str),
+    out: &mut Vec<Diagnostic>,
+) -> Option<Expr> {
+    if dimension == Dimension::NONE {
+        return Some(when);
+    }
+    let message = format!("{what}: expected a number, found {}", dimension.noun());
+    let help = format!("compare it with a threshold: `... > 1 {}`", dimension.si());
+    out.push(Diagnostic::error("unit::dimension", message).at(place.clone(), dimension.noun()).help(help));
+    None
+}

@@ -1,0 +1,184 @@
+//! Lists whose entries are found by their names in one step, however long they are.
+
+use std::collections::HashMap;
+use std::fmt;
+use std::ops::{Deref, DerefMut};
+
+/// What has a name.
+pub trait HasName {
+    /// The name.
+    fn name(&self) -> &str;
+}
+
+/// Entries in their order, which are found by their names. Several may have one name.
+///
+/// ```
+/// use kardan::names::{HasName, NamedList};
+/// struct Shaft(&'static str);
+/// impl HasName for Shaft {
+///     fn name(&self) -> &str {
+///         self.0
+///     }
+/// }
+/// let list: NamedList<Shaft> = ["wg", "fs"].map(Shaft).into_iter().collect();
+/// assert!(list.has("fs") && list.get("rk").is_none() && list.len() == 2);
+/// ```
+#[derive(Clone)]
+pub struct NamedList<T> {
+    list: Vec<T>,
+    /// Where the entries of each name stand, of a list that is longer than [`FEW`].
+    places: HashMap<Box<str>, Vec<usize>>,
+}
+
+/// So few entries are looked through faster than a table of them is made.
+const FEW: usize = 8;
+
+impl<T: HasName> NamedList<T> {
+    /// The first entry of a name.
+    pub fn get(&self, name: &str) -> Option<&T> {
+        self.position(name).map(|place| &self.list[place])
+    }
+
+    /// The same, to change it; not its name.
+    pub fn get_mut(&mut self, name: &str) -> Option<&mut T> {
+        self.position(name).map(|place| &mut self.list[place])
+    }
+
+    /// Where the first entry of a name stands.
+    pub fn position(&self, name: &str) -> Option<usize> {
+        match self.list.len() {
+            0..=FEW => self.list.iter().position(|entry| entry.name() == name),
+            _ => self.places.get(name).map(|places| places[0]),
+        }
+    }
+
+    /// Whether there is an entry of a name.
+    pub fn has(&self, name: &str) -> bool {
+        self.position(name).is_some()
+    }
+
+    /// All entries of a name.
+    pub fn all(&self, name: &str) -> impl Iterator<Item = &T> {
+        let few = if self.list.len() <= FEW { &self.list[..] } else { &[] };
+        let many = self.places.get(name).map_or(&[][..], Vec::as_slice);
+        few.iter().filter(move |entry| entry.name() == name).chain(many.iter().map(|place| &self.list[*place]))
+    }
+
+    /// The entries alone.
+    pub fn into_vec(self) -> Vec<T> {
+        self.list
+    }
+
+    /// Adds an entry behind the others.
+    pub fn push(&mut self, entry: T) {
+        self.list.push(entry);
+        let first = if self.list.len() == FEW + 1 { 0 } else { self.list.len() - 1 };
+        self.enter(first);
+    }
+
+    /// Keeps the entries for which something holds.
+    pub fn retain(&mut self, keep: impl FnMut(&T) -> bool) {
+        self.list.retain(keep);
+        self.places.clear();
+        self.enter(0);
+    }
+
+    /// Takes down where the entries from one on stand.
+    fn enter(&mut self, first: usize) {
+        if self.list.len() <= FEW {
+            return;
+        }
+        for place in first..self.list.len() {
+            let name = self.list[place].name();
+            match self.places.get_mut(name) {
+                Some(places) => places.push(place),
+                None => drop(self.places.insert(name.into(), vec![place])),
+            }
+        }
+    }
+}
+
+impl<T> Deref for NamedList<T> {
+    type Target = [T];
+
+    fn deref(&self) -> &[T] {
+        &self.list
+    }
+}
+
+/// Entries may change, but for their names.
+impl<T> DerefMut for NamedList<T> {
+    fn deref_mut(&mut self) -> &mut [T] {
+        &mut self.list
+    }
+}
+
+impl<T> Default for NamedList<T> {
+    fn default() -> Self {
+        Self { list: Vec::new(), places: HashMap::new() }
+    }
+}
+
+impl<T: PartialEq> PartialEq for NamedList<T> {
+    fn eq(&self, other: &Self) -> bool {
+        self.list == other.list
+    }
+}
+
+impl<T: fmt::Debug> fmt::Debug for NamedList<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.list.fmt(f)
+    }
+}
+
+impl<T: HasName> Extend<T> for NamedList<T> {
+    fn extend<I: IntoIterator<Item = T>>(&mut self, entries: I) {
+        entries.into_iter().for_each(|entry| self.push(entry));
+    }
+}
+
+impl<T: HasName> FromIterator<T> for NamedList<T> {
+    fn from_iter<I: IntoIterator<Item = T>>(entries: I) -> Self {
+        let mut list = Self::default();
+        list.extend(entries);
+        list
+    }
+}
+
+impl<'a, T> IntoIterator for &'a NamedList<T> {
+    type Item = &'a T;
+    type IntoIter = std::slice::Iter<'a, T>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.list.iter()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    impl HasName for (String, usize) {
+        fn name(&self) -> &str {
+            &self.0
+        }
+    }
+
+    /// Short and long lists find what looking through them finds.
+    #[test]
+    fn entries_are_those_of_looking_through() {
+        for count in 0..4 * FEW {
+            let mut list: NamedList<(String, usize)> = (0..count).map(|k| (format!("x{}", k % 7), k)).collect();
+            for kept in [1, 3] {
+                list.retain(|(_, k)| k % kept == 0);
+                list.push(("last".into(), count));
+                for name in ["x0", "x3", "x6", "last", "none"] {
+                    let all: Vec<_> = list.iter().filter(|entry| entry.0 == name).collect();
+                    assert_eq!(list.all(name).collect::<Vec<_>>(), all, "{name} of {count}");
+                    assert_eq!(list.get(name), all.first().copied());
+                    assert_eq!(list.has(name), !all.is_empty());
+                }
+            }
+        }
+    }
+}
