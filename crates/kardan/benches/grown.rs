@@ -1,6 +1,6 @@
 //! How `kardan check` grows with the entries of a model: `cargo bench -p kardan --bench grown`. Of each kind the time of 10, 100, 1000 and
-//! 10,000 entries, and the power of their number by which it grows from one to the next. `cargo bench -p kardan --bench grown -- chain` takes the kinds
-//! with that word in their name.
+//! 10,000 entries, the power of their number by which it grows from one to the next, and the most memory at once (MB) with the last number of entries.
+//! `cargo bench -p kardan --bench grown -- chain` takes the kinds with that word in their name.
 
 #[path = "../tests/common/grown.rs"]
 mod grown;
@@ -29,19 +29,21 @@ fn shortest(source: &str) -> f64 {
 /// Prints the times of one kind with up to so many entries.
 fn measure((name, model): &Kind, most: usize) {
     print!("{name:40}");
-    let mut before: Option<f64> = None;
+    let (mut before, mut memory) = (None::<f64>, 0);
     for count in [10, 100, 1000, 10_000].into_iter().filter(|count| *count <= most) {
-        let time = shortest(&model(count));
+        let source = model(count);
+        let time = shortest(&source);
         match before {
             Some(before) => print!("{:>11.2} ms (n^{:.2})", 1e3 * time, (time / before).log10()),
             None => print!("{:>9.2} ms", 1e3 * time),
         }
         before = Some(time);
+        memory = allocation_counter::measure(|| drop(black_box(study::check(&source)))).bytes_max;
         if time > LONG {
             break;
         }
     }
-    println!();
+    println!("{:>8.0} MB", memory as f64 / 1e6);
 }
 
 fn main() {

@@ -27,5 +27,5 @@ pub use crate::study::Project;
 pub use crate::synthesis::{
     ComputedTorque, ComputedTorqueChannel, Decoupling, DecouplingChannel, Flatness, FlatnessChannel, Lqr, LqrChannel,
     Noninteracting, NoninteractingChannel, Observer, PolePlacement, PolePlacementChannel, PositionLoop, Program,
-    SampledNoninteracting, SampledNoninteractingChannel,
+    ProgramReference, SampledNoninteracting, SampledNoninteractingChannel,
 };

@@ -10,7 +10,7 @@ keys! {
     /// A controller of proportional, integral and filtered derivative parts.
     block Pid("pid") {
         required {
-            reference: Expression, "What the measurement is to be.";
+            reference: Expression, "What the measurement is to be. A new name introduces a reference, as in laws: events and `signals` of the scenario set it.";
             measured: Expression, "The measurement.";
             proportional: Expression, "K, with its unit: what it answers by what it measures.";
         }

@@ -325,6 +325,26 @@ impl Document {
         self.elements.iter().filter_map(Instance::measured_signal)
     }
 
+    /// The references that blocks introduce: names of nothing else that they give as `reference`, each with its block.
+    pub(crate) fn references_of_blocks(&self) -> impl Iterator<Item = (&str, &BlockTable)> {
+        self.blocks.iter().filter_map(|block| match &block.table.values.get("reference")?.value {
+            Value::Scalar(Scalar::Expression(read)) => match read.names()[..] {
+                [name] if read.text().trim().trim_matches('\'') == name && self.is_new(name) => Some((name, block)),
+                _ => None,
+            },
+            _ => None,
+        })
+    }
+
+    /// Whether a name is none of the file, beside those of references.
+    fn is_new(&self, name: &str) -> bool {
+        let head = SignalName::new(name).element;
+        let taken = [name, head].iter().any(|name| {
+            self.blocks.has(name) || self.elements.has(name) || self.controls.has(name) || self.doubts.has(name)
+        });
+        !taken && name != "t" && !self.signals.has(name) && self.parameter(name).is_none()
+    }
+
     /// Whether a name is a block, or a signal that is a formula of what moves.
     pub(crate) fn moves(&self, name: &str) -> bool {
         self.blocks.has(name) || self.signals.get(name).is_some_and(|signal| signal.formula.is_some())
@@ -337,7 +357,9 @@ impl Document {
 
     /// Takes down which signals are formulas of what moves, in one pass over what they name.
     pub(super) fn mark_formulas(&mut self) {
-        let references: HashSet<&str> = self.controls.iter().flat_map(|control| introduced(&control.table)).collect();
+        let mut references: HashSet<&str> =
+            self.controls.iter().flat_map(|control| introduced(&control.table)).collect();
+        references.extend(self.references_of_blocks().map(|(name, _)| name));
         let moves = |name: &str| {
             let head = SignalName::new(name).element;
             let is_element = head != name && (self.elements.has(head) || self.controls.has(head));
@@ -429,12 +451,14 @@ impl Document {
 
 /// The references and loads that a controller's table introduces.
 fn introduced(table: &Table) -> impl Iterator<Item = &str> {
-    let channels = match table.values.get("channels") {
+    let tables = |key: &str| match table.values.get(key) {
         Some(Placed { value: Value::Tables(tables), .. }) => &tables[..],
         _ => &[],
     };
-    let all = std::iter::once(table).chain(channels);
-    all.flat_map(|table| ["reference", "load"].map(|key| table.values.get(key))).filter_map(|given| match given {
+    let of_channels = std::iter::once(table).chain(tables("channels"));
+    let of_channels = of_channels.flat_map(|table| ["reference", "load"].map(|key| table.values.get(key)));
+    let listed = tables("references").iter().map(|table| table.values.get("name"));
+    of_channels.chain(listed).filter_map(|given| match given {
         Some(Placed { value: Value::Word(word), .. }) => Some(word.as_str()),
         _ => None,
     })

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::document::{Document, Instance};
 use super::functions::Functions;
-use super::programs::{Blocks, Commands, Outside, Programs};
+use super::programs::{Blocks, Commands, Outside, Programs, unit_of};
 use super::resolve::ControlSpec;
 use super::table_reader::TableReader;
 use crate::diagnostics::Diagnostic;
@@ -13,8 +13,8 @@ use crate::element::Resolved;
 use crate::equations::{Domain, Measured, NamedTerm, Term};
 use crate::names::SignalName;
 use crate::program::Read;
-use crate::schema::Value;
-use crate::units::{Dimension, parse_quantity};
+use crate::schema::{Placed, Value};
+use crate::units::Dimension;
 
 impl Document {
     /// What the blocks of a model compute; controllers that are programs get what they command.
@@ -39,6 +39,12 @@ impl Document {
             .collect();
         let formulas = self.signals.iter().any(|signal| signal.formula.is_some());
         for control in laws.iter().filter_map(|law| self.controls.get(&law.control)) {
+            if let Some(Placed { value: Value::Tables(references), .. }) = control.table.values.get("references") {
+                for (k, reference) in references.iter().enumerate() {
+                    let what = format!("entry {} of `references` of control `{}`", k + 1, control.name);
+                    unit_of(reference, &what, out);
+                }
+            }
             if let Some(design) = control.table.values.get("design") {
                 let message = format!("`design` of control `{}` does nothing: a program is not designed", control.name);
                 let told = Diagnostic::warning("control::design", message).at(design.place.clone(), "not read");
@@ -78,9 +84,8 @@ impl Document {
             add(sensor.name.clone(), read(), dimension);
         }
         for reference in controls.iter().flat_map(|control| control.law.all_references(&control.values)) {
-            let Ok((_, dimension)) = parse_quantity(&format!("1 {}", reference.physical.unit())) else { continue };
             if !self.blocks.has(&reference.name) {
-                add(reference.name.clone(), Read::Source(reference.name), dimension);
+                add(reference.name.clone(), Read::Source(reference.name), reference.physical.dimension());
             }
         }
         for disturbance in self.elements.iter().filter(|element| element.kind.keyword == "disturbance") {

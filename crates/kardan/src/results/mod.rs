@@ -26,6 +26,7 @@ mod sweep;
 mod verdict;
 
 use crate::names::Quantity;
+use crate::units::{Dimension, parse_quantity};
 use kardan_rt::functions::hypot;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -114,6 +115,32 @@ impl Physical {
             Physical::Voltage => "V",
             Physical::Other(unit) => unit,
         }
+    }
+
+    /// What its values are of.
+    pub fn dimension(self) -> Dimension {
+        match self {
+            Physical::Angle => Dimension::ANGLE,
+            Physical::Speed => Dimension::ANGULAR_VELOCITY,
+            Physical::Torque | Physical::Energy => Dimension::TORQUE,
+            Physical::Position => Dimension::LENGTH,
+            Physical::Velocity => Dimension::VELOCITY,
+            Physical::Force => Dimension::FORCE,
+            Physical::Charge => Dimension::CHARGE,
+            Physical::Current => Dimension::CURRENT,
+            Physical::Voltage => Dimension::VOLTAGE,
+            Physical::Other(unit) => {
+                parse_quantity(&format!("1 {unit}")).map_or(Dimension::NONE, |(_, dimension)| dimension)
+            }
+        }
+    }
+
+    /// The kind of a value of a dimension.
+    pub fn of(dimension: Dimension) -> Self {
+        use Physical::{Angle, Charge, Current, Force, Position, Speed, Torque, Velocity, Voltage};
+        let known = [Angle, Speed, Torque, Position, Velocity, Force, Charge, Current, Voltage];
+        let found = known.into_iter().find(|physical| physical.dimension() == dimension);
+        found.unwrap_or_else(|| Physical::other(&dimension.si()))
     }
 
     /// The kind of a value with another unit, as of `motor.tau * shaft.w`. Each unit is kept through the life of the process.

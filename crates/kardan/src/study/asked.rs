@@ -7,7 +7,7 @@ use super::computed::{Asked, POWER, asked, kind_of, reference};
 use super::figure::{Figure, FigureOf, figure_dimension};
 use super::known::Known;
 use super::measure::Band;
-use super::read::{physical_dimension, quantity, read_scalar, read_word, read_words};
+use super::read::{quantity, read_scalar, read_word, read_words};
 use super::requirement::motor_of;
 use super::spectrum::LEAST_ROWS;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
@@ -614,7 +614,7 @@ fn check_limited(signal: &str, place: &Place, document: &Document, what: &str, o
 /// A unit for signals of a kind; `None` if it is the SI unit or one of something else.
 fn display_unit((unit, size, dimension): (&str, Exact, Dimension), physical: Physical) -> Option<DisplayUnit> {
     let size = size.to_f64();
-    (dimension == physical_dimension(physical) && size != 1.0).then(|| DisplayUnit { unit: unit.into(), size })
+    (dimension == physical.dimension() && size != 1.0).then(|| DisplayUnit { unit: unit.into(), size })
 }
 
 /// The unit in which signals of a plot are drawn; a text that is no unit of one of them is reported.
@@ -631,7 +631,7 @@ fn display(table: &Table, kinds: &[Physical], what: &str, out: &mut Vec<Diagnost
         out.push(mistake("unit::unknown", message, "write a unit such as `deg`, `rpm` or `mN m`".into()));
         return None;
     };
-    let Some(&physical) = kinds.iter().find(|kind| physical_dimension(**kind) == dimension) else {
+    let Some(&physical) = kinds.iter().find(|kind| kind.dimension() == dimension) else {
         // Signals that were not found are reported already.
         if !kinds.is_empty() {
             let message = format!("{what}: `{}` is {}, and no such signal is drawn", shortened(text), dimension.noun());

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::known::{Known, known_signal};
-use super::read::{physical_dimension, read_word, read_words};
+use super::read::{read_word, read_words};
 use crate::diagnostics::{Diagnostic, nearest, shortened};
 use crate::entries::Place;
 use crate::expr::{Graph, Named};
@@ -38,7 +38,7 @@ pub(super) fn kind_of(dimension: Dimension) -> (Physical, Dimension) {
     }
     let dimension = if dimension.word().is_some() { dimension } else { Dimension { angle: 0, ..dimension } };
     let all = [Angle, Speed, Torque, Position, Velocity, Force, Charge, Current, Voltage];
-    let physical = all.into_iter().find(|physical| physical_dimension(*physical) == dimension);
+    let physical = all.into_iter().find(|physical| physical.dimension() == dimension);
     (physical.unwrap_or_else(|| Physical::other(&dimension.si())), dimension)
 }
 
@@ -50,7 +50,7 @@ fn written(
     value: &dyn Fn(&str) -> Option<(Exact, Dimension)>,
 ) -> Result<(crate::expr::Expr, Dimension), UnitError> {
     let mut names = |graph: &mut Graph, name: &str| {
-        let signal = signals.iter().find(|(other, _)| other == name).map(|(_, physical)| physical_dimension(*physical));
+        let signal = signals.iter().find(|(other, _)| other == name).map(|(_, physical)| physical.dimension());
         match signal.or_else(|| (name == TIME).then_some(Dimension::TIME)) {
             Some(dimension) => Some(Named::Varying(graph.symbol(name, dimension), dimension)),
             None => value(name).map(|(value, dimension)| Named::Constant(value, dimension)),
@@ -69,7 +69,7 @@ pub(super) fn asked(
 ) -> Option<Asked> {
     let plain = |name: &str, out: &mut Vec<Diagnostic>| {
         let physical = known_signal(name, place, known, what, out)?;
-        Some(Asked { name: name.to_string(), physical, dimension: physical_dimension(physical) })
+        Some(Asked { name: name.to_string(), physical, dimension: physical.dimension() })
     };
     if known.signals.iter().any(|(name, _)| name == text) {
         return plain(text, out);
@@ -205,7 +205,7 @@ impl Computed {
             let Ok((expr, dimension)) = written(&mut graph, &law, signals, &value) else { continue };
             for name in law.names().into_iter().filter(|name| *name == TIME || known(name)) {
                 let dimension = signals.iter().find(|(other, _)| other == name);
-                let dimension = dimension.map_or(Dimension::TIME, |(_, physical)| physical_dimension(*physical));
+                let dimension = dimension.map_or(Dimension::TIME, |(_, physical)| physical.dimension());
                 let symbol = graph.symbol(name, dimension);
                 symbols.extend(graph.symbol_of(symbol).filter(|symbol| !symbols.contains(symbol)));
             }

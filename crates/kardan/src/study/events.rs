@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::known::Known;
 use super::places::places_in_control;
-use super::read::{physical_dimension, physical_of, quantity, read_word};
+use super::read::{quantity, read_word};
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::InputKind;
@@ -71,6 +71,13 @@ pub(super) fn sources(
             });
         }
     }
+    for (name, dimension, block) in &model.programs.references {
+        if !sources.has(name) {
+            let description = format!("reference of the block {block}");
+            let (name, target) = (name.clone(), SourceTarget::Reference);
+            sources.push(Source { name, physical: Physical::of(*dimension), description, target });
+        }
+    }
     for (k, input) in equations.inputs.iter().enumerate() {
         let (name, description) = match &input.value {
             InputKind::Disturbance => (input.element.clone(), format!("disturbance {}", input.element)),
@@ -100,7 +107,7 @@ fn of_programs<'m>(model: &'m Model, sources: &mut NamedList<Source>) -> HashMap
     let answers = || model.programs.tasks.iter().flat_map(|task| &task.answers);
     let source = |name: &str, dimension, description: &str| Source {
         name: name.into(),
-        physical: physical_of(dimension),
+        physical: Physical::of(dimension),
         description: description.into(),
         target: SourceTarget::Block,
     };
@@ -121,7 +128,7 @@ fn of_block(
     answer: &Dimension,
     out: &mut Vec<Diagnostic>,
 ) {
-    let wanted = physical_dimension(reference.physical);
+    let wanted = reference.physical.dimension();
     if !wanted.is_like(answer) {
         let name = &reference.name;
         let message = format!(
@@ -265,7 +272,7 @@ pub(super) fn events(
             }
             continue;
         };
-        let dimension = physical_dimension(physical);
+        let dimension = physical.dimension();
         let to = quantity(reader, table, "to", (dimension, Sign::Any), what, out);
         let (Some(at), Some(to)) = (at, to) else { continue };
         let event = GivenEvent { number: i + 1, source, at, to, over: over.unwrap_or_else(|| Exact::from_ratio(0, 1)) };

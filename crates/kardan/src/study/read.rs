@@ -2,34 +2,8 @@
 
 use crate::diagnostics::Diagnostic;
 use crate::model::TableReader;
-use crate::results::Physical;
 use crate::schema::{Placed, Scalar as Written, Sign, Table, Value};
-use crate::units::{Dimension, Exact, parse_quantity};
-
-pub(super) fn physical_dimension(physical: Physical) -> Dimension {
-    match physical {
-        Physical::Angle => Dimension::ANGLE,
-        Physical::Speed => Dimension::ANGULAR_VELOCITY,
-        Physical::Torque | Physical::Energy => Dimension::TORQUE,
-        Physical::Position => Dimension::LENGTH,
-        Physical::Velocity => Dimension::VELOCITY,
-        Physical::Force => Dimension::FORCE,
-        Physical::Charge => Dimension::CHARGE,
-        Physical::Current => Dimension::CURRENT,
-        Physical::Voltage => Dimension::VOLTAGE,
-        Physical::Other(unit) => {
-            parse_quantity(&format!("1 {unit}")).map_or(Dimension::NONE, |(_, dimension)| dimension)
-        }
-    }
-}
-
-/// What is of a dimension.
-pub(super) fn physical_of(dimension: Dimension) -> Physical {
-    use Physical::{Angle, Charge, Current, Force, Position, Speed, Torque, Velocity, Voltage};
-    let known = [Angle, Speed, Torque, Position, Velocity, Force, Charge, Current, Voltage];
-    let found = known.into_iter().find(|physical| physical_dimension(*physical) == dimension);
-    found.unwrap_or_else(|| Physical::other(&dimension.si()))
-}
+use crate::units::{Dimension, Exact};
 
 pub(super) fn read_scalar(table: &Table, key: &str) -> Option<Placed<Written>> {
     match table.values.get(key) {

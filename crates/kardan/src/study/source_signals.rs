@@ -4,7 +4,6 @@ use std::collections::HashSet;
 
 use super::events::{not_settable, settable};
 use super::places::places_in_control;
-use super::read::physical_dimension;
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::expr::OfTime;
 use crate::manoeuvre::quoted;
@@ -53,7 +52,7 @@ pub(super) fn source_signals(
             continue;
         };
         let Scalar::Expression(expression) = &scalar.value else { continue };
-        let wanted = physical_dimension(sources[source].physical);
+        let wanted = sources[source].physical.dimension();
         let function = making.function(expression, wanted, (&scalar.place, &what), out);
         found.extend(function.map(|function| SourceSignal { source, function }));
     }
@@ -92,5 +91,5 @@ fn of_reference(
         return None;
     }
     let expression = Expression::parse_law(&quoted(&source.name)).ok()?;
-    making.function(&expression, physical_dimension(source.physical), (place, &what), out)
+    making.function(&expression, source.physical.dimension(), (place, &what), out)
 }

@@ -904,3 +904,67 @@ fn keys_that_leave_their_range_are_told() {
         assert!(told.iter().any(|note| note.starts_with(begin)), "{begin}: {told:?}");
     }
 }
+
+/// An arm that follows a reference, which events set to 10 degrees; with a law as one line, or with a block.
+fn follows(parts: &str) -> String {
+    format!(
+        "[shaft.arm]\ninertia = \"0.02 kg m^2\"\ndamping = \"0.05 N m s/rad\"\n[motor.m]\nshaft = \"arm\"\n{parts}\n[scenario]\nduration = \"0.5 s\"\n\
+         [[scenario.event]]\nat = \"0.1 s\"\nsignal = \"ref\"\nto = \"10 deg\"\n"
+    )
+}
+
+const PID: &str = "[block.position]\nkind = \"pid\"\nreference = \"ref\"\nmeasured = \"arm.phi\"\nproportional = \"2 N m/rad\"\nsample_time = \"1 ms\"\n";
+
+/// A reference is introduced in one way: by the table that follows it. Who else reads it reads the same.
+#[test]
+fn references_are_introduced_by_what_follows_them() {
+    let law = |command: &str, more: &str| {
+        format!("[control.c]\nlaw = \"program\"\nsample_time = \"1 ms\"\ncommands = {{ m = \"{command}\" }}\n{more}")
+    };
+    let listed = "references = [{ name = \"ref\", unit = \"mrad\" }]\n";
+    let formula = "[signal.error]\nkind = \"expression\"\nvalue = \"ref - arm.phi\"\n";
+    let by_hand = law("2 N m/rad * (ref - arm.phi)", listed);
+    let expected = run(&follows(&by_hand));
+    for parts in [
+        format!("{PID}{}", law("position", "")),
+        format!("{PID}{}", law("position", listed)),
+        format!("{PID}{formula}{}", law("2 N m/rad * error + 0 * position", "")),
+        format!("{formula}{}", law("2 N m/rad * error", listed)),
+    ] {
+        let found = run(&follows(&parts));
+        assert_eq!(at(&found, "ref", 0.2), 10f64.to_radians(), "{parts}");
+        for time in [0.1, 0.2, 0.5] {
+            let difference = at(&found, "arm.phi", time) - at(&expected, "arm.phi", time);
+            assert!(difference.abs() < 1e-12, "{parts} at {time} s: {difference}");
+        }
+    }
+    assert!(at(&expected, "arm.phi", 0.5) > 0.05);
+}
+
+/// What is wrong with a reference is told where it stands.
+#[test]
+fn mistakes_of_references_are_told() {
+    let law = "[control.c]\nlaw = \"program\"\ncommands = { m = \"2 N m/rad * (ref - arm.phi)\" }\n";
+    let told = |parts: &str| {
+        let out = study::check(&follows(parts));
+        out.into_iter()
+            .filter(|told| told.severity == Severity::Error)
+            .map(|told| format!("{} ({})", told.message, told.help.unwrap_or_default()))
+            .collect::<Vec<_>>()
+            .join("; ")
+    };
+    let unknown = told(law);
+    assert!(unknown.contains("there is no `ref`"), "{unknown}");
+    assert!(unknown.contains("references = [{ name = \"ref\", unit = \"rad\" }]"), "{unknown}");
+    let unit = told(&format!("{law}references = [{{ name = \"ref\", unit = \"raad\" }}]\n"));
+    assert!(unit.contains("`unit` of entry 1 of `references` of control `c`"), "{unit}");
+    let other = told(&format!("{law}references = [{{ name = \"ref\", unit = \"N m\" }}]\n"));
+    assert!(other.contains("torque"), "{other}");
+    let taken = told(&format!("{law}references = [{{ name = \"arm\", unit = \"rad\" }}]\n"));
+    assert!(taken.contains("the name `arm` is already that of a shaft"), "{taken}");
+    let second = format!(
+        "{PID}[block.rate]\nkind = \"pid\"\nreference = \"ref\"\nmeasured = \"arm.w\"\nproportional = \"1 N m s/rad\"\nsample_time = \"1 ms\"\n"
+    );
+    let second = told(&second);
+    assert!(second.contains("`reference` of block `rate`") || second.contains("block `rate`"), "{second}");
+}

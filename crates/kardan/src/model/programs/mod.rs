@@ -34,6 +34,8 @@ pub struct Programs {
     pub functions: Vec<(String, Arc<OfTime>)>,
     /// What sampled laws tell that tasks read, by name: `column.rk.disturbance`.
     pub told: Vec<(String, Dimension)>,
+    /// References that blocks introduce, with what they are of and the block: `reference = "ref_rack"`.
+    pub references: Vec<(String, Dimension, String)>,
     /// What is looked at in the rows of a run.
     pub looked: Looked,
     /// One has a mistake, or names what has one, which was told: what they compute is not known.
@@ -105,6 +107,8 @@ enum Source<'a> {
     Formula(&'a SignalTable),
     /// A sensor of a signal: its name, the signal that it names and where.
     Sensor(&'a str, &'a str, &'a Place),
+    /// A reference that a block introduces: its name and the block, whose measurement it is like.
+    Reference(&'a str, &'a BlockTable),
 }
 
 impl<'a> Source<'a> {
@@ -112,7 +116,7 @@ impl<'a> Source<'a> {
         match self {
             Self::Block(block) => &block.name,
             Self::Formula(signal) => &signal.name,
-            Self::Sensor(name, ..) => name,
+            Self::Sensor(name, ..) | Self::Reference(name, _) => name,
         }
     }
 }
@@ -158,6 +162,9 @@ pub(crate) struct Blocks<'a, 'd, 'f> {
     /// Signals that name what moves, written out, and what sensors of signals measure.
     formulas: HashMap<&'a str, Option<WrittenFormula>>,
     sensors: HashMap<&'a str, Option<WrittenFormula>>,
+    /// References that blocks introduce, with the block, and what their blocks measure.
+    introduced: HashMap<&'a str, &'a BlockTable>,
+    references: HashMap<&'a str, Option<WrittenFormula>>,
     /// What waits for others, each behind what waits for it.
     open: Vec<&'a str>,
     waiting: HashSet<&'a str>,
@@ -219,6 +226,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             made: BTreeMap::new(),
             formulas: HashMap::new(),
             sensors: HashMap::new(),
+            introduced: document.references_of_blocks().collect(),
+            references: HashMap::new(),
             open: Vec::new(),
             waiting: HashSet::new(),
             used_functions: Vec::new(),
@@ -282,7 +291,19 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             calls: std::mem::take(&mut self.calls),
             rules: std::mem::take(&mut self.rules),
         };
-        (Programs { tasks, sensors, functions, told: self.told(), looked, broken: false }, of_laws)
+        let (told, references) = (self.told(), self.references());
+        (Programs { tasks, sensors, functions, told, references, looked, broken: false }, of_laws)
+    }
+
+    /// The references that blocks introduce, sorted.
+    fn references(&self) -> Vec<(String, Dimension, String)> {
+        let reference = |(name, block): (&&str, &&BlockTable)| {
+            let made = self.references.get(name)?.as_ref()?;
+            Some((name.to_string(), made.dimension, block.name.clone()))
+        };
+        let mut all: Vec<_> = self.introduced.iter().filter_map(reference).collect();
+        all.sort_by(|a, b| a.0.cmp(&b.0));
+        all
     }
 
     /// What was read of sampled laws, sorted.
@@ -444,20 +465,6 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             self.answer_symbol(outside_name(&block.name, answer), *dimension);
         }
         Some(made)
-    }
-
-    /// The unit that is stated for an answer.
-    fn unit(&self, table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<Dimension> {
-        let Some(Placed { value: Value::Word(text), place }) = table.values.get("unit") else { return None };
-        match crate::units::parse_quantity(&format!("1 {text}")) {
-            Ok((_, dimension)) => Some(dimension),
-            Err(error) => {
-                let message = format!("`unit` of {what}: {}", error.message);
-                let mistake = Diagnostic::error(error.code, message).at(place.clone(), "no unit");
-                out.push(mistake.help("write a unit such as \"N m\""));
-                None
-            }
-        }
     }
 
     /// Lists of quantities by name.
@@ -631,9 +638,10 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
                     format!("in an expression `-` is minus: write the name in quotes, `'{whole}'`")
                 }
                 Some(near) => format!("did you mean `{near}`?"),
-                None => "a block reads angles and speeds (`rack.s`, `column.w`), sensors, references, signals, other blocks, parameters \
-                         and the time `t`"
-                    .into(),
+                None => format!(
+                    "a block reads angles and speeds (`rack.s`, `column.w`), sensors, signals, other blocks, parameters, the time `t` and \
+                     references: those that laws and blocks give as `reference`, and those of a program, `references = [{{ name = \"{name}\", unit = \"rad\" }}]`"
+                ),
             });
         }
         let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
@@ -724,6 +732,20 @@ impl<'a> Blocks<'a, '_, '_> {
             Some((sensor.name.as_str(), values.number("noise")?))
         };
         sensors.filter_map(noise).collect()
+    }
+}
+
+/// The unit that a table states.
+pub(super) fn unit_of(table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<Dimension> {
+    let Some(Placed { value: Value::Word(text), place }) = table.values.get("unit") else { return None };
+    match crate::units::parse_quantity(&format!("1 {text}")) {
+        Ok((_, dimension)) => Some(dimension),
+        Err(error) => {
+            let message = format!("`unit` of {what}: {}", error.message);
+            let mistake = Diagnostic::error(error.code, message).at(place.clone(), "no unit");
+            out.push(mistake.help("write a unit such as \"N m\""));
+            None
+        }
     }
 }
 

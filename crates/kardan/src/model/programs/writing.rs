@@ -89,6 +89,7 @@ impl<'a> Blocks<'a, '_, '_> {
             Source::Block(_) => self.made.contains_key(name),
             Source::Formula(_) => self.formulas.contains_key(name),
             Source::Sensor(..) => self.sensors.contains_key(name),
+            Source::Reference(..) => self.references.contains_key(name),
         };
         if is_made {
             return None;
@@ -105,6 +106,11 @@ impl<'a> Blocks<'a, '_, '_> {
                 let (read, what) = (Cow::Owned(read), format!("`signal` of sensor `{}`", shortened(name)));
                 (vec![Asked { key: "signal", name: None, read, place, what }], Keys::default())
             }),
+            Source::Reference(_, block) => {
+                let mut asked = asked_of(&block.table, block);
+                asked.retain(|asked| asked.key == "measured");
+                (!asked.is_empty()).then(|| (asked, Keys::default()))
+            }
         };
         match begun {
             Some((asked, keys)) => Some(Open { source, asked, written: Vec::new(), reads: BTreeSet::new(), keys }),
@@ -129,6 +135,7 @@ impl<'a> Blocks<'a, '_, '_> {
             Source::Block(_) => drop(self.made.insert(name, made)),
             Source::Formula(_) => drop(self.formulas.insert(name, formula())),
             Source::Sensor(..) => drop(self.sensors.insert(name, formula())),
+            Source::Reference(..) => drop(self.references.insert(name, formula())),
         }
     }
 
@@ -259,6 +266,13 @@ impl<'a> Blocks<'a, '_, '_> {
             let (value, dimension) = value.ok_or(Stopped::Mistake)?;
             return Ok(Some(Named::Constant(value, dimension)));
         }
+        if let Some((name, block)) = self.introduced.get_key_value(name) {
+            reads.insert(name.to_string());
+            let source = Source::Reference(name, block);
+            let dimension = self.needed(self.references.get(name), source, (read, place, what), out)?.dimension;
+            let read = Read::Source(name.to_string());
+            return varying(self.read_outside(Outside { name: name.to_string(), read, dimension }));
+        }
         if document.doubts.has(name) || document.doubts.has(head) { Err(Stopped::Mistake) } else { Ok(None) }
     }
 
@@ -348,7 +362,7 @@ impl<'a> Blocks<'a, '_, '_> {
         let what = format!("block `{}`", shortened(name));
         let before = errors(out);
         let values = self.reader.values(table.fields, table, &what, out);
-        let unit = self.unit(table, &what, out);
+        let unit = super::unit_of(table, &what, out);
         if errors(out) > before {
             return None;
         }

@@ -19,7 +19,7 @@ pub use noninteracting::{
 };
 pub use pole_placement::{PolePlacement, PolePlacementChannel};
 pub use position_loop::PositionLoop;
-pub use program::Program;
+pub use program::{Program, ProgramReference};
 pub use sampled_noninteracting::{SampledNoninteracting, SampledNoninteractingChannel};
 
 use super::LawKind;

@@ -1,8 +1,22 @@
 use std::sync::Arc;
 
 use crate::element::Values;
-use crate::schema::{Keys, LawKeys};
-use crate::synthesis::{Law, LawKind, Request, SynthesisError, TaskLaw, clock};
+use crate::results::Physical;
+use crate::schema::{Keys, LawKeys, keys};
+use crate::synthesis::{Law, LawKind, Reference, Request, SynthesisError, TaskLaw, clock};
+use crate::units::parse_quantity;
+
+keys! {
+    /// A reference that a law as it is written follows.
+    table ProgramReference {
+        required {
+            name: Name, "Name of the reference signal, set by the scenario.";
+            unit: Text, "Its unit, `rad`.";
+        }
+        optional {
+        }
+    }
+}
 
 law_keys! {
     /// A law as it is written: what each motor is told is an expression of measurements, signals and blocks.
@@ -11,6 +25,8 @@ law_keys! {
             commands: Expressions, "What each motor or source is told: an expression of sensors, angles and speeds, references, signals and blocks.";
         }
         optional {
+            references: Tables(ProgramReference),
+                "References that its expressions name, each with its unit; left out: none but those that other laws and blocks introduce.";
         }
     }
 }
@@ -36,7 +52,7 @@ sample_time = \"1 ms\"
 ",
     template: |_, _| None,
     inputs,
-    references: |_| Vec::new(),
+    references,
     samples: false,
     design,
 };
@@ -44,6 +60,16 @@ sample_time = \"1 ms\"
 fn inputs(values: &Values) -> Vec<String> {
     let answers = values.task("commands").into_iter().flat_map(|task| &task.answers);
     answers.map(|answer| answer.name.clone()).collect()
+}
+
+fn references(values: &Values) -> Vec<Reference> {
+    let given = values.tables("references").unwrap_or_default().iter();
+    let reference = |given: &Values| {
+        let (_, dimension) = parse_quantity(&format!("1 {}", given.word("unit")?)).ok()?;
+        let description = "reference of a program".to_string();
+        Some(Reference { name: given.word("name")?.into(), physical: Physical::of(dimension), description })
+    };
+    given.filter_map(reference).collect()
 }
 
 fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
