@@ -3,20 +3,18 @@
 use dashu_int::ops::BitTest;
 use dashu_int::{IBig, UBig};
 
-use kardan_rt::functions::log2;
+use kardan_rt::functions::{exp2, log2};
 
-use super::{Matrix, Polynomial, Rational, Scalar};
+use super::{Matrix, ModularMatrix, Polynomial, PrimeField, Random, Rational, Scalar, random_prime};
 
 /// Binary digits that are kept, beyond those that halving and squaring cost.
-const DIGITS: isize = 320;
-/// Numbers with more binary digits before the point are taken as beyond all numbers.
-const LARGEST: isize = 4096;
-/// Beyond this ‖A T‖ too many digits are lost.
+const DIGITS: usize = 320;
+/// Binary digits beyond these, for what each step cuts off.
+const GUARD: usize = 24;
+/// log₂ of the largest sum of sizes in a row of what is not taken as beyond all numbers.
+const LARGEST: f64 = 1000.0;
+/// Beyond this log₂ ‖A T‖ too many digits are lost.
 const FASTEST: isize = 128;
-/// Terms of the series: ‖A t‖ is at most 1/2, so the rest is below 2⁻¹⁴⁰⁰.
-const TERMS: i64 = 200;
-/// Terms that are always added up: the rest is below 2⁻⁴⁰⁰.
-const FEWEST: i64 = 79;
 
 /// How many binary digits a number has before the point, negative behind it.
 fn size(x: &Rational) -> isize {
@@ -24,25 +22,86 @@ fn size(x: &Rational) -> isize {
     length(x.numerator().bit_len()) - length(x.denominator().bit_len())
 }
 
-/// The number with its leading digits; itself if it has no more.
-fn leading(x: &Rational, digits: isize) -> Rational {
-    if x.is_zero() || x.numerator().bit_len().max(x.denominator().bit_len()) <= digits.unsigned_abs() {
-        return x.clone();
+/// A square matrix of whole multiples of 2^−digits.
+#[derive(Clone)]
+struct Fixed {
+    n: usize,
+    digits: usize,
+    values: Vec<IBig>,
+}
+
+impl Fixed {
+    fn of(matrix: &Matrix<Rational>, digits: usize) -> Self {
+        let value = |x: &Rational| (x.numerator() << digits) / IBig::from(x.denominator().clone());
+        Self { n: matrix.rows(), digits, values: matrix.as_slice().iter().map(value).collect() }
     }
-    let shift = digits - size(x);
-    let (up, down) = (UBig::ONE << shift.max(0).unsigned_abs(), UBig::ONE << (-shift).max(0).unsigned_abs());
-    let whole = x.numerator() * IBig::from(up.clone()) / IBig::from(x.denominator() * &down);
-    Rational::from_parts(whole * IBig::from(down), up)
+
+    fn identity(n: usize, digits: usize) -> Self {
+        let entry = |place: usize| if place % (n + 1) == 0 { IBig::ONE << digits } else { IBig::ZERO };
+        Self { n, digits, values: (0..n * n).map(entry).collect() }
+    }
+
+    /// The product, each entry off by less than 2^−digits.
+    fn multiply(&self, other: &Self) -> Self {
+        let n = self.n;
+        let entry = |place: usize| {
+            let (i, j) = (place / n, place % n);
+            let terms = (0..n).map(|k| [&self.values[i * n + k], &other.values[k * n + j]]);
+            let sum = terms.filter(|[a, b]| !a.is_zero() && !b.is_zero()).fold(IBig::ZERO, |sum, [a, b]| sum + a * b);
+            sum >> self.digits
+        };
+        Self { values: (0..n * n).map(entry).collect(), ..*self }
+    }
+
+    fn plus(&self, other: &Self) -> Self {
+        Self { values: self.values.iter().zip(&other.values).map(|(a, b)| a + b).collect(), ..*self }
+    }
+
+    fn over(&self, number: usize) -> Self {
+        let number = IBig::from(number);
+        Self { values: self.values.iter().map(|value| value / &number).collect(), ..*self }
+    }
+
+    /// The largest sum of sizes in a row, rounded up.
+    fn norm(&self) -> f64 {
+        let shift = self.digits.saturating_sub(64);
+        let unit = exp2(shift as f64 - self.digits as f64);
+        let row = |row: &[IBig]| row.iter().map(|x| ((x >> shift).to_f64().value().abs() + 1.0) * unit).sum::<f64>();
+        self.values.chunks(self.n.max(1)).map(row).fold(0.0, f64::max) * (1.0 + 1e-9)
+    }
+
+    fn to_rational(&self) -> Matrix<Rational> {
+        let value = |x: &IBig| Rational::from_parts(x.clone(), UBig::ONE << self.digits);
+        Matrix::from_fn(self.n, self.n, |i, j| value(&self.values[i * self.n + j]))
+    }
 }
 
-fn shortened(matrix: &Matrix<Rational>, digits: isize) -> Matrix<Rational> {
-    Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| leading(&matrix[(i, j)], digits))
+/// Whether the series may end: the powers of a matrix do where its n-th one is zero, modulo any prime too.
+fn may_end(a: &Matrix<Rational>) -> bool {
+    let field = PrimeField::new(random_prime(&mut Random::unforeseen(1)));
+    let Some(mut power) = ModularMatrix::from_rational(&field, a) else { return true };
+    for _ in 0..a.rows().max(1).next_power_of_two().ilog2() {
+        power = power.multiply(&field, &power);
+    }
+    (0..a.rows()).all(|i| power.row(i).iter().all(|x| *x == 0))
 }
 
-/// `[e^{AT}, ∫₀ᵀ e^{At} dt]` of an exact square matrix, to far more digits than those of a double; exact where the series ends and its
-/// fractions are short.
+/// The sums `[Σ A^k T^k/k!, Σ A^k T^(k+1)/(k+1)!]` of a series that ends; `None` if it does not.
+fn ending(a: &Matrix<Rational>, time: &Rational) -> Option<[Matrix<Rational>; 2]> {
+    let n = a.rows();
+    let mut term = Matrix::<Rational>::identity(n);
+    let mut sums = [term.clone(), term.scale(time)];
+    for k in 1..=n {
+        term = a.multiply(&term).scale(&(time / Rational::from(k)));
+        sums[0] = sums[0].plus(&term);
+        sums[1] = sums[1].plus(&term.scale(&(time / Rational::from(k + 1))));
+    }
+    term.as_slice().iter().all(Scalar::is_zero).then_some(sums)
+}
+
+/// `[e^{AT}, ∫₀ᵀ e^{At} dt]` of an exact square matrix, to far more digits than those of a double; exact where the series ends.
 ///
-/// Method: the series of the integral over T/2ˢ, `e^{AT} = 1 + A ∫`, s doublings. `None` if the result is beyond all numbers.
+/// Method: the series over T/2ˢ, s doublings. `None` if the result is beyond all numbers.
 ///
 /// ```
 /// use kardan::num::{Matrix, Rational, held};
@@ -67,75 +126,62 @@ pub struct HeldTo {
     pub transition: Matrix<Rational>,
     /// `∫₀ᵀ e^{At} dt`
     pub integral: Matrix<Rational>,
-    /// log₂ of a bound on the error of the integral, in the largest sum of sizes in a row; −∞ where it is exact. That of the transition is ‖A‖
-    /// times as large.
+    /// log₂ of a bound on the errors of both, in the largest sum of sizes in a row; −∞ where they are exact.
     pub off: f64,
 }
 
 impl HeldTo {
     /// To so many binary digits in each step; `None` if the result is beyond all numbers.
     ///
+    /// Method: with S = A T/2ˢ, of norm 1/2 at most, `J = Σ Sᵏ/(k+1)!` and `E = S J = e^S − 1`; over twice the time they are `(E + 2) J` and
+    /// `(E + 2) E`, so that no product with A loses digits.
+    ///
     /// # Panics
     /// If the matrix is not square.
-    pub fn new(a: &Matrix<Rational>, time: &Rational, digits: isize) -> Option<Self> {
+    pub fn new(a: &Matrix<Rational>, time: &Rational, digits: usize) -> Option<Self> {
         let n = a.rows();
         assert_eq!(n, a.columns(), "sampling of a matrix that is not square");
-        let one = Matrix::<Rational>::identity(n);
-        let all = a.scale(time);
+        if let Some([transition, integral]) = may_end(a).then(|| ending(a, time)).flatten() {
+            return Some(Self { transition, integral, off: f64::NEG_INFINITY });
+        }
         // The largest sum of sizes in a row is below 2^norm.
-        let bits = all.as_slice().iter().filter(|x| !x.is_zero()).map(size).max().unwrap_or(-1) + 2;
+        let bits = a.as_slice().iter().filter(|x| !x.is_zero()).map(size).max().unwrap_or(-1) + size(time) + 2;
         let norm = bits + isize::try_from(n.max(1).ilog2()).unwrap_or(0) + 1;
-        let halvings = (norm + 1).max(0).unsigned_abs();
         if norm > FASTEST {
             return None;
         }
+        let halvings = (norm + 1).max(0).unsigned_abs();
         let step = time / Rational::from(UBig::ONE << halvings);
-        let small = a.scale(&step);
-        let mut term = one.scale(&step);
-        let (mut integral, mut exact) = (term.clone(), false);
-        let mut whole = true;
-        for k in 2..TERMS {
-            let next = small.multiply(&term).scale(&Rational::from_parts(IBig::ONE, UBig::from(k.unsigned_abs())));
-            term = shortened(&next, digits);
-            whole &= term == next;
+        let digits = digits + GUARD + 2 * halvings;
+        let small = Fixed::of(&a.scale(&step), digits);
+        let mut term = Fixed::identity(n, digits);
+        let mut integral = term.clone();
+        let mut terms = 1;
+        while !term.values.iter().all(|x| x.is_zero() || *x == IBig::NEG_ONE) {
+            terms += 1;
+            term = small.multiply(&term).over(terms);
             integral = integral.plus(&term);
-            if term.as_slice().iter().all(Scalar::is_zero) {
-                exact = whole;
-                break;
-            }
-            let is_small = |x: &Rational| x.is_zero() || size(x) < size(&step) - digits - 8;
-            if k >= FEWEST && term.as_slice().iter().all(is_small) {
-                break;
-            }
         }
-        let digit = |digits: isize| 2.0 - digits as f64;
-        let mut off = if exact { f64::NEG_INFINITY } else { size(&step) as f64 + 8.0 + digit(digits) };
-        let size_of_a = log_norm(a)?;
-        let transition = |integral: &Matrix<Rational>| one.plus(&a.multiply(integral));
+        let mut rise = small.multiply(&integral);
+        // S is off by n units, and each term by 2 n at most: a product cuts off n, a quotient too, and half of what S and the term before are off.
+        let unit = log2(n.max(1) as f64) - digits as f64;
+        let [mut off, mut off_of_rise] = [unit + log2(2.0 * terms as f64 + 2.0); 2];
+        let two = Fixed::identity(n, digits).plus(&Fixed::identity(n, digits));
         for _ in 0..halvings {
-            // ∫ over twice the time: what comes first goes on for the time.
-            let longer = transition(&integral).plus(&one);
-            let next = longer.multiply(&integral);
-            let (before, over) = (log_norm(&integral)?, log_norm(&longer)?);
-            integral = shortened(&next, digits);
-            if integral.as_slice().iter().any(|x| !x.is_zero() && size(x) > LARGEST) {
+            let longer = rise.plus(&two);
+            let (over, before) = (log2(longer.norm()), log2(integral.norm().max(rise.norm()).max(1.0)));
+            (integral, rise) = (longer.multiply(&integral), longer.multiply(&rise));
+            if before.max(over) > LARGEST {
                 return None;
             }
-            // (‖T + 1‖ + ‖A‖ off) off + ‖A‖ off ‖∫‖, each below the largest, and the digits that are cut.
-            off = over.max(size_of_a + off).max(size_of_a + before) + off + 2.0;
-            if integral != next {
-                off = off.max(log_norm(&next)? + digit(digits)) + 1.0;
-            }
+            // ‖E + 2‖ off + ‖J‖ off_E and ‖E + 2‖ off_E + ‖E‖ off_E, what both are off together, and the digits that are cut.
+            off = (over + off).max(before + off_of_rise).max(unit) + 2.0;
+            off_of_rise = over.max(before) + off_of_rise.max(unit) + 2.0;
         }
-        Some(Self { transition: transition(&integral), integral, off })
+        let transition = Fixed::identity(n, digits).plus(&rise).to_rational();
+        let off = (off + size(&step) as f64 + 1.0).max(off_of_rise);
+        Some(Self { transition, integral: integral.to_rational().scale(&step), off })
     }
-}
-
-/// log₂ of the largest sum of sizes in a row, rounded up; `None` if that is beyond doubles.
-fn log_norm(matrix: &Matrix<Rational>) -> Option<f64> {
-    let row = |i: usize| matrix.row(i).iter().map(|x| super::rational_to_f64(x).abs()).sum::<f64>();
-    let largest = (0..matrix.rows()).map(row).fold(0.0, f64::max);
-    largest.is_finite().then(|| log2(largest * (1.0 + 1e-9)))
 }
 
 /// The characteristic polynomial `det(s − A)`, exact.
@@ -211,5 +257,52 @@ mod tests {
         for (exact, expected) in e.to_f64().as_slice().iter().zip(expected) {
             assert!((exact - expected).abs() <= 1e-15 * expected, "{exact} for {expected}");
         }
+    }
+
+    /// What few digits give is as near to what many give as its bound says, and not much nearer; twice the time is the square.
+    #[test]
+    fn errors_stay_within_their_bounds() {
+        let mut random = Random::new(4);
+        for n in 1..7 {
+            for (time, spread) in [(rational(1, 1000), 40), (rational(3, 2), 9), (rational(50, 1), 3)] {
+                let a = Matrix::from_fn(n, n, |_, _| rational(random.small(spread), 7));
+                let [few, many] = [100, 400].map(|digits| HeldTo::new(&a, &time, digits).unwrap());
+                let twice = HeldTo::new(&a, &(&time + &time), 400).unwrap();
+                let norm = |matrix: &Matrix<Rational>| {
+                    let row = |i: usize| matrix.row(i).iter().map(|x| rational_to_f64(x).abs()).sum::<f64>();
+                    log2((0..n).map(row).fold(0.0, f64::max))
+                };
+                let difference = |a: &Matrix<Rational>, b: &Matrix<Rational>| norm(&a.plus(&b.scale(&-Rational::ONE)));
+                let found =
+                    difference(&few.transition, &many.transition).max(difference(&few.integral, &many.integral));
+                assert!(
+                    found < few.off && few.off < 40.0 - 100.0 + 3.0 * norm(&many.transition).max(0.0),
+                    "{n} {time}: 2^{found} {}",
+                    few.off
+                );
+                let square = many.transition.multiply(&many.transition);
+                assert!(
+                    difference(&square, &twice.transition)
+                        < twice.off.max(many.off) + norm(&many.transition).max(0.0) + 3.0
+                );
+            }
+        }
+    }
+
+    /// Powers that end are summed up exactly, whatever stands where.
+    #[test]
+    fn series_that_end_are_exact() {
+        // S N S⁻¹ with N³ = 0.
+        let shift = Matrix::from_fn(3, 3, |i, j| Rational::from(u8::from(j == i + 1)));
+        let change = Matrix::from_fn(3, 3, |i, j| Rational::from([[1, 2, 0], [3, 1, 1], [0, 1, 2]][i][j]));
+        let a = change.multiply(&shift).multiply(&change.solve(&Matrix::identity(3)).unwrap());
+        let time = rational(1, 3);
+        let found = HeldTo::new(&a, &time, 60).unwrap();
+        let one = Matrix::identity(3);
+        let squared = a.multiply(&a);
+        let expected = one.plus(&a.scale(&time)).plus(&squared.scale(&rational(1, 18)));
+        assert_eq!((found.off, &found.transition), (f64::NEG_INFINITY, &expected));
+        let expected = one.scale(&time).plus(&a.scale(&rational(1, 18))).plus(&squared.scale(&rational(1, 162)));
+        assert_eq!(found.integral, expected);
     }
 }

@@ -142,11 +142,11 @@ impl Asked<'_> {
         let at_one = exact.map_or(0, |exact| exact.sampled);
         let model = self.variant.linear_model();
         // A part of a block, or a torque that follows from blocks, is no part of the linear model.
-        let map = match self.has_blocks || model.inputs.len() != self.plant.inputs.len() {
+        let verdict = match self.has_blocks || model.inputs.len() != self.plant.inputs.len() {
             true => None,
-            false => ExactMap::new(self.plant, self.parts),
+            false => ExactMap::stability_of(self.plant, self.parts, at_one),
         };
-        let verdict = map.map(|map| self.sampled_within_rounding(map.stability(at_one), &model, at_one, found));
+        let verdict = verdict.map(|verdict| self.sampled_within_rounding(verdict, &model, at_one, found));
         let Some(verdict) = verdict.filter(|verdict| verdict.word != Stability::Undecided) else {
             let decided = rounded(found);
             let how = match exact {
@@ -193,7 +193,7 @@ impl Asked<'_> {
         }
         let other = |seed: u64| {
             let (plant, parts) = self.near(is_rounded, seed);
-            Some(ExactMap::new(&plant, &parts)?.stability(at_one))
+            ExactMap::stability_of(&plant, &parts, at_one)
         };
         despite_rounding(verdict, (1..=OTHERS).filter_map(other))
     }

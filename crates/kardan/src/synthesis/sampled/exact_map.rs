@@ -12,8 +12,8 @@ use crate::analysis::{Plane, stability_of};
 use crate::num::{HeldTo, Matrix, Polynomial, Rational, Scalar, cayley, characteristic_polynomial, root_sides};
 use crate::results::{Stability, StabilityKnown, StabilityVerdict};
 
-/// Binary digits to which exponentials are computed.
-const DIGITS: isize = 1024;
+/// Binary digits to which exponentials are computed: more where those before decide nothing.
+const DIGITS: [usize; 2] = [256, 1024];
 /// States up to which a map is looked at.
 const MOST: usize = 32;
 /// Distances to the unit circle that are tried, as powers of two.
@@ -32,8 +32,20 @@ pub struct ExactMap {
 }
 
 impl ExactMap {
-    /// Of a plant that is known before rounding; `None` of another one, above 32 states, where clocks have no short common period, or a number is too large.
-    pub fn new(plant: &LoopPlant, parts: &[SampledPart]) -> Option<Self> {
+    /// Whether the loop of a plant that is known before rounding is stable, but for this many motions, which are known to stay whatever the clocks:
+    /// exactly at one. `None` of another plant, above 32 states, where clocks have no short common period, or a number is too large.
+    pub fn stability_of(plant: &LoopPlant, parts: &[SampledPart], at_one: usize) -> Option<StabilityVerdict> {
+        let mut found = None;
+        for digits in DIGITS {
+            found = Self::new(plant, parts, digits).map(|map| map.stability(at_one)).or(found);
+            if found.as_ref().is_some_and(|verdict| verdict.word != Stability::Undecided) {
+                break;
+            }
+        }
+        found
+    }
+
+    fn new(plant: &LoopPlant, parts: &[SampledPart], digits: usize) -> Option<Self> {
         let periods = Periods::of(parts, None).ok()?;
         let places = Places::of(FirstOrderPlant::exact(plant)?, parts, false);
         if places.size > MOST {
@@ -42,23 +54,27 @@ impl ExactMap {
         let (flow, _) = places.flow();
         let worst = Cell::new(f64::NEG_INFINITY);
         let exponential = |time: f64| {
-            let (jump, off) = exponential(&flow, time)?;
+            let (jump, off) = exponential(&flow, time, digits)?;
             worst.set(worst.get().max(off));
             Some(jump)
         };
         let course = Course::over(parts, &periods, &places, exponential).ok()?;
-        let map = course.map(places.size);
-        let off = course.off(worst.get());
+        let (mut map, mut off) = (course.map(places.size), course.off(worst.get()));
+        if off > f64::NEG_INFINITY {
+            // Products have many more digits than are known.
+            map = Matrix::from_fn(map.rows(), map.columns(), |i, j| cut(&map[(i, j)], digits));
+            off = off.max(log2(map.rows() as f64) - digits as f64) + 1.0;
+        }
         (off < 0.0).then_some(Self { map, off, period: periods.period })
     }
 
-    /// Whether the loop is stable but for this many motions, which are known to stay whatever the clocks: exactly at one.
+    /// Whether the loop is stable but for this many motions.
     ///
     /// Method: where the map is exact, as where all exponentials end, [`stability_of`]. Else its characteristic polynomial p̃ is that of a
     /// map next to the true one. Circles on either side of the border hold equally many roots of p̃, counted exactly, so that on the border, of
     /// radius c, |p̃| is at least (half their distance)ⁿ. That is more than p̃ is off there, so the true polynomial has as many roots inside
     /// (Rouché).
-    pub fn stability(&self, at_one: usize) -> StabilityVerdict {
+    fn stability(&self, at_one: usize) -> StabilityVerdict {
         if self.off == f64::NEG_INFINITY {
             let mut found = stability_of(&self.map, Plane::Discrete);
             for motion in &mut found.border {
@@ -84,7 +100,7 @@ impl ExactMap {
             }
             tried = distance;
             let digits = (2.0 - least) as usize + n + 8;
-            let polynomial = cut(&whole, digits);
+            let polynomial = Polynomial::new(whole.coefficients().iter().map(|c| cut(c, digits)).collect());
             let ring = |centre: i32| {
                 // Radii 1 + (centre ± 1/2) 2^−distance.
                 [2 * centre - 1, 2 * centre + 1].map(|twice| {
@@ -129,11 +145,10 @@ fn inside(polynomial: &Polynomial, radius: &Rational) -> Option<usize> {
     (turned.degree() == scaled.degree() && sides.border == 0).then_some(sides.left)
 }
 
-/// The polynomial with so many binary digits behind the point.
-fn cut(polynomial: &Polynomial, digits: usize) -> Polynomial {
+/// The number with so many binary digits behind the point.
+fn cut(x: &Rational, digits: usize) -> Rational {
     let scale = power_of_two(digits as i32);
-    let whole = |c: &Rational| (c * &scale).round();
-    Polynomial::new(polynomial.coefficients().iter().map(|c| Rational::from(whole(c)) / &scale).collect())
+    Rational::from((x * &scale).round()) / scale
 }
 
 fn power_of_two(exponent: i32) -> Rational {
@@ -147,14 +162,14 @@ fn log_norm(matrix: &Matrix<Rational>) -> f64 {
 }
 
 /// The jump over a time in which nothing happens, and log₂ of how far it may be off.
-fn exponential(flow: &Matrix<Rational>, time: f64) -> Option<(Jump<Rational>, f64)> {
+fn exponential(flow: &Matrix<Rational>, time: f64, digits: usize) -> Option<(Jump<Rational>, f64)> {
     let n = flow.rows();
     let (moving, still): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| flow.row(i).iter().any(|x| !x.is_zero()));
     let part =
         |columns: &[usize]| Matrix::from_fn(moving.len(), columns.len(), |i, j| flow[(moving[i], columns[j])].clone());
     // Times are differences of doubles: as many digits as those have that somebody wrote.
     let time = super::places::written_time(time)?;
-    let HeldTo { transition, integral, off } = HeldTo::new(&part(&moving), &time, DIGITS)?;
+    let HeldTo { transition, integral, off } = HeldTo::new(&part(&moving), &time, digits)?;
     let driving = part(&still);
     let driven = integral.multiply(&driving);
     let mut jump = Jump::new();

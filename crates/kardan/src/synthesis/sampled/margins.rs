@@ -194,7 +194,7 @@ impl Survey<'_> {
             if let [Some(first), Some(middle)] = before
                 && middle.1 > first.1
                 && middle.1 > found.1
-                && let Some(peak) = growing_between([first.0, value], grows)
+                && let Some(peak) = growing_between([first, middle, found], grows)
             {
                 let inside = (middle.0 - first.0).abs() < (peak.0 - first.0).abs();
                 return Some(limit([if inside { middle } else { first }, peak]));
@@ -292,21 +292,30 @@ impl Survey<'_> {
     }
 }
 
-/// Where between two values a function that has one peak there is above zero, if it is found: the golden section of what is left.
-fn growing_between([mut from, mut to]: [f64; 2], grows: impl Fn(f64) -> f64) -> Option<(f64, f64)> {
+/// Where beside the middle one of three values a function that has one peak there is above zero, if it is found: the golden section of what is left, until
+/// the peak stays below zero even if the function rises to it as it has risen from the lower end.
+fn growing_between([first, middle, last]: [(f64, f64); 3], grows: impl Fn(f64) -> f64) -> Option<(f64, f64)> {
     let at = |value: f64| (value, grows(value));
     let section = |from: f64, to: f64| to - GOLDEN * (to - from);
-    let mut inner = [at(section(from, to)), at(section(to, from))];
+    let stays_below = |best: f64, ends: [f64; 2]| best + (best - ends[0].min(ends[1])) < 0.0;
+    if stays_below(middle.1, [first.1, last.1]) {
+        return None;
+    }
+    let (mut from, mut to) = (first, last);
+    let mut inner = [at(section(from.0, to.0)), at(section(to.0, from.0))];
     for _ in 0..SECTIONS {
         if let Some(found) = inner.into_iter().find(|found| found.1 >= 0.0) {
             return Some(found);
         }
+        if stays_below(inner[0].1.max(inner[1].1), [from.1, to.1]) {
+            return None;
+        }
         if inner[0].1 > inner[1].1 {
-            to = inner[1].0;
-            inner = [at(section(from, to)), inner[0]];
+            to = inner[1];
+            inner = [at(section(from.0, to.0)), inner[0]];
         } else {
-            from = inner[0].0;
-            inner = [inner[1], at(section(to, from))];
+            from = inner[0];
+            inner = [inner[1], at(section(to.0, from.0))];
         }
     }
     None
