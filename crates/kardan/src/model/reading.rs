@@ -166,6 +166,7 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
                 .help("add at least one: `[shaft.motor]` with `inertia = \"1 kg m^2\"`"),
         );
     }
+    check_size(&document, &mut out);
     document.doubts.equations |= out.iter().any(is_error);
     out.extend(study.drain(broken..));
     if !out.iter().any(is_error) {
@@ -174,6 +175,23 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
         unfollowed_manoeuvres(given, &document, texts, &mut out);
     }
     (document, out)
+}
+
+/// The most shafts, masses and charges of a model: matrices over all of them, of doubles and of fractions, then take about 1.5 GB.
+const MOST_COORDINATES: usize = 1500;
+
+/// Refuses a model whose matrices would take more memory than there is.
+fn check_size(document: &Document, out: &mut Vec<Diagnostic>) {
+    let coordinates = document.elements.iter().flat_map(|element| {
+        let charges = element.kind.charges(&element.name).len();
+        std::iter::repeat_n(element, charges + usize::from(element.body().is_some()))
+    });
+    let count = coordinates.clone().count();
+    if let Some(first) = coordinates.clone().nth(MOST_COORDINATES) {
+        let message = format!("the model has {count} shafts, masses and charges, more than {MOST_COORDINATES}");
+        let mistake = Diagnostic::error("model::large", message).at(first.place.clone(), "the first one beyond");
+        out.push(mistake.help("kardan computes with full matrices over all of them: put what turns together into one, or look at parts of the model"));
+    }
 }
 
 /// Warns of parameters that nothing names: changing them would change nothing.

@@ -26,7 +26,8 @@ impl Known<'_> {
             return true;
         }
         // What a block answers is not known while another one has a mistake.
-        if self.document.moves(signal) || self.document.moves(head) {
+        let is_reference = || self.document.references_of_blocks().any(|(name, _)| name == signal);
+        if self.document.moves(signal) || self.document.moves(head) || is_reference() {
             return true;
         }
         let doubted = |name: &str| doubts.has(name) || self.doubtful.contains(name);

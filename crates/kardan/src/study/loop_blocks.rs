@@ -114,8 +114,11 @@ fn settled(variant: &PreparedVariant, beside: &[BesideBlocks], position: &[f64])
     };
     let laws: Vec<TaskLaw> = tasks.iter().zip(&rows).map(law).collect();
     let bend = laws.iter().any(|law| law.bends());
-    let linear = linear_tasks((laws, &rows), &mut answers, at_rest);
-    let flat = tasks.iter().zip(&linear).flat_map(|(task, linear)| flat(task, linear)).collect();
+    // A task through which no loop may close is no part of one, whatever its slopes.
+    let closes = |number: usize| !rows[number].is_empty() || !flat_rows(&tasks[number]).is_empty();
+    let numbers: Vec<usize> = (0..tasks.len()).filter(|number| closes(*number)).collect();
+    let linear = linear_tasks((laws, &rows, &numbers), &mut answers, at_rest);
+    let flat = numbers.iter().zip(&linear).flat_map(|(number, linear)| flat(&tasks[*number], linear)).collect();
     Settled { tasks: linear, answers, bend, flat }
 }
 
@@ -245,9 +248,9 @@ fn known(variant: &PreparedVariant, beside: &[BesideBlocks], [angles, speeds]: [
     out
 }
 
-/// Tasks around where they stand after some samples at rest.
+/// Those of these numbers around where they stand after some samples of all at rest.
 fn linear_tasks(
-    (laws, rows): (Vec<TaskLaw>, &[Vec<usize>]),
+    (laws, rows, numbers): (Vec<TaskLaw>, &[Vec<usize>], &[usize]),
     known: &mut BTreeMap<String, f64>,
     at_rest: [&[f64]; 2],
 ) -> Vec<LinearTask> {
@@ -298,9 +301,11 @@ fn linear_tasks(
         }
     }
     known.extend(names.into_iter().zip(values).filter_map(|(name, value)| Some((name, value?))));
-    let around =
-        |(one, rows): (&Standing, &Vec<usize>)| one.law.around(&seen(at_rest, &one.references, &one.memory), rows);
-    all.iter().zip(rows).map(around).collect()
+    let around = |number: &usize| {
+        let one = &all[*number];
+        one.law.around(&seen(at_rest, &one.references, &one.memory), &rows[*number])
+    };
+    numbers.iter().map(around).collect()
 }
 
 fn seen<'a>([angles, speeds]: [&'a [f64]; 2], references: &'a [f64], states: &'a [f64]) -> Seen<'a> {

@@ -146,3 +146,16 @@ fn nested_texts_come_to_an_end() {
         each(NESTED, count, |_, source| commands(source));
     }
 }
+
+/// Bodies whose matrices would not fit into memory are refused at once.
+#[test]
+fn models_too_large_for_memory_are_refused() {
+    let shafts = |n: usize| {
+        let shaft = |k: usize| format!("[shaft.x{k}]\ninertia = \"1 kg m^2\"\n");
+        (0..n).map(shaft).collect::<String>()
+    };
+    let told = errors(&shafts(100_000));
+    assert_eq!(told.len(), 1, "{}", told.len());
+    assert!(told[0].contains("the model has 100000 shafts, masses and charges, more than 1500"), "{}", told[0]);
+    commands(&shafts(20_000));
+}

@@ -213,6 +213,11 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         functions: &'f mut Functions<'a, 'd>,
         outside: Vec<Outside>,
     ) -> Self {
+        // The first of several that follow one says what it is of.
+        let mut introduced = HashMap::new();
+        for (name, block) in document.references_of_blocks() {
+            introduced.entry(name).or_insert(block);
+        }
         Self {
             reader,
             document,
@@ -226,7 +231,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             made: BTreeMap::new(),
             formulas: HashMap::new(),
             sensors: HashMap::new(),
-            introduced: document.references_of_blocks().collect(),
+            introduced,
             references: HashMap::new(),
             open: Vec::new(),
             waiting: HashSet::new(),
