@@ -37,7 +37,7 @@ impl Fixed {
     }
 
     fn identity(n: usize, digits: usize) -> Self {
-        let entry = |place: usize| if place % (n + 1) == 0 { IBig::ONE << digits } else { IBig::ZERO };
+        let entry = |place: usize| if place.is_multiple_of(n + 1) { IBig::ONE << digits } else { IBig::ZERO };
         Self { n, digits, values: (0..n * n).map(entry).collect() }
     }
 
