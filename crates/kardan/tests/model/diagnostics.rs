@@ -180,9 +180,9 @@ fn joints_in_series(count: usize) -> String {
 #[test]
 fn too_many_joints_in_series_are_refused_with_their_number() {
     assert!(study::check(&joints_in_series(20)).is_empty());
-    let found = study::check(&joints_in_series(2000));
+    let found = study::check(&joints_in_series(1400));
     assert_eq!((found.len(), found[0].code), (1, "constraint::depth"), "{found:?}");
-    assert!(found[0].message.contains("through 2000 transmissions"), "{}", found[0].message);
+    assert!(found[0].message.contains("through 1400 transmissions"), "{}", found[0].message);
 }
 
 #[test]
