@@ -336,6 +336,12 @@ impl Document {
         })
     }
 
+    /// Whether the table of a law or a block introduces a reference of a name, which may have an error of its own.
+    pub(crate) fn introduces(&self, name: &str) -> bool {
+        let by_law = |control: &Control| introduced(&control.table).any(|other| other == name);
+        self.controls.iter().any(by_law) || self.references_of_blocks().any(|(other, _)| other == name)
+    }
+
     /// Whether a name is none of the file, beside those of references.
     fn is_new(&self, name: &str) -> bool {
         let head = SignalName::new(name).element;

@@ -22,12 +22,11 @@ impl Known<'_> {
         let doubts = &self.document.doubts;
         let name = SignalName::new(signal);
         let (head, quantity) = (name.element, name.quantity().filter(|_| name.on.is_none()));
-        if name.word.is_none() && doubts.references || doubts.all {
+        if name.word.is_none() && (doubts.references || self.document.introduces(signal)) || doubts.all {
             return true;
         }
         // What a block answers is not known while another one has a mistake.
-        let is_reference = || self.document.references_of_blocks().any(|(name, _)| name == signal);
-        if self.document.moves(signal) || self.document.moves(head) || is_reference() {
+        if self.document.moves(signal) || self.document.moves(head) {
             return true;
         }
         let doubted = |name: &str| doubts.has(name) || self.doubtful.contains(name);

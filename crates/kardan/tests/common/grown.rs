@@ -58,7 +58,7 @@ pub const WIDE: &[Kind] = &[
         };
         with(n, monitor)
     }),
-    ("ways of a machine", |n| machine(n.div_ceil(7))),
+    ("transitions of a machine", |n| machine(n.div_ceil(7))),
     ("tables", |n| {
         let points = "points = { x = [\"0 rad\", \"1 rad\"], value = [\"0 N m\", \"1 N m\"] }";
         with(n, |k| format!("[table.x{k}]\n{points}\n\n"))

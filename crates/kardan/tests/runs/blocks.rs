@@ -957,7 +957,9 @@ fn mistakes_of_references_are_told() {
     assert!(unknown.contains("there is no `ref`"), "{unknown}");
     assert!(unknown.contains("references = [{ name = \"ref\", unit = \"rad\" }]"), "{unknown}");
     let unit = told(&format!("{law}references = [{{ name = \"ref\", unit = \"raad\" }}]\n"));
-    assert!(unit.contains("`unit` of entry 1 of `references` of control `c`"), "{unit}");
+    assert!(unit.starts_with("`unit` of entry 1 of `references` of control `c`") && !unit.contains(';'), "{unit}");
+    let missing = told(&format!("{law}references = [{{ name = \"ref\" }}]\n"));
+    assert!(missing.contains("needs the key `unit`") && !missing.contains(';'), "{missing}");
     let other = told(&format!("{law}references = [{{ name = \"ref\", unit = \"N m\" }}]\n"));
     assert!(other.contains("torque"), "{other}");
     let taken = told(&format!("{law}references = [{{ name = \"arm\", unit = \"rad\" }}]\n"));

@@ -190,7 +190,7 @@ fn outside_name(block: &str, answer: &str) -> String {
 }
 
 /// The symbols of an answer: `.since` of a machine and others whose units are known before anything is written.
-fn foretold(kind: &BlockKind, values: &Values, lists: &[List]) -> Vec<(String, Dimension)> {
+fn declared_answers(kind: &BlockKind, values: &Values, lists: &[List]) -> Vec<(String, Dimension)> {
     match kind.keyword {
         "state_machine" => {
             let states = values.words("states").unwrap_or_default().iter();

@@ -4,7 +4,9 @@ use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
-use super::{Blocks, Given, Made, Outside, Source, WrittenFormula, errors, foretold, outside_name, warn_of_growth};
+use super::{
+    Blocks, Given, Made, Outside, Source, WrittenFormula, declared_answers, errors, outside_name, warn_of_growth,
+};
 use crate::block::List;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::element::Values;
@@ -26,7 +28,7 @@ pub(super) enum Stopped<'a> {
 }
 
 /// An expression that is to be written, with its place and what it is in messages.
-struct Asked<'a> {
+struct KeyExpression<'a> {
     key: &'static str,
     /// The name in the key, where expressions stand by name.
     name: Option<&'a str>,
@@ -38,15 +40,15 @@ struct Asked<'a> {
 /// What is being written, and what that has come to.
 struct Open<'a> {
     source: Source<'a>,
-    asked: Vec<Asked<'a>>,
+    expressions: Vec<KeyExpression<'a>>,
     written: Vec<(Expr, Dimension)>,
     reads: BTreeSet<String>,
     /// Of a block.
     keys: Keys,
 }
 
-/// Expressions that were asked for, what they came to, and the names in them.
-type Expressions<'a> = (Vec<Asked<'a>>, Vec<(Expr, Dimension)>, Arc<BTreeSet<String>>);
+/// Expressions of keys, what they came to, and the names in them.
+type Expressions<'a> = (Vec<KeyExpression<'a>>, Vec<(Expr, Dimension)>, Arc<BTreeSet<String>>);
 
 /// Keys of a block that are no expressions.
 #[derive(Default)]
@@ -97,23 +99,25 @@ impl<'a> Blocks<'a, '_, '_> {
         self.waiting.insert(name);
         self.open.push(name);
         let begun = match source {
-            Source::Block(block) => self.keys_of(block, out).map(|keys| (asked_of(&block.table, block), keys)),
+            Source::Block(block) => self.keys_of(block, out).map(|keys| (expressions_of(&block.table, block), keys)),
             Source::Formula(signal) => signal.formula.as_ref().map(|formula| {
                 let (read, what) = (Cow::Borrowed(&formula.value), format!("signal `{}`", shortened(name)));
-                (vec![Asked { key: "value", name: None, read, place: &formula.place, what }], Keys::default())
+                (vec![KeyExpression { key: "value", name: None, read, place: &formula.place, what }], Keys::default())
             }),
-            Source::Sensor(name, signal, place) => self.asked_of_sensor((name, signal, place), out).map(|read| {
+            Source::Sensor(name, signal, place) => self.expression_of_sensor((name, signal, place), out).map(|read| {
                 let (read, what) = (Cow::Owned(read), format!("`signal` of sensor `{}`", shortened(name)));
-                (vec![Asked { key: "signal", name: None, read, place, what }], Keys::default())
+                (vec![KeyExpression { key: "signal", name: None, read, place, what }], Keys::default())
             }),
             Source::Reference(_, block) => {
-                let mut asked = asked_of(&block.table, block);
-                asked.retain(|asked| asked.key == "measured");
-                (!asked.is_empty()).then(|| (asked, Keys::default()))
+                let mut expressions = expressions_of(&block.table, block);
+                expressions.retain(|one| one.key == "measured");
+                (!expressions.is_empty()).then(|| (expressions, Keys::default()))
             }
         };
         match begun {
-            Some((asked, keys)) => Some(Open { source, asked, written: Vec::new(), reads: BTreeSet::new(), keys }),
+            Some((expressions, keys)) => {
+                Some(Open { source, expressions, written: Vec::new(), reads: BTreeSet::new(), keys })
+            }
             None => {
                 self.close(source, None);
                 None
@@ -141,7 +145,7 @@ impl<'a> Blocks<'a, '_, '_> {
 
     /// Writes what can be written; why not the next one, else.
     fn write_on(&mut self, open: &mut Open<'a>, out: &mut Vec<Diagnostic>) -> Option<Stopped<'a>> {
-        while let Some(Asked { read, place, what, .. }) = open.asked.get(open.written.len()) {
+        while let Some(KeyExpression { read, place, what, .. }) = open.expressions.get(open.written.len()) {
             match self.expression(read, (place, what), &mut open.reads, out) {
                 Ok(found) => open.written.push(found),
                 Err(stopped) => return Some(stopped),
@@ -152,10 +156,10 @@ impl<'a> Blocks<'a, '_, '_> {
 
     /// What came of it when all expressions are written.
     fn finish(&mut self, open: Open<'a>, out: &mut Vec<Diagnostic>) -> Option<Made> {
-        let Open { source, asked, written, reads, keys } = open;
+        let Open { source, expressions, written, reads, keys } = open;
         let reads = Arc::new(reads);
         match source {
-            Source::Block(block) => self.written(block, (asked, written, reads), keys, out),
+            Source::Block(block) => self.written(block, (expressions, written, reads), keys, out),
             _ => {
                 let answers = written.into_iter().map(|(value, dimension)| (String::new(), value, dimension)).collect();
                 Some(Made { period: None, answers, memory: Vec::new(), reads })
@@ -273,7 +277,9 @@ impl<'a> Blocks<'a, '_, '_> {
             let read = Read::Source(name.to_string());
             return varying(self.read_outside(Outside { name: name.to_string(), read, dimension }));
         }
-        if document.doubts.has(name) || document.doubts.has(head) { Err(Stopped::Mistake) } else { Ok(None) }
+        // What is wrong with it, or with the table that introduces it, was reported.
+        let is_doubtful = document.introduces(name) || document.doubts.has(name) || document.doubts.has(head);
+        if is_doubtful { Err(Stopped::Mistake) } else { Ok(None) }
     }
 
     /// What a block answers by a name.
@@ -331,7 +337,7 @@ impl<'a> Blocks<'a, '_, '_> {
     }
 
     /// What a sensor of a signal measures, as an expression.
-    fn asked_of_sensor(
+    fn expression_of_sensor(
         &self,
         (sensor, signal, place): (&str, &str, &Place),
         out: &mut Vec<Diagnostic>,
@@ -371,7 +377,7 @@ impl<'a> Blocks<'a, '_, '_> {
         }
         let lists = self.lists(table, out);
         let mut own = Vec::new();
-        for (answer, dimension) in foretold(kind, &values, &lists) {
+        for (answer, dimension) in declared_answers(kind, &values, &lists) {
             let outside = outside_name(name, &answer);
             let (answered, _) = self.answer_symbol(outside.clone(), dimension);
             if kind.keyword == "observer" {
@@ -391,13 +397,13 @@ impl<'a> Blocks<'a, '_, '_> {
     fn written(
         &mut self,
         block: &'a BlockTable,
-        (asked, written, reads): Expressions<'a>,
+        (expressions, written, reads): Expressions<'a>,
         Keys { values, unit, lists, own, ways }: Keys,
         out: &mut Vec<Diagnostic>,
     ) -> Option<Made> {
         let BlockTable { kind, name, place, table, .. } = block;
         let (mut given, mut guards) = (Given::new(), Vec::new());
-        for (Asked { key, name, place, what, .. }, found) in asked.into_iter().zip(written) {
+        for (KeyExpression { key, name, place, what, .. }, found) in expressions.into_iter().zip(written) {
             match key {
                 WHEN => guards.push((number_of(found, (place, &what), out)?, place)),
                 _ => given.push((key, name.map(String::from), found)),
@@ -444,21 +450,21 @@ impl<'a> Blocks<'a, '_, '_> {
 const WHEN: &str = "when";
 
 /// The expressions in the keys of a block, the conditions of transitions last.
-fn asked_of<'a>(table: &'a Table, block: &BlockTable) -> Vec<Asked<'a>> {
+fn expressions_of<'a>(table: &'a Table, block: &BlockTable) -> Vec<KeyExpression<'a>> {
     let what = format!("block `{}`", shortened(&block.name));
-    let mut asked = Vec::new();
+    let mut expressions = Vec::new();
     for field in table.fields {
         match (field.kind, table.values.get(field.name)) {
             (Kind::Expression, Some(Placed { value: Value::Scalar(Scalar::Expression(read)), place })) => {
                 let (read, what) = (Cow::Borrowed(&**read), format!("`{}` of {what}", field.name));
-                asked.push(Asked { key: field.name, name: None, read, place, what });
+                expressions.push(KeyExpression { key: field.name, name: None, read, place, what });
             }
             (Kind::Expressions, Some(Placed { value: Value::Map(entries), .. })) => {
                 for (name, scalar) in entries {
                     let Scalar::Expression(read) = &scalar.value else { continue };
                     let what = format!("`{}` in `{}` of {what}", shortened(&name.value), field.name);
                     let (name, read) = (Some(name.value.as_str()), Cow::Borrowed(&**read));
-                    asked.push(Asked { key: field.name, name, read, place: &scalar.place, what });
+                    expressions.push(KeyExpression { key: field.name, name, read, place: &scalar.place, what });
                 }
             }
             _ => {}
@@ -467,10 +473,10 @@ fn asked_of<'a>(table: &'a Table, block: &BlockTable) -> Vec<Asked<'a>> {
     for (k, transition) in transitions(table).enumerate() {
         if let Some(Placed { value: Value::Scalar(Scalar::Expression(read)), place }) = transition.values.get(WHEN) {
             let (read, what) = (Cow::Borrowed(&**read), format!("`when` of transition {} of {what}", k + 1));
-            asked.push(Asked { key: WHEN, name: None, read, place, what });
+            expressions.push(KeyExpression { key: WHEN, name: None, read, place, what });
         }
     }
-    asked
+    expressions
 }
 
 /// The transitions of a machine; none of a kind that has none.

@@ -91,11 +91,6 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
         parts: &parts,
         has_blocks: !between.of_loop.is_empty(),
     };
-    // Only what floating point is not sure of needs more.
-    if slowest.left_out == 0 && slowest.word == Stability::Stable {
-        check_limits(variant, &plant, &parts, laws, out);
-        return;
-    }
     let decided = asked.decide(&slowest, asked.exact().as_ref());
     // What grows by a power of the time alone is no exponential, and what floating point does not see grow is slow: a run shows it.
     let is_slow = slowest.stable || decided.verdict.border.iter().any(|motion| motion.grows());
