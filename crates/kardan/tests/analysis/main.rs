@@ -8,6 +8,7 @@ mod box_proof;
 mod certificate;
 mod certified;
 mod constraints;
+mod contraction;
 mod descriptor;
 mod distance;
 mod float_comparison;

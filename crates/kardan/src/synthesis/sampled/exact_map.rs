@@ -1,6 +1,6 @@
 //! The map of a sampled loop with the exact numbers of its plant, to so many digits that its stability can be certified.
 
-use std::cell::Cell;
+use std::cell::{Cell, OnceCell};
 
 use kardan_rt::functions::{exp2, log2};
 
@@ -9,11 +9,13 @@ use super::jump::Jump;
 use super::places::{FirstOrderPlant, Places};
 use super::{LoopPlant, SampledPart};
 use crate::analysis::{Plane, stability_of};
-use crate::num::{HeldTo, Matrix, Polynomial, Rational, Scalar, cayley, characteristic_polynomial, root_sides};
+use crate::num::{
+    HeldTo, Matrix, Polynomial, Rational, Scalar, cayley, characteristic_polynomial, contracts, root_sides,
+};
 use crate::results::{Stability, StabilityKnown, StabilityVerdict};
 
 /// Binary digits to which exponentials are computed: more where those before decide nothing.
-const DIGITS: [usize; 2] = [256, 1024];
+const DIGITS: [usize; 3] = [128, 256, 1024];
 /// States up to which a map is looked at.
 const MOST: usize = 32;
 /// Distances to the unit circle that are tried, as powers of two.
@@ -70,7 +72,8 @@ impl ExactMap {
 
     /// Whether the loop is stable but for this many motions.
     ///
-    /// Method: where the map is exact, as where all exponentials end, [`stability_of`]. Else its characteristic polynomial p̃ is that of a
+    /// Method: where the map is exact, as where all exponentials end, [`stability_of`]. Else it may be shown to contract ([`contracts`]), which
+    /// takes least. If not, its characteristic polynomial p̃ is that of a
     /// map next to the true one. Circles on either side of the border hold equally many roots of p̃, counted exactly, so that on the border, of
     /// radius c, |p̃| is at least (half their distance)ⁿ. That is more than p̃ is off there, so the true polynomial has as many roots inside
     /// (Rouché).
@@ -86,11 +89,16 @@ impl ExactMap {
                 false => StabilityVerdict::exact(false, found.border),
             };
         }
+        let word = |word| StabilityVerdict::plain(word, StabilityKnown::Certified);
+        let free = || StabilityVerdict { known: StabilityKnown::Certified, ..StabilityVerdict::free(at_one) };
+        if contracts(&self.map, self.off, at_one) {
+            return if at_one == 0 { word(Stability::Stable) } else { free() };
+        }
         let n = self.map.rows();
-        let whole = characteristic_polynomial(&self.map);
         // On circles of radius below 1.5: n ‖E‖ (‖z − Φ‖ + ‖E‖)ⁿ⁻¹.
         let size = log_norm(&self.map).max(0.0) + 2.0;
         let off = log2(n as f64) + self.off + (n as f64 - 1.0) * size;
+        let whole = OnceCell::new();
         let mut tried = 0;
         for distance in DISTANCES {
             // Half the width of the ring that is free of roots, to the power n, less what cutting digits adds.
@@ -100,7 +108,8 @@ impl ExactMap {
             }
             tried = distance;
             let digits = (2.0 - least) as usize + n + 8;
-            let polynomial = Polynomial::new(whole.coefficients().iter().map(|c| cut(c, digits)).collect());
+            let polynomial = whole.get_or_init(|| characteristic_polynomial(&self.map));
+            let polynomial = Polynomial::new(polynomial.coefficients().iter().map(|c| cut(c, digits)).collect());
             let ring = |centre: i32| {
                 // Radii 1 + (centre ± 1/2) 2^−distance.
                 [2 * centre - 1, 2 * centre + 1].map(|twice| {
@@ -108,7 +117,6 @@ impl ExactMap {
                     inside(&polynomial, &(Rational::ONE + Rational::from(twice) * step))
                 })
             };
-            let word = |word| StabilityVerdict::plain(word, StabilityKnown::Certified);
             match at_one {
                 0 => match ring(0) {
                     [Some(low), Some(high)] if low == high && low == n => return word(Stability::Stable),
@@ -117,7 +125,7 @@ impl ExactMap {
                 },
                 _ => match (ring(-1), ring(1)) {
                     ([Some(low), Some(high)], _) if low == high && low == n - at_one => {
-                        return StabilityVerdict { known: StabilityKnown::Certified, ..StabilityVerdict::free(at_one) };
+                        return free();
                     }
                     (_, [Some(low), Some(high)]) if low == high && low < n => return word(Stability::Unstable),
                     _ => {}
