@@ -545,23 +545,19 @@ impl Graph {
     /// The same without what is known already, and what that is made of.
     fn needed_besides(&self, exprs: &[Expr], known: impl Fn(Expr) -> bool) -> Vec<Expr> {
         // One bit each: most often few of many are needed.
-        let mut needed = vec![0u64; self.nodes.len() / 64 + 1];
-        let mut open = exprs.to_vec();
+        let mut seen = vec![0u64; self.nodes.len() / 64 + 1];
+        let (mut open, mut needed) = (exprs.to_vec(), Vec::new());
         while let Some(expr) = open.pop() {
-            let (word, bit) = (&mut needed[expr.0 as usize / 64], 1 << (expr.0 % 64));
+            let (word, bit) = (&mut seen[expr.0 as usize / 64], 1 << (expr.0 % 64));
             if *word & bit == 0 && !known(expr) {
                 *word |= bit;
+                needed.push(expr);
                 self.each_part(expr, |part| open.push(part));
             }
         }
-        let mut out = Vec::new();
-        for (k, mut word) in needed.into_iter().enumerate() {
-            while word != 0 {
-                out.push(Expr(64 * k as u32 + word.trailing_zeros()));
-                word &= word - 1;
-            }
-        }
-        out
+        // A node is made after its parts.
+        needed.sort_unstable();
+        needed
     }
 
     /// Those of all that expressions are made of that move with a symbol, parts before the whole.

@@ -1,6 +1,7 @@
 //! How wrong each motor and reading of a loop may be alone, and all motors at once.
 
 use kardan_rt::functions::{atan2, hypot};
+use rayon::prelude::*;
 
 use crate::analysis::OutputSignal;
 use crate::num::Rational;
@@ -52,7 +53,7 @@ pub(super) fn of_motors(survey: &Survey<'_>, response: Option<&Response>, late: 
         }
         Some(out)
     };
-    law.inputs().iter().enumerate().filter_map(one).collect()
+    law.inputs().par_iter().enumerate().filter_map(one).collect()
 }
 
 /// How wrong the torque of each motor may be alone, from the response of a stable loop; of a sampled one without the delay. `None` if
@@ -99,18 +100,22 @@ pub(super) fn errors(
     survey: &Survey<'_>,
 ) -> (Vec<ChannelMargin>, Option<TogetherMargin>) {
     let law = &survey.laws[number];
-    let motors = survey.motors();
-    let mut out = of_motors(survey, motors.as_ref(), true);
-    let model = &*variant.whole_model(number);
-    let readings = survey.parts().and_then(|(parts, plant)| {
+    let of_readings = || {
+        let (parts, plant) = survey.parts()?;
+        let model = &*variant.whole_model(number);
         let sensors = sensor_rows(model, &**law);
-        ControlLoop { plant: &plant, parts: &parts, number }.readings(&sensors, &model.motion_names())
-    });
-    if let Some(Readings { names, loops, .. }) = readings {
-        let found = names.iter().enumerate().map(|(k, name)| (name, channel_margins(&loops.channel(k))));
-        out.extend(found.filter_map(|(name, found)| Some(named(name, true, &found?))));
-    }
-    let together = motors.and_then(|motors| named_together(&motors, law.inputs()));
+        let Readings { names, loops, .. } =
+            ControlLoop { plant: &plant, parts: &parts, number }.readings(&sensors, &model.motion_names())?;
+        let of = |(k, name): (usize, &String)| Some(named(name, true, &channel_margins(&loops.channel(k))?));
+        Some(names.par_iter().enumerate().filter_map(of).collect::<Vec<_>>())
+    };
+    let of_motors = || {
+        let motors = survey.motors();
+        let together = motors.as_ref().and_then(|motors| named_together(motors, law.inputs()));
+        (of_motors(survey, motors.as_ref(), true), together)
+    };
+    let ((mut out, together), readings) = rayon::join(of_motors, of_readings);
+    out.extend(readings.into_iter().flatten());
     (out, together)
 }
 

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use kardan_rt::functions::{ln, powf};
+use rayon::prelude::*;
 
 use super::channels::errors;
 use super::clocks::{clocks, shortest};
@@ -77,7 +78,17 @@ pub(in crate::study) fn survey(
     let is_unstable = |known: &LoopStability| known.verdict.word == Stability::Unstable;
     // A loop that is unstable as it is has no rate and tolerates nothing.
     let tolerated = stable != Some(false);
-    let (channels, together) = if stable == Some(true) { errors(variant, number, &within) } else { Default::default() };
+    let channels = || if stable == Some(true) { errors(variant, number, &within) } else { Default::default() };
+    let limits = || {
+        let lag = || within.longest_lag().filter(|_| tolerated);
+        rayon::join(|| within.longest_delay().filter(|_| tolerated), lag)
+    };
+    let rates = || {
+        let none = for_one_time || !tolerated;
+        if none { Vec::new() } else { [0.0, 0.5, 1.0].par_iter().map(|delay| rates(*delay)).collect() }
+    };
+    let ((channels, together), ([longest_delay, longest_lag], rates)) =
+        rayon::join(channels, || rayon::join(|| <[_; 2]>::from(limits()), rates));
     let only_motor = channels.first().filter(|one| laws[number].inputs().len() == 1 && !one.reading && !one.searched);
     let gain_margin = only_motor.map(of_motor).or_else(|| within.gain_margin().filter(|_| tolerated));
     let hard = |[low, high]: [f64; 2]| low > 1.0 / HARDLY || high < HARDLY;
@@ -103,9 +114,9 @@ pub(in crate::study) fn survey(
         stability: known.as_ref().map(|known| known.verdict.clone()).unwrap_or_default(),
         proven: known.as_ref().is_some_and(|known| known.verdict.is_proven()),
         poles: known.as_ref().and_then(|known| known.poles.clone()),
-        rates: if for_one_time || !tolerated { Vec::new() } else { [0.0, 0.5, 1.0].map(rates).to_vec() },
-        longest_delay: within.longest_delay().filter(|_| tolerated).map(limit),
-        longest_lag: within.longest_lag().filter(|_| tolerated).map(limit),
+        rates,
+        longest_delay: longest_delay.map(limit),
+        longest_lag: longest_lag.map(limit),
         gain_margin: gain_margin.map(|both| both.map(limit)),
         free,
         free_poles: known.as_ref().map_or(0, |known| known.zeros),
