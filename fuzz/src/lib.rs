@@ -61,7 +61,7 @@ fn text(bytes: &[u8]) -> Option<&str> {
 }
 
 /// Every mistake can be printed with its place.
-fn told(source: &str, diagnostics: &[Diagnostic]) {
+fn reported(source: &str, diagnostics: &[Diagnostic]) {
     let text = plain(source, diagnostics);
     assert!(diagnostics.iter().all(|d| !d.message.is_empty()), "a mistake without words: {text}");
 }
@@ -94,11 +94,11 @@ pub fn number(bytes: &[u8]) {
 pub fn toml(bytes: &[u8]) {
     let Some(source) = text(bytes) else { return };
     let (document, out) = model::read(source);
-    told(source, &out);
+    reported(source, &out);
     if document.runs() <= MOST_RUNS {
         for variant in document.variant_settings() {
             let (_, out) = document.model_with(&variant.settings, variant.controls.as_deref());
-            told(source, &out);
+            reported(source, &out);
         }
     }
 }
@@ -113,7 +113,7 @@ pub fn state_space(bytes: &[u8]) {
         }
         Err(out) => {
             assert!(!out.is_empty());
-            told(text(bytes).unwrap_or_default(), &out);
+            reported(text(bytes).unwrap_or_default(), &out);
         }
     }
 }
@@ -212,7 +212,7 @@ fn small(bytes: &[u8]) -> Option<&str> {
 /// `kardan check`.
 pub fn check(bytes: &[u8]) {
     if let Some(source) = small(bytes) {
-        told(source, &study::check(source));
+        reported(source, &study::check(source));
     }
 }
 
@@ -223,9 +223,9 @@ pub fn equations(bytes: &[u8]) {
         match study::equations(source, form) {
             Ok((text, out)) => {
                 assert!(!text.is_empty());
-                told(source, &out);
+                reported(source, &out);
             }
-            Err(out) => told(source, &out),
+            Err(out) => reported(source, &out),
         }
     }
 }
@@ -239,7 +239,7 @@ fn shown(page: &report::Page) -> [String; 3] {
 pub fn run(bytes: &[u8]) {
     let Some(source) = small(bytes) else { return };
     let (prepared, out) = study::prepare(source);
-    told(source, &out);
+    reported(source, &out);
     if out.iter().any(|d| d.severity == kardan::diagnostics::Severity::Error) {
         return;
     }
@@ -249,7 +249,7 @@ pub fn run(bytes: &[u8]) {
         if variant.scenario.times.len() > MOST_ROWS {
             return;
         }
-        let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
+        let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &variant.scenario };
         let result = simulate(setup, tolerance, &mut |_| None);
         let run = Run {
             name: variant.name.clone(),
@@ -262,7 +262,7 @@ pub fn run(bytes: &[u8]) {
             figures: Vec::new(),
             warnings: Vec::new(),
             notes: result.notes,
-            strains: result.strains,
+            motor_loads: result.motor_loads,
             effort: result.effort,
             accuracy: None,
         };
@@ -303,7 +303,7 @@ pub fn analyze(bytes: &[u8]) {
     };
     match found {
         Ok(analysis) => drop((export::analysis_json(&analysis), shown(&report::analysis(&analysis)))),
-        Err(out) => told(text(bytes).unwrap_or_default(), &out),
+        Err(out) => reported(text(bytes).unwrap_or_default(), &out),
     }
 }
 
@@ -315,7 +315,7 @@ pub fn design(bytes: &[u8]) {
         Ok(design) => {
             drop((export::design_json(&design), export::controller_json(&design), shown(&report::design(&design))));
         }
-        Err(out) => told(source, &out),
+        Err(out) => reported(source, &out),
     }
 }
 
@@ -331,12 +331,12 @@ pub fn identify(bytes: &[u8]) {
     match study::identify(source, files, &settings, &Silent) {
         Ok(found) => {
             drop((export::identification_json(&found), shown(&report::identification(&found))));
-            match study::written(source, &found) {
-                Ok((written, _)) => drop(model::read(&written)),
-                Err(out) => told(source, &out),
+            match study::write_values(source, &found) {
+                Ok((write_values, _)) => drop(model::read(&write_values)),
+                Err(out) => reported(source, &out),
             }
         }
-        Err(out) => told(source, &out),
+        Err(out) => reported(source, &out),
     }
 }
 
@@ -347,7 +347,7 @@ pub fn bench(bytes: &[u8]) {
         Ok(bench) => {
             drop(export::truth_toml(bench.truth()));
         }
-        Err(out) => told(source, &out),
+        Err(out) => reported(source, &out),
     }
 }
 
@@ -381,7 +381,7 @@ pub fn safety(bytes: &[u8]) {
             assert!(table.rows.iter().all(|row| row.command.starts_with("kardan run ")), "a row without its command");
             drop((export::safety_json(&table), export::safety_csv(&table), shown(&report::safety(&table))));
         }
-        Err(out) => told(source, &out),
+        Err(out) => reported(source, &out),
     }
 }
 

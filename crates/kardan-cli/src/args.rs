@@ -895,17 +895,17 @@ mod tests {
     #[test]
     fn any_arguments_are_taken_or_refused() {
         let command = Cli::command();
-        let mut words: Vec<String> =
+        let mut tokens: Vec<String> =
             vec!["-".into(), "--".into(), "=".into(), "-q".into(), String::new(), "\u{0}\u{fffd}".into()];
         for sub in command.get_subcommands() {
-            words.push(sub.get_name().into());
+            tokens.push(sub.get_name().into());
             for argument in sub.get_arguments() {
-                words.extend(argument.get_long().map(|long| format!("--{long}")));
-                words.extend(argument.get_short().map(|short| format!("-{short}")));
-                words.extend(argument.get_possible_values().iter().map(|value| value.get_name().to_string()));
+                tokens.extend(argument.get_long().map(|long| format!("--{long}")));
+                tokens.extend(argument.get_short().map(|short| format!("-{short}")));
+                tokens.extend(argument.get_possible_values().iter().map(|value| value.get_name().to_string()));
             }
         }
-        words.extend(
+        tokens.extend(
             [
                 "1",
                 "-1",
@@ -932,11 +932,11 @@ mod tests {
         for _ in 0..40_000 {
             let mut arguments = vec!["kardan".to_string()];
             for _ in 0..below(7) {
-                let mut word = words[below(words.len())].clone();
+                let mut word = tokens[below(tokens.len())].clone();
                 match below(8) {
-                    0 => word = format!("{word}={}", words[below(words.len())]),
+                    0 => word = format!("{word}={}", tokens[below(tokens.len())]),
                     1 => word = word.chars().take(below(6)).collect(),
-                    2 => word.push_str(&words[below(words.len())]),
+                    2 => word.push_str(&tokens[below(tokens.len())]),
                     _ => {}
                 }
                 arguments.push(word);

@@ -2,7 +2,7 @@
 //!
 //! In builds with debug assertions `KARDAN_FAULT=fail:N` makes operation N (from 0) fail as on a full disk, a writing one after
 //! half of its bytes; `full:N` that one and all after it; `kill:N` aborts the process there. `kept:N` ends the command, as a signal
-//! does, where it has kept what it has for the time N and goes no further; `asked:N` where it asks for the time N whether to end.
+//! does, where it has kept what it has for the time N and goes no further; `spec:N` where it asks for the time N whether to end.
 //! In other builds all this is nothing.
 
 use std::io::{self, Write};
@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Does an operation that changes files.
 pub fn step<T>(operation: impl FnOnce() -> io::Result<T>) -> io::Result<T> {
-    match wanted() {
+    match requested_fault() {
         Some(fault) => Err(fault.happens()),
         None => operation(),
     }
@@ -19,7 +19,7 @@ pub fn step<T>(operation: impl FnOnce() -> io::Result<T>) -> io::Result<T> {
 
 /// Writes all bytes.
 pub fn write(to: &mut impl Write, bytes: &[u8]) -> io::Result<()> {
-    let fault = wanted();
+    let fault = requested_fault();
     let count = if fault.is_some() { bytes.len() / 2 } else { bytes.len() };
     to.write_all(&bytes[..count])?;
     fault.map_or(Ok(()), |fault| Err(fault.happens()))
@@ -42,11 +42,11 @@ impl Fault {
 }
 
 #[cfg(debug_assertions)]
-fn wanted() -> Option<Fault> {
+fn requested_fault() -> Option<Fault> {
     static COUNT: AtomicUsize = AtomicUsize::new(0);
     let number = COUNT.fetch_add(1, Ordering::Relaxed);
-    let asked = std::env::var("KARDAN_FAULT").ok()?;
-    let (what, at) = asked.split_once(':')?;
+    let spec = std::env::var("KARDAN_FAULT").ok()?;
+    let (what, at) = spec.split_once(':')?;
     match what {
         "fail" if at.parse() == Ok(number) => Some(Fault::Fails),
         "full" if at.parse().is_ok_and(|at: usize| number >= at) => Some(Fault::Fails),
@@ -56,16 +56,16 @@ fn wanted() -> Option<Fault> {
 }
 
 #[cfg(not(debug_assertions))]
-fn wanted() -> Option<Fault> {
+fn requested_fault() -> Option<Fault> {
     None
 }
 
-/// Whether the command is to end early here: `kept` something, or `asked`.
+/// Whether the command is to end early here: `kept` something, or `spec`.
 #[cfg(debug_assertions)]
 pub fn early(what: &str) -> bool {
     static COUNT: AtomicUsize = AtomicUsize::new(0);
-    let Ok(asked) = std::env::var("KARDAN_FAULT") else { return false };
-    let at = asked.strip_prefix(what).and_then(|rest| rest.strip_prefix(':'));
+    let Ok(spec) = std::env::var("KARDAN_FAULT") else { return false };
+    let at = spec.strip_prefix(what).and_then(|rest| rest.strip_prefix(':'));
     at.is_some_and(|at| at.parse() == Ok(COUNT.fetch_add(1, Ordering::Relaxed)))
 }
 

@@ -42,7 +42,7 @@ pub fn expect_plain(path: &Path, name: &str) -> Result<(), Diagnostic> {
 
 /// Opens a plain file.
 pub fn open(path: &Path) -> io::Result<File> {
-    expect_plain(path, &path.display().to_string()).map_err(|mistake| io::Error::other(mistake.message))?;
+    expect_plain(path, &path.display().to_string()).map_err(|diagnostic| io::Error::other(diagnostic.message))?;
     File::open(path)
 }
 

@@ -15,7 +15,7 @@ use crate::render::note;
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
-    taken: HashSet<String>,
+    used_names: HashSet<String>,
     /// What was written there: names with sums of their bytes.
     written: Vec<(String, u32)>,
 }
@@ -24,7 +24,7 @@ impl Folder {
     /// Makes the folder if it is not there, and tries to write in it; what killed runs left there goes.
     pub fn prepare(path: &Path) -> Result<Self, Diagnostic> {
         prepare_folder(path)?;
-        Ok(Self { path: path.to_owned(), taken: HashSet::new(), written: Vec::new() })
+        Ok(Self { path: path.to_owned(), used_names: HashSet::new(), written: Vec::new() })
     }
 
     /// Writes a file whose name is made from `stem`, and gives its path.
@@ -43,7 +43,7 @@ impl Folder {
         let stem = if stem.is_empty() { "unnamed" } else { stem };
         let mut name = format!("{stem}.{extension}");
         let mut number = 2;
-        while !self.taken.insert(name.to_lowercase()) {
+        while !self.used_names.insert(name.to_lowercase()) {
             name = format!("{stem}-{number}.{extension}");
             number += 1;
         }
@@ -55,10 +55,10 @@ impl Folder {
     pub fn finish(&self, command: &str) -> Result<Vec<String>, Diagnostic> {
         let list = self.path.join(LIST);
         let before = files::read_text(&list).unwrap_or_default();
-        let (own, others): (Vec<Line<'_>>, Vec<Line<'_>>) =
+        let (own, foreign_lines): (Vec<Line<'_>>, Vec<Line<'_>>) =
             before.lines().filter_map(Line::read).partition(|line| line.command == command);
         let mut gone = Vec::new();
-        let written = |name: &str| self.written.iter().any(|(other, _)| other.eq_ignore_ascii_case(name));
+        let written = |name: &str| self.written.iter().any(|(candidate, _)| candidate.eq_ignore_ascii_case(name));
         for line in own.iter().filter(|line| !written(line.name)) {
             let path = self.path.join(line.name);
             let unchanged = files::read(&path).is_ok_and(|bytes| sum(&bytes) == line.sum);
@@ -68,7 +68,7 @@ impl Folder {
             }
         }
         let own = self.written.iter().map(|(name, sum)| Line { command, sum: *sum, name });
-        let now: String = others.into_iter().chain(own).map(|line| line.written()).collect();
+        let now: String = foreign_lines.into_iter().chain(own).map(|line| line.written()).collect();
         if now != before {
             save_in(&self.path, LIST, now.as_bytes())?;
         }
@@ -89,7 +89,7 @@ impl Folder {
 }
 
 /// Says which files of an earlier run have gone, and where.
-pub fn tell_gone(gone: &[String], quiet: bool) {
+pub fn note_moved_files(gone: &[String], quiet: bool) {
     if let (false, Some(first)) = (quiet, gone.first()) {
         let folder = Path::new(first).with_file_name(EARLIER);
         let names = quoted(gone.iter().map(String::as_str));
@@ -126,14 +126,14 @@ impl<'a> Line<'a> {
 /// A sum of bytes that differs if they do, but for one case in 2^32: words of eight bytes, each rotated in and multiplied.
 fn sum(bytes: &[u8]) -> u32 {
     let mix = |sum: u64, word: u64| (sum.rotate_left(5) ^ word).wrapping_mul(0x517c_c1b7_2722_0a95);
-    let (words, rest) = bytes.as_chunks::<8>();
-    let all = words.iter().fold(bytes.len() as u64, |sum, word| mix(sum, u64::from_le_bytes(*word)));
+    let (blocks, rest) = bytes.as_chunks::<8>();
+    let all = blocks.iter().fold(bytes.len() as u64, |sum, word| mix(sum, u64::from_le_bytes(*word)));
     (rest.iter().fold(all, |sum, byte| mix(sum, u64::from(*byte))) >> 32) as u32
 }
 
 /// Whether it is a file itself, not a link to one.
 fn is_plain(path: &Path) -> bool {
-    fs::symlink_metadata(path).is_ok_and(|there| there.is_file())
+    fs::symlink_metadata(path).is_ok_and(|metadata| metadata.is_file())
 }
 
 #[cfg(test)]
@@ -142,7 +142,7 @@ mod tests {
 
     #[test]
     fn names_are_safe_and_different() {
-        let mut folder = Folder { path: PathBuf::new(), taken: HashSet::new(), written: Vec::new() };
+        let mut folder = Folder { path: PathBuf::new(), used_names: HashSet::new(), written: Vec::new() };
         let names = ["β=10°", "../../etc/passwd", "", "..", "A", "a", "a-2"].map(|stem| folder.name(stem, "csv"));
         let expected =
             ["β=10-.csv", "-..-etc-passwd.csv", "unnamed.csv", "unnamed-2.csv", "A.csv", "a-2.csv", "a-2-2.csv"];
@@ -159,11 +159,11 @@ mod tests {
             assert!(Line::read(text).is_none(), "{text}");
         }
         // One bit, the order of words, and a zero more are seen.
-        let words = b"eight by8 bytes.and a rest";
+        let blocks = b"eight by8 bytes.and a rest";
         for other in
             [&b"eight by8 bytes.and a resu"[..], b"8 bytes.eight byand a rest", b"eight by8 bytes.and a rest\0", b""]
         {
-            assert_ne!(sum(words), sum(other));
+            assert_ne!(sum(blocks), sum(other));
         }
     }
 }

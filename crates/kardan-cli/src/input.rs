@@ -47,14 +47,14 @@ fn beside(model: &Path, source: &Source, name: &str) -> FileBytes {
     let path = folder.join(name);
     let shown = path.display().to_string();
     let missing = |name: &str| Diagnostic::error("file::not-found", format!("there is no file `{name}`"));
-    file(&path, &shown, LIMIT, &missing).map(Into::into).map_err(|mistake| mistake.message)
+    file(&path, &shown, LIMIT, &missing).map(Into::into).map_err(|diagnostic| diagnostic.message)
 }
 
 /// The same, prepared: a bar tells how far that is where it takes long.
 pub fn prepared(model: &Path, changes: &Changes, quiet: bool) -> Result<(Source, Project), Failure> {
     let opened = open(model, changes, quiet)?;
     let bars = Bars::new(quiet);
-    opened.1.prepare_heard(&bars);
+    opened.1.prepare_with_progress(&bars);
     bars.clear();
     Ok(opened)
 }

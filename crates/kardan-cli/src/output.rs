@@ -29,7 +29,7 @@ pub fn print(text: &str) -> Result<(), Diagnostic> {
 }
 
 /// A page for standard output: as wide as its terminal, of 100 columns elsewhere.
-pub fn in_words(page: &Page, origin: &str) -> String {
+pub fn render_text(page: &Page, origin: &str) -> String {
     let terminal = terminal_size::terminal_size_of(io::stdout());
     page.text_within(origin, terminal.map_or(100, |(width, _)| usize::from(width.0)))
 }
@@ -79,7 +79,7 @@ type Identity = PathBuf;
 #[cfg(unix)]
 fn identity(path: &Path) -> Option<Identity> {
     use std::os::unix::fs::MetadataExt;
-    fs::metadata(path).ok().filter(fs::Metadata::is_file).map(|there| (there.dev(), there.ino()))
+    fs::metadata(path).ok().filter(fs::Metadata::is_file).map(|metadata| (metadata.dev(), metadata.ino()))
 }
 
 #[cfg(not(unix))]
@@ -175,10 +175,11 @@ pub fn prepare_files(paths: &[&Path], own: Option<&Path>) -> Result<(), Diagnost
     for (k, path) in paths.iter().enumerate() {
         let own = own.filter(|_| k + 1 == paths.len());
         if path.is_dir() || path.file_name().is_none() || path.as_os_str() == "-" {
-            let mistake = Diagnostic::error("output::file", format!("`{}` is not the name of a file", path.display()));
+            let diagnostic =
+                Diagnostic::error("output::file", format!("`{}` is not the name of a file", path.display()));
             return Err(match path.to_str() {
-                Some("-") => mistake.help("for standard output name /dev/stdout; for a file of that name write ./-"),
-                _ => mistake.help("name the file itself, such as analysis.html"),
+                Some("-") => diagnostic.help("for standard output name /dev/stdout; for a file of that name write ./-"),
+                _ => diagnostic.help("name the file itself, such as analysis.html"),
             });
         }
         let early = |mut problem: Diagnostic| {
@@ -227,7 +228,7 @@ fn place(path: &Path, own: Option<&Path>) -> Result<Place, Diagnostic> {
             _ => {}
         }
         match fs::symlink_metadata(&target) {
-            Ok(there) if there.file_type().is_symlink() => {
+            Ok(metadata) if metadata.file_type().is_symlink() => {
                 // What /proc gives as links are open files: their names may be gone or taken.
                 if target.starts_with("/proc") || target.starts_with("/dev/fd") {
                     return Ok(Place::Stream(target));
@@ -238,26 +239,26 @@ fn place(path: &Path, own: Option<&Path>) -> Result<Place, Diagnostic> {
                     return Err(refused("file::unwritable", "too many symbolic links lead to one another".into()));
                 }
             }
-            Ok(there) if there.is_dir() => {
+            Ok(metadata) if metadata.is_dir() => {
                 return Err(refused("file::unwritable", "a directory of that name is there".into()));
             }
-            Ok(there) if !there.is_file() => {
-                if is_block_device(&there) {
+            Ok(metadata) if !metadata.is_file() => {
+                if is_block_device(&metadata) {
                     return Err(refused("file::unwritable", "it is a disk".into()));
                 }
                 return Ok(Place::Stream(target));
             }
-            Ok(there) => {
+            Ok(metadata) => {
                 if is_read(&target) && own.and_then(identity).is_none_or(|own| Some(own) != identity(&target)) {
                     return Err(refused("file::input", "this command reads it".into()).help("give it another name"));
                 }
-                if there.permissions().readonly() {
+                if metadata.permissions().readonly() {
                     let help = "make it writable (`chmod u+w`), or give another name";
                     return Err(refused("file::read-only", "the file is read-only".into()).help(help));
                 }
                 // Renaming would not ask whether the file itself may be written.
                 OpenOptions::new().write(true).open(&target).map_err(unwritable)?;
-                let names = names(&there);
+                let names = names(&metadata);
                 if names > 1 {
                     let why =
                         format!("the file has {names} names (hard links), and the others would keep the old content");
@@ -277,9 +278,9 @@ fn place(path: &Path, own: Option<&Path>) -> Result<Place, Diagnostic> {
 }
 
 #[cfg(unix)]
-fn is_block_device(there: &fs::Metadata) -> bool {
+fn is_block_device(metadata: &fs::Metadata) -> bool {
     use std::os::unix::fs::FileTypeExt;
-    there.file_type().is_block_device()
+    metadata.file_type().is_block_device()
 }
 
 #[cfg(not(unix))]
@@ -288,9 +289,9 @@ fn is_block_device(_: &fs::Metadata) -> bool {
 }
 
 #[cfg(unix)]
-fn names(there: &fs::Metadata) -> u64 {
+fn names(metadata: &fs::Metadata) -> u64 {
     use std::os::unix::fs::MetadataExt;
-    there.nlink()
+    metadata.nlink()
 }
 
 #[cfg(not(unix))]
@@ -318,7 +319,7 @@ pub fn shown(page: &Page, markdown: bool) -> (&'static str, String) {
 }
 
 /// Says that a file was written, and how to look at it if it is a page.
-pub fn say_written(path: &Path) {
+pub fn note_written(path: &Path) {
     let path = path.display().to_string();
     note(&format!("wrote {path}"));
     stderr(&where_to_look(&path));
@@ -350,7 +351,7 @@ pub fn save_page(path: &Path, page: &Page) -> Result<(), Diagnostic> {
 
 /// The same as [`save`] where `own` is read by this command and may be replaced all the same.
 pub fn save_over(path: &Path, bytes: &[u8], own: Option<&Path>) -> Result<(), Diagnostic> {
-    let written = match place(path, own)? {
+    let saved = match place(path, own)? {
         Place::Standard(true) => return print_bytes(bytes),
         Place::Standard(false) => fault::write(&mut io::stderr().lock(), bytes),
         Place::Stream(path) => OpenOptions::new()
@@ -359,7 +360,7 @@ pub fn save_over(path: &Path, bytes: &[u8], own: Option<&Path>) -> Result<(), Di
             .and_then(|mut file| fault::write(&mut file, bytes).and_then(|()| file.flush())),
         Place::File(target) => replace(&target, bytes),
     };
-    written.map_err(|error| {
+    saved.map_err(|error| {
         Diagnostic::error("file::unwritable", format!("cannot write `{}`: {}", path.display(), reason(&error)))
     })
 }
@@ -427,7 +428,7 @@ impl Part {
                     // Where there are no locks nobody removes anything either.
                     let _ = file.lock();
                     let part = Self { file, path, renamed: false };
-                    if !part.is_there() {
+                    if !part.exists() {
                         continue; // taken for a leftover in the moment before it was locked
                     }
                     if let Some(old) = old {
@@ -443,14 +444,14 @@ impl Part {
     }
 
     #[cfg(unix)]
-    fn is_there(&self) -> bool {
+    fn exists(&self) -> bool {
         use std::os::unix::fs::MetadataExt;
-        let of = |there: fs::Metadata| (there.dev(), there.ino());
+        let of = |metadata: fs::Metadata| (metadata.dev(), metadata.ino());
         self.file.metadata().ok().map(of) == fs::symlink_metadata(&self.path).ok().map(of)
     }
 
     #[cfg(not(unix))]
-    fn is_there(&self) -> bool {
+    fn exists(&self) -> bool {
         self.path.exists()
     }
 }
@@ -519,7 +520,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_for_a_shell_are_one_word() {
+    fn quoted_arguments_are_one_shell_word() {
         for (text, word) in [
             ("/a/b-1.toml", "/a/b-1.toml"),
             ("", "''"),
@@ -552,12 +553,12 @@ mod tests {
     fn only_what_nobody_writes_is_swept() {
         let folder = std::env::temp_dir().join(format!("kardan-sweep-{}", std::process::id()));
         fs::create_dir_all(&folder).unwrap();
-        let left = folder.join(".kardan-1-0.part");
-        fs::write(&left, "half").unwrap();
+        let leftover = folder.join(".kardan-1-0.part");
+        fs::write(&leftover, "half").unwrap();
         fs::write(folder.join("model.part"), "mine").unwrap();
         let living = Part::create(&folder, None).unwrap();
         sweep(&folder);
-        assert!(!left.exists() && living.path.exists() && folder.join("model.part").exists());
+        assert!(!leftover.exists() && living.path.exists() && folder.join("model.part").exists());
         drop(living);
         assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
         fs::remove_dir_all(&folder).unwrap();

@@ -17,9 +17,9 @@ pub fn answer(json: bool) {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| match log::decoding() {
         Some(why) => {
-            let mistake = Diagnostic::error("log::damaged", why.to_string())
+            let diagnostic = Diagnostic::error("log::damaged", why.to_string())
                 .help("this build of kardan cannot go on behind such a place; one with `panic = \"unwind\"` uses the rows before it");
-            let code = exit_code(Err(Failure { source: None, diagnostics: vec![mistake] }), json);
+            let code = exit_code(Err(Failure { source: None, diagnostics: vec![diagnostic] }), json);
             std::process::exit(code.into());
         }
         None => usual(panic),

@@ -24,7 +24,7 @@ pub struct Bars {
     all: MultiProgress,
     quiet: bool,
     /// Whether there is a terminal to draw on.
-    seen: bool,
+    visible: bool,
     /// Nothing is drawn any more.
     over: Arc<AtomicBool>,
     /// By the number of the variant; none: what is prepared before.
@@ -41,11 +41,11 @@ type Show = Arc<dyn Fn(Part) -> u8 + Send + Sync>;
 impl Bars {
     /// Bars, or nothing if the user wants it quiet; drawn once it takes long enough to be read.
     pub fn new(quiet: bool) -> Self {
-        let seen = !quiet && std::io::stderr().is_terminal() && crate::render::obeys();
+        let visible = !quiet && std::io::stderr().is_terminal() && crate::render::obeys();
         stop::computing(true);
         let all = MultiProgress::with_draw_target(ProgressDrawTarget::hidden());
         let over = Arc::new(AtomicBool::new(false));
-        if seen {
+        if visible {
             let (all, over) = (all.clone(), Arc::clone(&over));
             std::thread::spawn(move || {
                 std::thread::sleep(QUICK);
@@ -57,7 +57,7 @@ impl Bars {
         Self {
             all,
             quiet,
-            seen,
+            visible,
             over,
             running: Mutex::default(),
             counted: Mutex::default(),
@@ -72,7 +72,7 @@ impl Bars {
     }
 
     /// The same for simulations that take no more steps than this.
-    pub fn within(quiet: bool, limits: Limits) -> Self {
+    pub fn limited(quiet: bool, limits: Limits) -> Self {
         Self { most_steps: Some(limits.max_steps), ..Self::new(quiet) }
     }
 
@@ -93,7 +93,7 @@ impl Bars {
 
     /// Moves a bar, which is there from its first part to its last.
     fn draw(&self, key: Option<usize>, name: &str, fraction: f64) {
-        if !self.seen {
+        if !self.visible {
             return;
         }
         let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
@@ -105,9 +105,9 @@ impl Bars {
             return;
         }
         let bar = running.entry(key).or_insert_with(|| {
-            let style = ProgressStyle::with_template("{msg:32!} [{bar:40}] {percent:>3} %  {left}")
+            let style = ProgressStyle::with_template("{msg:32!} [{bar:40}] {percent:>3} %  {remaining_time}")
                 .unwrap_or_else(|_| ProgressStyle::default_bar());
-            let style = style.progress_chars("=> ").with_key("left", left);
+            let style = style.progress_chars("=> ").with_key("left", remaining_time);
             let bar = self.all.add(ProgressBar::new(STEPS).with_style(style));
             bar.enable_steady_tick(TICK);
             bar
@@ -128,7 +128,7 @@ fn counted(done: usize, all: usize, (since, before): (Instant, usize)) -> String
 }
 
 /// The time left, once there is something to tell it from.
-fn left(state: &ProgressState, out: &mut dyn std::fmt::Write) {
+fn remaining_time(state: &ProgressState, out: &mut dyn std::fmt::Write) {
     let _ = match state.pos() {
         0 => write!(out, "{} so far", HumanDuration(state.elapsed())),
         _ => write!(out, "{:#} left", HumanDuration(state.eta())),
@@ -141,7 +141,7 @@ impl Progress for Bars {
     }
 
     fn counted(&self, done: usize, all: usize) {
-        if !self.seen {
+        if !self.visible {
             return;
         }
         let mut first = self.counted.lock().unwrap_or_else(PoisonError::into_inner);
@@ -150,7 +150,7 @@ impl Progress for Bars {
         self.draw(Some(0), &counted(done, all, begun), done as f64 / all as f64);
     }
 
-    fn say(&self, text: &str) {
+    fn message(&self, text: &str) {
         if !self.quiet {
             self.all.suspend(|| note(text));
         }
@@ -164,16 +164,16 @@ impl Progress for Bars {
         stop::reason()
     }
 
-    fn keep(&self, part: &dyn Fn() -> Part) {
+    fn store_partial(&self, part: &dyn Fn() -> Part) {
         if let Some(show) = self.show.clone() {
             let part = part();
-            stop::keep(Some(Box::new(move |reason| show(early(part, reason)))));
+            stop::store_partial(Some(Box::new(move |reason| show(early(part, reason)))));
         }
     }
 
     fn release(&self) {
         if self.show.is_some() {
-            stop::keep(None);
+            stop::store_partial(None);
         }
     }
 

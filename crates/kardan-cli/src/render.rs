@@ -181,15 +181,15 @@ fn render(out: &mut String, handler: &GraphicalReportHandler, diagnostic: &Diagn
         shown = shown.with_help(visible(help));
     }
     // What the command has put into the model stands in no line of the file.
-    let (added, written): (Vec<&Label>, Vec<&Label>) =
+    let (added, in_source): (Vec<&Label>, Vec<&Label>) =
         diagnostic.labels.iter().partition(|label| label.place.path().is_some());
     if let Some(path) = added.first().and_then(|label| label.place.path()) {
         shown.message = format!("{} (at `{}`)", shown.message, visible(path));
     }
     let report = match source {
-        Some(shown_source) if !written.is_empty() => {
+        Some(shown_source) if !in_source.is_empty() => {
             let Text { name, text, lines } = &*shown_source.0;
-            let labels: Vec<LabeledSpan> = written
+            let labels: Vec<LabeledSpan> = in_source
                 .iter()
                 .map(|label| {
                     let (start, end) = clamp(text, label.place.start(), label.place.span().end);
@@ -244,15 +244,15 @@ mod tests {
 
     #[test]
     fn a_place_is_shown_with_its_line_and_help() {
-        let mistake = Diagnostic::error("unit::unknown", "unknown unit").at(10..12, "here").help("use kg");
-        let out = rendered("a = 1\nb = kq\nc = 2\n", mistake);
+        let diagnostic = Diagnostic::error("unit::unknown", "unknown unit").at(10..12, "here").help("use kg");
+        let out = rendered("a = 1\nb = kq\nc = 2\n", diagnostic);
         for part in ["unit::unknown", "unknown unit", "gear.toml:2:5", "b = kq", "here", "help: use kg"] {
             assert!(out.contains(part), "{part} missing in\n{out}");
         }
     }
 
     #[test]
-    fn what_the_command_has_added_is_told_by_its_path() {
+    fn what_the_command_has_added_is_reported_by_its_path() {
         let added = kardan::entries::Place::Path("control.design.inputs[0]".into());
         let out = rendered("[shaft.a]\n", Diagnostic::error("a::b", "wrong").at(added, "here"));
         assert!(out.contains("wrong (at `control.design.inputs[0]`)") && !out.contains("[shaft.a]"), "{out}");
@@ -294,8 +294,9 @@ mod tests {
     fn places_far_apart_are_shown_apart() {
         let text: String = (0..1000).map(|k| format!("key_{k} = 1\n")).collect();
         let place = |key: &str| text.find(key).map(|at| at..at + key.len()).expect(key);
-        let mistake = Diagnostic::error("a::b", "twice").at(place("key_100 "), "first").at(place("key_900 "), "again");
-        let out = rendered(&text, mistake);
+        let diagnostic =
+            Diagnostic::error("a::b", "twice").at(place("key_100 "), "first").at(place("key_900 "), "again");
+        let out = rendered(&text, diagnostic);
         for part in ["key_100 ", "first", "key_900 ", "again"] {
             assert!(out.contains(part), "{part} missing in\n{out}");
         }
@@ -316,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn terminal_escapes_are_defused_and_offsets_kept() {
+    fn terminal_escapes_are_defused_and_offsets_unchanged() {
         assert_eq!(visible("a\u{1b}[31m\u{85}\tb"), "a?[31m??\tb");
         assert_eq!((visible("a\u{202e}b"), aligned("a\u{202e}b")), ("a\\u{202e}b".into(), "a???b".into()));
         assert!(!rendered("a\u{1b}[31m", Diagnostic::error("a::b", "\u{1b}").at(0..3, "\u{7}")).contains('\u{1b}'));

@@ -1,7 +1,7 @@
 //! Ending early: signals (SIGINT, SIGTERM) and limits of time end any command, and what it has is written.
 //!
 //! What can be ended in its middle asks [`reason`] now and then and ends by itself. What cannot (proofs, eigenvalues, fits) has
-//! handed over by [`keep`] how to show what was finished before; after a short grace that is shown from here, and the process
+//! handed over by [`store_partial`] how to show what was finished before; after a short grace that is shown from here, and the process
 //! ends. What has nothing to show is ended too, and what finishes a part before it ends ([`finish_parts`]) is waited for. Files appear
 //! whole or not at all, so nothing half done is left.
 
@@ -31,18 +31,18 @@ static REASON: OnceLock<String> = OnceLock::new();
 /// When the time is over, and how many seconds it was.
 static LIMIT: OnceLock<(Instant, f64)> = OnceLock::new();
 /// Whether something has heard of the end and now keeps what it has.
-static HEARD: AtomicBool = AtomicBool::new(false);
+static SIGNALLED: AtomicBool = AtomicBool::new(false);
 /// Whether what is computed ends by itself behind the part that is begun, however long that takes.
 static FINISHING: AtomicBool = AtomicBool::new(false);
 /// Whether the reader of the standard output waits for an object of JSON.
 static JSON: AtomicBool = AtomicBool::new(false);
 /// What is done at this moment; locked by the one who writes.
-static STATE: Mutex<State> = Mutex::new(State { computing: true, kept: None });
+static STATE: Mutex<State> = Mutex::new(State { computing: true, partial_output: None });
 
 struct State {
     /// Whether something is computed, not written.
     computing: bool,
-    kept: Option<Show>,
+    partial_output: Option<Show>,
 }
 
 /// Listens to signals from now on. Where they cannot be heard, they end the program at once, as without this.
@@ -85,7 +85,7 @@ pub fn reason() -> Option<String> {
         request(limit_reached(*seconds));
     }
     let reason = REASON.get()?;
-    HEARD.store(true, Ordering::SeqCst);
+    SIGNALLED.store(true, Ordering::SeqCst);
     Some(reason.clone())
 }
 
@@ -95,7 +95,7 @@ fn state() -> std::sync::MutexGuard<'static, State> {
 
 /// Says whether something is computed from now on, or written; what was kept is out of date then.
 pub fn computing(yes: bool) {
-    *state() = State { computing: yes, kept: None };
+    *state() = State { computing: yes, partial_output: None };
 }
 
 /// From now on a part that is begun is finished before the end.
@@ -104,10 +104,10 @@ pub fn finish_parts() {
 }
 
 /// Keeps how to show what is finished, in place of what was kept before; nothing: all of it is done.
-pub fn keep(show: Option<Show>) {
-    let kept = show.is_some();
-    state().kept = show;
-    if kept && fault::early("kept") {
+pub fn store_partial(show: Option<Show>) {
+    let partial_output = show.is_some();
+    state().partial_output = show;
+    if partial_output && fault::early("kept") {
         request(SIGNAL.into());
         loop {
             thread::park();
@@ -142,9 +142,9 @@ fn end(reason: &str, wait: bool) {
     if !state.computing {
         return;
     }
-    let code = match state.kept.take() {
+    let code = match state.partial_output.take() {
         Some(show) => show(reason),
-        None if wait && HEARD.load(Ordering::SeqCst) => return,
+        None if wait && SIGNALLED.load(Ordering::SeqCst) => return,
         None => {
             let message =
                 format!("{reason}: this command has no partial results; files that are there already are complete");

@@ -60,8 +60,8 @@ pub fn again_and_again(model: &Path, quiet: bool, json: bool, mut work: impl FnM
 
 /// What changes when a file is written: nothing if it is not there.
 fn state(path: &Path) -> Option<(u64, SystemTime)> {
-    let there = fs::metadata(path).ok()?;
-    Some((there.len(), there.modified().ok()?))
+    let metadata = fs::metadata(path).ok()?;
+    Some((metadata.len(), metadata.modified().ok()?))
 }
 
 /// Waits until nothing is being written: editors write in steps.

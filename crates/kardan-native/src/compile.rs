@@ -74,7 +74,7 @@ impl Writer {
                 let b = registers.operand(at(x[1]));
                 let target = registers.free();
                 assembler.select(target, MASK, a, b, [then, otherwise]);
-                registers.keep(assembler, target, at(out));
+                registers.store_result(assembler, target, at(out));
                 return Some(());
             }
             _ => return None,
@@ -83,7 +83,7 @@ impl Writer {
             let last = registers.operand(at(last));
             let target = registers.free();
             assembler.operation(ROOT, target, 0, last);
-            registers.keep(assembler, target, at(out));
+            registers.store_result(assembler, target, at(out));
             return Some(());
         }
         let first = registers.loaded(assembler, at(first));
@@ -109,7 +109,7 @@ impl Writer {
             }
             _ => {}
         }
-        registers.keep(assembler, target, at(out));
+        registers.store_result(assembler, target, at(out));
         Some(())
     }
 }

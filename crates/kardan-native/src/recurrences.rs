@@ -126,7 +126,7 @@ impl Writer<'_> {
 
     fn put(&mut self, place: u32, register: Register) {
         let place = self.now(place);
-        self.registers.keep(self.assembler, register, place);
+        self.registers.store_result(self.assembler, register, place);
     }
 
     /// `opcode(first, last)`
@@ -220,13 +220,13 @@ impl Writer<'_> {
     }
 
     /// Whether registers keep a coefficient for other terms: always those of the order sought, others where there are many registers.
-    fn is_kept(&self, place: Operand) -> bool {
+    fn stays_in_register(&self, place: Operand) -> bool {
         self.registers.are_many() || matches!(place, Operand::Memory(_))
     }
 
     /// A coefficient in a register.
     fn factor(&mut self, place: Operand) -> Register {
-        if self.is_kept(place) {
+        if self.stays_in_register(place) {
             return self.registers.loaded(self.assembler, place);
         }
         self.assembler.load(PRODUCT, place);
@@ -235,7 +235,7 @@ impl Writer<'_> {
 
     /// A coefficient in memory or in a register.
     fn last_factor(&mut self, place: Operand) -> Operand {
-        if self.is_kept(place) { self.registers.operand(place) } else { place }
+        if self.stays_in_register(place) { self.registers.operand(place) } else { place }
     }
 
     /// `Σ a_j b_(k−j)` over all j; of a square twice the sum over the lower half, and the square in the middle where there is one.
@@ -316,7 +316,7 @@ impl Writer<'_> {
             Operator::SquareRoot => {
                 let value = self.sum([out, out], Span::Inner, false);
                 self.take_from(now_a, value);
-                self.by_twice(value, out);
+                self.by_doubled(value, out);
                 value
             }
             Operator::Exponential => self.sloped(a, out, Span::Upper),
@@ -365,7 +365,7 @@ impl Writer<'_> {
         let (square, other) = (self.product(a, a), self.sum([more, more], Span::Inner, false));
         self.apply(ADD, square, Operand::Register(other));
         self.apply(XOR, square, Operand::Register(SIGN));
-        self.by_twice(square, more);
+        self.by_doubled(square, more);
         self.put(more, square);
         let value = self.sloped(out, more, Span::Inner);
         if operator == Operator::ArcSine {
@@ -378,8 +378,8 @@ impl Writer<'_> {
     }
 
     /// `value /= 2·b_0`
-    fn by_twice(&mut self, value: Register, b: u32) {
-        let twice = self.pair(ADD, self.begin(b), self.begin(b));
-        self.apply(DIVIDE, value, Operand::Register(twice));
+    fn by_doubled(&mut self, value: Register, b: u32) {
+        let doubled = self.pair(ADD, self.begin(b), self.begin(b));
+        self.apply(DIVIDE, value, Operand::Register(doubled));
     }
 }

@@ -23,9 +23,9 @@ pub const SIZE_OFFSET: u32 = 64;
 pub struct Registers {
     /// How many of them there are.
     count: usize,
-    held: [Option<(Operand, u64)>; LOWER + UPPER],
+    contents: [Option<(Operand, u64)>; LOWER + UPPER],
     /// Those that are not given away for now.
-    taken: [bool; LOWER + UPPER],
+    reserved: [bool; LOWER + UPPER],
     now: u64,
 }
 
@@ -42,15 +42,15 @@ fn index(register: Register) -> usize {
 impl Registers {
     pub fn new(width: Width) -> Self {
         let count = if width == Width::Eight { LOWER + UPPER } else { LOWER };
-        Self { count, held: [None; LOWER + UPPER], taken: [false; LOWER + UPPER], now: 0 }
+        Self { count, contents: [None; LOWER + UPPER], reserved: [false; LOWER + UPPER], now: 0 }
     }
 
     /// The register that was not used for longest: none of those that the operation at hand has in use.
     pub fn free(&mut self) -> Register {
-        let age = |held: &Option<(Operand, u64)>| held.map_or(0, |(_, used)| used);
-        let others = (0..self.count).filter(|&k| !self.taken[k]);
-        let oldest = others.min_by_key(|&k| age(&self.held[k])).expect("there are registers");
-        self.held[oldest] = None;
+        let age = |contents: &Option<(Operand, u64)>| contents.map_or(0, |(_, used)| used);
+        let available = (0..self.count).filter(|&k| !self.reserved[k]);
+        let oldest = available.min_by_key(|&k| age(&self.contents[k])).expect("there are registers");
+        self.contents[oldest] = None;
         number(oldest)
     }
 
@@ -62,13 +62,13 @@ impl Registers {
     /// A register that is not given away until [`release`](Self::release); a few at a time.
     pub fn take(&mut self) -> Register {
         let register = self.free();
-        self.taken[index(register)] = true;
+        self.reserved[index(register)] = true;
         register
     }
 
     /// All registers can be given away again.
     pub fn release(&mut self) {
-        self.taken = [false; LOWER + UPPER];
+        self.reserved = [false; LOWER + UPPER];
     }
 
     /// A value as last operand: from its register, or from memory.
@@ -79,8 +79,10 @@ impl Registers {
     /// The register that holds a value.
     pub fn of(&mut self, place: Operand) -> Option<Register> {
         self.now += 1;
-        let k = self.held[..self.count].iter().position(|held| held.is_some_and(|(other, _)| other == place))?;
-        self.held[k] = Some((place, self.now));
+        let k = self.contents[..self.count]
+            .iter()
+            .position(|contents| contents.is_some_and(|(candidate, _)| candidate == place))?;
+        self.contents[k] = Some((place, self.now));
         Some(number(k))
     }
 
@@ -100,22 +102,25 @@ impl Registers {
         }
         let register = self.free();
         load(register);
-        self.held[index(register)] = Some((place, self.now));
+        self.contents[index(register)] = Some((place, self.now));
         register
     }
 
     /// Stores a result, which stays in its register too, and in no other.
-    pub fn keep(&mut self, assembler: &mut Assembler, register: Register, place: Operand) {
+    pub fn store_result(&mut self, assembler: &mut Assembler, register: Register, place: Operand) {
         assembler.store(register, place);
         self.now += 1;
-        for held in self.held[..self.count].iter_mut().filter(|held| held.is_some_and(|(other, _)| other == place)) {
-            *held = None;
+        for contents in self.contents[..self.count]
+            .iter_mut()
+            .filter(|contents| contents.is_some_and(|(candidate, _)| candidate == place))
+        {
+            *contents = None;
         }
-        self.held[index(register)] = Some((place, self.now));
+        self.contents[index(register)] = Some((place, self.now));
     }
 
     /// Nothing is held any more.
     pub fn forget(&mut self) {
-        self.held = [None; LOWER + UPPER];
+        self.contents = [None; LOWER + UPPER];
     }
 }

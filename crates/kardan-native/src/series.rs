@@ -80,8 +80,8 @@ impl<N: Value> NativeSeries<N> {
         // Offsets have 31 bits, also of the orders that have code of their own.
         let values =
             u32::try_from(width).ok().filter(|width| *width <= (i32::MAX as u32 >> 6) / (ORDERS as u32 + 1))?;
-        let known = |step: &Step| step.operands.iter().chain([&step.out, &step.more]).all(|place| *place < values);
-        if !is_able(N::WIDTH) || !steps.iter().all(|step| known(step) && step.has_rule()) {
+        let in_range = |step: &Step| step.operands.iter().chain([&step.out, &step.more]).all(|place| *place < values);
+        if !is_able(N::WIDTH) || !steps.iter().all(|step| in_range(step) && step.has_rule()) {
             return None;
         }
         let (mut assembler, mut starts) = (Assembler::new(N::WIDTH), Vec::new());

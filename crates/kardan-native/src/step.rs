@@ -89,7 +89,7 @@ impl<N: Number<One = f64>> Coefficients<'_, N> {
     }
 
     #[inline]
-    fn twice(&self, place: u32) -> N {
+    fn doubled(&self, place: u32) -> N {
         N::all(2.0) * self.at(place, 0)
     }
 
@@ -110,8 +110,8 @@ impl<N: Number<One = f64>> Coefficients<'_, N> {
             return self.sum(a, b, 0..self.k + 1);
         }
         let half = self.sum(a, a, 0..self.k.div_ceil(2));
-        let twice = half + half;
-        if self.k.is_multiple_of(2) { twice + self.at(a, self.k / 2) * self.at(a, self.k / 2) } else { twice }
+        let doubled = half + half;
+        if self.k.is_multiple_of(2) { doubled + self.at(a, self.k / 2) * self.at(a, self.k / 2) } else { doubled }
     }
 
     /// `Σ a_j a_(k−j)` over j = 1 … k − 1.
@@ -141,7 +141,7 @@ impl<N: Number<One = f64>> Coefficients<'_, N> {
             Operator::AddProduct => self.now(c) + self.product(a, b),
             Operator::SubtractProduct => self.now(c) - self.product(a, b),
             Operator::Divide => (self.now(a) - self.sum(out, b, 0..k)) / self.at(b, 0),
-            Operator::SquareRoot => (self.now(a) - self.inner(out)) / self.twice(out),
+            Operator::SquareRoot => (self.now(a) - self.inner(out)) / self.doubled(out),
             Operator::Exponential => self.sloped(a, out, 1..k + 1),
             Operator::Logarithm => (self.now(a) - self.sloped(out, a, 1..k)) / self.at(a, 0),
             Operator::SineCosine => {
@@ -161,7 +161,7 @@ impl<N: Number<One = f64>> Coefficients<'_, N> {
             }
             Operator::ArcSine | Operator::ArcCosine => {
                 let square = self.product(a, a) + self.inner(more);
-                self.put(more, -square / self.twice(more));
+                self.put(more, -square / self.doubled(more));
                 let slope = if operator == Operator::ArcSine { self.now(a) } else { -self.now(a) };
                 (slope - self.sloped(out, more, 1..k)) / self.at(more, 0)
             }

@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use super::curves::ON_WHITE;
 use super::model::Picture;
+use super::phrases;
 use super::text::{escape, figure};
 use super::ticks;
-use super::words;
 use kardan::results::{
     Complex, DistanceToUncontrollability, ElementShare, EnergyKind, Mode, PlacementSearch, Pole, Sensitivity,
     StoredShare, Zeros,
@@ -109,18 +109,18 @@ struct Point {
     at: Pole,
     times: usize,
     unreached: bool,
-    unseen: bool,
+    unobservable: bool,
 }
 
-fn gather(points: &mut Vec<Point>, at: Pole, unreached: bool, unseen: bool) {
+fn gather(points: &mut Vec<Point>, at: Pole, unreached: bool, unobservable: bool) {
     let near = |point: &&mut Point| hypot(point.at.re - at.re, point.at.im - at.im) <= 1e-9 * hypot(at.re, at.im);
     match points.iter_mut().find(near) {
         Some(point) => {
             point.times += 1;
             point.unreached |= unreached;
-            point.unseen |= unseen;
+            point.unobservable |= unobservable;
         }
-        None => points.push(Point { at, times: 1, unreached, unseen }),
+        None => points.push(Point { at, times: 1, unreached, unobservable }),
     }
 }
 
@@ -144,21 +144,21 @@ pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> Option<Picture> {
     let plane = Plane::new(poles.iter().chain(&circles).map(|point| point.at));
     let mut body = plane.frame("eigenvalues here grow");
     for point in &circles {
-        let title = format!("zero at {}", words::pair(point.at));
+        let title = format!("zero at {}", phrases::pair(point.at));
         body += &mark(plane.place(point.at), "zero", &title, point);
     }
     for point in &poles {
-        let fails = match (point.unreached, point.unseen) {
+        let fails = match (point.unreached, point.unobservable) {
             (false, false) => "",
             (true, false) => ", not reached",
             (false, true) => ", not seen",
             (true, true) => ", neither reached nor seen",
         };
-        let title = format!("eigenvalue {}{fails}", words::pair(point.at));
+        let title = format!("eigenvalue {}{fails}", phrases::pair(point.at));
         body += &mark(plane.place(point.at), "pole", &title, point);
     }
     let below = plane.below();
-    let sample = |unreached, unseen| Point { at: Complex::default(), times: 1, unreached, unseen };
+    let sample = |unreached, unobservable| Point { at: Complex::default(), times: 1, unreached, unobservable };
     let mut at = Plane::LEFT;
     for (kind, sample, label) in [
         ("pole", sample(false, false), "eigenvalue"),
@@ -253,7 +253,7 @@ impl Plane {
 }
 
 fn mark((x, y): (f64, f64), kind: &str, title: &str, point: &Point) -> String {
-    let class = if point.unreached || point.unseen { format!("{kind} failing") } else { kind.to_owned() };
+    let class = if point.unreached || point.unobservable { format!("{kind} failing") } else { kind.to_owned() };
     let mut shape = match kind {
         "zero" => "<circle r=\"5.5\"/>".to_owned(),
         _ => "<path d=\"M-5 -5L5 5M-5 5L5 -5\"/>".to_owned(),
@@ -261,7 +261,7 @@ fn mark((x, y): (f64, f64), kind: &str, title: &str, point: &Point) -> String {
     if point.unreached {
         shape += "<path class=\"ring\" d=\"M-9 -9H9V9H-9Z\"/>";
     }
-    if point.unseen {
+    if point.unobservable {
         shape += "<path class=\"ring\" d=\"M0 -13L13 0L0 13L-13 0Z\"/>";
     }
     if point.times > 1 {
@@ -368,7 +368,7 @@ fn stack((left, y, width, height): (f64, f64, f64, f64), parts: &[(&str, f64)], 
     let mut x = left;
     for (name, share, kind, colour) in segments.iter().filter(|segment| segment.1 > 0.0) {
         let length = (width * share).min(left + width - x);
-        let label = format!("{name} {}", words::percent(*share));
+        let label = format!("{name} {}", phrases::percent(*share));
         body += &bar(x, y, length, height, &format!("c{colour} {kind}"), &label);
         let short = [&label, name].into_iter().find(|text| CHARACTER * text.chars().count() as f64 <= length - 8.0);
         if let (true, Some(short)) = (height > 12.0, short) {
@@ -446,8 +446,8 @@ pub(super) fn margins(sensitivity: &Sensitivity) -> Option<Picture> {
         let y = top + row * k as f64 + 6.0;
         body += &text(left - 10.0, y + 14.0, "end", what);
         let proven = search.proven_distance;
-        let said = format!("no loss of {what} within {} tolerances: proven", figure(proven, 4));
-        body += &bar(left, y, x(proven) - left, 18.0, "safe", &said);
+        let label = format!("no loss of {what} within {} tolerances: proven", figure(proven, 4));
+        body += &bar(left, y, x(proven) - left, 18.0, "safe", &label);
         let until = found(search).unwrap_or(end);
         body += &bar(x(proven), y, x(until) - x(proven), 18.0, "undecided", "neither proven nor found");
         if let Some(distance) = found(search) {

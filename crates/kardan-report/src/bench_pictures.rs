@@ -33,7 +33,7 @@ fn named(run: &Run, name: String, experiment: &Experiment) -> Run {
         figures: Vec::new(),
         notes: Vec::new(),
         warnings: Vec::new(),
-        strains: Vec::new(),
+        motor_loads: Vec::new(),
         effort: run.effort,
         accuracy: None,
     }

@@ -53,7 +53,7 @@ pub(super) fn data(study: &Study) -> String {
 }
 
 fn curve(curve: &Curve) -> String {
-    let kept = thin(&curve.time, &curve.values, POINTS);
+    let selected = thin(&curve.time, &curve.values, POINTS);
     format!(
         "{{\"label\":{},\"unit\":{},\"colour\":{},\"dash\":{},\"width\":{},\"t\":{},\"v\":{}}}",
         json_string(&curve.label),
@@ -61,8 +61,8 @@ fn curve(curve: &Curve) -> String {
         curve.colour.map_or("null".into(), |index| (index % curves::ON_WHITE.len()).to_string()),
         json_numbers(curve.dash.iter().copied()),
         json_number(curve.width),
-        json_numbers(kept.iter().map(|&index| curve.time[index])),
-        json_numbers(kept.iter().map(|&index| curve.values[index])),
+        json_numbers(selected.iter().map(|&index| curve.time[index])),
+        json_numbers(selected.iter().map(|&index| curve.values[index])),
     )
 }
 
@@ -73,7 +73,7 @@ fn marks(study: &Study) -> Vec<f64> {
     let mut marks: Vec<f64> = commanded.map(|event| event.time).filter(|time| time.is_finite()).collect();
     marks.sort_by(f64::total_cmp);
     let resolution = 1e-6 / curves::clock(study).per_second;
-    marks.dedup_by(|next, kept| *next - *kept < resolution);
+    marks.dedup_by(|next, selected| *next - *selected < resolution);
     marks.truncate(MARKS);
     marks
 }

@@ -81,7 +81,7 @@ pub(super) fn curves<'a>(study: &'a Study, plot: &'a Plot) -> Curves<'a> {
         }
     }
     let least_span = rounding(study, plot, &all);
-    let alike = !still(plot) && tell_apart(&mut all, least_span);
+    let coincident = !still(plot) && mark_coincident(&mut all, least_span);
     for (number, reference) in plot.references.iter().enumerate() {
         let name = format!("{}{}", if reference.opposite { "−" } else { "" }, reference.signal);
         let name = label(plot, plot.signals.len() + number, &name).to_string();
@@ -89,7 +89,7 @@ pub(super) fn curves<'a>(study: &'a Study, plot: &'a Plot) -> Curves<'a> {
     }
     let (all, logarithmic) = on_axes(study, plot, all);
     let mut note: Vec<&str> = logarithmic.iter().map(String::as_str).collect();
-    if alike {
+    if coincident {
         note.push(
             "Curves that coincide to within the width of a line are drawn in one another, the first of them widest; the legend \
              says which.",
@@ -147,22 +147,22 @@ fn on_axes<'a>(study: &Study, plot: &Plot, curves: Vec<Curve<'a>>) -> (Vec<Curve
         }
     }
     let mut out = Vec::new();
-    let mut left_out = 0;
+    let mut excluded = 0;
     for mut curve in curves {
         let rows = curve.time.len();
         if plot.log_x || plot.log_y {
             let outside = |x: f64, y: f64| plot.log_x && x <= 0.0 || plot.log_y && y <= 0.0;
-            let kept = |(x, y): (&f64, &f64)| if outside(*x, *y) { f64::NAN } else { *y };
-            let values: Vec<f64> = curve.time.iter().zip(curve.values.iter()).map(kept).collect();
-            left_out += values.iter().zip(curve.values.iter()).filter(|(a, b)| a.is_nan() && !b.is_nan()).count();
+            let clipped = |(x, y): (&f64, &f64)| if outside(*x, *y) { f64::NAN } else { *y };
+            let values: Vec<f64> = curve.time.iter().zip(curve.values.iter()).map(clipped).collect();
+            excluded += values.iter().zip(curve.values.iter()).filter(|(a, b)| a.is_nan() && !b.is_nan()).count();
             let first = (0..rows).find(|&k| !plot.log_x || curve.time[k] > 0.0).unwrap_or(rows);
             curve.time = curve.time[first..].to_vec().into();
             curve.values = values[first..].to_vec().into();
         }
         out.push(curve);
     }
-    if left_out > 0 {
-        notes.push(format!("{left_out} points are not above zero and have no place on a logarithmic axis."));
+    if excluded > 0 {
+        notes.push(format!("{excluded} points are not above zero and have no place on a logarithmic axis."));
     }
     (out, notes)
 }
@@ -192,12 +192,12 @@ fn references<'a>(
         drawn += 1;
         let accuracy = accuracy([&own.values[..]], 0.0);
         // Of runs that ended early it is the same as far as they went.
-        let same = |other: &Curve| coincide(&as_far_as(other, &own), &as_far_as(&own, other), accuracy);
-        match kinds.iter_mut().find(|(other, _)| same(other)) {
-            Some((known, variants)) => {
+        let same = |candidate: &Curve| coincide(&as_far_as(candidate, &own), &as_far_as(&own, candidate), accuracy);
+        match kinds.iter_mut().find(|(candidate, _)| same(candidate)) {
+            Some((longest, variants)) => {
                 variants.push(variant_label(study, run));
-                if own.time.len() > known.time.len() && own.time.last() > known.time.last() {
-                    *known = own;
+                if own.time.len() > longest.time.len() && own.time.last() > longest.time.last() {
+                    *longest = own;
                 }
             }
             None => kinds.push((own, vec![variant_label(study, run)])),
@@ -307,19 +307,19 @@ fn coincide(one: &Curve, other: &Curve, accuracy: f64) -> bool {
     let ends =
         |curve: &Curve| [curve.time.first().copied(), curve.time.last().copied()].map(|end| end.unwrap_or(f64::NAN));
     let same_ends = ends(one).iter().zip(ends(other)).all(|(a, b)| (a - b).abs() <= near);
-    one.unit == other.unit && same_ends && within(one, other, near, accuracy) && within(other, one, near, accuracy)
+    one.unit == other.unit && same_ends && follows(one, other, near, accuracy) && follows(other, one, near, accuracy)
 }
 
 /// Whether every value of a curve lies between the values that another one has about that time.
-fn within(one: &Curve, other: &Curve, near: f64, accuracy: f64) -> bool {
+fn follows(one: &Curve, other: &Curve, near: f64, accuracy: f64) -> bool {
     let (mut from, mut until, mut next) = (0, 0, 0);
     one.time.iter().zip(one.values.iter()).all(|(&time, &value)| {
         // Mostly there is a sample at that time, and it is near enough.
         while next < other.time.len() && other.time[next] < time {
             next += 1;
         }
-        let there = other.time.get(next).is_some_and(|at| *at == time);
-        if there && (value - other.values[next]).abs() <= accuracy {
+        let on_reference = other.time.get(next).is_some_and(|at| *at == time);
+        if on_reference && (value - other.values[next]).abs() <= accuracy {
             return true;
         }
         while until < other.time.len() && other.time[until] <= time + near {
@@ -357,12 +357,12 @@ fn straight(curve: &Curve, next: usize, time: f64) -> Option<(f64, f64)> {
 }
 
 /// Makes the lower ones of curves that coincide wider and says in the legend with which one they do; whether there are any.
-fn tell_apart(curves: &mut [Curve], least_span: f64) -> bool {
+fn mark_coincident(curves: &mut [Curve], least_span: f64) -> bool {
     let accuracy = accuracy(curves.iter().map(|curve| &curve.values[..]), least_span);
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for (index, curve) in curves.iter().enumerate() {
-        let alike = |group: &&mut Vec<usize>| coincide(&curves[group[0]], curve, accuracy);
-        match groups.iter_mut().find(alike) {
+        let coincident = |group: &&mut Vec<usize>| coincide(&curves[group[0]], curve, accuracy);
+        match groups.iter_mut().find(coincident) {
             Some(group) => group.push(index),
             None => groups.push(vec![index]),
         }
@@ -405,15 +405,15 @@ const BRIEF: usize = 40;
 /// The name of a variant for the reader, `beta = 10 deg`: the parameters in which the study's variants differ. Where
 /// that does not tell them apart briefly, the name in the file.
 pub(super) fn variant_label(study: &Study, run: &Run) -> String {
-    let differs = |name: &str| study.runs.iter().any(|other| text_of(other, name) != text_of(run, name));
+    let differs = |name: &str| study.runs.iter().any(|candidate| text_of(candidate, name) != text_of(run, name));
     let describe = |run: &Run| -> Vec<String> {
         let shown = run.parameters.iter().filter(|parameter| differs(&parameter.name));
         shown.map(|parameter| format!("{} = {}", parameter.name, parameter.text)).collect()
     };
-    let told: Vec<Vec<String>> = study.runs.iter().map(describe).collect();
+    let descriptions: Vec<Vec<String>> = study.runs.iter().map(describe).collect();
     let briefly = |one: &Vec<String>| (1..=3).contains(&one.len()) && one.join(", ").chars().count() <= BRIEF;
-    let unique = |one: &Vec<String>| told.iter().filter(|other| *other == one).count() == 1;
-    if !study.named && told.iter().all(|one| briefly(one) && unique(one)) {
+    let unique = |one: &Vec<String>| descriptions.iter().filter(|candidate| *candidate == one).count() == 1;
+    if !study.named && descriptions.iter().all(|one| briefly(one) && unique(one)) {
         describe(run).join(", ")
     } else {
         run.name.clone()
@@ -464,16 +464,19 @@ mod tests {
     }
 
     #[test]
-    fn curves_that_coincide_are_told_whatever_their_samples() {
+    fn curves_that_coincide_are_reported_whatever_their_samples() {
         let time: Vec<f64> = (0..1001).map(|k| f64::from(k) * 1e-3).collect();
         let step = |at: f64, size: f64| time.iter().map(|&t| if t < at { 0.0 } else { size }).collect::<Vec<f64>>();
         let (early, late, high) = (step(0.5, 1.0), step(0.502, 1.0), step(0.5, 1.01));
         let coarse = [0.0, 0.4999, 0.5, 1.0];
-        let few = curve_of(&coarse, &[0.0, 0.0, 1.0, 1.0]);
+        let coarse_curve = curve_of(&coarse, &[0.0, 0.0, 1.0, 1.0]);
         assert!(coincide(&curve_of(&time, &early), &curve_of(&time, &late), 0.003));
-        assert!(coincide(&curve_of(&time, &early), &few, 0.003) && coincide(&few, &curve_of(&time, &early), 0.003));
+        assert!(
+            coincide(&curve_of(&time, &early), &coarse_curve, 0.003)
+                && coincide(&coarse_curve, &curve_of(&time, &early), 0.003)
+        );
         assert!(!coincide(&curve_of(&time, &early), &curve_of(&time, &high), 0.003));
-        assert!(!coincide(&curve_of(&time, &step(0.6, 1.0)), &few, 0.003));
+        assert!(!coincide(&curve_of(&time, &step(0.6, 1.0)), &coarse_curve, 0.003));
         let half = time.len() / 2;
         assert!(!coincide(&curve_of(&time[..half], &early[..half]), &curve_of(&time, &early), 0.003));
     }
@@ -483,7 +486,7 @@ mod tests {
         let (time, values, other) = ([0.0, 1.0], [0.0, 1.0], [0.0, 0.5]);
         let named = |label: &str, values| Curve { label: label.into(), ..curve_of(&time, values) };
         let mut all = [named("a", &values), named("b", &other), named("c", &values)];
-        assert!(tell_apart(&mut all, 0.0));
+        assert!(mark_coincident(&mut all, 0.0));
         let labels: Vec<&str> = all.iter().map(|curve| curve.label.as_str()).collect();
         assert_eq!(labels, ["a", "b", "c (same as a)"]);
         assert!(all[0].width > all[2].width && all[1].width == all[2].width);

@@ -2,8 +2,8 @@
 
 use super::analysis_pictures::{CHARACTER, Plane, cut, drawing, figure_of, text};
 use super::model::Picture;
+use super::phrases::{self, design as design_phrases};
 use super::text::{escape, figure, unit};
-use super::words::{self, design as said};
 use kardan::results::{Complex, CrossCoupling, Design, Pole};
 use kardan_rt::functions::log10;
 
@@ -21,7 +21,7 @@ fn finite(pole: Pole) -> bool {
 /// The poles of the closed loop; those of the zero dynamics are ringed.
 pub(super) fn plane(design: &Design) -> Option<Picture> {
     let poles: Vec<(Pole, usize)> =
-        words::joined(&design.closed_loop_poles).into_iter().filter(|(pole, _)| finite(*pole)).collect();
+        phrases::joined(&design.closed_loop_poles).into_iter().filter(|(pole, _)| finite(*pole)).collect();
     let zeros: Vec<Pole> = design.zero_dynamics.modes.iter().map(|mode| mode.pole).filter(|&p| finite(p)).collect();
     if poles.is_empty() && zeros.is_empty() {
         return None;
@@ -32,16 +32,16 @@ pub(super) fn plane(design: &Design) -> Option<Picture> {
     let both =
         |pole: Pole| [Some(pole), (pole.im != 0.0).then_some(Complex::new(pole.re, -pole.im))].into_iter().flatten();
     for &(pole, times) in &poles {
-        let owner = said::owner(pole, design);
+        let owner = design_phrases::owner(pole, design);
         let of = if owner.is_empty() { owner } else { format!(" ({owner})") };
-        let title = format!("pole {}{of}", words::pair(pole));
+        let title = format!("pole {}{of}", phrases::pair(pole));
         // Of a pair close to the real axis the two counts would lie upon each other.
         for (at, times) in both(pole).zip([times, 1]) {
             body += &cross(plane.place(at), at.re < 0.0, times, &title);
         }
     }
     for &pole in &zeros {
-        let title = format!("zero dynamics {}", words::pair(pole));
+        let title = format!("zero dynamics {}", phrases::pair(pole));
         for at in both(pole) {
             body += &ring(plane.place(at), at.re < 0.0, &title);
         }
@@ -134,8 +134,8 @@ fn cell(design: &Design, found: Option<&CrossCoupling>, (x, y, width, height): (
         Some(found) => {
             let peak =
                 format!("{} {}", figure(found.peak.unwrap_or(f64::NAN), 3), unit(&found.unit)).trim_end().to_owned();
-            let share = said::relative(found, &design.cross_coupling);
-            let second = share.map_or(String::new(), |share| format!("{} of its own", said::share(share, 2)));
+            let share = design_phrases::relative(found, &design.cross_coupling);
+            let second = share.map_or(String::new(), |share| format!("{} of its own", design_phrases::share(share, 2)));
             match (found.own, share) {
                 (true, _) => ("own", 1.0, peak, "own channel".into()),
                 (false, Some(share)) => ("coupled", strength(share), peak, second),
@@ -143,11 +143,11 @@ fn cell(design: &Design, found: Option<&CrossCoupling>, (x, y, width, height): (
             }
         }
     };
-    let linear = found.and_then(|c| said::linear(design, &c.reference, &c.output));
+    let linear = found.and_then(|c| design_phrases::linear(design, &c.reference, &c.output));
     let proven = linear.is_some_and(|entry| entry.numerator.is_empty());
     let title = match (found, linear) {
         (Some(found), Some(entry)) => {
-            format!("{} → {}; linear loop: {}", found.reference, found.output, said::transfer(entry))
+            format!("{} → {}; linear loop: {}", found.reference, found.output, design_phrases::transfer(entry))
         }
         (Some(found), None) => format!("{} → {}", found.reference, found.output),
         _ => "no step was made".into(),

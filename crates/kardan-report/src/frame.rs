@@ -10,7 +10,7 @@ pub(super) const TOP: f64 = 14.0;
 /// Room for a label below a frame.
 const ACROSS: f64 = 80.0;
 /// Fewer points are drawn twice as large.
-const FEW: usize = 100;
+const SPARSE_POINTS: usize = 100;
 
 /// A frame with two axes.
 pub(super) struct Frame {
@@ -68,7 +68,7 @@ impl Frame {
     /// Points as dots in one path.
     pub(super) fn dots(&self, points: impl Iterator<Item = (f64, f64)>, colour: usize, size: f64) -> String {
         let points: Vec<(f64, f64)> = points.collect();
-        let size = if points.len() < FEW { 2.0 * size } else { size };
+        let size = if points.len() < SPARSE_POINTS { 2.0 * size } else { size };
         let path: String = points
             .into_iter()
             .filter(|(x, y)| x.is_finite() && y.is_finite())

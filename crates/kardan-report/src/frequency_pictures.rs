@@ -3,9 +3,9 @@
 use super::analysis_pictures::{drawing, figure_of, line, text};
 use super::model::Picture;
 use super::text::{escape, figure, unit};
-use super::{ticks, words};
+use super::{phrases, ticks};
 use kardan::results::{
-    ChannelMargin, LoopFunction, LoopGain, LoopResponses, MarginsAlong, PositionMargins, ReferenceResponse,
+    ChannelMargin, LoopFunction, LoopGain, LoopResponses, MarginsOverPositions, PositionMargins, ReferenceResponse,
     SingularValues, StepResponse,
 };
 use kardan_rt::functions::{atan2, cos, hypot, log10, powf, powi, sin};
@@ -173,22 +173,22 @@ impl Panel {
             (-dy, from.1 - self.y),
             (dy, self.y + self.height - from.1),
         ];
-        for (along, room) in edges {
-            if along == 0.0 {
+        for (slope, room) in edges {
+            if slope == 0.0 {
                 if room < 0.0 {
                     return None;
                 }
-            } else if along < 0.0 {
-                first = first.max(room / along);
+            } else if slope < 0.0 {
+                first = first.max(room / slope);
             } else {
-                last = last.min(room / along);
+                last = last.min(room / slope);
             }
         }
         let at = |part: f64| (from.0 + part * dx, from.1 + part * dy);
         (first <= last).then(|| (at(first), at(last)))
     }
 
-    fn holds(&self, (x, y): (f64, f64)) -> bool {
+    fn contains(&self, (x, y): (f64, f64)) -> bool {
         (self.x - 0.5..=self.x + self.width + 0.5).contains(&x)
             && (self.y - 0.5..=self.y + self.height + 0.5).contains(&y)
     }
@@ -196,7 +196,7 @@ impl Panel {
     /// A dot with a title, if it is within the frame.
     fn dot(&self, at: (f64, f64), colour: usize, title: &str) -> String {
         let (x, y) = self.place(at);
-        if !self.holds((x, y)) {
+        if !self.contains((x, y)) {
             return String::new();
         }
         format!(
@@ -299,7 +299,7 @@ impl Drawn<'_> {
     /// Name and margins.
     fn legend(&self) -> String {
         let Some(margin) = self.margin else { return self.name.clone() };
-        let [low, high] = words::factors(margin.gain, |_, factor| figure(factor, 3));
+        let [low, high] = phrases::factors(margin.gain, |_, factor| figure(factor, 3));
         let phase =
             if margin.phase.is_finite() { format!("{}°", figure(margin.phase.to_degrees(), 3)) } else { "any".into() };
         let delay = match margin.delay {
@@ -360,8 +360,8 @@ fn gain_axis(sizes: impl Iterator<Item = f64>) -> Axis {
 fn bode(found: &LoopResponses, curves: &[Drawn<'_>], gain: &str, phase: &str) -> String {
     let across = frequency_axis(found);
     let up = gain_axis(curves.iter().flat_map(Drawn::sizes));
-    let turned: Vec<Vec<f64>> = curves.iter().map(Drawn::phases).collect();
-    let finite = || turned.iter().flatten().copied().filter(|x| x.is_finite());
+    let phase_curves: Vec<Vec<f64>> = curves.iter().map(Drawn::phases).collect();
+    let finite = || phase_curves.iter().flatten().copied().filter(|x| x.is_finite());
     let high = finite().fold(-180.0, f64::max);
     let low = finite().fold(-180.0, f64::min).max(high - TURNS);
     let phases = Axis::by(&[15.0, 30.0, 45.0, 90.0, 180.0, 360.0], low - 1.0, high + 1.0, 7.0);
@@ -374,15 +374,15 @@ fn bode(found: &LoopResponses, curves: &[Drawn<'_>], gain: &str, phase: &str) ->
     if curves.iter().any(|one| one.margin.is_some()) {
         body += &below.curve([(across.low, -180.0), (across.high, -180.0)].into_iter(), heavy);
     }
-    for (one, turned) in curves.iter().zip(&turned) {
+    for (one, phases) in curves.iter().zip(&phase_curves) {
         let frequencies = || found.frequencies.iter().copied();
         body += &above.curve(frequencies().zip(one.sizes().map(decibels)), &solid(one.colour));
-        body += &below.curve(frequencies().zip(turned.iter().copied()), &solid(one.colour));
+        body += &below.curve(frequencies().zip(phases.iter().copied()), &solid(one.colour));
         for (factor, at) in one.gain_margins() {
-            let there = (at, -decibels(factor));
-            body += &above.curve([(at, 0.0), there].into_iter(), &thin(one.colour));
+            let point = (at, -decibels(factor));
+            body += &above.curve([(at, 0.0), point].into_iter(), &thin(one.colour));
             let title = format!("{}: × {} at {} rad/s", one.name, figure(factor, 3), figure(at, 4));
-            body += &above.dot(there, one.colour, &title);
+            body += &above.dot(point, one.colour, &title);
         }
         if let Some((at, phase, limit)) = one.phase_margin(&found.frequencies) {
             body += &below.curve([(at, limit), (at, phase)].into_iter(), &thin(one.colour));
@@ -430,7 +430,7 @@ fn nyquist(found: &LoopResponses, curves: &[Drawn<'_>], at: &str) -> Picture {
         x - 5.0,
         y - 5.0
     );
-    let around = |one: &Drawn<'_>| {
+    let encirclements = |one: &Drawn<'_>| {
         let gain = found.loops.iter().find(|gain| gain.name == one.name && !gain.open);
         match gain.and_then(|gain| gain.unstable_poles) {
             Some(0) => format!("{}: no pole of the broken loop grows, so L must not go around −1", one.name),
@@ -445,7 +445,7 @@ fn nyquist(found: &LoopResponses, curves: &[Drawn<'_>], at: &str) -> Picture {
         "Loop gain L with the loop broken at {at} alone, for positive frequencies (numbers: rad/s) and, thin, negative ones; it \
          goes on beyond the frame. The red cross is −1, the dashed circle has the radius one. Dotted: the disk that L must stay out of, by \
          the disk margin of its colour.<br>{}",
-        legend(curves.iter().map(|one| (one.colour, around(one))))
+        legend(curves.iter().map(|one| (one.colour, encirclements(one))))
     );
     let drawn = drawing(LEFT + SQUARE + RIGHT, TOP + SQUARE + 44.0, "loop gain in the complex plane", &body);
     figure_of(&format!("Nyquist plot of the loop at {at}"), &drawn, &caption)
@@ -460,7 +460,7 @@ fn decades(panel: &Panel, found: &LoopResponses, one: &Drawn<'_>) -> String {
         let Some(re) = one.real.get(next) else { continue };
         let at = panel.place((*re, one.imaginary[next]));
         let apart = hypot(at.0 - last.0, at.1 - last.1);
-        if !panel.holds(at) || apart < 26.0 {
+        if !panel.contains(at) || apart < 26.0 {
             continue;
         }
         last = at;
@@ -472,17 +472,17 @@ fn decades(panel: &Panel, found: &LoopResponses, one: &Drawn<'_>) -> String {
 
 /// Gain over phase.
 fn nichols(found: &LoopResponses, curves: &[Drawn<'_>], at: &str) -> Picture {
-    let turned: Vec<Vec<f64>> = curves.iter().map(Drawn::phases).collect();
+    let phase_curves: Vec<Vec<f64>> = curves.iter().map(Drawn::phases).collect();
     let sizes = || curves.iter().flat_map(Drawn::sizes).map(decibels).filter(|x| x.is_finite());
     let (low, high) = (sizes().fold(0.0, f64::min).max(-40.0), sizes().fold(0.0, f64::max).min(40.0));
     let up = Axis::by(&[5.0, 10.0], low - 1.0, high + 1.0, 9.0);
     // Phases of what is in the frame.
-    let seen = curves.iter().zip(&turned).flat_map(|(one, turned)| {
-        one.sizes().map(decibels).zip(turned.iter().copied()).filter(|(size, _)| (up.low..=up.high).contains(size))
+    let phases = curves.iter().zip(&phase_curves).flat_map(|(one, phases)| {
+        one.sizes().map(decibels).zip(phases.iter().copied()).filter(|(size, _)| (up.low..=up.high).contains(size))
     });
-    let seen: Vec<f64> = seen.map(|(_, phase)| phase).filter(|x| x.is_finite()).collect();
-    let right = seen.iter().copied().fold(-90.0, f64::max).min(180.0);
-    let left = seen.iter().copied().fold(-270.0, f64::min).max(right - 720.0);
+    let phases: Vec<f64> = phases.map(|(_, phase)| phase).filter(|x| x.is_finite()).collect();
+    let right = phases.iter().copied().fold(-90.0, f64::max).min(180.0);
+    let left = phases.iter().copied().fold(-270.0, f64::min).max(right - 720.0);
     let across = Axis::by(&[30.0, 45.0, 90.0], left, right, 9.0);
     let panel = Panel { x: LEFT, y: TOP, width: WIDTH, height: 380.0, across, up };
     let mut body = panel.frame("phase of L [°]", "|L| [dB]");
@@ -492,7 +492,7 @@ fn nichols(found: &LoopResponses, curves: &[Drawn<'_>], at: &str) -> Picture {
     }
     for turn in turns {
         let (x, y) = panel.place((360.0 * f64::from(turn) - 180.0, 0.0));
-        if panel.holds((x, y)) {
+        if panel.contains((x, y)) {
             body += &format!(
                 "<path stroke=\"var(--bad)\" stroke-width=\"2\" d=\"M{:.1} {:.1}l10 10m0 -10l-10 10\"><title>-1</title></path>\n",
                 x - 5.0,
@@ -500,12 +500,12 @@ fn nichols(found: &LoopResponses, curves: &[Drawn<'_>], at: &str) -> Picture {
             );
         }
     }
-    for (one, turned) in curves.iter().zip(&turned) {
-        body += &panel.curve(turned.iter().copied().zip(one.sizes().map(decibels)), &solid(one.colour));
+    for (one, phases) in curves.iter().zip(&phase_curves) {
+        body += &panel.curve(phases.iter().copied().zip(one.sizes().map(decibels)), &solid(one.colour));
         for (factor, frequency) in one.gain_margins() {
             let next =
-                found.frequencies.partition_point(|other| *other < frequency).min(turned.len().saturating_sub(1));
-            let limit = 360.0 * ((turned.get(next).copied().unwrap_or(-180.0) + 180.0) / 360.0).round() - 180.0;
+                found.frequencies.partition_point(|other| *other < frequency).min(phases.len().saturating_sub(1));
+            let limit = 360.0 * ((phases.get(next).copied().unwrap_or(-180.0) + 180.0) / 360.0).round() - 180.0;
             let title = format!("{}: × {} at {} rad/s", one.name, figure(factor, 3), figure(frequency, 4));
             body += &panel.dot((limit, -decibels(factor)), one.colour, &title);
         }
@@ -550,10 +550,10 @@ fn closed_loop_gain(panel: &Panel, contour: f64, turns: std::ops::RangeInclusive
     let named = turns.flat_map(|turn| points.iter().map(move |(phase, size)| (phase + 360.0 * f64::from(turn), *size)));
     let inside = named.filter(|at| {
         let (x, y) = panel.place(*at);
-        panel.holds((x + 22.0, y))
-            && panel.holds((x - 22.0, y))
-            && panel.holds((x, y - 14.0))
-            && panel.holds((x, y + 6.0))
+        panel.contains((x + 22.0, y))
+            && panel.contains((x - 22.0, y))
+            && panel.contains((x, y - 14.0))
+            && panel.contains((x, y + 6.0))
     });
     let between = |phase: f64| (phase + 330.0).rem_euclid(360.0).min((-phase - 330.0).rem_euclid(360.0));
     let place = inside.min_by(|a, b| match contour {
@@ -690,7 +690,7 @@ pub(super) fn references(found: &LoopResponses) -> Option<Picture> {
 }
 
 /// Disk margins of the motors over the angle at which the joints stand.
-pub(super) fn along(found: &MarginsAlong) -> Option<Picture> {
+pub(super) fn over_positions(found: &MarginsOverPositions) -> Option<Picture> {
     let names: Vec<&str> = found
         .positions
         .iter()
@@ -721,7 +721,7 @@ pub(super) fn along(found: &MarginsAlong) -> Option<Picture> {
     }
     let caption = format!(
         "Of the linear loop where {} stand; a gap is a loop that is not stable.<br>{}",
-        escape(&found.turned),
+        escape(&found.coordinates),
         legend(names.iter().enumerate().map(|(colour, name)| (colour, name.to_string())))
     );
     let drawn = drawing(LEFT + WIDTH + RIGHT, TOP + HEIGHT + 44.0, "disk margins over the angle of the joints", &body);
@@ -734,7 +734,7 @@ pub(super) fn steps(found: &LoopResponses) -> Vec<Picture> {
 }
 
 /// A value as it is drawn: what is nothing but rounding is zero.
-fn seen(value: f64) -> f64 {
+fn without_rounding(value: f64) -> f64 {
     if value.abs() < 1e-12 { 0.0 } else { value }
 }
 
@@ -758,21 +758,26 @@ fn step(found: &StepResponse) -> Option<Picture> {
             .enumerate()
             .filter(|(_, one)| (one.unit.as_str(), one.motor) == (*shown, *motor))
             .collect();
-        let values = own.iter().flat_map(|(_, one)| one.values.iter().map(|value| seen(*value))).chain([0.0]);
+        let values =
+            own.iter().flat_map(|(_, one)| one.values.iter().map(|value| without_rounding(*value))).chain([0.0]);
         let height = 0.8 * HEIGHT;
         let panel = Panel { x: LEFT, y, width: WIDTH, height, across, up: Axis::fitting(values, 0.06, 5) };
         let what = if *motor { "torques told" } else { "outputs" };
         let below = if k == last { format!("time [{}]", clock.unit) } else { String::new() };
         body += &panel.frame(&below, &format!("{what} [{}]", unit(shown)));
         for (colour, one) in own {
-            let points =
-                found.time.iter().map(|time| time * clock.per_second).zip(one.values.iter().map(|value| seen(*value)));
+            let points = found
+                .time
+                .iter()
+                .map(|time| time * clock.per_second)
+                .zip(one.values.iter().map(|value| without_rounding(*value)));
             body += &panel.curve(points, &solid(colour));
             entries.push((colour, one.name.clone()));
         }
         y += height + BETWEEN;
     }
-    let rounded = found.signals.iter().flat_map(|one| &one.values).any(|value| *value != 0.0 && seen(*value) == 0.0);
+    let rounded =
+        found.signals.iter().flat_map(|one| &one.values).any(|value| *value != 0.0 && without_rounding(*value) == 0.0);
     let rounding = if rounded { " What is below 1e-12 is rounding, and drawn as zero." } else { "" };
     let caption = format!(
         "The linear loop from rest, without limits and friction, after a step of {} by {} {}.{rounding}<br>{}",
@@ -864,9 +869,9 @@ mod tests {
     fn phases_have_no_jumps_and_margins_are_measured_from_half_a_turn() {
         let (found, margins) = example();
         let curves = drawn(&found, &margins, false);
-        let turned = curves[0].phases();
-        assert!((turned[0] + 91.1).abs() < 0.1 && (turned[200] + 268.9).abs() < 0.1, "{} {}", turned[0], turned[200]);
-        assert!(turned.windows(2).all(|pair| (pair[1] - pair[0]).abs() < 10.0));
+        let phases = curves[0].phases();
+        assert!((phases[0] + 91.1).abs() < 0.1 && (phases[200] + 268.9).abs() < 0.1, "{} {}", phases[0], phases[200]);
+        assert!(phases.windows(2).all(|pair| (pair[1] - pair[0]).abs() < 10.0));
         let (at, phase, limit) = curves[0].phase_margin(&found.frequencies).expect("there is one");
         assert_eq!((at, limit), (0.6823, -180.0));
         assert!((phase + 158.614).abs() < 1e-6, "{phase}");

@@ -21,9 +21,10 @@ const ROWS: usize = 100;
 const ACROSS: usize = 10;
 /// How to use charts; `still`: whether some of them cannot be zoomed.
 fn charts(still: bool) -> String {
-    let others = if still { "the charts over the time follow, the others stand still" } else { "all charts follow" };
+    let chart_note =
+        if still { "the charts over the time follow, the others stand still" } else { "all charts follow" };
     format!(
-        "<p class=\"hint\">Drag across a chart to zoom in time, double-click to return; {others}. Click a name in a legend to hide or \
+        "<p class=\"hint\">Drag across a chart to zoom in time, double-click to return; {chart_note}. Click a name in a legend to hide or \
          show its curve.</p>\n"
     )
 }
@@ -85,12 +86,12 @@ fn escape(text: &str) -> String {
 
 /// The same with what stands between backticks as code, and long fractions as decimals with what they stand for.
 fn prose(text: &str) -> String {
-    let written = |piece: &Piece| match piece {
+    let markup = |piece: &Piece| match piece {
         Piece::Plain(text) => escape(text),
         Piece::Code(text) => format!("<code>{}</code>", escaped(text)),
         Piece::Fraction(exact, decimals) => format!("<abbr title=\"{exact}\">{decimals}</abbr>"),
     };
-    pieces(text).iter().map(written).collect()
+    pieces(text).iter().map(markup).collect()
 }
 
 /// A box that nobody overlooks.
@@ -215,7 +216,7 @@ fn cell(cell: &Cell, number: bool, first: bool) -> String {
         Cell::Span(text, rows) => format!("<th scope=\"rowgroup\" rowspan=\"{rows}\">{}</th>", prose(text)),
         Cell::Under => String::new(),
         Cell::Entry(entry) => {
-            let (text, rounded) = entry.written(DIGITS);
+            let (text, rounded) = entry.rounded_text(DIGITS);
             let title = entry.exact.as_ref().filter(|_| rounded);
             let title = title.map_or(String::new(), |exact| format!(" title=\"{}\"", escape(exact)));
             format!("<td class=\"number\"{title}>{}</td>", escape(&text))
@@ -225,7 +226,7 @@ fn cell(cell: &Cell, number: bool, first: bool) -> String {
 
 /// Matrices side by side, fractions where they are short.
 fn matrices(all: &[Matrix]) -> String {
-    let rounded = all.iter().flat_map(|one| one.entries.iter().flatten()).any(|entry| entry.written(DIGITS).1);
+    let rounded = all.iter().flat_map(|one| one.entries.iter().flatten()).any(|entry| entry.rounded_text(DIGITS).1);
     let hint = "<p class=\"hint\">Long fractions are rounded here; they appear under the pointer and are in the exported \
                 data.</p>\n";
     let shown: String = all.iter().map(matrix).collect();
@@ -315,7 +316,7 @@ mod tests {
 
     /// The hint is there where something can be zoomed, and names what does not follow.
     #[test]
-    fn the_hint_tells_charts_that_zoom_from_those_that_stand_still() {
+    fn the_hint_distinguishes_zoomable_from_static_charts() {
         let page = |still: &[bool]| {
             let chart = |still: &bool| Block::Chart(Chart { still: *still, ..Chart::default() });
             section(&Section { body: Body(still.iter().map(chart).collect()), ..Section::default() })

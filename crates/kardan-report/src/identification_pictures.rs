@@ -98,12 +98,12 @@ pub(super) fn intervals(found: &Identification) -> Option<Picture> {
     let longest = rows.iter().map(|(one, ..)| one.name.chars().count()).max().unwrap_or(0).min(32);
     let left = 20.0 + CHARACTER * longest as f64;
     let ends = rows.iter().flat_map(|(one, value, interval)| {
-        let other = |x: Option<f64>| x.map(|x| part(*value, x)).filter(|x| x.abs() < 100.0);
+        let relative = |x: Option<f64>| x.map(|x| part(*value, x)).filter(|x| x.abs() < 100.0);
         [
             Some(part(*value, interval.lower)),
             Some(part(*value, interval.upper)),
-            other(one.before),
-            other(one.published),
+            relative(one.before),
+            relative(one.published),
         ]
     });
     let ends: Vec<(f64, f64)> = ends.flatten().map(|x| (x.clamp(-200.0, 200.0), 0.0)).collect();

@@ -108,7 +108,7 @@ fn cell(cell: &Cell) -> String {
         Cell::Verbatim(text) => code(text),
         Cell::Mark(good, text) => format!("{} {}", if *good { "✓" } else { "✗" }, escape(text)),
         Cell::Under => String::new(),
-        Cell::Entry(entry) => escape(&entry.written(DIGITS).0),
+        Cell::Entry(entry) => escape(&entry.rounded_text(DIGITS).0),
     }
 }
 

@@ -5,8 +5,8 @@ use std::collections::HashSet;
 
 use super::analysis_pictures::{CHARACTER, MODES, bar, cut, drawing, figure_of, heading, line, text};
 use super::model::Picture;
+use super::phrases;
 use super::text::figure;
-use super::words;
 use kardan::results::{Complex, EnergyKind, Mode};
 use kardan_rt::functions::hypot;
 
@@ -35,22 +35,22 @@ struct Row<'a> {
 }
 
 fn rows(modes: &[Mode]) -> Vec<Row<'_>> {
-    let (mut coordinates, mut others, mut known) = (Vec::new(), Vec::new(), HashSet::new());
+    let (mut coordinates, mut further_rows, mut shown) = (Vec::new(), Vec::new(), HashSet::new());
     for part in modes.iter().flat_map(|mode| &mode.shape) {
         let row = Row { name: &part.name, potential: false };
-        if known.insert(row) {
+        if shown.insert(row) {
             coordinates.push(row);
         }
     }
     for stored in modes.iter().flat_map(|mode| &mode.stored) {
         let row = Row { name: &stored.element, potential: stored.energy == EnergyKind::Potential };
-        if stored.share.abs() > 0.0 && known.insert(row) {
-            others.push(row);
+        if stored.share.abs() > 0.0 && shown.insert(row) {
+            further_rows.push(row);
         }
     }
     coordinates.truncate(ROWS);
-    others.truncate(ROWS);
-    coordinates.into_iter().chain(others).collect()
+    further_rows.truncate(ROWS);
+    coordinates.into_iter().chain(further_rows).collect()
 }
 
 /// The share of the stored energy that a row has in a mode.
@@ -76,7 +76,7 @@ fn bar_of(mode: &Mode, row: &Row<'_>) -> Option<Bar> {
         false => [share, 0.0],
     };
     let what = if row.potential { "potential" } else { "kinetic" };
-    let energy = format!("{}: {} of the energy stored, {what}", row.name, words::percent(share));
+    let energy = format!("{}: {} of the energy stored, {what}", row.name, phrases::percent(share));
     let title = if motion.is_some() { format!("{energy}; {}", moved()) } else { energy };
     Some(Bar { parts, potential: row.potential, title })
 }
@@ -190,7 +190,7 @@ mod tests {
         assert_eq!(lengths(&even), [0.25, 0.25, 0.5]);
         let rows = rows(std::slice::from_ref(&even));
         assert_eq!(bar_of(&even, &rows[1]).expect("a bar").parts, [-0.25, 0.0], "the other way");
-        let turned = mode(
+        let rotated = mode(
             &[("a", 0.6, -0.8), ("b", 0.3, 0.4), ("light", 0.0, 0.0)],
             &[
                 ("a", Kinetic, 0.5),
@@ -200,7 +200,7 @@ mod tests {
                 ("t", Potential, 0.125),
             ],
         );
-        assert!((lengths(&turned).iter().sum::<f64>() - 1.0).abs() < 1e-15);
+        assert!((lengths(&rotated).iter().sum::<f64>() - 1.0).abs() < 1e-15);
     }
 
     #[test]

@@ -174,7 +174,7 @@ pub(super) const FRACTION: usize = 12;
 
 impl Entry {
     /// The fraction where it is short, else a number of so many digits; with it whether a fraction was rounded.
-    pub(super) fn written(&self, digits: usize) -> (String, bool) {
+    pub(super) fn rounded_text(&self, digits: usize) -> (String, bool) {
         match &self.exact {
             Some(text) if text.chars().count() <= FRACTION => (text.replace('-', "−"), false),
             exact => (figure(self.value, digits), exact.is_some()),
@@ -210,8 +210,8 @@ impl From<&ExactMatrix> for Matrix {
         let entry = |i: usize, j: usize| Entry { value: value(i, j), exact: exact(i, j) };
         let row = |i: usize| (0..matrix.columns.len()).map(|j| entry(i, j)).collect();
         let entries = (0..matrix.values.len()).map(row).collect();
-        let known = matrix.exact.is_some();
-        Self { exact: known, ..Self::new(title, &matrix.unit, [&matrix.rows, &matrix.columns], entries) }
+        let is_exact = matrix.exact.is_some();
+        Self { exact: is_exact, ..Self::new(title, &matrix.unit, [&matrix.rows, &matrix.columns], entries) }
     }
 }
 
@@ -266,19 +266,19 @@ const BRIEF: usize = 20;
 pub struct Body(pub Vec<Block>);
 
 impl Body {
-    fn with(mut self, block: Block, there: bool) -> Self {
-        self.0.extend(there.then_some(block));
+    fn with(mut self, block: Block, present: bool) -> Self {
+        self.0.extend(present.then_some(block));
         self
     }
 
     fn text(self, tone: Tone, text: impl Into<String>) -> Self {
         let text = text.into();
-        let there = !text.is_empty();
-        self.with(Block::Text(tone, text), there)
+        let present = !text.is_empty();
+        self.with(Block::Text(tone, text), present)
     }
 
     /// A paragraph.
-    pub fn say(self, text: impl Into<String>) -> Self {
+    pub fn paragraph(self, text: impl Into<String>) -> Self {
         self.text(Tone::Plain, text)
     }
 
@@ -295,8 +295,8 @@ impl Body {
     /// Sentences, each with its own mark.
     pub fn list(self, texts: impl IntoIterator<Item = String>) -> Self {
         let texts: Vec<String> = texts.into_iter().collect();
-        let there = !texts.is_empty();
-        self.with(Block::List(texts), there)
+        let present = !texts.is_empty();
+        self.with(Block::List(texts), present)
     }
 
     /// Names with what they are.
@@ -318,8 +318,8 @@ impl Body {
     ) -> Self {
         let rows: Vec<Vec<Cell>> = rows.into_iter().collect();
         debug_assert!(rows.iter().all(|row| row.len() == columns.len()), "a cell for each column");
-        let (columns, there) = (columns.iter().map(|name| name.as_ref().into()).collect(), !rows.is_empty());
-        self.with(Block::Table(Table { columns, rows, brief }), there)
+        let (columns, present) = (columns.iter().map(|name| name.as_ref().into()).collect(), !rows.is_empty());
+        self.with(Block::Table(Table { columns, rows, brief }), present)
     }
 
     /// Matrices; those without entries are left out.
@@ -328,8 +328,8 @@ impl Body {
         Matrix: From<&'a M>,
     {
         let all: Vec<Matrix> = all.into_iter().map(Matrix::from).filter(|one| !one.entries.is_empty()).collect();
-        let there = !all.is_empty();
-        self.with(Block::Matrices(all), there)
+        let present = !all.is_empty();
+        self.with(Block::Matrices(all), present)
     }
 
     /// Drawings.
@@ -340,20 +340,20 @@ impl Body {
 
     /// A part with a title.
     pub fn part(self, title: &str, body: Body) -> Self {
-        let there = !body.0.is_empty();
-        self.with(Block::Part(Section { anchor: String::new(), title: title.into(), body }), there)
+        let present = !body.0.is_empty();
+        self.with(Block::Part(Section { anchor: String::new(), title: title.into(), body }), present)
     }
 
     /// What few want to see.
     pub fn fold(self, title: &str, body: Body) -> Self {
-        let there = !body.0.is_empty();
-        self.with(Block::Fold(title.into(), body), there)
+        let present = !body.0.is_empty();
+        self.with(Block::Fold(title.into(), body), present)
     }
 
     /// What is left out where there is little room.
     pub fn detail(self, body: Body) -> Self {
-        let there = !body.0.is_empty();
-        self.with(Block::Detail(body), there)
+        let present = !body.0.is_empty();
+        self.with(Block::Detail(body), present)
     }
 
     /// What another body says, after this one.
@@ -366,12 +366,12 @@ impl Body {
 impl Page {
     /// The sections that say something: anchor, title, body.
     pub(super) fn sections<'a>(all: impl IntoIterator<Item = (&'a str, &'a str, Body)>) -> Vec<Section> {
-        let there = all.into_iter().filter(|(_, _, body)| !body.0.is_empty());
-        there.map(|(anchor, title, body)| Section { anchor: anchor.into(), title: title.into(), body }).collect()
+        let present = all.into_iter().filter(|(_, _, body)| !body.0.is_empty());
+        present.map(|(anchor, title, body)| Section { anchor: anchor.into(), title: title.into(), body }).collect()
     }
 
     /// The whole page as a section of another one; `hint` says whose it is.
-    pub(super) fn within(self, anchor: &str, title: &str, hint: &str) -> Section {
+    pub(super) fn into_section(self, anchor: &str, title: &str, hint: &str) -> Section {
         let alerts = self.alerts.into_iter().map(Block::Alert);
         let mut body = Body(self.verdict.map(Block::Verdict).into_iter().chain(alerts).collect()).hint(hint);
         // The mechanism stands at the head of the page around it.

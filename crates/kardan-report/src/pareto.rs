@@ -79,10 +79,10 @@ pub(super) fn pareto(found: &Exploration) -> Option<Picture> {
     let mut sorted = all.clone();
     sorted.sort_by(|a, b| a.effort.total_cmp(&b.effort));
     while let Some(first) = sorted.first().copied() {
-        let alike = |one: &&Alternative| {
+        let same_setup = |one: &&Alternative| {
             one.sample_time == first.sample_time && one.bandwidth == first.bandwidth && one.sensors == first.sensors
         };
-        let (curve, rest): (Vec<&Alternative>, Vec<&Alternative>) = sorted.into_iter().partition(alike);
+        let (curve, rest): (Vec<&Alternative>, Vec<&Alternative>) = sorted.into_iter().partition(same_setup);
         for pair in curve.windows(2) {
             let ((x, y), (to_x, to_y)) = (place(pair[0]), place(pair[1]));
             body += &format!(

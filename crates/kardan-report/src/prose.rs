@@ -37,41 +37,41 @@ pub(super) fn pieces(text: &str) -> Vec<Piece<'_>> {
 pub(super) fn rounded(text: &str) -> String {
     let mut out = Vec::new();
     fractions(text, &mut out);
-    let written = |piece: &Piece| match piece {
+    let plain = |piece: &Piece| match piece {
         Piece::Plain(text) | Piece::Code(text) => (*text).to_owned(),
         Piece::Fraction(_, decimals) => decimals.clone(),
     };
-    out.iter().map(written).collect()
+    out.iter().map(plain).collect()
 }
 
 fn fractions<'a>(text: &'a str, out: &mut Vec<Piece<'a>>) {
     let part = |c: char| c.is_ascii_digit() || c == '/';
-    let mut kept = 0;
+    let mut plain_start = 0;
     let mut from = 0;
     while let Some(found) = text[from..].find(|c: char| c.is_ascii_digit()) {
         let begin = from + found;
         let end = text[begin..].find(|c| !part(c)).map_or(text.len(), |length| begin + length);
         // Within a name, a decimal or a path nothing is a fraction.
-        let alone = |c: Option<char>| c.is_none_or(|c| !c.is_alphanumeric() && c != '_' && c != '/');
+        let is_boundary = |c: Option<char>| c.is_none_or(|c| !c.is_alphanumeric() && c != '_' && c != '/');
         let point = |c: Option<char>| c == Some('.');
         let before = text[..begin].chars().next_back();
         let after = text[end..].chars().next();
         let decimal = point(before) || point(after) && text[end + 1..].starts_with(|c: char| c.is_ascii_digit());
-        if alone(before)
-            && alone(after)
+        if is_boundary(before)
+            && is_boundary(after)
             && !decimal
             && let Some(value) = value(&text[begin..end])
         {
-            if begin > kept {
-                out.push(Piece::Plain(&text[kept..begin]));
+            if begin > plain_start {
+                out.push(Piece::Plain(&text[plain_start..begin]));
             }
             out.push(Piece::Fraction(&text[begin..end], format!("{}…", figure(value, DIGITS))));
-            kept = end;
+            plain_start = end;
         }
         from = end;
     }
-    if kept < text.len() {
-        out.push(Piece::Plain(&text[kept..]));
+    if plain_start < text.len() {
+        out.push(Piece::Plain(&text[plain_start..]));
     }
 }
 
@@ -104,10 +104,10 @@ mod tests {
         // Whole numbers beyond what floating point reaches.
         let long = format!("{}/{}", "9".repeat(400), "3".repeat(399));
         assert_eq!(rounded(&long), "30…");
-        for kept in
+        for plain_start in
             ["a/b", "2026/11/23/04/25", "log_1234567/1234567", "1.234567/12345678", "12345678/", "/12345678901234"]
         {
-            assert_eq!(rounded(kept), kept);
+            assert_eq!(rounded(plain_start), plain_start);
         }
     }
 

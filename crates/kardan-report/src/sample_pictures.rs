@@ -16,32 +16,32 @@ const POINTS: usize = 500;
 
 /// Some runs as points; empty where none has both numbers.
 pub(super) fn still(samples: &Samples, found: &Sweep) -> Option<Picture> {
-    let few = samples.few(POINTS, found);
+    let static_samples = samples.static_samples(POINTS, found);
     let points: Vec<(f64, f64, bool)> =
-        few.points.into_iter().filter(|(x, y, _)| x.is_finite() && y.is_finite()).collect();
+        static_samples.points.into_iter().filter(|(x, y, _)| x.is_finite() && y.is_finite()).collect();
     let first = points.first()?.0;
-    let places = points.iter().map(|&(x, y, _)| (x, y)).chain(few.bounds.iter().map(|&y| (first, y)));
+    let places = points.iter().map(|&(x, y, _)| (x, y)).chain(static_samples.bounds.iter().map(|&y| (first, y)));
     let frame = Frame::new(places, WIDTH, HEIGHT);
-    let mut body = frame.drawn(&few.across, &few.up);
+    let mut body = frame.drawn(&static_samples.across, &static_samples.up);
     for colour in [0, 1] {
         let own = points.iter().filter(|(_, _, fails)| *fails == (colour == 1)).map(|&(x, y, _)| (x, y));
         body += &frame.dots(own, colour, 4.0);
     }
-    for &bound in &few.bounds {
+    for &bound in &static_samples.bounds {
         body += &line(frame.place((frame.across.low, bound)), frame.place((frame.across.high, bound)), "bound");
     }
     let entry =
         |class: &str, word: &str| format!("<span class=\"entry\"><span class=\"swatch {class}\"></span>{word}</span> ");
-    let fails = few.asked.map(|text| format!("fails {}", escape(&powers(text))));
+    let fails = static_samples.requirement.map(|text| format!("fails {}", escape(&powers(text))));
     let fails = fails.unwrap_or_else(|| "fails a requirement or did not come to its end".into());
     let mut caption = entry("c0", "holds") + &entry("c1", &fails);
-    if !few.bounds.is_empty() {
+    if !static_samples.bounds.is_empty() {
         caption += "<span class=\"entry\">– – bound</span> ";
     }
-    if points.len() < few.all {
-        caption += &format!("{} of {} runs.", points.len(), few.all);
+    if points.len() < static_samples.all {
+        caption += &format!("{} of {} runs.", points.len(), static_samples.all);
     }
-    let title = format!("{} over {}", few.up, few.across);
+    let title = format!("{} over {}", static_samples.up, static_samples.across);
     let svg = drawing(frame.left + WIDTH + RIGHT, frame.end(), &title, &body);
     Some(Picture {
         title: String::new(),

@@ -17,7 +17,7 @@ const NONE: u8 = 2;
 #[derive(Debug, Clone, Default)]
 pub struct Samples {
     head: SweepHead,
-    kept: Vec<SweepRow>,
+    drawn_rows: Vec<SweepRow>,
     all: usize,
     failing: usize,
 }
@@ -53,24 +53,24 @@ impl Samples {
         let columns = head.varied.len() + 2 * head.requirements.len() + head.figures.len() + 1;
         let measured = found.requirements.iter().map(|one| &one.measured);
         let ends = measured.chain(found.figures.iter().map(|one| &one.values)).filter_map(|values| values.ends);
-        let told: BTreeSet<u64> = ends.flatten().chain(found.worst.iter().map(|worst| worst.sample)).collect();
-        Self::at_most(MOST.min(MOST_NUMBERS / columns), head, &told, rows)
+        let always_drawn: BTreeSet<u64> = ends.flatten().chain(found.worst.iter().map(|worst| worst.sample)).collect();
+        Self::at_most(MOST.min(MOST_NUMBERS / columns), head, &always_drawn, rows)
     }
 
-    fn at_most(most: usize, head: &SweepHead, told: &BTreeSet<u64>, rows: &SweepRows) -> Self {
+    fn at_most(most: usize, head: &SweepHead, always_drawn: &BTreeSet<u64>, rows: &SweepRows) -> Self {
         let (all, failing) = (rows.len(), rows.iter().filter(|row| fails(row.reason, row.passed)).count());
-        let drawn = (all > most).then(|| drawn(most, head.seed, told, rows));
+        let drawn = (all > most).then(|| drawn(most, head.seed, always_drawn, rows));
         let is_drawn = |number: usize| drawn.as_ref().is_none_or(|drawn| drawn[number]);
         let own = rows.iter().enumerate().filter(|(number, _)| is_drawn(*number));
-        let mut kept: Vec<SweepRow> = own.map(|(_, row)| row.to_row()).collect();
-        kept.sort_unstable_by_key(|row| (row.sample, row.variant));
-        Self { head: head.clone(), kept, all, failing }
+        let mut drawn_rows: Vec<SweepRow> = own.map(|(_, row)| row.to_row()).collect();
+        drawn_rows.sort_unstable_by_key(|row| (row.sample, row.variant));
+        Self { head: head.clone(), drawn_rows, all, failing }
     }
 
     /// Which runs are drawn, in words.
-    pub fn in_words(&self) -> String {
+    pub fn describe(&self) -> String {
         let (drawn, failing) =
-            (self.kept.len(), self.kept.iter().filter(|row| fails(&row.reason, &row.passed)).count());
+            (self.drawn_rows.len(), self.drawn_rows.iter().filter(|row| fails(&row.reason, &row.passed)).count());
         if drawn == self.all {
             return format!("All {drawn} runs, {failing} of which fail a requirement or did not come to their end.");
         }
@@ -79,9 +79,9 @@ impl Samples {
         } else {
             format!("{failing} of {} that fail, by lot", self.failing)
         };
-        let others = drawn - failing;
+        let passing = drawn - failing;
         format!(
-            "{drawn} of {} runs are drawn: {fate}, and {others} of {} others, by lot; those of least and largest numbers are among them. \
+            "{drawn} of {} runs are drawn: {fate}, and {passing} of {} others, by lot; those of least and largest numbers are among them. \
              Where points lie close does not tell how likely failures are: the tables count all runs.",
             self.all,
             self.all - self.failing
@@ -90,7 +90,7 @@ impl Samples {
 
     /// Whether there is nothing to draw.
     pub fn is_empty(&self) -> bool {
-        self.kept.is_empty()
+        self.drawn_rows.is_empty()
     }
 
     /// What is drawn first: the number that most is known of, over the parameter that explains the most of it; places among all columns.
@@ -103,7 +103,7 @@ impl Samples {
             let k = self.head.figures.iter().position(|(name, _)| *name == figure.name)?;
             Some((requirements.len() + k, &figure.values))
         });
-        let told = explained.chain(figures).find_map(|(k, values)| {
+        let explained_axes = explained.chain(figures).find_map(|(k, values)| {
             let most = values.shares.first()?;
             let across = varied.iter().position(|one| one.name == most.parameter)?;
             Some((across, numbers + k))
@@ -111,7 +111,7 @@ impl Samples {
         let sought = found.worst.iter().map(|one| &one.text).chain(found.rare.iter().map(|one| &one.text));
         let sought = sought.filter_map(|text| place(text)).map(|k| (0, numbers + k)).next();
         let last = numbers + requirements.len() + self.head.figures.len() - 1;
-        told.or(sought).unwrap_or((0, numbers.min(last)))
+        explained_axes.or(sought).unwrap_or((0, numbers.min(last)))
     }
 
     /// What the script of the page draws, as JSON: `columns` of 32-bit floats behind `from`, in the unit that is shown, `requirements` with their
@@ -126,7 +126,7 @@ impl Samples {
         for (k, one) in head.requirements.iter().enumerate() {
             let display = one.display.as_ref();
             let bound = |bound: Option<f64>| bound.map_or("null".into(), |bound| exact(shown(bound, display)));
-            let passed: Vec<u8> = self.kept.iter().map(|row| verdict(row.passed[k])).collect();
+            let passed: Vec<u8> = self.drawn_rows.iter().map(|row| verdict(row.passed[k])).collect();
             requirements.push(format!(
                 "{{\"text\":{},\"column\":{},\"below\":{},\"above\":{},\"passed\":\"{}\"}}",
                 json_string(&powers(&one.text)),
@@ -138,20 +138,20 @@ impl Samples {
             columns.push(self.column("measured", (self.name(one), &one.unit, display), |row| row.measured[k]));
         }
         for (k, (name, unit)) in head.figures.iter().enumerate() {
-            let told = found.figures.iter().find(|one| one.name == *name);
-            let display = told.and_then(|one| one.display.as_ref());
+            let figure = found.figures.iter().find(|one| one.name == *name);
+            let display = figure.and_then(|one| one.display.as_ref());
             columns.push(self.column("figure", (name, unit, display), |row| row.figures[k]));
         }
         let (across, up) = self.first(found);
         let bytes = |of: &dyn Fn(&SweepRow) -> u32| -> Vec<u8> {
-            self.kept.iter().flat_map(|row| of(row).to_le_bytes()).collect()
+            self.drawn_rows.iter().flat_map(|row| of(row).to_le_bytes()).collect()
         };
-        let ended: Vec<u8> = self.kept.iter().map(|row| u8::from(row.reason.is_empty())).collect();
+        let ended: Vec<u8> = self.drawn_rows.iter().map(|row| u8::from(row.reason.is_empty())).collect();
         let several = head.variants.len() > 1;
         format!(
             "{{\"count\":{},\"across\":{across},\"up\":{up},\"sample\":\"{}\",\"ended\":\"{}\",\"variants\":{},\"variant\":\"{}\",\"columns\":{},\
              \"requirements\":{},\"again\":{{\"command\":{},\"block\":{},\"files\":{},\"variants\":{}}}}}",
-            self.kept.len(),
+            self.drawn_rows.len(),
             base64(&bytes(&|row| u32::try_from(row.sample).unwrap_or(u32::MAX))),
             base64(&ended),
             json_array(head.variants.iter().map(|name| json_string(name))),
@@ -167,20 +167,20 @@ impl Samples {
 
     /// What a requirement measures; all of it where another one measures the same.
     fn name<'s>(&self, one: &'s SweepRequirement) -> &'s str {
-        let same = self.head.requirements.iter().filter(|other| other.measured == one.measured).count();
+        let same = self.head.requirements.iter().filter(|candidate| candidate.measured == one.measured).count();
         if same > 1 { &one.text } else { &one.measured }
     }
 
     /// A few of the runs in the axes that are drawn first, for a picture that stands still.
-    pub(super) fn few<'s>(&'s self, most: usize, found: &Sweep) -> Few<'s> {
+    pub(super) fn static_samples<'s>(&'s self, most: usize, found: &Sweep) -> StaticSamples<'s> {
         let (across, up) = self.first(found);
-        let mut order: Vec<&SweepRow> = self.kept.iter().collect();
+        let mut order: Vec<&SweepRow> = self.drawn_rows.iter().collect();
         order.sort_by_key(|row| (lot(self.head.seed, row.sample), row.sample, row.variant));
         order.truncate(most);
         let SweepHead { varied, requirements, figures, .. } = &self.head;
-        let asked = up.checked_sub(varied.len()).and_then(|k| requirements.get(k));
+        let requirement = up.checked_sub(varied.len()).and_then(|k| requirements.get(k));
         let figure = up.checked_sub(varied.len() + requirements.len()).and_then(|k| figures.get(k));
-        let display = match (asked, figure) {
+        let display = match (requirement, figure) {
             (Some(one), _) => one.display.as_ref(),
             (_, Some((name, _))) => {
                 found.figures.iter().find(|one| one.name == *name).and_then(|one| one.display.as_ref())
@@ -190,7 +190,7 @@ impl Samples {
         let value = |row: &SweepRow| {
             row.values.iter().chain(&row.measured).chain(&row.figures).nth(up).copied().unwrap_or(f64::NAN)
         };
-        let (name, unit) = match (asked, figure) {
+        let (name, unit) = match (requirement, figure) {
             (Some(one), _) => (self.name(one), one.unit.as_str()),
             (_, Some((name, unit))) => (name.as_str(), unit.as_str()),
             _ => (varied[up].name.as_str(), varied[up].unit.as_str()),
@@ -199,12 +199,17 @@ impl Samples {
             Some(&passed) => passed < 0.5,
             None => fails(&row.reason, &row.passed),
         };
-        Few {
+        StaticSamples {
             points: order.iter().map(|row| (row.values[across], shown(value(row), display), fate(row))).collect(),
-            bounds: asked.iter().flat_map(|one| [one.below, one.above]).flatten().map(|x| shown(x, display)).collect(),
+            bounds: requirement
+                .iter()
+                .flat_map(|one| [one.below, one.above])
+                .flatten()
+                .map(|x| shown(x, display))
+                .collect(),
             across: titled(&varied[across].name, &varied[across].unit),
             up: titled(name, display.map_or(unit, |display| &display.unit)),
-            asked: asked.map(|one| one.text.as_str()),
+            requirement: requirement.map(|one| one.text.as_str()),
             all: self.all,
         }
     }
@@ -215,7 +220,7 @@ impl Samples {
         (name, unit, display): (&str, &str, Option<&DisplayUnit>),
         value: impl Fn(&SweepRow) -> f64,
     ) -> String {
-        let values: Vec<f64> = self.kept.iter().map(|row| shown(value(row), display)).collect();
+        let values: Vec<f64> = self.drawn_rows.iter().map(|row| shown(value(row), display)).collect();
         let least = values.iter().copied().filter(|x| x.is_finite()).fold(f64::INFINITY, f64::min);
         // Small differences of large numbers have their digits too.
         let from = if least.is_finite() { least } else { 0.0 };
@@ -231,22 +236,22 @@ impl Samples {
 }
 
 /// Runs for a picture that stands still: their places, and whether they fail.
-pub(super) struct Few<'s> {
+pub(super) struct StaticSamples<'s> {
     pub(super) points: Vec<(f64, f64, bool)>,
     pub(super) bounds: Vec<f64>,
     pub(super) across: String,
     pub(super) up: String,
     /// The requirement that is on the axis up, which they fail or not; `None`: any.
-    pub(super) asked: Option<&'s str>,
+    pub(super) requirement: Option<&'s str>,
     /// How many runs there are in all.
     pub(super) all: usize,
 }
 
 /// Which rows are drawn, so many of them.
-fn drawn(most: usize, seed: u64, told: &BTreeSet<u64>, rows: &SweepRows) -> Vec<bool> {
+fn drawn(most: usize, seed: u64, always_drawn: &BTreeSet<u64>, rows: &SweepRows) -> Vec<bool> {
     let mut groups: [Vec<(u64, usize, usize)>; 3] = Default::default();
     for (k, row) in rows.iter().enumerate() {
-        let group = match (told.contains(&row.sample), fails(row.reason, row.passed)) {
+        let group = match (always_drawn.contains(&row.sample), fails(row.reason, row.passed)) {
             (true, _) => 0,
             (false, true) => 1,
             (false, false) => 2,
@@ -256,15 +261,15 @@ fn drawn(most: usize, seed: u64, told: &BTreeSet<u64>, rows: &SweepRows) -> Vec<
     let [own, failing, holding] = &groups;
     let free = most.saturating_sub(own.len());
     let of_failing = failing.len().min(free - holding.len().min(free / 2));
-    let mut kept = vec![false; rows.len()];
+    let mut selected = vec![false; rows.len()];
     for (group, count) in groups.iter_mut().zip([most, of_failing, free - of_failing]) {
         if count < group.len() {
             group.select_nth_unstable(count);
             group.truncate(count);
         }
-        group.iter().for_each(|&(_, _, k)| kept[k] = true);
+        group.iter().for_each(|&(_, _, k)| selected[k] = true);
     }
-    kept
+    selected
 }
 
 /// A number in the unit that is shown.
@@ -339,7 +344,7 @@ mod tests {
 
     fn head() -> SweepHead {
         let varied = vec![SweptParameter { name: "</script>".into(), unit: "m^2".into(), distribution: String::new() }];
-        let asked = SweepRequirement {
+        let requirement = SweepRequirement {
             text: "x < 50 cm".into(),
             measured: "x".into(),
             unit: "m".into(),
@@ -347,7 +352,7 @@ mod tests {
             below: Some(0.5),
             above: None,
         };
-        SweepHead { varied, requirements: vec![asked], variants: vec!["model".into()], ..Default::default() }
+        SweepHead { varied, requirements: vec![requirement], variants: vec!["model".into()], ..Default::default() }
     }
 
     fn decoded(text: &str) -> Vec<u8> {
@@ -369,8 +374,8 @@ mod tests {
 
     #[test]
     fn base64_gives_the_examples_of_the_rfc() {
-        for (plain, written) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")] {
-            assert_eq!(base64(plain.as_bytes()), written);
+        for (plain, encoded) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")] {
+            assert_eq!(base64(plain.as_bytes()), encoded);
         }
     }
 
@@ -408,21 +413,21 @@ mod tests {
                 (0..1000).map(order).map(|k| row(k, 0.0, if k % 1000 < failing { 2.0 } else { k as f64 * 1e-4 }));
             Samples::at_most(100, &SweepHead { seed, ..head() }, &[7].into(), &rows.collect())
         };
-        let numbers = |samples: &Samples| samples.kept.iter().map(|row| row.sample).collect::<Vec<_>>();
+        let numbers = |samples: &Samples| samples.drawn_rows.iter().map(|row| row.sample).collect::<Vec<_>>();
         let (one, other) = (of(3, &|k| k, 5), of(3, &|k| 999 - k, 5));
         assert_eq!(numbers(&one), numbers(&other));
         assert!(numbers(&one).starts_with(&[0, 1, 2, 3, 4]) && numbers(&one).contains(&7));
         assert_ne!(numbers(&one), numbers(&of(4, &|k| k, 5)));
-        let told = one.in_words();
+        let text = one.describe();
         assert!(
-            told.starts_with("100 of 1000 runs are drawn: all 5 that fail, and 95 of 995 others, by lot"),
-            "{told}"
+            text.starts_with("100 of 1000 runs are drawn: all 5 that fail, and 95 of 995 others, by lot"),
+            "{text}"
         );
         // Sample 7, which is told of, is one that fails, and one of 50.
-        let told = of(3, &|k| k, 600).in_words();
-        assert!(told.starts_with("100 of 1000 runs are drawn: 51 of 600 that fail, by lot, and 49 of 400"), "{told}");
-        let told = of(3, &|k| k, 990).in_words();
-        assert!(told.starts_with("100 of 1000 runs are drawn: 90 of 990 that fail, by lot, and 10 of 10"), "{told}");
+        let text = of(3, &|k| k, 600).describe();
+        assert!(text.starts_with("100 of 1000 runs are drawn: 51 of 600 that fail, by lot, and 49 of 400"), "{text}");
+        let text = of(3, &|k| k, 990).describe();
+        assert!(text.starts_with("100 of 1000 runs are drawn: 90 of 990 that fail, by lot, and 10 of 10"), "{text}");
     }
 
     #[test]

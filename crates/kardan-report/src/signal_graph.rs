@@ -28,7 +28,7 @@ enum Place<'a> {
 
 /// Who a name belongs to.
 fn place<'a>(nodes: &'a [SignalNode], name: &'a str) -> Place<'a> {
-    let own = |node: &SignalNode| node.kind != "program" && node.answers.iter().any(|answer| answer.name == name);
+    let own = |node: &SignalNode| node.kind != "program" && node.outputs.iter().any(|answer| answer.name == name);
     nodes.iter().position(own).map_or(Place::Outside(name), Place::Node)
 }
 
@@ -41,9 +41,9 @@ fn columns(nodes: &[SignalNode]) -> Vec<usize> {
         open.push(node);
         let mut column = 1;
         for name in &nodes[node].reads {
-            if let Place::Node(other) = place(nodes, name) {
-                visit(nodes, other, open, found);
-                column = column.max(found[other] + 1);
+            if let Place::Node(source) = place(nodes, name) {
+                visit(nodes, source, open, found);
+                column = column.max(found[source] + 1);
             }
         }
         open.pop();
@@ -157,12 +157,12 @@ fn picture(nodes: &[SignalNode]) -> Option<Picture> {
 /// The graph of the signals of a model: drawn, and as a table.
 pub(super) fn body(nodes: &[SignalNode]) -> Body {
     let rows = nodes.iter().map(|node| {
-        let answers = node.answers.iter().map(|answer| match answer.unit.is_empty() {
+        let outputs = node.outputs.iter().map(|answer| match answer.unit.is_empty() {
             true => answer.name.clone(),
             false => format!("{} [{}]", answer.name, answer.unit),
         });
-        let answers: Vec<String> = answers.collect();
-        row![&node.name, node.kind.replace('_', " "), when(node), node.order, answers.join(", "), node.reads.join(", ")]
+        let outputs: Vec<String> = outputs.collect();
+        row![&node.name, node.kind.replace('_', " "), when(node), node.order, outputs.join(", "), node.reads.join(", ")]
     });
     let columns = ["block", "kind", "sample time", "#order", "answers", "reads"];
     let table = Body::default().table(&columns, rows);
@@ -178,7 +178,7 @@ mod tests {
         SignalNode {
             name: name.into(),
             kind: kind.into(),
-            answers: vec![SignalAnswer { name: name.into(), unit: String::new() }],
+            outputs: vec![SignalAnswer { name: name.into(), unit: String::new() }],
             reads: reads.iter().map(|name| name.to_string()).collect(),
             ..SignalNode::default()
         }

@@ -155,11 +155,11 @@ fn entry(curve: &Curve) -> LegendEntry {
 fn lines(curve: &Curve, per_second: f64, plot: &Plot) -> Vec<LinePlot> {
     // `kuva` would raise what is below 1e-10 on an axis of its own.
     let place = |logarithmic: bool, value: f64| if logarithmic { log10(value) } else { value };
-    let kept = match plot.over.is_some() {
+    let selected = match plot.over.is_some() {
         true => both(curve),
         false => thin(&curve.time, &curve.values, POINTS),
     };
-    let stretches = kept.split(|&index| !(curve.values[index].is_finite() && curve.time[index].is_finite()));
+    let stretches = selected.split(|&index| !(curve.values[index].is_finite() && curve.time[index].is_finite()));
     let drawn = |stretch: &[usize]| {
         let style = dasharray(curve).map_or(LineStyle::Solid, LineStyle::Custom);
         LinePlot::new()
@@ -176,10 +176,10 @@ fn lines(curve: &Curve, per_second: f64, plot: &Plot) -> Vec<LinePlot> {
 /// Samples to keep of a curve over another signal: in their order, with the ends of both.
 fn both(curve: &Curve) -> Vec<usize> {
     let order: Vec<f64> = (0..curve.time.len()).map(|k| k as f64).collect();
-    let mut kept = [thin(&order, &curve.values, POINTS), thin(&order, &curve.time, POINTS)].concat();
-    kept.sort_unstable();
-    kept.dedup();
-    kept
+    let mut selected = [thin(&order, &curve.values, POINTS), thin(&order, &curve.time, POINTS)].concat();
+    selected.sort_unstable();
+    selected.dedup();
+    selected
 }
 
 fn colour(curve: &Curve) -> &'static str {

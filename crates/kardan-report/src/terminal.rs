@@ -34,10 +34,10 @@ pub(super) fn text(page: &Page, origin: &str, columns: usize) -> String {
     out += if first.0.is_empty() { "" } else { "\n" };
     blocks(&mut out, &first, width);
     for Section { title, body, .. } in &page.sections {
-        let mut said = String::new();
-        blocks(&mut said, body, width);
-        if !said.is_empty() {
-            out += &format!("\n{}\n{said}", textwrap::fill(title, wrapping(width)));
+        let mut content = String::new();
+        blocks(&mut content, body, width);
+        if !content.is_empty() {
+            out += &format!("\n{}\n{content}", textwrap::fill(title, wrapping(width)));
         }
     }
     // A terminal obeys control characters.
@@ -61,7 +61,7 @@ fn blocks(out: &mut String, body: &Body, width: usize) {
                 more(out, texts.len(), ITEMS);
             }
             Block::Names(what, names) => {
-                let shown = if names.is_empty() { "none".into() } else { super::words::list(names, NAMES) };
+                let shown = if names.is_empty() { "none".into() } else { super::phrases::list(names, NAMES) };
                 sentence(out, &format!("{what} ({}): {shown}", names.len()), width);
             }
             Block::Table(found) => table(out, found, width),
@@ -69,11 +69,11 @@ fn blocks(out: &mut String, body: &Body, width: usize) {
             Block::Part(part) if !part.anchor.is_empty() => {}
             Block::Matrices(all) => all.iter().for_each(|one| matrix(out, one, width)),
             Block::Part(Section { title, body, .. }) | Block::Fold(title, body) => {
-                let mut said = String::new();
-                blocks(&mut said, body, width);
-                if !said.is_empty() {
+                let mut content = String::new();
+                blocks(&mut content, body, width);
+                if !content.is_empty() {
                     sentence(out, &format!("{title}:"), width);
-                    *out += &said;
+                    *out += &content;
                 }
             }
             Block::Picture(_) | Block::Chart(_) | Block::Detail(_) => {}
@@ -110,7 +110,7 @@ fn cell(cell: &Cell) -> String {
         Cell::Mark(false, text) if text.contains(|c: char| c.is_ascii_digit()) => format!("{text} (!)"),
         Cell::Mark(false, text) => text.to_uppercase(),
         Cell::Under => String::new(),
-        Cell::Entry(entry) => entry.written(DIGITS).0,
+        Cell::Entry(entry) => entry.rounded_text(DIGITS).0,
     }
 }
 
@@ -132,8 +132,8 @@ fn table(out: &mut String, table: &Table, width: usize) {
     let widest = |k: usize| shown.iter().filter_map(|row| row.get(k)).map(|cell| count(cell)).max().unwrap_or(0);
     let mut widths: Vec<usize> = (0..titles.len()).map(|k| widest(k).max(count(&titles[k]))).collect();
     let word = |text: &str| text.split(' ').map(count).max().unwrap_or(0);
-    let words = |k: usize| shown.iter().filter_map(|row| row.get(k)).map(|cell| word(cell)).max().unwrap_or(0);
-    let words: Vec<usize> = (0..titles.len()).map(words).collect();
+    let longest = |k: usize| shown.iter().filter_map(|row| row.get(k)).map(|cell| word(cell)).max().unwrap_or(0);
+    let longest: Vec<usize> = (0..titles.len()).map(longest).collect();
     let name = |text: &str| text.split(' ').filter(|word| is_name(word)).map(count).max().unwrap_or(0);
     let names = |k: usize| shown.iter().filter_map(|row| row.get(k)).map(|cell| name(cell)).max().unwrap_or(0);
     let least = |k: usize| if number(k) { word(&titles[k]).max(widest(k)) } else { LEAST.max(names(k).min(width / 2)) };
@@ -142,7 +142,7 @@ fn table(out: &mut String, table: &Table, width: usize) {
     let narrow = |widths: &mut [usize], least: &dyn Fn(usize) -> usize| {
         while too_wide(widths) {
             let narrower = (0..widths.len()).filter(|&k| widths[k] > least(k));
-            match narrower.max_by_key(|&k| (number(k), widths[k] > words[k], widths[k], std::cmp::Reverse(k))) {
+            match narrower.max_by_key(|&k| (number(k), widths[k] > longest[k], widths[k], std::cmp::Reverse(k))) {
                 Some(k) => widths[k] -= 1,
                 None => break,
             }
@@ -194,7 +194,7 @@ fn lines(cell: &str, width: usize) -> Vec<String> {
 fn matrix(out: &mut String, matrix: &Matrix, available: usize) {
     let (height, width) = (matrix.entries.len(), matrix.columns.len());
     let fits = height.max(width) <= LARGE;
-    let rounded = fits && matrix.entries.iter().flatten().any(|entry| entry.written(DIGITS).1);
+    let rounded = fits && matrix.entries.iter().flatten().any(|entry| entry.rounded_text(DIGITS).1);
     let exact = match (matrix.exact, rounded) {
         (true, false) => ", exact",
         (true, true) => ", long fractions rounded",
@@ -209,7 +209,7 @@ fn matrix(out: &mut String, matrix: &Matrix, available: usize) {
     let names: Vec<String> = matrix.rows.iter().map(cut).collect();
     let columns: Vec<String> = matrix.columns.iter().map(cut).collect();
     let left = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
-    let size = |entry: &Entry| entry.written(DIGITS).0.chars().count();
+    let size = |entry: &Entry| entry.rounded_text(DIGITS).0.chars().count();
     let wide = |j: usize| {
         let cells = matrix.entries.iter().filter_map(|row| row.get(j)).map(size);
         cells.chain([columns[j].chars().count()]).max().unwrap_or(0) + 2

@@ -15,7 +15,7 @@ pub(super) fn thin(time: &[f64], values: &[f64], limit: usize) -> Vec<usize> {
     let (start, span) = (time[0], time[count - 1] - time[0]);
     let bucket = |index: usize| (0.5 * buckets * (index as f64 / count as f64 + (time[index] - start) / span)) as usize;
 
-    let mut kept = vec![0];
+    let mut selected = vec![0];
     let mut from = 0;
     while from < count {
         let to = (from + 1..count).find(|&index| bucket(index) != bucket(from)).unwrap_or(count);
@@ -23,13 +23,13 @@ pub(super) fn thin(time: &[f64], values: &[f64], limit: usize) -> Vec<usize> {
         let lowest = finite().min_by(|&a, &b| values[a].total_cmp(&values[b]));
         let highest = finite().max_by(|&a, &b| values[a].total_cmp(&values[b]));
         let gap = (from..to).find(|&index| !values[index].is_finite());
-        kept.extend([lowest, highest, gap].into_iter().flatten());
+        selected.extend([lowest, highest, gap].into_iter().flatten());
         from = to;
     }
-    kept.push(count - 1);
-    kept.sort_unstable();
-    kept.dedup();
-    kept
+    selected.push(count - 1);
+    selected.sort_unstable();
+    selected.dedup();
+    selected
 }
 
 #[cfg(test)]
@@ -52,11 +52,11 @@ mod tests {
         values[31_415] = 9.0;
         values[27_182] = -8.0;
         values[12_345] = f64::NAN;
-        let kept = thin(&time, &values, 2000);
-        assert!(kept.len() <= 2001, "{} points", kept.len());
-        assert!(kept.windows(2).all(|pair| pair[0] < pair[1]));
+        let selected = thin(&time, &values, 2000);
+        assert!(selected.len() <= 2001, "{} points", selected.len());
+        assert!(selected.windows(2).all(|pair| pair[0] < pair[1]));
         for index in [0, 31_415, 27_182, 12_345, 49_999] {
-            assert!(kept.contains(&index), "sample {index} was lost");
+            assert!(selected.contains(&index), "sample {index} was lost");
         }
     }
 
@@ -66,8 +66,8 @@ mod tests {
         let time: Vec<f64> =
             (0..100_000).map(|i| if i < 1000 { 0.009 * i as f64 } else { 9.0 + 1e-8 * (i - 1000) as f64 }).collect();
         let values: Vec<f64> = (0..100_000).map(|i| sin(i as f64)).collect();
-        let kept = thin(&time, &values, 2000);
-        let sparse = kept.iter().filter(|&&index| index < 1000).count();
-        assert!(sparse >= 900 && kept.len() - sparse >= 900, "{sparse} of {}", kept.len());
+        let selected = thin(&time, &values, 2000);
+        let sparse = selected.iter().filter(|&&index| index < 1000).count();
+        assert!(sparse >= 900 && selected.len() - sparse >= 900, "{sparse} of {}", selected.len());
     }
 }

@@ -23,13 +23,13 @@ impl<T: Real> Bounds<T> {
     /// assert_eq!(Bounds { torque: None, change: None }.nearest(f64::INFINITY, 1.0), 1.0);
     /// ```
     #[inline]
-    pub fn nearest(&self, asked: T, before: T) -> T {
-        let mut out = asked;
+    pub fn nearest(&self, command: T, before: T) -> T {
+        let mut out = command;
         if let Some(change) = self.change {
-            out = within(out, before - change, before + change);
+            out = clamped(out, before - change, before + change);
         }
         if let Some(torque) = self.torque {
-            out = within(out, -torque, torque);
+            out = clamped(out, -torque, torque);
         }
         if out.is_finite() { out } else { before }
     }
@@ -37,7 +37,7 @@ impl<T: Real> Bounds<T> {
 
 /// The nearest number between two; NaN stays.
 #[inline]
-fn within<T: Real>(x: T, low: T, high: T) -> T {
+fn clamped<T: Real>(x: T, low: T, high: T) -> T {
     if x < low {
         low
     } else if x > high {

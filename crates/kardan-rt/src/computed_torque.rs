@@ -1,5 +1,5 @@
 use crate::dense::{add_scaled, all_finite, at, copy, dot, factor, row, solve, solve_factored, sum};
-use crate::mechanism::{known_forces, take};
+use crate::mechanism::{modelled_forces, take};
 use crate::{Channel, Evaluation, Mechanism, PositionLoop, Real};
 
 /// What one channel of a [`ComputedTorque`] law controls.
@@ -53,7 +53,7 @@ pub struct Situation<'a, T> {
 /// use kardan_rt::{ComputedTorque, Mechanism, Operator, Plan, PositionLoop, Run, Situation, Task};
 /// // A body of 2 kg m² with a damper of 0.5 N m s/rad and a motor: u = 2 v + 0.5 w.
 /// let body = Mechanism {
-///     shafts: 1, coordinates: 1, held: 0, inputs: 1, frictions: &[],
+///     shafts: 1, coordinates: 1, cuts: 0, inputs: 1, frictions: &[],
 ///     plan: Plan {
 ///         inputs: 2, constants: &[0.0, 1.0, 2.0, -0.5], runs: &[Run { operator: Operator::Multiply, count: 1 }],
 ///         operands: &[5, 1], outputs: &[0, 1, 2, 3, 4, 6, 2, 3], tables: &[], numbers: &[],
@@ -86,7 +86,7 @@ impl<T: Real> ComputedTorque<'_, T> {
     /// (r−p)² + 2r + m (r + m + 1).
     pub fn memory(&self) -> usize {
         let (r, m) = (self.mechanism.coordinates, self.tasks.len());
-        let moving = r.saturating_sub(self.mechanism.held);
+        let moving = r.saturating_sub(self.mechanism.cuts);
         let own = [self.mechanism.memory(), moving.saturating_mul(moving), r, r, m.saturating_mul(sum(&[r, m, 1]))];
         sum(&own)
     }
@@ -104,14 +104,14 @@ impl<T: Real> ComputedTorque<'_, T> {
     fn solution(&self, now: Situation<'_, T>, memory: &mut [T], torques: &mut [T]) -> Option<()> {
         let (mechanism, m) = (&self.mechanism, self.tasks.len());
         let columns = mechanism.coordinates;
-        let r = columns.checked_sub(mechanism.held)?;
+        let r = columns.checked_sub(mechanism.cuts)?;
         let (position, speed) = (now.position.get(..r)?, now.speed.get(..r)?);
         let (references, torques) = (now.references.get(..m)?, torques.get_mut(..m)?);
         if self.inputs.len() != m || columns == 0 || !all_finite(references) || !all_finite(now.disturbances) {
             return None;
         }
         let mut rest = memory;
-        let evaluated = mechanism.evaluate_within(position, speed, &mut rest)?;
+        let evaluated = mechanism.evaluate_in(position, speed, &mut rest)?;
         let force = take(&mut rest, columns)?;
         let y = take(&mut rest, columns)?;
         let lower = take(&mut rest, r.saturating_mul(r))?;
@@ -119,7 +119,7 @@ impl<T: Real> ComputedTorque<'_, T> {
         let width = m.saturating_add(1);
         let equations = take(&mut rest, m.saturating_mul(width))?;
 
-        known_forces(mechanism, &evaluated, self.friction_width, force);
+        modelled_forces(mechanism, &evaluated, self.friction_width, force);
         for (torque, basis_row) in now.disturbances.iter().zip(evaluated.basis.chunks_exact(columns)) {
             add_scaled(*torque, basis_row, force);
         }
@@ -133,7 +133,7 @@ impl<T: Real> ComputedTorque<'_, T> {
         let y = y.get_mut(..r)?;
         for ((task, reference), equation) in self.tasks.iter().zip(references).zip(equations.chunks_exact_mut(width)) {
             // What the left-hand side must be, and the coordinate of the cut.
-            let (wanted, held) = match *task {
+            let (target, cut_coordinate) = match *task {
                 Task::Position { shaft, position_loop } => {
                     let inverse_inertia = respond(lower, row(evaluated.basis, shaft, columns), y)?;
                     let channel = Channel::Position { position_loop, inverse_inertia };
@@ -144,17 +144,17 @@ impl<T: Real> ComputedTorque<'_, T> {
                     (acceleration(Channel::Torque { inverse_inertia }, shaft, *reference, &evaluated)?, None)
                 }
                 Task::ConstraintTorque { cut } => {
-                    let held = r.checked_add(cut)?;
-                    respond(lower, row(evaluated.inertia, held, columns), y)?;
-                    (*reference, Some(held))
+                    let cut_coordinate = r.checked_add(cut)?;
+                    respond(lower, row(evaluated.inertia, cut_coordinate, columns), y)?;
+                    (*reference, Some(cut_coordinate))
                 }
             };
             // How the left-hand side answers to generalised forces.
-            let answer = |force: &[T]| dot(y, force) - held.map_or(T::ZERO, |held| at(force, held));
+            let answer = |force: &[T]| dot(y, force) - cut_coordinate.map_or(T::ZERO, |k| at(force, k));
             for (coefficient, input) in equation.iter_mut().zip(inputs.chunks_exact(columns)) {
                 *coefficient = answer(input);
             }
-            *equation.get_mut(m)? = wanted - answer(force);
+            *equation.get_mut(m)? = target - answer(force);
         }
         solve(equations, m)?;
         let found = || equations.chunks_exact(width).map(|equation| at(equation, m));

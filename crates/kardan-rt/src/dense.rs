@@ -6,9 +6,9 @@ use crate::Real;
 #[inline]
 pub const fn sum(counts: &[usize]) -> usize {
     let (mut total, mut rest) = (0usize, counts);
-    while let [first, others @ ..] = rest {
+    while let [first, tail @ ..] = rest {
         total = total.saturating_add(*first);
-        rest = others;
+        rest = tail;
     }
     total
 }
@@ -74,8 +74,8 @@ pub fn factor<T: Real>(matrix: &[T], columns: usize, n: usize, lower: &mut [T]) 
         let own = open.get_mut(..n)?;
         // The row of L D first, then that of L.
         for k in 0..j {
-            let (known, open) = own.split_at_mut_checked(k)?;
-            *open.first_mut()? = at(source, k) - dot(known, row(above, k, n));
+            let (solved, open) = own.split_at_mut_checked(k)?;
+            *open.first_mut()? = at(source, k) - dot(solved, row(above, k, n));
         }
         let mut pivot = at(source, j);
         for k in 0..j {
@@ -95,16 +95,16 @@ pub fn factor<T: Real>(matrix: &[T], columns: usize, n: usize, lower: &mut [T]) 
 /// Overwrites `b` (n entries) with `(L D Lᵀ)⁻¹ b`.
 pub fn solve_factored<T: Real>(factor: &[T], n: usize, b: &mut [T]) -> Option<()> {
     for i in 0..n {
-        let (known, open) = b.split_at_mut_checked(i)?;
+        let (solved, open) = b.split_at_mut_checked(i)?;
         let value = open.first_mut()?;
-        *value = *value - dot(known, row(factor, i, n));
+        *value = *value - dot(solved, row(factor, i, n));
     }
     for (i, value) in b.iter_mut().enumerate().take(n) {
         *value = *value / at(row(factor, i, n), i);
     }
     for i in (0..n).rev() {
-        let (open, known) = b.split_at_mut_checked(i)?;
-        add_scaled(-*known.first()?, row(factor, i, n), open);
+        let (open, solved) = b.split_at_mut_checked(i)?;
+        add_scaled(-*solved.first()?, row(factor, i, n), open);
     }
     Some(())
 }
@@ -134,8 +134,11 @@ pub fn solve<T: Real>(equations: &mut [T], m: usize) -> Option<()> {
             return None;
         }
         let (pivot, below) = open.split_at_mut_checked(width)?;
-        if let Some(other) = chosen.checked_sub(1) {
-            pivot.iter_mut().zip(below.chunks_exact_mut(width).nth(other)?).for_each(|(x, y)| core::mem::swap(x, y));
+        if let Some(row_below) = chosen.checked_sub(1) {
+            pivot
+                .iter_mut()
+                .zip(below.chunks_exact_mut(width).nth(row_below)?)
+                .for_each(|(x, y)| core::mem::swap(x, y));
         }
         for equation in below.chunks_exact_mut(width).take(m.saturating_sub(k).saturating_sub(1)) {
             let share = at(equation, k) / at(pivot, k);

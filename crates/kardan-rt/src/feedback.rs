@@ -95,12 +95,12 @@ fn sum<T: Real>(start: T, row: &[T], x: &[T]) -> T {
 #[inline]
 pub fn combine<T: Real>((g, x): (&Gain<'_, T>, &[T]), (h, y): (&Gain<'_, T>, &[T]), out: &mut [T]) -> bool {
     // An entry that no row sees is looked at all the same: that it is no number must be told.
-    let given = all_finite(x) && all_finite(y);
-    let mut few = [T::ZERO; 8];
-    if let Some(found) = few.get_mut(..out.len()) {
+    let finite_inputs = all_finite(x) && all_finite(y);
+    let mut buffer = [T::ZERO; 8];
+    if let Some(found) = buffer.get_mut(..out.len()) {
         g.accumulate(x, found);
         h.accumulate(y, found);
-        let finite = given && all_finite(found);
+        let finite = finite_inputs && all_finite(found);
         if finite {
             copy(found, out);
         }
@@ -110,7 +110,7 @@ pub fn combine<T: Real>((g, x): (&Gain<'_, T>, &[T]), (h, y): (&Gain<'_, T>, &[T
         let first = sum(T::ZERO, row(g.entries, k, g.columns.max(1)), x);
         sum(first, row(h.entries, k, h.columns.max(1)), y)
     };
-    let finite = given && (0..out.len()).all(|k| entry(k).is_finite());
+    let finite = finite_inputs && (0..out.len()).all(|k| entry(k).is_finite());
     if finite {
         for (k, value) in out.iter_mut().enumerate() {
             *value = entry(k);

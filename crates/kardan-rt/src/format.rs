@@ -60,7 +60,7 @@ pub trait Format: Sized + Copy + 'static {
     fn is_odd(self) -> Self;
     /// −1 where the whole number in a sum with [`ROUND`](Self::ROUND) is 2 or 3 beyond a multiple of 4, else 1.
     #[must_use]
-    fn turned(self) -> Self;
+    fn half_turn_sign(self) -> Self;
     /// This times `2ⁿ`, n the whole number in a sum with [`ROUND`](Self::ROUND).
     #[must_use]
     fn scaled(self, rounded: Self) -> Self;
@@ -97,7 +97,7 @@ macro_rules! bits {
         }
 
         #[inline]
-        fn turned(self) -> Self {
+        fn half_turn_sign(self) -> Self {
             // The second last digit as sign.
             Self::from_bits(((self.to_bits() & 2) << $sign) | $one.to_bits())
         }

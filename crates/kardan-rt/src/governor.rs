@@ -32,10 +32,10 @@ impl<T: Real> Governor<'_, T> {
     /// assert!(governor.govern(&[], &[], &[3.0], &mut reference));
     /// assert_eq!(reference, [0.5]);
     /// ```
-    pub fn govern(&self, state: &[T], model: &[T], asked: &[T], references: &mut [T]) -> bool {
+    pub fn govern(&self, state: &[T], model: &[T], desired: &[T], references: &mut [T]) -> bool {
         let mut governed = false;
-        for k in 0..references.len().min(asked.len()) {
-            let (Some(from), Some(to)) = (references.get(k).copied(), asked.get(k).copied()) else { continue };
+        for k in 0..references.len().min(desired.len()) {
+            let (Some(from), Some(to)) = (references.get(k).copied(), desired.get(k).copied()) else { continue };
             let change = to - from;
             if !change.is_finite() {
                 governed = true;

@@ -7,14 +7,14 @@ use crate::{Plan, Real};
 /// `kardan::reduce::MechanismData` makes the plan from the expressions that simulations evaluate too. Its inputs are the coordinates and
 /// their speeds, its outputs the lists of an [`Evaluation`] in their order.
 ///
-/// The last [`held`](Self::held) coordinates are *cuts*: the angle by which a shaft runs ahead of its end in an element.
+/// The last [`cuts`](Self::cuts) coordinates are *cuts*: the angle by which a shaft runs ahead of its end in an element.
 /// They stay zero, and the generalised force that holds them there is the constraint torque on that shaft.
 ///
 /// ```
 /// use kardan_rt::{Mechanism, Operator, Plan, Run};
 /// // A body of 2 kg m² with a damper of 0.1 N m s/rad and a motor, and a shaft at minus three times its angle, half a radian ahead.
 /// let gear = Mechanism {
-///     shafts: 2, coordinates: 1, held: 0, inputs: 1, frictions: &[],
+///     shafts: 2, coordinates: 1, cuts: 0, inputs: 1, frictions: &[],
 ///     plan: Plan {
 ///         inputs: 2,
 ///         // Places 2 to 7, behind angle and speed.
@@ -39,7 +39,7 @@ pub struct Mechanism<'a, T> {
     /// Number of coordinates r, cuts included.
     pub coordinates: usize,
     /// How many of the last coordinates are cuts.
-    pub held: usize,
+    pub cuts: usize,
     /// Number of inputs.
     pub inputs: usize,
     /// Coulomb torques of the friction directions, N m.
@@ -98,11 +98,11 @@ impl<T: Real> Mechanism<'_, T> {
     /// Costs what its [`Plan::evaluate`] does.
     pub fn evaluate<'m>(&self, position: &[T], speed: &[T], memory: &'m mut [T]) -> Option<Evaluation<'m, T>> {
         let mut rest = memory;
-        self.evaluate_within(position, speed, &mut rest)
+        self.evaluate_in(position, speed, &mut rest)
     }
 
     /// [`evaluate`](Self::evaluate) in the first part of a memory; the rest is left to the caller.
-    pub(crate) fn evaluate_within<'m>(
+    pub(crate) fn evaluate_in<'m>(
         &self,
         position: &[T],
         speed: &[T],
@@ -115,9 +115,9 @@ impl<T: Real> Mechanism<'_, T> {
         }
         plan.begin(work);
         work.iter_mut().take(plan.inputs).for_each(|input| *input = T::ZERO);
-        let (positions, others) = work.split_at_mut_checked(r)?;
+        let (positions, after_angles) = work.split_at_mut_checked(r)?;
         copy(position, positions);
-        copy(speed, others.get_mut(..r)?);
+        copy(speed, after_angles.get_mut(..r)?);
         if !plan.evaluate(work) {
             return None;
         }
@@ -148,7 +148,7 @@ impl<T: Real> Mechanism<'_, T> {
 
 /// Generalised forces of springs, dampers, inertias and, if there is a width w₀, of the Coulomb friction `c·w/√(w²+w₀²)`, cuts
 /// included.
-pub fn known_forces<T: Real>(
+pub fn modelled_forces<T: Real>(
     mechanism: &Mechanism<'_, T>,
     evaluated: &Evaluation<'_, T>,
     friction_width: Option<T>,

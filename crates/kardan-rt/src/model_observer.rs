@@ -1,5 +1,5 @@
 use crate::dense::{add_scaled, at, copy, dot, factor, row, solve_factored, sum};
-use crate::mechanism::{known_forces, take};
+use crate::mechanism::{modelled_forces, take};
 use crate::{Mechanism, Real};
 
 /// A part of a list of coefficients over the shafts.
@@ -50,7 +50,7 @@ impl<T: Real> Sensor<T> {
 /// use kardan_rt::{Mechanism, ModelObserver, Plan, Row, Sensor};
 /// // A body of 2 kg m² with an encoder; the observer finds an unknown torque of 3 N m on it.
 /// let body = Mechanism {
-///     shafts: 1, coordinates: 1, held: 0, inputs: 1, frictions: &[],
+///     shafts: 1, coordinates: 1, cuts: 0, inputs: 1, frictions: &[],
 ///     plan: Plan {
 ///         inputs: 2, constants: &[0.0, 1.0, 2.0], runs: &[], operands: &[], outputs: &[0, 1, 2, 3, 4, 2, 2, 3],
 ///         tables: &[], numbers: &[],
@@ -59,10 +59,10 @@ impl<T: Real> Sensor<T> {
 /// let sensors = [Sensor { row: Row { first: 0, count: 1 }, speed: false, rest: 0.0 }];
 /// // Poles of the error at −10, three times: (s + 10)³ = s³ + L_q s² + L_w s + L_d/2.
 /// let gain = [30.0, 300.0, 2000.0];
-/// let held = [0.0; 9];
+/// let zoh_integral = [0.0; 9];
 /// let observer = ModelObserver {
 ///     mechanism: body, inputs: &[0], sensors: &sensors, entries: &[(0, 1.0)], disturbances: &[0],
-///     gain: &gain, held: &held, friction_width: None,
+///     gain: &gain, zoh_integral: &zoh_integral, friction_width: None,
 /// };
 /// let mut memory = [0.0; 18];
 /// assert_eq!(memory.len(), observer.memory());
@@ -87,7 +87,7 @@ pub struct ModelObserver<'a, T> {
     pub gain: &'a [T],
     /// Γ = ∫ exp((A − L C) t) dt over a sample time, of the linear model that L belongs to, states × states; for
     /// [`step`](Self::step) only.
-    pub held: &'a [T],
+    pub zoh_integral: &'a [T],
     /// Speed w₀ (rad/s) of the Coulomb friction `c·w/√(w²+w₀²)` that the model has; none: it has no Coulomb friction.
     pub friction_width: Option<T>,
 }
@@ -127,10 +127,12 @@ impl<T: Real> ModelObserver<'_, T> {
         let n = self.states();
         let mut rest = memory;
         let Some(found) = self.found(state, torques, readings, &mut rest) else { return false };
-        let change = |i: usize| dot(row(self.held, i, n), found);
+        let change = |i: usize| dot(row(self.zoh_integral, i, n), found);
         let Some(state) = state.get_mut(..n) else { return false };
         let usable = |x: T| (x * x * x * x).is_finite();
-        if self.held.len() < n.saturating_mul(n) || !state.iter().enumerate().all(|(i, x)| usable(*x + change(i))) {
+        if self.zoh_integral.len() < n.saturating_mul(n)
+            || !state.iter().enumerate().all(|(i, x)| usable(*x + change(i)))
+        {
             return false;
         }
         for (i, x) in state.iter_mut().enumerate() {
@@ -145,11 +147,11 @@ impl<T: Real> ModelObserver<'_, T> {
         let (position, rest) = state.split_at_checked(r)?;
         let (speed, disturbing) = rest.split_at_checked(r)?;
         let disturbing = disturbing.get(..self.disturbances.len())?;
-        let evaluated = self.mechanism.evaluate_within(position, speed, memory)?;
+        let evaluated = self.mechanism.evaluate_in(position, speed, memory)?;
         let force = take(memory, r)?;
         let lower = take(memory, r.checked_mul(r)?)?;
         let out = take(memory, self.states())?;
-        known_forces(&self.mechanism, &evaluated, self.friction_width, force);
+        modelled_forces(&self.mechanism, &evaluated, self.friction_width, force);
         for (shaft, torque) in self.disturbances.iter().zip(disturbing) {
             add_scaled(*torque, row(evaluated.basis, *shaft, r), force);
         }
@@ -161,8 +163,8 @@ impl<T: Real> ModelObserver<'_, T> {
         }
         factor(evaluated.inertia, r, r, lower)?;
         solve_factored(lower, r, force)?;
-        let (angles, others) = out.split_at_mut_checked(r)?;
-        let (speeds, wander) = others.split_at_mut_checked(r)?;
+        let (angles, after_angles) = out.split_at_mut_checked(r)?;
+        let (speeds, wander) = after_angles.split_at_mut_checked(r)?;
         copy(speed, angles);
         copy(force, speeds);
         wander.fill(T::ZERO);

@@ -36,12 +36,12 @@ impl<T: Real> Noninteracting<'_, T> {
     #[must_use = "false tells that the torques are those of the last step"]
     pub fn torques(&self, measured: Measurement<'_, T>, accelerations: &mut [T], torques: &mut [T]) -> bool {
         let orders = measured.references.iter().zip(measured.loads);
-        let seen = measured.positions.iter().zip(measured.speeds);
+        let motions = measured.positions.iter().zip(measured.speeds);
         for (((channel, v), (reference, load)), (position, speed)) in
-            self.channels.iter().zip(accelerations.iter_mut()).zip(orders).zip(seen)
+            self.channels.iter().zip(accelerations.iter_mut()).zip(orders).zip(motions)
         {
-            let Some(asked) = channel.acceleration(*reference, *position, *speed, *load) else { return false };
-            *v = asked;
+            let Some(acceleration) = channel.acceleration(*reference, *position, *speed, *load) else { return false };
+            *v = acceleration;
         }
         combine((&self.state_gain, measured.state), (&self.acceleration_gain, accelerations), torques)
     }

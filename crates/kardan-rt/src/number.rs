@@ -37,7 +37,7 @@ pub trait Number: Arithmetic {
     #[must_use]
     fn zip(self, other: Self, function: impl Fn(Self::One, Self::One) -> Self::One) -> Self;
     /// Whether something holds in a lane.
-    fn any(self, holds: impl Fn(Self::One) -> bool) -> bool;
+    fn any(self, predicate: impl Fn(Self::One) -> bool) -> bool;
 }
 
 impl<T: Real> Arithmetic for T {
@@ -86,8 +86,8 @@ impl<T: Real> Number for T {
     }
 
     #[inline]
-    fn any(self, holds: impl Fn(T) -> bool) -> bool {
-        holds(self)
+    fn any(self, predicate: impl Fn(T) -> bool) -> bool {
+        predicate(self)
     }
 }
 
@@ -206,7 +206,7 @@ impl<T: Real, const N: usize> Number for Lanes<T, N> {
     }
 
     #[inline(always)]
-    fn any(self, holds: impl Fn(T) -> bool) -> bool {
-        self.0.iter().any(|x| holds(*x))
+    fn any(self, predicate: impl Fn(T) -> bool) -> bool {
+        self.0.iter().any(|x| predicate(*x))
     }
 }

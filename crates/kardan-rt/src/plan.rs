@@ -173,28 +173,28 @@ fn is_finite<N: Number>(x: N) -> bool {
 
 /// The value at a place. What is not there stands for a plan that is not whole.
 #[inline]
-fn value<N: Number>(known: &[N], number: u32) -> N {
-    known.get(place(number)).map_or(N::all(N::One::NAN), |x| *x)
+fn value<N: Number>(computed: &[N], number: u32) -> N {
+    computed.get(place(number)).map_or(N::all(N::One::NAN), |x| *x)
 }
 
 #[inline]
-fn unary<N: Number>(known: &[N], operands: &[u32], out: &mut [N], function: impl Fn(N) -> N) {
+fn unary<N: Number>(computed: &[N], operands: &[u32], out: &mut [N], function: impl Fn(N) -> N) {
     for (out, a) in out.iter_mut().zip(operands) {
-        *out = function(value(known, *a));
+        *out = function(value(computed, *a));
     }
 }
 
 #[inline]
-fn binary<N: Number>(known: &[N], operands: &[u32], out: &mut [N], function: impl Fn(N, N) -> N) {
+fn binary<N: Number>(computed: &[N], operands: &[u32], out: &mut [N], function: impl Fn(N, N) -> N) {
     for (out, [a, b]) in out.iter_mut().zip(operands.as_chunks().0) {
-        *out = function(value(known, *a), value(known, *b));
+        *out = function(value(computed, *a), value(computed, *b));
     }
 }
 
 #[inline]
-fn ternary<N: Number>(known: &[N], operands: &[u32], out: &mut [N], function: impl Fn(N, N, N) -> N) {
+fn ternary<N: Number>(computed: &[N], operands: &[u32], out: &mut [N], function: impl Fn(N, N, N) -> N) {
     for (out, [a, b, c]) in out.iter_mut().zip(operands.as_chunks().0) {
-        *out = function(value(known, *a), value(known, *b), value(known, *c));
+        *out = function(value(computed, *a), value(computed, *b), value(computed, *c));
     }
 }
 
@@ -221,13 +221,13 @@ impl<T: Real> Plan<'_, T> {
         let mut done = sum(&[self.inputs, self.constants.len()]);
         let mut operands = self.operands;
         for Run { operator, count } in self.runs {
-            let Some((known, rest)) = memory.split_at_mut_checked(done) else { return false };
+            let Some((computed, rest)) = memory.split_at_mut_checked(done) else { return false };
             let values = count.saturating_mul(operator.values());
             let Some(out) = rest.get_mut(..values) else { return false };
             let Some((own, later)) = operands.split_at_checked(count.saturating_mul(operator.operands())) else {
                 return false;
             };
-            self.run(*operator, own, known, out);
+            self.run(*operator, own, computed, out);
             operands = later;
             done = sum(&[done, values]);
         }
@@ -242,42 +242,42 @@ impl<T: Real> Plan<'_, T> {
     }
 
     #[inline]
-    fn run<N: Number<One = T>>(&self, operator: Operator, operands: &[u32], known: &[N], out: &mut [N]) {
+    fn run<N: Number<One = T>>(&self, operator: Operator, operands: &[u32], computed: &[N], out: &mut [N]) {
         match operator {
-            Operator::Add => binary(known, operands, out, |a, b| a + b),
-            Operator::Subtract => binary(known, operands, out, |a, b| a - b),
-            Operator::Multiply => binary(known, operands, out, |a, b| a * b),
-            Operator::Divide => binary(known, operands, out, |a, b| a / b),
-            Operator::AddProduct => ternary(known, operands, out, |a, b, c| c + a * b),
-            Operator::SubtractProduct => ternary(known, operands, out, |a, b, c| c - a * b),
-            Operator::Negate => unary(known, operands, out, |a| -a),
-            Operator::Absolute => unary(known, operands, out, |a| a.map(Real::abs)),
-            Operator::SquareRoot => unary(known, operands, out, |a| a.map(Real::sqrt)),
+            Operator::Add => binary(computed, operands, out, |a, b| a + b),
+            Operator::Subtract => binary(computed, operands, out, |a, b| a - b),
+            Operator::Multiply => binary(computed, operands, out, |a, b| a * b),
+            Operator::Divide => binary(computed, operands, out, |a, b| a / b),
+            Operator::AddProduct => ternary(computed, operands, out, |a, b, c| c + a * b),
+            Operator::SubtractProduct => ternary(computed, operands, out, |a, b, c| c - a * b),
+            Operator::Negate => unary(computed, operands, out, |a| -a),
+            Operator::Absolute => unary(computed, operands, out, |a| a.map(Real::abs)),
+            Operator::SquareRoot => unary(computed, operands, out, |a| a.map(Real::sqrt)),
             Operator::SineCosine => {
                 let Some((sines, cosines)) = out.split_at_mut_checked(operands.len()) else { return };
                 for ((sine, cosine), a) in sines.iter_mut().zip(cosines).zip(operands) {
-                    (*sine, *cosine) = functions::sin_cos(value(known, *a));
+                    (*sine, *cosine) = functions::sin_cos(value(computed, *a));
                 }
             }
-            Operator::Tangent => unary(known, operands, out, functions::tan),
-            Operator::ArcSine => unary(known, operands, out, functions::asin),
-            Operator::ArcCosine => unary(known, operands, out, functions::acos),
-            Operator::ArcTangent => unary(known, operands, out, functions::atan),
-            Operator::ArcTangent2 => binary(known, operands, out, functions::atan2),
-            Operator::Exponential => unary(known, operands, out, functions::exp),
-            Operator::Logarithm => unary(known, operands, out, functions::ln),
-            Operator::Minimum => binary(known, operands, out, |a, b| a.select(b, a, b)),
-            Operator::Maximum => binary(known, operands, out, |a, b| a.select(b, b, a)),
+            Operator::Tangent => unary(computed, operands, out, functions::tan),
+            Operator::ArcSine => unary(computed, operands, out, functions::asin),
+            Operator::ArcCosine => unary(computed, operands, out, functions::acos),
+            Operator::ArcTangent => unary(computed, operands, out, functions::atan),
+            Operator::ArcTangent2 => binary(computed, operands, out, functions::atan2),
+            Operator::Exponential => unary(computed, operands, out, functions::exp),
+            Operator::Logarithm => unary(computed, operands, out, functions::ln),
+            Operator::Minimum => binary(computed, operands, out, |a, b| a.select(b, a, b)),
+            Operator::Maximum => binary(computed, operands, out, |a, b| a.select(b, b, a)),
             Operator::Select => {
                 for (out, [a, b, c, d]) in out.iter_mut().zip(operands.as_chunks().0) {
-                    let (then, otherwise) = (value(known, *c), value(known, *d));
-                    *out = value(known, *a).select(value(known, *b), then, otherwise);
+                    let (then, otherwise) = (value(computed, *c), value(computed, *d));
+                    *out = value(computed, *a).select(value(computed, *b), then, otherwise);
                 }
             }
             Operator::Table => {
                 for (out, [number, x]) in out.iter_mut().zip(operands.as_chunks().0) {
                     let at = |x| self.tables.get(place(*number)).map_or(T::NAN, |table| table.at(self.numbers, x));
-                    *out = value(known, *x).map(at);
+                    *out = value(computed, *x).map(at);
                 }
             }
         }

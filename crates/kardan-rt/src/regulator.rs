@@ -59,21 +59,21 @@ pub struct RegulatorMemory<'m, T> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Health {
     /// Readings that were not finite, and were held.
-    pub readings_held: usize,
+    pub invalid_readings: usize,
     /// References that were not finite, and were held.
-    pub references_held: usize,
+    pub invalid_references: usize,
     /// Commands that are not what was wished: the bounds changed them, or the wish was not finite.
     pub commands_bounded: usize,
     /// Whether the governor held a reference back.
     pub governed: bool,
     /// Whether the estimate or the reference model was kept as it was: it overflowed, or there was too little memory for
     /// the work, and the commands were kept as well.
-    pub estimate_kept: bool,
+    pub estimate_frozen: bool,
 }
 
 /// What a block that knows more of the plant than its linear model tells a [`Regulator`] at a sample.
 #[derive(Debug, Clone, Copy)]
-pub struct Known<'a, T> {
+pub struct NonlinearTerms<'a, T> {
     /// What the readings should be at x̂; none: C x̂.
     pub foreseen: Option<&'a [T]>,
     /// Forces f on the plant that the linear model leaves out, N m.
@@ -102,42 +102,42 @@ impl<T: Real> Regulator<'_, T> {
         readings: &[T],
         references: &[T],
         memory: RegulatorMemory<'_, T>,
-        known: Option<Known<'_, T>>,
+        nonlinear: Option<NonlinearTerms<'_, T>>,
     ) -> Health {
         let RegulatorMemory { estimate, model, readings: read, references: governed, commands, work } = memory;
-        let kept = Health { estimate_kept: true, ..Health::default() };
+        let failed = Health { estimate_frozen: true, ..Health::default() };
         let (n, k, r, p) = (estimate.len(), model.len(), governed.len(), read.len());
-        let Some((seen, work)) = work.split_at_mut_checked(sum(&[n, k, r])) else { return kept };
-        let Some((next, work)) = work.split_at_mut_checked(n) else { return kept };
-        let Some((next_model, work)) = work.split_at_mut_checked(k) else { return kept };
-        let Some((asked, work)) = work.split_at_mut_checked(r) else { return kept };
-        let Some((error, _)) = work.split_at_mut_checked(p) else { return kept };
-        let mut health = Health { readings_held: hold(readings, read), ..Health::default() };
-        copy(governed, asked);
-        health.references_held = hold(references, asked);
+        let Some((augmented, work)) = work.split_at_mut_checked(sum(&[n, k, r])) else { return failed };
+        let Some((next, work)) = work.split_at_mut_checked(n) else { return failed };
+        let Some((next_model, work)) = work.split_at_mut_checked(k) else { return failed };
+        let Some((desired, work)) = work.split_at_mut_checked(r) else { return failed };
+        let Some((error, _)) = work.split_at_mut_checked(p) else { return failed };
+        let mut health = Health { invalid_readings: hold(readings, read), ..Health::default() };
+        copy(governed, desired);
+        health.invalid_references = hold(references, desired);
 
         // What the readings tell.
         error.fill(T::ZERO);
-        match known.and_then(|known| known.foreseen) {
+        match nonlinear.and_then(|nonlinear| nonlinear.foreseen) {
             Some(foreseen) => copy(foreseen, error),
             None => self.output.accumulate(estimate, error),
         }
         for (error, reading) in error.iter_mut().zip(read.iter()) {
             *error = *reading - *error;
         }
-        let Some((corrected, rest)) = seen.split_at_mut_checked(n) else { return health };
+        let Some((corrected, rest)) = augmented.split_at_mut_checked(n) else { return health };
         copy(estimate, corrected);
         self.correction.accumulate(error, corrected);
         if !all_finite(corrected) {
             copy(estimate, corrected);
-            health.estimate_kept = true;
+            health.estimate_frozen = true;
         }
         let Some((own_model, own_references)) = rest.split_at_mut_checked(k) else { return health };
         copy(model, own_model);
         if let Some(governor) = &self.governor {
-            health.governed = governor.govern(corrected, own_model, asked, governed);
+            health.governed = governor.govern(corrected, own_model, desired, governed);
         } else {
-            copy(asked, governed);
+            copy(desired, governed);
         }
         copy(governed, own_references);
 
@@ -148,30 +148,30 @@ impl<T: Real> Regulator<'_, T> {
         // u = −K [x̂; ξ; r]; the row of each command is summed in place of the one before.
         let before: &mut [T] = commands;
         for (number, command) in before.iter_mut().enumerate() {
-            let fed = self.feedback.row_times(number, seen);
-            let asked = match &known {
-                Some(known) => -(fed + known.on_forces.row_times(number, known.forces)),
+            let fed = self.feedback.row_times(number, augmented);
+            let desired = match &nonlinear {
+                Some(nonlinear) => -(fed + nonlinear.on_forces.row_times(number, nonlinear.forces)),
                 None => -fed,
             };
             let bounded = match self.bounds.get(number) {
-                Some(bounds) => bounds.nearest(asked, *command),
-                None => Bounds { torque: None, change: None }.nearest(asked, *command),
+                Some(bounds) => bounds.nearest(desired, *command),
+                None => Bounds { torque: None, change: None }.nearest(desired, *command),
             };
             *command = if bounded.is_finite() { bounded } else { *command };
-            health.commands_bounded = health.commands_bounded.saturating_add(usize::from(*command != asked));
+            health.commands_bounded = health.commands_bounded.saturating_add(usize::from(*command != desired));
         }
 
         next.fill(T::ZERO);
         self.input.accumulate(before, next);
-        self.prediction.accumulate(seen.get(..n).map_or(&[], |x| x), next);
-        if let Some(known) = &known {
-            known.force_input.accumulate(known.forces, next);
+        self.prediction.accumulate(augmented.get(..n).map_or(&[], |x| x), next);
+        if let Some(nonlinear) = &nonlinear {
+            nonlinear.force_input.accumulate(nonlinear.forces, next);
         }
-        for (found, kept) in [(next, estimate), (next_model, model)] {
+        for (found, failed) in [(next, estimate), (next_model, model)] {
             if all_finite(found) {
-                copy(found, kept);
+                copy(found, failed);
             } else {
-                health.estimate_kept = true;
+                health.estimate_frozen = true;
             }
         }
         health
@@ -187,12 +187,12 @@ impl<T: Real> Regulator<'_, T> {
 /// assert_eq!(last_good, [1.5, 2.0]);
 /// ```
 pub fn hold<T: Real>(from: &[T], to: &mut [T]) -> usize {
-    let mut held = 0usize;
+    let mut invalid = 0usize;
     for (k, to) in to.iter_mut().enumerate() {
         match from.get(k) {
             Some(value) if value.is_finite() => *to = *value,
-            _ => held = held.saturating_add(1),
+            _ => invalid = invalid.saturating_add(1),
         }
     }
-    held
+    invalid
 }

@@ -1,6 +1,6 @@
 use crate::dense::{all_finite, at, copy, sum};
 use crate::mechanism::take;
-use crate::regulator::Known;
+use crate::regulator::NonlinearTerms;
 use crate::{Bounds, Gain, Governor, Health, Mechanism, Real, Regulator, RegulatorMemory, Schedule, Sensor};
 
 /// A [`Regulator`] for a plant whose linear model depends on where it stands: its numbers follow a coordinate of the estimate,
@@ -49,11 +49,11 @@ impl<T: Real> ScheduledRegulator<'_, T> {
         coordinates: usize,
         predictions: usize,
     ) -> usize {
-        let seen = sum(&[states, model, references]);
+        let augmented = sum(&[states, model, references]);
         sum(&[
             states.saturating_mul(sum(&[states, commands, readings, readings, coordinates])),
-            commands.saturating_mul(sum(&[seen, coordinates])),
-            predictions.saturating_mul(seen),
+            commands.saturating_mul(sum(&[augmented, coordinates])),
+            predictions.saturating_mul(augmented),
         ])
     }
 
@@ -69,7 +69,7 @@ impl<T: Real> ScheduledRegulator<'_, T> {
     pub fn step(&self, readings: &[T], references: &[T], memory: RegulatorMemory<'_, T>, scratch: &mut [T]) -> Health {
         match self.found(readings, references, memory, scratch) {
             Some(health) => health,
-            None => Health { estimate_kept: true, ..Health::default() },
+            None => Health { estimate_frozen: true, ..Health::default() },
         }
     }
 
@@ -109,8 +109,8 @@ impl<T: Real> ScheduledRegulator<'_, T> {
         };
         let (model, model_input, bounds) = (self.model, self.model_input, self.bounds);
         let block = Regulator { prediction, input, output, correction, model, model_input, feedback, bounds, governor };
-        let known = Known { foreseen: looked.map(|()| &*foreseen), forces, on_forces, force_input };
-        Some(block.advance(readings, references, memory, Some(known)))
+        let nonlinear = NonlinearTerms { foreseen: looked.map(|()| &*foreseen), forces, on_forces, force_input };
+        Some(block.advance(readings, references, memory, Some(nonlinear)))
     }
 
     /// What the sensors read at an estimate, and the forces of its speeds; `None` if a number is not finite.

@@ -38,7 +38,7 @@ impl Whole {
     }
 
     /// All that is told: the error and the notes.
-    fn told(&self) -> String {
+    fn reported(&self) -> String {
         format!("{} {}", self.error.as_ref().map_or(String::new(), LogError::to_string), self.notes.join(" "))
     }
 }
@@ -172,8 +172,8 @@ fn mdf_with_unsorted_records() {
         equal(log.column(0, "bits"), 60, |k| k % 8.0);
         equal(log.column(1, "t"), 20, |k| k * 1.5);
         equal(log.column(1, "single"), 20, |k| -k);
-        assert_eq!(log.told().contains("not finished"), cut, "{}", log.told());
-        assert_eq!(log.told().contains("middle of a record"), cut, "{}", log.told());
+        assert_eq!(log.reported().contains("not finished"), cut, "{}", log.reported());
+        assert_eq!(log.reported().contains("middle of a record"), cut, "{}", log.reported());
     }
 }
 
@@ -231,7 +231,7 @@ fn parquet_of_pyarrow_in_all_compressions() {
         equal(log.column(0, "ramp"), 100, |k| k - 50.0);
         equal(log.column(0, "single"), 100, |k| 0.25 * k);
         equal(log.column(0, "flag"), 100, |k| 1.0 - k % 2.0);
-        assert!(log.told().contains("`word` holds no plain numbers"), "{}", log.told());
+        assert!(log.reported().contains("`word` holds no plain numbers"), "{}", log.reported());
     }
     let log = read(stored("delta.parquet"));
     equal(log.column(0, "time"), 100, hundredths);
@@ -284,18 +284,18 @@ fn csv_with_signs_of_a_typesetter() {
 #[test]
 fn csv_with_decimal_commas_in_quotes() {
     let quoted = "t,x,n\n\"0\",\"1,25\",3\n\"0,001\",\"-2,5\",3\n\"0,002\",\"7\",\n";
-    let told = CsvOptions { decimal_comma: Some(true), ..CsvOptions::default() };
-    for options in [CsvOptions::default(), told, CsvOptions { delimiter: Some(b','), ..told }] {
+    let reported = CsvOptions { decimal_comma: Some(true), ..CsvOptions::default() };
+    for options in [CsvOptions::default(), reported, CsvOptions { delimiter: Some(b','), ..reported }] {
         let log = read_with(quoted.as_bytes(), &options).unwrap();
         equal(log.column(0, "t"), 3, |k| k / 1000.0);
         equal(log.column(0, "x"), 3, |k| [1.25, -2.5, 7.0][k as usize]);
         equal(log.column(0, "n"), 3, |k| [3.0, 3.0, f64::NAN][k as usize]);
-        assert_eq!(log.told().contains("decimal comma"), options.decimal_comma.is_none(), "{}", log.told());
+        assert_eq!(log.reported().contains("decimal comma"), options.decimal_comma.is_none(), "{}", log.reported());
     }
     // Commas without quotes stand between cells, and points in quotes stay points.
     equal(text("t,x\n\"0\",\"1.5\"\n\"1\",\"2.5\"\n").column(0, "x"), 2, |k| k + 1.5);
     equal(text("\"a,b\",x\n0,1\n1,2\n").column(0, "x"), 2, |k| k + 1.0);
-    equal(read_with("0,5\n0,6\n".as_bytes(), &told).unwrap().column(0, "column 1"), 2, |k| (5.0 + k) / 10.0);
+    equal(read_with("0,5\n0,6\n".as_bytes(), &reported).unwrap().column(0, "column 1"), 2, |k| (5.0 + k) / 10.0);
 }
 
 #[test]
@@ -385,19 +385,19 @@ fn csv_with_stamps_missing_values_and_odd_rows() {
     let log = text(&format!("t,x\n{}\n", lines.join("\n")));
     assert_eq!(log.rows(), 47);
     for words in ["2 rows", "row 12", "`x`: `x7`", "row 22"] {
-        assert!(log.told().contains(words), "{words}: {}", log.told());
+        assert!(log.reported().contains(words), "{words}: {}", log.reported());
     }
     let log = text("t,x\n0,1\n1,2\n2,");
     assert_eq!(log.rows(), 3);
     let log = text("t,x\n0,1\n1,2\n2");
-    assert!(log.rows() == 2 && log.told().contains("middle of row 4"), "{}", log.told());
+    assert!(log.rows() == 2 && log.reported().contains("middle of row 4"), "{}", log.reported());
     let log = text("t,state,x\n0,run,1\n1,run,2\n2,stop,3\n3,stop,4\n");
     equal(log.column(0, "x"), 4, |k| k + 1.0);
-    assert!(log.told().contains("`state` holds text"), "{}", log.told());
+    assert!(log.reported().contains("`state` holds text"), "{}", log.reported());
 }
 
 #[test]
-fn csv_as_it_is_told() {
+fn csv_follows_the_given_options() {
     let options = CsvOptions {
         delimiter: Some(b';'),
         decimal_comma: Some(false),
@@ -515,13 +515,13 @@ fn mdf_counters_that_are_wrong_lose_no_rows() {
     // Too many are announced: the rows are given, then the group is named.
     let whole = read_with(put(rasters.clone(), groups[0], &101u64.to_le_bytes()), &CsvOptions::default()).unwrap();
     assert_eq!(whole.column(0, "time").len(), 100);
-    assert!(whole.told().contains("group `fast` has 100 of the 101 rows announced"), "{}", whole.told());
+    assert!(whole.reported().contains("group `fast` has 100 of the 101 rows announced"), "{}", whole.reported());
     // Of records that stand mixed in one stream, too.
     let unsorted = stored("unsorted.mf4");
     let at = counter(&unsorted, usize::from(unsorted[counter(&unsorted, 0)] == 20));
     let log = read(put(unsorted, at, &[7]));
     equal(log.column(0, "word"), 60, |k| 1000.0 - k);
-    assert!(log.told().contains("60 records, and its counter of cycles says 7"), "{}", log.told());
+    assert!(log.reported().contains("60 records, and its counter of cycles says 7"), "{}", log.reported());
 }
 
 fn check_rasters(log: &Whole) {
@@ -550,7 +550,7 @@ fn mdf_blocks_that_are_not_full_end_where_the_rows_do() {
     for counter in [50, 20, 0] {
         let log = read(reserved(counter));
         equal(log.column(0, "time"), 50, |k| k * 1e-3);
-        assert_eq!(log.told().contains("its counter of cycles"), counter != 50, "{}", log.told());
+        assert_eq!(log.reported().contains("its counter of cycles"), counter != 50, "{}", log.reported());
     }
     let empty = read(write::mdf(&[("run", &series(0, 1.0).table()), ("slow", &series(3, 1.0).table())]));
     assert!(empty.rows() == 3 && empty.notes == ["the group `run` has no records"], "{:?}", empty.notes);
@@ -596,7 +596,7 @@ fn cut(bytes: &[u8], share: f64) -> Vec<u8> {
 /// What a file gives that is not sound: rows and everything that is told.
 fn harm(bytes: Vec<u8>) -> (usize, String) {
     match read_with(bytes, &CsvOptions::default()) {
-        Ok(whole) => (whole.rows(), whole.told()),
+        Ok(whole) => (whole.rows(), whole.reported()),
         Err(error) => (0, error.to_string()),
     }
 }
@@ -613,7 +613,7 @@ fn weighed(bytes: Vec<u8>) -> ((usize, String), u64) {
 }
 
 #[test]
-fn every_damage_is_told_and_the_rows_before_it_are_given() {
+fn every_damage_is_reported_and_the_rows_before_it_are_given() {
     let rasters = stored("rasters.mf4");
     let deflated = stored("deflated.mf4");
     let matrix = stored("matrix.mat");
@@ -715,9 +715,9 @@ fn every_damage_is_told_and_the_rows_before_it_are_given() {
     assert!(cases.len() >= 40);
     let mut failed = Vec::new();
     for (name, bytes, rows, words) in cases {
-        let (given, told) = harm(bytes);
-        if given < rows || !told.contains(words) {
-            failed.push(format!("{name}: {given} rows of {rows}, told `{told}`, expected `{words}`"));
+        let (given, reported) = harm(bytes);
+        if given < rows || !reported.contains(words) {
+            failed.push(format!("{name}: {given} rows of {rows}, told `{reported}`, expected `{words}`"));
         }
     }
     assert!(failed.is_empty(), "{}", failed.join("\n"));
@@ -736,9 +736,9 @@ fn a_cut_mdf_file_gives_all_complete_rows() {
     moved.extend(&bytes[dt..dt + 24 + 500 * 24 + 7]);
     let mut moved = put(moved, at as usize + 40, &(start as u64).to_le_bytes());
     moved = put(moved, 64 + 24, &at.to_le_bytes());
-    let (rows, told) = harm(moved);
+    let (rows, reported) = harm(moved);
     assert_eq!(rows, 500);
-    assert!(told.contains("truncated"), "{told}");
+    assert!(reported.contains("truncated"), "{reported}");
 }
 
 /// Bytes changed at random in every stored file: no panic, no endless loop, no memory for what is not there.
@@ -754,7 +754,7 @@ fn random_damage_never_panics() {
     let csv = b"# log\ntime;speed;torque\ns;rpm;N m\n0,0;1,5;2\n0,1;2,5;\n0,2;3,5;n/a\n0,3;4,5;5\n".to_vec();
     let mut files: Vec<Vec<u8>> = STORED.iter().map(|name| stored(name)).collect();
     files.push(csv);
-    let mut told = 0;
+    let mut reported = 0;
     for round in 0..150 {
         for file in &files {
             let mut bytes = file.clone();
@@ -773,10 +773,10 @@ fn random_damage_never_panics() {
             }
             let (outcome, memory) = weighed(bytes);
             assert!(memory < 300 << 20, "{memory} bytes: {}", outcome.1);
-            told += usize::from(!outcome.1.trim().is_empty());
+            reported += usize::from(!outcome.1.trim().is_empty());
         }
     }
-    assert!(told > 500, "only {told} damages were told");
+    assert!(reported > 500, "only {reported} damages were told");
 }
 
 /// Files of which this test binary has many, each small.
@@ -818,7 +818,7 @@ fn files_cut_at_every_byte() {
 /// Bytes that lie about their numbers, everywhere in small files: no decoder panics, not even where it would be caught, and no memory
 /// is taken for what is not there.
 #[test]
-fn lies_are_told_without_a_panic() {
+fn lies_are_reported_without_a_panic() {
     let huge = 1_000_000_000_000_000_000u64.to_le_bytes();
     let mut wrong = Vec::new();
     let mut look = |name: &str, at: usize, bytes: Vec<u8>| {

@@ -10,7 +10,7 @@ use kardan::num::Matrix;
 use kardan::reduce::MechanismData;
 use kardan::results::DataNumber;
 use kardan::study::{self, PreparedVariant};
-use kardan::synthesis::{ChannelDesign, Clock, NoninteractingDesign, Running, Seen, design_noninteracting};
+use kardan::synthesis::{ChannelDesign, Clock, LawRuntime, NoninteractingDesign, Observation, design_noninteracting};
 use kardan_rt::{
     Bounds, Channel, ComputedTorque, Gain, Governor, Measurement, Noninteracting, PositionLoop, Real, Regulator,
     RegulatorMemory, Situation, StateSpace, Task,
@@ -190,12 +190,12 @@ fn sia_sample(bencher: Bencher, number: usize, single: bool) {
     let variant = variant("sia-steering-ecu", number);
     let law = variant.designed[0].clone();
     let clock = Clock { single, ..law.clock().expect("it is sampled") };
-    let mut running = Running::new(law.block(Some(clock)).expect("finite"), Some(clock), law.inputs().len());
+    let mut runtime = LawRuntime::new(law.block(Some(clock)).expect("finite"), Some(clock), law.inputs().len());
     let mut states = vec![0.0; law.states().len()];
     let (mut next, mut commands, mut sign) = (states.clone(), [0.0; 2], 1e-3);
     bencher.bench_local(|| {
         sign = -sign;
-        let seen = Seen {
+        let seen = Observation {
             time: 0.0,
             angles: &[],
             speeds: &[],
@@ -204,8 +204,8 @@ fn sia_sample(bencher: Bencher, number: usize, single: bool) {
             readings: &[sign, 0.1, sign],
             states: black_box(&states),
         };
-        running.command(seen, &mut commands);
-        running.next(seen, &[], &mut next);
+        runtime.command(seen, &mut commands);
+        runtime.next(seen, &[], &mut next);
         states.copy_from_slice(&next);
         commands
     });

@@ -6,7 +6,7 @@
 use divan::Bencher;
 use faer::Mat;
 use kardan::analysis::{ConstrainedSystem, Reduction, gramian, modes, reduction};
-use kardan::assemble::Along;
+use kardan::assemble::DirectionalTerm;
 use kardan::num::{Matrix, Rational, balance, eigenvalues};
 
 fn main() {
@@ -15,8 +15,8 @@ fn main() {
 
 const SIZES: [usize; 2] = [100, 1000];
 
-fn along<T>(element: String, row: &[(usize, i64)], value: T) -> Along<T> {
-    Along { element, row: row.iter().map(|(j, x)| (*j, Rational::from(*x))).collect(), value }
+fn directional_term<T>(element: String, row: &[(usize, i64)], value: T) -> DirectionalTerm<T> {
+    DirectionalTerm { element, row: row.iter().map(|(j, x)| (*j, Rational::from(*x))).collect(), value }
 }
 
 fn chain(n: usize) -> ConstrainedSystem {
@@ -24,16 +24,23 @@ fn chain(n: usize) -> ConstrainedSystem {
     let between = |i: usize| [(i, 1), (i + 1, -1)];
     ConstrainedSystem {
         coordinates: (0..n).map(|i| format!("body_{i}")).collect(),
-        inertias: (0..n).map(|i| along(format!("body_{i}"), &[(i, 1)], fraction(1 + i as i64 % 7, 100))).collect(),
-        dampers: (0..n - 1).map(|i| along(format!("shaft_{i}"), &between(i), fraction(1 + i as i64 % 5, 50))).collect(),
+        inertias: (0..n)
+            .map(|i| directional_term(format!("body_{i}"), &[(i, 1)], fraction(1 + i as i64 % 7, 100)))
+            .collect(),
+        dampers: (0..n - 1)
+            .map(|i| directional_term(format!("shaft_{i}"), &between(i), fraction(1 + i as i64 % 5, 50)))
+            .collect(),
         springs: (0..n - 1)
-            .map(|i| along(format!("shaft_{i}"), &between(i), fraction(90 + i as i64 % 11, 1)))
+            .map(|i| directional_term(format!("shaft_{i}"), &between(i), fraction(90 + i as i64 % 11, 1)))
             .collect(),
         loads: Vec::new(),
         constraints: (0..n / 10)
-            .map(|k| along(format!("gear_{k}"), &[(10 * k + 2, 1), (10 * k + 5, -51), (10 * k + 8, 50)], ()))
+            .map(|k| directional_term(format!("gear_{k}"), &[(10 * k + 2, 1), (10 * k + 5, -51), (10 * k + 8, 50)], ()))
             .collect(),
-        inputs: vec![along("first".into(), &[(0, 1)], ()), along("last".into(), &[(n - 1, 1)], ())],
+        inputs: vec![
+            directional_term("first".into(), &[(0, 1)], ()),
+            directional_term("last".into(), &[(n - 1, 1)], ()),
+        ],
     }
 }
 

@@ -22,9 +22,9 @@ struct Work {
 
 impl Work {
     fn new(source: &str, variant: &str, recorded: &[&str], rows: Option<f64>) -> Self {
-        let (prepared, mistakes) = study::prepare(source);
+        let (prepared, diagnostics) = study::prepare(source);
         let variant =
-            prepared.variants.iter().position(|one| one.name == variant).unwrap_or_else(|| panic!("{mistakes:?}"));
+            prepared.variants.iter().position(|one| one.name == variant).unwrap_or_else(|| panic!("{diagnostics:?}"));
         let recorded = (!recorded.is_empty())
             .then(|| Recorded { names: recorded.iter().map(ToString::to_string).collect(), as_all: false });
         Self { prepared, variant, recorded, rows }
@@ -38,7 +38,7 @@ impl Work {
             let count = (scenario.duration * rows).round() as usize;
             scenario.times = (0..=count).map(|k| scenario.duration * k as f64 / count as f64).collect();
         }
-        let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &scenario };
+        let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &scenario };
         Ready::new(setup, Tolerance { method, ..Tolerance::relative(tolerance) })
     }
 

@@ -34,7 +34,7 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
             .requirement(Requirement::on("driver.tau", "max_abs").below("0.21 N m")),
     );
     println!("{}", project.to_toml().lines().take(9).collect::<Vec<_>>().join("\n"));
-    let words = |mistakes: Vec<kardan::diagnostics::Diagnostic>| mistakes[0].to_string();
+    let words = |diagnostics: Vec<kardan::diagnostics::Diagnostic>| diagnostics[0].to_string();
     for run in project.run(&Settings::default(), &Silent).map_err(words)?.runs {
         println!("{}: {:.4} N m felt", run.name, run.requirements[0].measured.unwrap_or(f64::NAN));
     }

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::equations::{
-    Curve, Direction, Domain, Formula, GROUND, Hold, InputKind, Kept, Measured, Mesh, NamedTerm, Sensor, Stribeck, Term,
+    Curve, Direction, Domain, Formula, GROUND, GearLoss, InputKind, Measured, MultiplierLaw, NamedTerm, Sensor,
+    Stribeck, Term, UnilateralConstraint,
 };
 use crate::expr::OfTime;
 use crate::names::Quantity;
@@ -14,7 +15,7 @@ use crate::units::{Dimension, Exact};
 
 /// A law along a numbered direction.
 #[derive(Debug, Clone)]
-pub struct Along<T> {
+pub struct DirectionalTerm<T> {
     /// The element it belongs to.
     pub element: String,
     /// `(shaft number, coefficient)`, sorted, no zeros.
@@ -23,13 +24,13 @@ pub struct Along<T> {
     pub value: T,
 }
 
-impl<T> AsRef<[(usize, Rational)]> for Along<T> {
+impl<T> AsRef<[(usize, Rational)]> for DirectionalTerm<T> {
     fn as_ref(&self) -> &[(usize, Rational)] {
         &self.row
     }
 }
 
-impl<T> Along<T> {
+impl<T> DirectionalTerm<T> {
     /// The row as numbers for fast evaluation.
     pub fn row_f64(&self) -> Vec<(usize, f64)> {
         self.row.iter().map(|(shaft, x)| (*shaft, rational_to_f64(x))).collect()
@@ -129,18 +130,18 @@ pub struct TransmissionRow {
 
 /// A constraint that a run keeps with its multiplier.
 #[derive(Debug, Clone)]
-pub struct KeptRow {
+pub struct MultiplierConstraint {
     /// The element it belongs to.
     pub element: String,
     /// The constraint over numbered coordinates.
-    pub law: Kept<usize>,
+    pub law: MultiplierLaw<usize>,
 }
 
 /// A row of speeds that says what others say already.
 #[derive(Debug, Clone)]
-pub struct KeptAgain {
+pub struct DependentConstraint {
     /// The row.
-    pub row: KeptRow,
+    pub row: MultiplierConstraint,
     /// What it is the sum of: elements of kept rows, with factors.
     pub shares: Vec<(String, Rational)>,
 }
@@ -168,37 +169,37 @@ pub struct Equations {
     /// Nodes of circuits, sorted; the last rows of `constraints` are their balances.
     pub nodes: Vec<String>,
     /// Inertias, kg m².
-    pub inertias: Vec<Along<Exact>>,
+    pub inertias: Vec<DirectionalTerm<Exact>>,
     /// Springs.
-    pub springs: Vec<Along<SpringLaw>>,
+    pub springs: Vec<DirectionalTerm<SpringLaw>>,
     /// Dampers, N m s/rad.
-    pub dampers: Vec<Along<Exact>>,
+    pub dampers: Vec<DirectionalTerm<Exact>>,
     /// Frictions; none holds nothing at rest.
-    pub frictions: Vec<Along<FrictionLaw>>,
+    pub frictions: Vec<DirectionalTerm<FrictionLaw>>,
     /// What else holds: clutches, stops, locks.
-    pub holds: Vec<Along<Hold>>,
+    pub unilaterals: Vec<DirectionalTerm<UnilateralConstraint>>,
     /// Linear constraints, those of elements and behind them those of nodes; the value is the offset, rad or C.
-    pub constraints: Vec<Along<Exact>>,
+    pub constraints: Vec<DirectionalTerm<Exact>>,
     /// Functions of time that right-hand sides of constraints are, by element; the value of such a row is that at time zero.
     pub moving: BTreeMap<String, Arc<OfTime>>,
     /// What becomes of springs and dampers in the course of a run, by element: what fails. No analysis and no design knows of it.
     pub failing: BTreeMap<String, Weakened>,
     /// Constraints that are not solved for a coordinate.
-    pub kept: Vec<KeptRow>,
+    pub multiplier_constraints: Vec<MultiplierConstraint>,
     /// Those among them that follow from others; a reduced model has them here.
-    pub kept_again: Vec<KeptAgain>,
+    pub dependent_constraints: Vec<DependentConstraint>,
     /// Constraints that springs and dampers stand for, which are among `springs` and `dampers` under the same name; the value is the
     /// scale: torque of the spring and damper over it is the multiplier.
-    pub compliances: Vec<Along<Exact>>,
+    pub compliances: Vec<DirectionalTerm<Exact>>,
     /// Nonlinear transmissions.
     pub transmissions: Vec<TransmissionRow>,
     /// Inputs.
-    pub inputs: Vec<Along<InputKind>>,
+    pub inputs: Vec<DirectionalTerm<InputKind>>,
     /// Torques that expressions give.
-    pub laws: Vec<Along<Arc<Formula>>>,
+    pub laws: Vec<DirectionalTerm<Arc<Formula>>>,
     /// What multipliers carry along coordinates where rows that turn stand still for an analysis; of a run nothing.
-    pub carried: Vec<Along<RestTorque>>,
-    /// Whether coordinates without inertia follow from kept rows alone, so that these lend them inertia (`reduce/kept.rs`).
+    pub carried: Vec<DirectionalTerm<RestTorque>>,
+    /// Whether coordinates without inertia follow from kept rows alone, so that these lend them inertia (`reduce/multiplier_constraints.rs`).
     pub braced: bool,
     /// Elements whose rows stand still for an analysis with coefficients that were rounded; of a run nothing.
     pub rounded: Vec<String>,
@@ -207,7 +208,7 @@ pub struct Equations {
     /// Those of signals: blocks and programs alone read them.
     pub signal_sensors: Vec<(String, Sensor)>,
     /// Names of coefficients that a run is given with its start: they are symbols of its motion.
-    pub given: Vec<String>,
+    pub run_parameters: Vec<String>,
 }
 
 /// Numbers the shafts and sorts the terms of a model.
@@ -224,8 +225,8 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
             .binary_search_by(|shaft| shaft.as_str().cmp(name))
             .unwrap_or_else(|_| panic!("no shaft `{name}`"))
     };
-    let row = |along: &Direction| {
-        let entries = along.entries.iter().map(|(name, x)| (number(name), x.to_rational()));
+    let row = |direction: &Direction| {
+        let entries = direction.entries.iter().map(|(name, x)| (number(name), x.to_rational()));
         let mut row: Vec<(usize, Rational)> = entries.filter(|(_, x)| !Scalar::is_zero(x)).collect();
         row.sort_by_key(|(shaft, _)| *shaft);
         row
@@ -236,36 +237,40 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
     let mut balances: BTreeMap<String, BTreeMap<usize, Rational>> = BTreeMap::new();
     for (element, term) in sorted.into_iter().map(|named| (named.element.clone(), &named.term)) {
         match term {
-            Term::Inertia { along, inertia: value } => {
-                next.inertias.push(Along { element, row: row(along), value: value.clone() });
+            Term::Inertia { direction, inertia: value } => {
+                next.inertias.push(DirectionalTerm { element, row: row(direction), value: value.clone() });
             }
-            Term::Spring { along, stiffness, rest } => {
+            Term::Spring { direction, stiffness, rest } => {
                 let value = SpringLaw { stiffness: stiffness.clone(), rest: rest.clone() };
-                next.springs.push(Along { element, row: row(along), value });
+                next.springs.push(DirectionalTerm { element, row: row(direction), value });
             }
-            Term::Damper { along, damping } => {
-                next.dampers.push(Along { element, row: row(along), value: damping.clone() });
+            Term::Damper { direction, damping } => {
+                next.dampers.push(DirectionalTerm { element, row: row(direction), value: damping.clone() });
             }
-            Term::Friction { along, torque, stribeck } => {
+            Term::Friction { direction, torque, stribeck } => {
                 let value = FrictionLaw { torque: torque.clone(), stribeck: stribeck.clone() };
-                next.frictions.push(Along { element, row: row(along), value });
+                next.frictions.push(DirectionalTerm { element, row: row(direction), value });
             }
-            Term::Hold { along, hold } => {
-                next.holds.push(Along { element, row: row(along), value: hold.clone() });
+            Term::UnilateralConstraint { direction, unilateral } => {
+                next.unilaterals.push(DirectionalTerm { element, row: row(direction), value: unilateral.clone() });
             }
-            Term::Constraint { along, offset } => {
-                next.constraints.push(Along { element, row: row(along), value: offset.clone() });
+            Term::Constraint { direction, offset } => {
+                next.constraints.push(DirectionalTerm { element, row: row(direction), value: offset.clone() });
             }
-            Term::Compliance { along, offset, scale, stiffness, damping } => {
+            Term::Compliance { direction, offset, scale, stiffness, damping } => {
                 let rest = -&offset.div(scale).unwrap_or_else(Exact::zero);
                 let spring = SpringLaw { stiffness: stiffness.clone(), rest };
-                next.add_compliance(Along { element, row: row(along), value: scale.clone() }, spring, damping);
+                next.add_compliance(
+                    DirectionalTerm { element, row: row(direction), value: scale.clone() },
+                    spring,
+                    damping,
+                );
             }
             Term::Transmission { driven, driving, curve } => match curve.shifted_identity() {
                 Some(shift) => {
-                    let along = Direction::difference(driven, Some(driving));
+                    let direction = Direction::difference(driven, Some(driving));
                     let offset = Exact::new(rational_from_f64(shift).unwrap_or_default(), 0);
-                    next.constraints.push(Along { element, row: row(&along), value: offset });
+                    next.constraints.push(DirectionalTerm { element, row: row(&direction), value: offset });
                 }
                 None => next.transmissions.push(TransmissionRow {
                     element,
@@ -274,21 +279,23 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
                     curve: Arc::clone(curve),
                 }),
             },
-            Term::Input { along, kind } => {
-                next.inputs.push(Along { element, row: row(along), value: kind.clone() });
+            Term::Input { direction, kind } => {
+                next.inputs.push(DirectionalTerm { element, row: row(direction), value: kind.clone() });
             }
-            Term::Torque { along, law } => {
-                next.laws.push(Along { element, row: row(along), value: Arc::clone(law) });
+            Term::Torque { direction, law } => {
+                next.laws.push(DirectionalTerm { element, row: row(direction), value: Arc::clone(law) });
             }
             Term::Output(sensor) => next.sensors_like(sensor).push((element, sensor.clone())),
             Term::Charge { name } | Term::Position { name } | Term::State { name } | Term::Angle { name } => {
                 next.domains[number(name)] = term.domain()
             }
             Term::Measure(domain) => drop(next.measures.insert(element, *domain)),
-            Term::Kept(law) => next.kept.push(KeptRow { element, law: law.renamed(|name| number(name)) }),
+            Term::MultiplierLaw(law) => next
+                .multiplier_constraints
+                .push(MultiplierConstraint { element, law: law.renamed(|name| number(name)) }),
             Term::Moving(function) => drop(next.moving.insert(element, Arc::clone(function))),
             Term::Balance { node, .. } if node == GROUND => {}
-            Term::Balance { node, along } => add_shares(balances.entry(node.clone()).or_default(), row(along)),
+            Term::Balance { node, direction } => add_shares(balances.entry(node.clone()).or_default(), row(direction)),
         }
     }
     next.add_balances(balances);
@@ -299,14 +306,14 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
 
 impl Equations {
     /// A spring and a damper along a direction, in units of a scale, in place of its constraint.
-    fn add_compliance(&mut self, constrained: Along<Exact>, spring: SpringLaw, damping: &Exact) {
+    fn add_compliance(&mut self, constrained: DirectionalTerm<Exact>, spring: SpringLaw, damping: &Exact) {
         let element = &constrained.element;
         let inverse = Scalar::minus(&Rational::ZERO, &Rational::ONE.over(&constrained.value.to_rational()));
         let row: Vec<(usize, Rational)> = constrained.row.iter().map(|(k, x)| (*k, x.times(&inverse))).collect();
         if !damping.is_zero() {
-            self.dampers.push(Along { element: element.clone(), row: row.clone(), value: damping.clone() });
+            self.dampers.push(DirectionalTerm { element: element.clone(), row: row.clone(), value: damping.clone() });
         }
-        self.springs.push(Along { element: element.clone(), row, value: spring });
+        self.springs.push(DirectionalTerm { element: element.clone(), row, value: spring });
         self.compliances.push(constrained);
     }
 
@@ -315,7 +322,7 @@ impl Equations {
         sort(&mut self.springs);
         sort(&mut self.dampers);
         sort(&mut self.frictions);
-        sort(&mut self.holds);
+        sort(&mut self.unilaterals);
     }
 
     /// Kirchhoff's law at each node, from its shares.
@@ -324,7 +331,7 @@ impl Equations {
             shares.retain(|_, x| !Scalar::is_zero(x));
             if !shares.is_empty() {
                 let row = shares.into_iter().collect();
-                self.constraints.push(Along { element: node.clone(), row, value: Exact::zero() });
+                self.constraints.push(DirectionalTerm { element: node.clone(), row, value: Exact::zero() });
                 self.nodes.push(node);
             }
         }
@@ -350,7 +357,7 @@ fn add_shares(shares: &mut BTreeMap<usize, Rational>, more: Vec<(usize, Rational
 }
 
 /// By the shafts that a term acts on: sums then run in the same order whatever the elements are called.
-fn sort<T>(terms: &mut [Along<T>]) {
+fn sort<T>(terms: &mut [DirectionalTerm<T>]) {
     terms.sort_by_key(|term| term.row.iter().map(|(shaft, _)| *shaft).collect::<Vec<_>>());
 }
 
@@ -358,12 +365,12 @@ impl Equations {
     /// Directions of set-valued torques, with their elements: those of the frictions, behind them those of the holds.
     pub fn set_valued(&self) -> impl Iterator<Item = (&str, &[(usize, Rational)])> {
         let frictions = self.frictions.iter().map(|term| (term.element.as_str(), term.row.as_slice()));
-        frictions.chain(self.holds.iter().map(|term| (term.element.as_str(), term.row.as_slice())))
+        frictions.chain(self.unilaterals.iter().map(|term| (term.element.as_str(), term.row.as_slice())))
     }
 
     /// The time constant of each input's motor, s; zero for an ideal one.
     pub fn lags(&self) -> Vec<f64> {
-        let lag = |input: &Along<InputKind>| match &input.value {
+        let lag = |input: &DirectionalTerm<InputKind>| match &input.value {
             InputKind::Motor(motor) => motor.lag.as_ref().map_or(0.0, |lag| lag.to_f64()),
             InputKind::Disturbance => 0.0,
         };
@@ -371,8 +378,10 @@ impl Equations {
     }
 
     /// Teeth that rub, in the order of what holds.
-    pub fn meshes(&self) -> impl Iterator<Item = (&Along<Hold>, &Mesh)> {
-        self.holds.iter().filter_map(|hold| if let Hold::Mesh(mesh) = &hold.value { Some((hold, mesh)) } else { None })
+    pub fn gear_losses(&self) -> impl Iterator<Item = (&DirectionalTerm<UnilateralConstraint>, &GearLoss)> {
+        self.unilaterals.iter().filter_map(|unilateral| {
+            if let UnilateralConstraint::GearLoss(gear) = &unilateral.value { Some((unilateral, gear)) } else { None }
+        })
     }
 
     /// The inertia of a shaft itself, without what moves with it, kg m².
@@ -394,13 +403,17 @@ impl Equations {
     /// assert!(found.iter().any(|one| one.name == "wg.damping" && (one.value - 251.0 / 510_000.0).abs() < 1e-18));
     /// ```
     pub fn coefficients(&self) -> Vec<TermCoefficient> {
-        fn of<T>(terms: &[Along<T>], kind: CoefficientKind, value: impl Fn(&T) -> f64) -> Vec<TermCoefficient> {
-            let one = |(term, along): (usize, &Along<T>)| TermCoefficient {
-                name: format!("{}.{}", along.element, kind.key()),
+        fn of<T>(
+            terms: &[DirectionalTerm<T>],
+            kind: CoefficientKind,
+            value: impl Fn(&T) -> f64,
+        ) -> Vec<TermCoefficient> {
+            let one = |(term, directional): (usize, &DirectionalTerm<T>)| TermCoefficient {
+                name: format!("{}.{}", directional.element, kind.key()),
                 kind,
                 term,
-                row: along.row_f64(),
-                value: value(&along.value),
+                row: directional.row_f64(),
+                value: value(&directional.value),
             };
             terms.iter().enumerate().map(one).collect()
         }
@@ -439,16 +452,16 @@ impl Equations {
     }
 
     /// The domain of a law: what its direction is, else that of what it acts on.
-    pub fn domain_of<T>(&self, along: &Along<T>) -> Domain {
-        if let Some(domain) = self.measures.get(&along.element) {
+    pub fn domain_of<T>(&self, term: &DirectionalTerm<T>) -> Domain {
+        if let Some(domain) = self.measures.get(&term.element) {
             return *domain;
         }
-        along.row.first().map_or(Domain::Rotation, |(coordinate, _)| self.domain(*coordinate))
+        term.row.first().map_or(Domain::Rotation, |(coordinate, _)| self.domain(*coordinate))
     }
 
     /// The domain of an element by its laws and inputs.
     pub fn domain_of_element(&self, element: &str) -> Domain {
-        fn own<'a, T>(terms: &'a [Along<T>], element: &'a str, of: &Equations) -> Option<Domain> {
+        fn own<'a, T>(terms: &'a [DirectionalTerm<T>], element: &'a str, of: &Equations) -> Option<Domain> {
             terms.iter().find(|term| term.element == element).map(|term| of.domain_of(term))
         }
         let found = own(&self.frictions, element, self)
@@ -460,10 +473,10 @@ impl Equations {
     }
 
     /// The domain of what holds along a direction; teeth rub along their first body, whatever their constraint is a length of.
-    pub fn domain_of_hold(&self, hold: &Along<Hold>) -> Domain {
-        match (&hold.value, hold.row.first()) {
-            (Hold::Mesh(_), Some((coordinate, _))) => self.domain(*coordinate),
-            _ => self.domain_of(hold),
+    pub fn domain_of_unilateral(&self, unilateral: &DirectionalTerm<UnilateralConstraint>) -> Domain {
+        match (&unilateral.value, unilateral.row.first()) {
+            (UnilateralConstraint::GearLoss(_), Some((coordinate, _))) => self.domain(*coordinate),
+            _ => self.domain_of(unilateral),
         }
     }
 
@@ -476,12 +489,13 @@ impl Equations {
     /// A sensor by its name, also of a signal.
     pub fn sensor(&self, name: &str) -> Option<&Sensor> {
         let all = self.sensors.iter().chain(&self.signal_sensors);
-        all.into_iter().find(|(other, _)| other == name).map(|(_, sensor)| sensor)
+        all.into_iter().find(|(candidate, _)| candidate == name).map(|(_, sensor)| sensor)
     }
 
     /// What the reading of a sensor is: of a mass a position, a velocity or a force.
     pub fn reading(&self, measured: &Measured) -> Quantity {
-        let domain = |name: &str| self.coordinates.iter().position(|other| other == name).map(|k| self.domain(k));
+        let domain =
+            |name: &str| self.coordinates.iter().position(|candidate| candidate == name).map(|k| self.domain(k));
         let motion = |name: &str, rate: usize| domain(name).unwrap_or_default().motion()[rate];
         match measured {
             Measured::Angle(name) => motion(name, 0),
@@ -499,13 +513,13 @@ impl Equations {
     }
 
     /// The coordinates that a kept row acts on, by number.
-    pub fn shafts_of(&self, law: &Kept<usize>) -> Vec<usize> {
+    pub fn shafts_of(&self, law: &MultiplierLaw<usize>) -> Vec<usize> {
         let mut shafts: Vec<usize> = match law {
-            Kept::Rates(row) => row.iter().map(|(shaft, _)| *shaft).collect(),
-            Kept::Position(row, _) | Kept::Speed(row, _) | Kept::Acceleration(row, _) => {
+            MultiplierLaw::Rates(row) => row.iter().map(|(shaft, _)| *shaft).collect(),
+            MultiplierLaw::Position(row, _) | MultiplierLaw::Speed(row, _) | MultiplierLaw::Acceleration(row, _) => {
                 row.iter().map(|(shaft, _)| *shaft).collect()
             }
-            Kept::Surface(formula) => {
+            MultiplierLaw::Surface(formula) => {
                 formula.coordinates().filter_map(|name| self.coordinates.iter().position(|own| own == name)).collect()
             }
         };
@@ -515,9 +529,9 @@ impl Equations {
     }
 
     /// The coordinates that a kept row depends on at all, by number.
-    pub fn coordinates_of_kept(&self, law: &Kept<usize>) -> Vec<usize> {
+    pub fn coordinates_of_multiplier(&self, law: &MultiplierLaw<usize>) -> Vec<usize> {
         let mut found = self.shafts_of(law);
-        if let Kept::Rates(row) = law {
+        if let MultiplierLaw::Rates(row) = law {
             let names = row.iter().flat_map(|(_, formula)| formula.coordinates());
             found.extend(names.filter_map(|name| self.coordinates.iter().position(|own| own == name)));
         }
@@ -525,60 +539,61 @@ impl Equations {
     }
 
     /// The domain of what a kept row adds up to; none of a relation in another unit, as an area.
-    pub fn domain_of_kept(&self, kept: &KeptRow) -> Option<Domain> {
-        let own = || self.shafts_of(&kept.law).first().map(|shaft| self.domain(*shaft));
-        if kept.law.prescribes() {
-            return Some(self.measures.get(&kept.element).copied().or_else(own).unwrap_or_default());
+    pub fn domain_of_multiplier(&self, constraint: &MultiplierConstraint) -> Option<Domain> {
+        let own = || self.shafts_of(&constraint.law).first().map(|shaft| self.domain(*shaft));
+        if constraint.law.prescribes() {
+            return Some(self.measures.get(&constraint.element).copied().or_else(own).unwrap_or_default());
         }
-        let found = self.dimension_of_kept(kept);
+        let found = self.dimension_of_multiplier(constraint);
         [Domain::Rotation, Domain::Translation].into_iter().find(|domain| domain.dimensions()[0].is_like(&found))
     }
 
     /// What a kept row adds up to; of rates what these are the rate of.
-    pub fn dimension_of_kept(&self, kept: &KeptRow) -> Dimension {
-        let over = match &kept.law {
-            Kept::Surface(formula) => Some(formula.dimension),
-            Kept::Rates(row) => {
+    pub fn dimension_of_multiplier(&self, constraint: &MultiplierConstraint) -> Dimension {
+        let over = match &constraint.law {
+            MultiplierLaw::Surface(formula) => Some(formula.dimension),
+            MultiplierLaw::Rates(row) => {
                 row.first().and_then(|(shaft, a)| a.dimension.times(&self.domain(*shaft).dimensions()[0], 1))
             }
-            Kept::Position(..) | Kept::Speed(..) | Kept::Acceleration(..) => {
-                self.domain_of_kept(kept).map(|domain| domain.dimensions()[0])
+            MultiplierLaw::Position(..) | MultiplierLaw::Speed(..) | MultiplierLaw::Acceleration(..) => {
+                self.domain_of_multiplier(constraint).map(|domain| domain.dimensions()[0])
             }
         };
         over.unwrap_or(Dimension::NONE)
     }
 
     /// What the multiplier of a kept row is: a torque, a force, a voltage, or energy over what the row adds up to.
-    pub fn multiplier_of_kept(&self, kept: &KeptRow) -> (Quantity, Physical) {
-        match self.domain_of_kept(kept) {
+    pub fn multiplier_quantity(&self, constraint: &MultiplierConstraint) -> (Quantity, Physical) {
+        match self.domain_of_multiplier(constraint) {
             Some(domain) => (domain.effort(), domain.effort().physical()),
             None => {
-                let found = Dimension { angle: 0, ..self.dimension_of_kept(kept) };
+                let found = Dimension { angle: 0, ..self.dimension_of_multiplier(constraint) };
                 let unit = Dimension::TORQUE.times(&found, -1).unwrap_or(Dimension::NONE).si();
-                (Quantity::Multiplier, Physical::other(&unit))
+                (Quantity::Multiplier, Physical::of_unit(&unit))
             }
         }
     }
 
     /// Keeps constraints that move, by name, in place of solving them for a coordinate.
-    pub fn keep_moving(&mut self, names: &[String]) {
+    pub fn prefer_moving(&mut self, names: &[String]) {
         for name in names {
             let place = self.constraints.iter().position(|constraint| constraint.element == *name);
             let Some((place, function)) = place.zip(self.moving.remove(name)) else { continue };
             let row = self.constraints.remove(place).row;
             let row = row.into_iter().map(|(shaft, x)| (shaft, Exact::new(x, 0))).collect();
-            self.kept.push(KeptRow { element: name.clone(), law: Kept::Position(row, function) });
+            self.multiplier_constraints
+                .push(MultiplierConstraint { element: name.clone(), law: MultiplierLaw::Position(row, function) });
         }
-        self.kept.sort_by(|a, b| a.element.cmp(&b.element));
+        self.multiplier_constraints.sort_by(|a, b| a.element.cmp(&b.element));
     }
 
     /// Whether constraints prescribe speeds as functions of time.
     pub fn prescribes(&self) -> bool {
-        !self.moving.is_empty() || self.kept.iter().any(|row| row.law.prescribes())
+        !self.moving.is_empty() || self.multiplier_constraints.iter().any(|row| row.law.prescribes())
     }
 
     /// The right-hand side of a linear constraint: a number, or a function of time.
-    pub fn offset_in_words(&self, constraint: &Along<Exact>) -> String {
+    pub fn format_offset(&self, constraint: &DirectionalTerm<Exact>) -> String {
         match self.moving.get(&constraint.element) {
             Some(function) => function.text(),
             None => constraint.value.to_f64().to_string(),

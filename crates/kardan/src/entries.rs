@@ -72,14 +72,14 @@ impl Place {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
     /// What is written.
-    pub value: Written,
+    pub value: RawValue,
     /// Where: of a table its header, or the whole of it where it stands in one line.
     pub place: Place,
 }
 
 /// A value as it is written.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Written {
+pub enum RawValue {
     /// A text, without its quotes.
     Text(String),
     /// A decimal number, as its digits stand.
@@ -136,14 +136,14 @@ impl Entries {
     }
 
     /// The value of a key.
-    pub fn get(&self, key: &str) -> Option<&Written> {
+    pub fn get(&self, key: &str) -> Option<&RawValue> {
         self.keyed(key).map(|entry| &entry.entry.value)
     }
 
     /// The table of a key.
     pub fn table(&self, key: &str) -> Option<&Entries> {
         match self.get(key)? {
-            Written::Table(table) => Some(table),
+            RawValue::Table(table) => Some(table),
             _ => None,
         }
     }
@@ -154,7 +154,7 @@ impl Entries {
     }
 
     /// Sets a key, in its place if it is there; the entry is one of a program, and [`Entries::settle`] tells it where it stands.
-    pub fn set(&mut self, key: &str, value: Written) {
+    pub fn set(&mut self, key: &str, value: RawValue) {
         let new = KeyedEntry { key: key.into(), place: unsettled(), entry: Entry { value, place: unsettled() } };
         match self.list.get_mut(key) {
             Some(entry) => *entry = new,
@@ -165,11 +165,11 @@ impl Entries {
     /// The table of a key, which is made where there is none.
     pub fn table_mut(&mut self, key: &str) -> &mut Entries {
         if self.table(key).is_none() {
-            self.set(key, Written::Table(Entries::default()));
+            self.set(key, RawValue::Table(Entries::default()));
         }
         let found = self.list.get_mut(key).map(|entry| &mut entry.entry.value);
         match found {
-            Some(Written::Table(table)) => table,
+            Some(RawValue::Table(table)) => table,
             _ => unreachable!("the table was made above"),
         }
     }
@@ -177,16 +177,16 @@ impl Entries {
     /// The list of a key, which is made where there is none. A single table is a list of one.
     pub fn list_mut(&mut self, key: &str) -> &mut Vec<Entry> {
         if self.get(key).is_none() {
-            self.set(key, Written::List(Vec::new()));
+            self.set(key, RawValue::List(Vec::new()));
         }
         let found = self.list.get_mut(key).map(|entry| &mut entry.entry);
         let Some(entry) = found else { unreachable!("the entry was made above") };
-        if !matches!(entry.value, Written::List(_)) {
-            let value = std::mem::replace(&mut entry.value, Written::Broken);
-            entry.value = Written::List(vec![Entry { value, place: entry.place.clone() }]);
+        if !matches!(entry.value, RawValue::List(_)) {
+            let value = std::mem::replace(&mut entry.value, RawValue::Broken);
+            entry.value = RawValue::List(vec![Entry { value, place: entry.place.clone() }]);
         }
         match &mut entry.value {
-            Written::List(list) => list,
+            RawValue::List(list) => list,
             _ => unreachable!("the list was made above"),
         }
     }
@@ -213,12 +213,12 @@ fn unsettled() -> Place {
     Place::Path(Arc::from(""))
 }
 
-fn same_value(a: &Written, b: &Written) -> bool {
+fn same_value(a: &RawValue, b: &RawValue) -> bool {
     match (a, b) {
-        (Written::List(a), Written::List(b)) => {
+        (RawValue::List(a), RawValue::List(b)) => {
             a.len() == b.len() && a.iter().zip(b).all(|(a, b)| same_value(&a.value, &b.value))
         }
-        (Written::Table(a), Written::Table(b)) => a.same_as(b),
+        (RawValue::Table(a), RawValue::Table(b)) => a.same_as(b),
         (a, b) => a == b,
     }
 }
@@ -239,8 +239,8 @@ fn settle_entry(entry: &mut Entry, path: &str) {
         entry.place = Place::Path(Arc::from(path));
     }
     match &mut entry.value {
-        Written::Table(table) => settle_table(table, path),
-        Written::List(list) => {
+        RawValue::Table(table) => settle_table(table, path),
+        RawValue::List(list) => {
             for (number, entry) in list.iter_mut().enumerate() {
                 settle_entry(entry, &format!("{path}[{number}]"));
             }
@@ -255,9 +255,9 @@ impl FromIterator<KeyedEntry> for Entries {
     }
 }
 
-impl From<Written> for Entry {
+impl From<RawValue> for Entry {
     /// An entry of a program.
-    fn from(value: Written) -> Self {
+    fn from(value: RawValue) -> Self {
         Self { value, place: unsettled() }
     }
 }

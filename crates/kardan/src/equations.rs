@@ -209,7 +209,7 @@ impl Formula {
     /// # Panics
     /// If the text is no expression of so many names.
     pub fn of(text: &str, names: Vec<(String, Meaning)>, dimension: Dimension) -> Arc<Self> {
-        let written = |names: &[(String, Meaning)], quote: &str| {
+        let expression_of = |names: &[(String, Meaning)], quote: &str| {
             let mut parts = text.split('@');
             let first = parts.next().unwrap_or_default().to_string();
             let name = |text: String, ((name, _), rest): (&(String, Meaning), &str)| {
@@ -218,12 +218,12 @@ impl Formula {
             let expression = Expression::parse_law(&names.iter().zip(parts).fold(first, name)).ok()?;
             names.iter().all(|(name, _)| expression.names().contains(&name.as_str())).then_some(expression)
         };
-        let (expression, names) = match written(&names, "").or_else(|| written(&names, "'")) {
+        let (expression, names) = match expression_of(&names, "").or_else(|| expression_of(&names, "'")) {
             Some(expression) => (expression, names),
             None => {
                 let other = |(k, (_, meaning)): (usize, (String, Meaning))| (format!("name_{k}"), meaning);
                 let names: Vec<(String, Meaning)> = names.into_iter().enumerate().map(other).collect();
-                (written(&names, "").expect("an expression of so many names"), names)
+                (expression_of(&names, "").expect("an expression of so many names"), names)
             }
         };
         Arc::new(Self { expression, names, dimension })
@@ -270,7 +270,7 @@ impl Formula {
 
     /// What it is in a graph, where it is one of positions alone; `dimension` of a coordinate, if that may stand in it.
     pub fn of_positions(&self, graph: &mut Graph, dimension: &dyn Fn(&str) -> Option<Dimension>) -> Option<Expr> {
-        self.within(graph, &|graph, meaning| match meaning {
+        self.expressed(graph, &|graph, meaning| match meaning {
             Meaning::Position(body) => dimension(body).map(|own| Named::Varying(graph.symbol(body, own), own)),
             _ => None,
         })
@@ -279,7 +279,7 @@ impl Formula {
     /// Its value at the begin of a run, where nothing but the time varies in it and that is a fraction.
     pub fn at_begin(&self) -> Option<Rational> {
         let mut graph = Graph::default();
-        let value = self.within(&mut graph, &|_, meaning| match meaning {
+        let value = self.expressed(&mut graph, &|_, meaning| match meaning {
             Meaning::Time => Some(Named::Constant(Exact::from_integer(0), Dimension::TIME)),
             Meaning::Signal(function) => {
                 let value = rational_from_f64(function.value(0.0))?;
@@ -291,21 +291,22 @@ impl Formula {
     }
 
     /// What it is in a graph; `varying` says what stands for what is neither a parameter nor a table.
-    fn within(&self, graph: &mut Graph, varying: &dyn Fn(&mut Graph, &Meaning) -> Option<Named>) -> Option<Expr> {
-        let mut named = |graph: &mut Graph, name: &str| match self.names.iter().find(|(other, _)| other == name)? {
-            (_, Meaning::Constant(value, dimension)) => Some(Named::Constant(value.clone(), *dimension)),
-            (_, Meaning::Table(table)) => Some(Named::Table(Arc::clone(table))),
-            (_, Meaning::Shared(formula)) => {
-                formula.within(graph, varying).map(|value| Named::Varying(value, formula.dimension))
-            }
-            (_, meaning) => varying(graph, meaning),
-        };
-        graph.written(&self.expression, &mut named).ok().map(|(value, _)| value)
+    fn expressed(&self, graph: &mut Graph, varying: &dyn Fn(&mut Graph, &Meaning) -> Option<Named>) -> Option<Expr> {
+        let mut named =
+            |graph: &mut Graph, name: &str| match self.names.iter().find(|(candidate, _)| candidate == name)? {
+                (_, Meaning::Constant(value, dimension)) => Some(Named::Constant(value.clone(), *dimension)),
+                (_, Meaning::Table(table)) => Some(Named::Table(Arc::clone(table))),
+                (_, Meaning::Shared(formula)) => {
+                    formula.expressed(graph, varying).map(|value| Named::Varying(value, formula.dimension))
+                }
+                (_, meaning) => varying(graph, meaning),
+            };
+        graph.lowered(&self.expression, &mut named).ok().map(|(value, _)| value)
     }
 
     /// Whether a number in it, or in a formula that it shares, is no fraction times a power of π.
     pub fn is_rounded(&self) -> bool {
-        let constant = |name: &str| match self.names.iter().find(|(other, _)| other == name)? {
+        let constant = |name: &str| match self.names.iter().find(|(candidate, _)| candidate == name)? {
             (_, Meaning::Constant(value, dimension)) => Some((value.clone(), *dimension)),
             _ => None,
         };
@@ -355,7 +356,7 @@ pub struct Stribeck {
 
 /// What holds, blocks or presses along a direction a, with modes of its own.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Hold {
+pub enum UnilateralConstraint {
     /// Coulomb friction of a torque that an expression gives; at rest it holds up to so many times that.
     Friction {
         /// N m, not negative.
@@ -391,12 +392,12 @@ pub enum Hold {
         engaged: Arc<Formula>,
     },
     /// The teeth of the element's constraint rub: against motion along a acts a part of the torque τ that the constraint puts on the first body of a.
-    Mesh(Mesh),
+    GearLoss(GearLoss),
 }
 
 /// What a mesh loses: `κ |τ|` and what an expression adds.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Mesh {
+pub struct GearLoss {
     /// κ while the first body of the direction drives.
     pub forth: Exact,
     /// κ while it is driven; from one on the mesh locks itself.
@@ -405,7 +406,7 @@ pub struct Mesh {
     pub loss: Option<Arc<Formula>>,
 }
 
-impl Hold {
+impl UnilateralConstraint {
     /// Whether it acts along the direction of its element the other way round.
     pub fn is_upper(&self) -> bool {
         matches!(self, Self::Stop { upper: true, .. } | Self::Cushion { upper: true, .. })
@@ -415,7 +416,7 @@ impl Hold {
     pub fn formula(&self) -> Option<&Arc<Formula>> {
         match self {
             Self::Friction { torque: formula, .. } | Self::Lock { engaged: formula } => Some(formula),
-            Self::Mesh(mesh) => mesh.loss.as_ref(),
+            Self::GearLoss(gear) => gear.loss.as_ref(),
             Self::OneWay | Self::Stop { .. } | Self::Cushion { .. } => None,
         }
     }
@@ -473,7 +474,7 @@ pub struct Sensor {
 
 /// A constraint that is not solved for a coordinate: a run keeps it with its multiplier.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Kept<Row> {
+pub enum MultiplierLaw<Row> {
     /// `Σ a_i(q) q̇_i = 0`, coefficients as expressions of coordinates.
     Rates(Vec<(Row, Arc<Formula>)>),
     /// `φ(q) = 0`.
@@ -486,21 +487,21 @@ pub enum Kept<Row> {
     Acceleration(Vec<(Row, Exact)>, Arc<OfTime>),
 }
 
-impl<Row> Kept<Row> {
+impl<Row> MultiplierLaw<Row> {
     /// The same over other names of coordinates.
-    pub fn renamed<Other>(&self, name: impl Fn(&Row) -> Other) -> Kept<Other> {
+    pub fn renamed<Other>(&self, name: impl Fn(&Row) -> Other) -> MultiplierLaw<Other> {
         let numbers = |row: &[(Row, Exact)]| row.iter().map(|(own, x)| (name(own), x.clone())).collect();
         match self {
-            Self::Rates(row) => Kept::Rates(row.iter().map(|(own, a)| (name(own), Arc::clone(a))).collect()),
-            Self::Surface(formula) => Kept::Surface(Arc::clone(formula)),
-            Self::Position(row, place) => Kept::Position(numbers(row), Arc::clone(place)),
-            Self::Speed(row, rate) => Kept::Speed(numbers(row), Arc::clone(rate)),
-            Self::Acceleration(row, rate) => Kept::Acceleration(numbers(row), Arc::clone(rate)),
+            Self::Rates(row) => MultiplierLaw::Rates(row.iter().map(|(own, a)| (name(own), Arc::clone(a))).collect()),
+            Self::Surface(formula) => MultiplierLaw::Surface(Arc::clone(formula)),
+            Self::Position(row, place) => MultiplierLaw::Position(numbers(row), Arc::clone(place)),
+            Self::Speed(row, rate) => MultiplierLaw::Speed(numbers(row), Arc::clone(rate)),
+            Self::Acceleration(row, rate) => MultiplierLaw::Acceleration(numbers(row), Arc::clone(rate)),
         }
     }
 }
 
-impl<Row> Kept<Row> {
+impl<Row> MultiplierLaw<Row> {
     /// The formulas in it.
     pub fn formulas(&self) -> Vec<&Arc<Formula>> {
         match self {
@@ -525,7 +526,7 @@ impl<Row> Kept<Row> {
     }
 }
 
-impl Kept<String> {
+impl MultiplierLaw<String> {
     /// The coordinates in it.
     pub fn coordinates(&self) -> Vec<&str> {
         match self {
@@ -547,14 +548,14 @@ pub enum Term {
     /// ½ J (aᵀq̇)²; J in kg m².
     Inertia {
         /// a
-        along: Direction,
+        direction: Direction,
         /// J
         inertia: Exact,
     },
     /// ½ s (aᵀq − rest)²; s in N m/rad.
     Spring {
         /// a
-        along: Direction,
+        direction: Direction,
         /// s
         stiffness: Exact,
         /// Angle at which the spring is relaxed, rad.
@@ -563,7 +564,7 @@ pub enum Term {
     /// ½ d (aᵀq̇)²; d in N m s/rad.
     Damper {
         /// a
-        along: Direction,
+        direction: Direction,
         /// d
         damping: Exact,
     },
@@ -571,23 +572,23 @@ pub enum Term {
     /// motion gets faster.
     Friction {
         /// a
-        along: Direction,
+        direction: Direction,
         /// c
         torque: Exact,
         /// What holds at rest, and how it falls.
         stribeck: Option<Stribeck>,
     },
     /// What holds along a, one way or at times.
-    Hold {
+    UnilateralConstraint {
         /// a
-        along: Direction,
+        direction: Direction,
         /// How.
-        hold: Hold,
+        unilateral: UnilateralConstraint,
     },
     /// aᵀq = offset.
     Constraint {
         /// a
-        along: Direction,
+        direction: Direction,
         /// rad
         offset: Exact,
     },
@@ -595,12 +596,12 @@ pub enum Term {
     /// time zero.
     Moving(Arc<OfTime>),
     /// A constraint that a run keeps with its multiplier.
-    Kept(Kept<String>),
+    MultiplierLaw(MultiplierLaw<String>),
     /// aᵀq = offset but for the twist θ = (offset − aᵀq)/scale, which the torque s θ + d θ̇ resists: a spring (and a damper) in
     /// place of a constraint, along the same direction. Its torque over the scale is what the multiplier of the constraint would be.
     Compliance {
         /// a
-        along: Direction,
+        direction: Direction,
         /// rad
         offset: Exact,
         /// Twist along a for one of θ; above zero.
@@ -622,14 +623,14 @@ pub enum Term {
     /// A torque along a.
     Input {
         /// a
-        along: Direction,
+        direction: Direction,
         /// Motor or disturbance.
         kind: InputKind,
     },
     /// A torque along a that an expression gives.
     Torque {
         /// a
-        along: Direction,
+        direction: Direction,
         /// N m.
         law: Arc<Formula>,
     },
@@ -663,24 +664,24 @@ pub enum Term {
         /// The node; [`GROUND`] has no row.
         node: String,
         /// a
-        along: Direction,
+        direction: Direction,
     },
 }
 
 impl Term {
     /// The direction of its law.
-    pub fn along(&mut self) -> Option<&mut Direction> {
+    pub fn direction(&mut self) -> Option<&mut Direction> {
         match self {
-            Self::Inertia { along, .. }
-            | Self::Spring { along, .. }
-            | Self::Damper { along, .. }
-            | Self::Friction { along, .. }
-            | Self::Hold { along, .. }
-            | Self::Constraint { along, .. }
-            | Self::Compliance { along, .. }
-            | Self::Input { along, .. }
-            | Self::Torque { along, .. }
-            | Self::Balance { along, .. } => Some(along),
+            Self::Inertia { direction, .. }
+            | Self::Spring { direction, .. }
+            | Self::Damper { direction, .. }
+            | Self::Friction { direction, .. }
+            | Self::UnilateralConstraint { direction, .. }
+            | Self::Constraint { direction, .. }
+            | Self::Compliance { direction, .. }
+            | Self::Input { direction, .. }
+            | Self::Torque { direction, .. }
+            | Self::Balance { direction, .. } => Some(direction),
             Self::Transmission { .. }
             | Self::Output(_)
             | Self::Angle { .. }
@@ -688,35 +689,35 @@ impl Term {
             | Self::State { .. }
             | Self::Measure(_)
             | Self::Moving(_)
-            | Self::Kept(_)
+            | Self::MultiplierLaw(_)
             | Self::Charge { .. } => None,
         }
     }
 
     /// The coordinates that it names, without those that it declares.
     pub fn coordinates(&self) -> Vec<&str> {
-        let along: fn(&Direction) -> Vec<&str> = |row| row.entries.iter().map(|(name, _)| name.as_str()).collect();
+        let names_of: fn(&Direction) -> Vec<&str> = |row| row.entries.iter().map(|(name, _)| name.as_str()).collect();
         match self {
-            Self::Inertia { along: row, .. }
-            | Self::Spring { along: row, .. }
-            | Self::Damper { along: row, .. }
-            | Self::Friction { along: row, .. }
-            | Self::Constraint { along: row, .. }
-            | Self::Compliance { along: row, .. }
-            | Self::Input { along: row, .. }
-            | Self::Balance { along: row, .. } => along(row),
-            Self::Hold { along: row, hold } => along(row)
+            Self::Inertia { direction: row, .. }
+            | Self::Spring { direction: row, .. }
+            | Self::Damper { direction: row, .. }
+            | Self::Friction { direction: row, .. }
+            | Self::Constraint { direction: row, .. }
+            | Self::Compliance { direction: row, .. }
+            | Self::Input { direction: row, .. }
+            | Self::Balance { direction: row, .. } => names_of(row),
+            Self::UnilateralConstraint { direction: row, unilateral } => names_of(row)
                 .into_iter()
-                .chain(hold.formula().into_iter().flat_map(|formula| formula.coordinates()))
+                .chain(unilateral.formula().into_iter().flat_map(|formula| formula.coordinates()))
                 .collect(),
-            Self::Torque { along: row, law } => along(row).into_iter().chain(law.coordinates()).collect(),
+            Self::Torque { direction: row, law } => names_of(row).into_iter().chain(law.coordinates()).collect(),
             Self::Transmission { driven, driving, .. } => vec![driven, driving],
             Self::Output(sensor) => match &sensor.measured {
                 Measured::Angle(shaft) | Measured::Speed(shaft) | Measured::NetTorque(shaft) => vec![shaft],
                 Measured::ConstraintTorque(_, shaft) | Measured::ComplianceTorque(_, shaft) => vec![shaft],
                 Measured::SpringTorque(_) | Measured::Signal(_) => Vec::new(),
             },
-            Self::Kept(row) => row.coordinates(),
+            Self::MultiplierLaw(row) => row.coordinates(),
             Self::Angle { .. }
             | Self::Position { .. }
             | Self::State { .. }
@@ -738,7 +739,7 @@ impl Term {
 
     /// Takes [`GROUND`] out of its direction: it does not move.
     pub fn leave_ground(&mut self) {
-        if let Self::Kept(Kept::Speed(row, _) | Kept::Acceleration(row, _)) = self {
+        if let Self::MultiplierLaw(MultiplierLaw::Speed(row, _) | MultiplierLaw::Acceleration(row, _)) = self {
             row.retain(|(name, _)| name != GROUND);
         }
         if let Self::Torque { law, .. } = self
@@ -749,8 +750,8 @@ impl Term {
                 |meaning: &Meaning| matches!(meaning, Meaning::Position(name) | Meaning::Rate(name) if name == GROUND);
             Arc::make_mut(law).names.retain(|(_, meaning)| !is_ground(meaning));
         }
-        if let Some(along) = self.along() {
-            along.entries.retain(|(name, _)| name != GROUND);
+        if let Some(direction) = self.direction() {
+            direction.entries.retain(|(name, _)| name != GROUND);
         }
     }
 }

@@ -15,7 +15,7 @@
 //!         .event(Event::new("0.1 s", "motor.tau", "0.05 N m"))
 //!         .requirement(Requirement::on("axle.w", Measure::Max).below("50 rad/s")),
 //! );
-//! assert!(project.mistakes().is_empty());
+//! assert!(project.diagnostics().is_empty());
 //! let study = project.run(&Settings::default(), &Silent).unwrap();
 //! assert!(study.runs[0].requirements[0].passed);
 //! let analysis = project.analyze(&AnalyzeSettings::default(), &Silent).unwrap();

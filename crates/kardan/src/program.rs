@@ -109,8 +109,8 @@ pub struct TaskAnswer {
 impl PartialEq for Task {
     fn eq(&self, other: &Self) -> bool {
         self.graph.has_nodes_of(&other.graph)
-            && (&self.period, &self.reads, &self.memory, &self.answers)
-                == (&other.period, &other.reads, &other.memory, &other.answers)
+            && (&self.period, &self.reads, &self.memory, &self.outputs)
+                == (&other.period, &other.reads, &other.memory, &other.outputs)
     }
 }
 
@@ -122,9 +122,9 @@ impl Task {
 
     /// Its answers, then what it remembers next, with names.
     pub fn outputs(&self) -> Vec<(String, Expr)> {
-        let answers = self.answers.iter().map(|answer| (answer.name.clone(), answer.value));
+        let outputs = self.outputs.iter().map(|answer| (answer.name.clone(), answer.value));
         let next = self.memory.iter().enumerate().map(|(k, entry)| (format!("next.{k}"), entry.next));
-        answers.chain(next).collect()
+        outputs.chain(next).collect()
     }
 
     /// Its outputs from its inputs.
@@ -152,7 +152,7 @@ pub struct Task {
     /// What it remembers.
     pub memory: Vec<Entry>,
     /// What it answers.
-    pub answers: Vec<TaskAnswer>,
+    pub outputs: Vec<TaskAnswer>,
     /// What of all that it reads and remembers moves with what is controlled; the rest counts, tells the time or switches.
     pub moving: Vec<Symbol>,
     /// What its commands name as they are written, sorted; of blocks nothing.

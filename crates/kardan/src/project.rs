@@ -17,7 +17,7 @@ pub use crate::manoeuvre::{Manoeuvre, Path};
 pub use crate::model::tables::*;
 pub use crate::model::{BUILTIN, Builder, Builtin, builtin};
 pub use crate::schema::{
-    BlockKeys, ElementKeys, Given, Keys, LawKeys, Lists, Named, Quantities, Quantity, SignalKeys, Words,
+    BlockKeys, ElementKeys, EntryValue, Keys, LawKeys, Lists, Named, Names, Quantities, Quantity, SignalKeys,
 };
 pub use crate::signal::{
     Chirp, ExpressionSignal, Multisine, MultisineLine, Noise, Pulses, Ramp, Sine, SineWithDwell, SmoothStep,

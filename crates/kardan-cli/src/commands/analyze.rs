@@ -12,7 +12,7 @@ use super::design::points;
 use crate::args::AnalyzeArgs;
 use crate::exit::{DONE, ERROR, exit_code};
 use crate::input;
-use crate::output::{in_words, prepare_file, print, save, save_page, say_written};
+use crate::output::{note_written, prepare_file, print, render_text, save, save_page};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::source::{Origin, Source};
@@ -25,10 +25,10 @@ pub fn analyze(args: &AnalyzeArgs, quiet: bool) -> Result<u8, Failure> {
         outputs: args.outputs.clone(),
         certify: args.certify,
         parity: args.parity.then(|| {
-            let left_out = ParitySettings::default();
+            let defaults = ParitySettings::default();
             ParitySettings {
-                false_alarms_per_hour: args.false_alarms.unwrap_or(left_out.false_alarms_per_hour),
-                debounce: args.debounce.map_or(left_out.debounce, |samples| samples as usize),
+                false_alarms_per_hour: args.false_alarms.unwrap_or(defaults.false_alarms_per_hour),
+                debounce: args.debounce.map_or(defaults.debounce, |samples| samples as usize),
                 filter: args.filter,
             }
         }),
@@ -37,21 +37,21 @@ pub fn analyze(args: &AnalyzeArgs, quiet: bool) -> Result<u8, Failure> {
         Some(path) => of_matrices(path, args, &settings, quiet)?,
         None => of_model(args, &settings, quiet)?,
     };
-    tell(&analysis, args, &origin, quiet)
+    report_result(&analysis, args, &origin, quiet)
 }
 
 /// Writes and prints what was found, all of it or not.
-fn tell(analysis: &Analysis, args: &AnalyzeArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
+fn report_result(analysis: &Analysis, args: &AnalyzeArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
     if let Some(path) = &args.report {
         save_page(path, &report::analysis(analysis))?;
     }
     if let Some(path) = &args.export {
         save_forms(path, analysis)?;
     }
-    let in_words = || in_words(&report::analysis_in_words(analysis), origin);
-    print(&if args.json { export::analysis_json(analysis) + "\n" } else { in_words() })?;
+    let render_text = || render_text(&report::analysis_text(analysis), origin);
+    print(&if args.json { export::analysis_json(analysis) + "\n" } else { render_text() })?;
     for path in args.report.iter().chain(&args.export).filter(|_| !quiet) {
-        say_written(path);
+        note_written(path);
     }
     Ok(if analysis.unfinished.is_none() { DONE } else { ERROR })
 }
@@ -82,7 +82,7 @@ fn of_model(args: &AnalyzeArgs, settings: &AnalyzeSettings, quiet: bool) -> Resu
     args.report.as_deref().map_or(Ok(()), prepare_file)?;
     args.export.as_deref().map_or(Ok(()), prepare_file)?;
     // Only the analysis knows which mistakes stop it; of the others the warnings are said.
-    let mut warnings = project.mistakes().to_vec();
+    let mut warnings = project.diagnostics().to_vec();
     warnings.retain(|d| d.severity == Severity::Warning);
     render::show(Some(&source), &warnings);
     let origin = source.to_string();
@@ -120,7 +120,7 @@ fn with_bars(
 ) -> Result<Analysis, Vec<Diagnostic>> {
     let (args, origin) = (args.clone(), origin.to_owned());
     let bars = Bars::new(quiet).showing(move |part| match part {
-        Part::Analysis(found) => exit_code(tell(&found, &args, &origin, quiet), args.json),
+        Part::Analysis(found) => exit_code(report_result(&found, &args, &origin, quiet), args.json),
         _ => ERROR,
     });
     let found = work(&bars);

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use kardan::diagnostics::{Diagnostic, Severity};
-use kardan::export::{self, WrittenLog};
+use kardan::export::{self, LogFiles};
 use kardan::project::Named;
 use kardan::results::{BenchStudy, Experiment, Outcome};
 use kardan::study::{self, BenchRun, BenchSettings, IdentifySettings, PreparedBench, Project};
@@ -14,9 +14,9 @@ use super::identify::logs as opened;
 use super::run::table;
 use crate::args::{BenchArgs, Format, Limits};
 use crate::exit::{DONE, ERROR};
-use crate::folder::{Folder, tell_gone};
+use crate::folder::{Folder, note_moved_files};
 use crate::input;
-use crate::output::{in_words, print, shown, where_to_look};
+use crate::output::{print, render_text, shown, where_to_look};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::source::{Origin, Source};
@@ -35,11 +35,11 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
         }
     }
     let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
-    let known = project.mistakes().to_vec();
-    if known.iter().any(|d| d.severity == Severity::Error) {
-        return Err(Failure { source: Some(source), diagnostics: known });
+    let model_diagnostics = project.diagnostics().to_vec();
+    if model_diagnostics.iter().any(|d| d.severity == Severity::Error) {
+        return Err(Failure { source: Some(source), diagnostics: model_diagnostics });
     }
-    render::show(Some(&source), &known);
+    render::show(Some(&source), &model_diagnostics);
     let truth = args.truth.as_deref().map(true_values).transpose()?;
     let control = args.control.clone().filter(|_| !args.study);
     let settings = BenchSettings {
@@ -68,12 +68,12 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
     let mut output = Output { folder, files: Vec::new(), problems: Vec::new() };
     let logs = output.logs(&bench, &formats, u64::from(args.repetitions), args.limits, quiet);
     // Without one of its logs a study would look like one of fewer logs.
-    let written = logs.iter().all(|log| !log.files.is_empty());
-    let found = match tried.filter(|_| written) {
+    let all_logged = logs.iter().all(|log| !log.files.is_empty());
+    let found = match tried.filter(|_| all_logged) {
         Some(control) if stop::reason().is_none() => {
             let settings = BenchSettings {
                 // Drawn true values lie around those of this file, not of the one that is written.
-                truth: Some(study::given_truth(bench.truth())),
+                truth: Some(study::truth_table(bench.truth())),
                 run: BenchRun::Control(control),
                 ..settings
             };
@@ -89,7 +89,7 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
     // Where something could not be written, what an earlier run has left may be all there is.
     let finished = if problems.is_empty() { folder.finish("bench") } else { Ok(Vec::new()) };
     let gone = finished.map_err(|problem| problems.push(problem)).unwrap_or_default();
-    tell_gone(&gone, quiet);
+    note_moved_files(&gone, quiet);
     render::show(None, &problems);
     let runs = found.iter().flat_map(|found| &found.closed_loop.experiments);
     let outcomes = runs.flat_map(|one| [&one.simulated.outcome, &one.measured.outcome]);
@@ -113,7 +113,7 @@ fn missing(reason: &str) -> Diagnostic {
 /// What was found as an object of JSON, or as text.
 fn printed(
     bench: &PreparedBench,
-    logs: &[WrittenLog],
+    logs: &[LogFiles],
     found: Option<&BenchStudy>,
     files: &[String],
     json: bool,
@@ -128,7 +128,7 @@ fn printed(
         Some(found) => report::bench(found),
         None => report::plan(bench.name(), bench.plan(), bench.notes()),
     };
-    let mut out = in_words(&page, "");
+    let mut out = render_text(&page, "");
     let _ = writeln!(out, "\nThe plant differs from its model in {} values.\nWritten:", bench.truth().len());
     files.iter().take(SHOWN).for_each(|file| out += &format!("  {file}\n"));
     if files.len() > SHOWN {
@@ -148,7 +148,7 @@ struct Output {
 }
 
 impl Output {
-    fn keep(&mut self, stem: &str, extension: &str, bytes: &[u8]) -> Option<String> {
+    fn save(&mut self, stem: &str, extension: &str, bytes: &[u8]) -> Option<String> {
         let path = self.folder.write(stem, extension, bytes).map_err(|problem| self.problems.push(problem)).ok()?;
         self.files.push(path.clone());
         Some(path)
@@ -156,7 +156,7 @@ impl Output {
 
     fn table(&mut self, model: &str, run: &kardan::results::Run, stem: &str, format: Format) -> Option<String> {
         match table(model, run, format) {
-            Ok((extension, bytes)) => self.keep(stem, extension, &bytes),
+            Ok((extension, bytes)) => self.save(stem, extension, &bytes),
             Err(problem) => {
                 self.problems.push(problem);
                 None
@@ -172,13 +172,13 @@ impl Output {
         all: u64,
         limits: Limits,
         quiet: bool,
-    ) -> Vec<WrittenLog> {
+    ) -> Vec<LogFiles> {
         let mut logs = Vec::new();
         if let plan @ Some(_) = bench.plan() {
-            self.keep("plan", "txt", report::plan(bench.name(), plan, &[]).text("").as_bytes());
+            self.save("plan", "txt", report::plan(bench.name(), plan, &[]).text("").as_bytes());
         }
-        self.keep("truth", "toml", export::truth_toml(bench.truth()).as_bytes());
-        let bars = Bars::within(quiet, limits);
+        self.save("truth", "toml", export::truth_toml(bench.truth()).as_bytes());
+        let bars = Bars::limited(quiet, limits);
         let mut next = 0;
         while next < all && stop::reason().is_none() {
             let until = (next + AT_ONCE).min(all);
@@ -190,7 +190,7 @@ impl Output {
                     let message = format!("the log `{}`{early} {cause}", log.name);
                     self.problems.push(Diagnostic::error("bench::run", message));
                 }
-                logs.push(WrittenLog { name: log.name, outcome: log.outcome, files: paths });
+                logs.push(LogFiles { name: log.name, outcome: log.outcome, files: paths });
             }
             next = until;
         }
@@ -203,9 +203,9 @@ impl Output {
     }
 
     /// Should what is computed now end early, the files are named that are there.
-    fn keep_told(&self, bench: &PreparedBench, logs: &[WrittenLog], json: bool) {
+    fn print_on_stop(&self, bench: &PreparedBench, logs: &[LogFiles], json: bool) {
         let (text, mut problems) = (printed(bench, logs, None, &self.files, json), self.problems.clone());
-        stop::keep(Some(Box::new(move |reason| {
+        stop::store_partial(Some(Box::new(move |reason| {
             problems.push(missing(reason));
             problems.extend(print(&text).err());
             render::show(None, &problems);
@@ -221,7 +221,7 @@ impl Output {
         source: &Source,
         project: &Project,
         bench: &PreparedBench,
-        logs: &[WrittenLog],
+        logs: &[LogFiles],
         formats: &[Format],
         settings: &BenchSettings,
         args: &BenchArgs,
@@ -230,19 +230,19 @@ impl Output {
         let failed = |diagnostics| Failure { source: Some(source.clone()), diagnostics };
         // One file of each log: the formats hold the same.
         let paths: Vec<PathBuf> = logs.iter().filter_map(|log| log.files.first()).map(PathBuf::from).collect();
-        let asked = IdentifySettings { variant: settings.variant.clone(), ..IdentifySettings::default() };
+        let options = IdentifySettings { variant: settings.variant.clone(), ..IdentifySettings::default() };
         let bars = Bars::new(quiet);
-        self.keep_told(bench, logs, args.json);
-        let found = project.identify(opened(&paths)?, &asked, &bars);
+        self.print_on_stop(bench, logs, args.json);
+        let found = project.identify(opened(&paths)?, &options, &bars);
         bars.finish();
         if stop::reason().is_some() {
             return Ok(None);
         }
         let found = found.map_err(failed)?;
-        let (text, left) = study::written(source.model(), &found).map_err(failed)?;
-        self.keep("identified", "toml", text.as_bytes());
-        let bars = Bars::within(quiet, args.limits);
-        self.keep_told(bench, logs, args.json);
+        let (text, omissions) = study::write_values(source.model(), &found).map_err(failed)?;
+        self.save("identified", "toml", text.as_bytes());
+        let bars = Bars::limited(quiet, args.limits);
+        self.print_on_stop(bench, logs, args.json);
         let closed_loop = study::closed_loop(&Project::open(text), settings, &bars);
         bars.finish();
         let closed_loop = closed_loop.map_err(|diagnostics| Failure { source: None, diagnostics })?;
@@ -253,7 +253,9 @@ impl Output {
             }
         }
         let mut notes = bench.notes().to_vec();
-        notes.extend(left.iter().map(|why| format!("Not in the model that the controller was designed on: {why}.")));
+        notes.extend(
+            omissions.iter().map(|why| format!("Not in the model that the controller was designed on: {why}.")),
+        );
         let Some(plan) = bench.plan().cloned() else { unreachable!("a study begins with an excitation") };
         let found = BenchStudy {
             model: bench.name().into(),
@@ -267,9 +269,9 @@ impl Output {
         let page = report::bench(&found);
         let (extension, text) = shown(&page, args.markdown);
         for (name, picture) in page.plots().filter(|_| args.markdown) {
-            self.keep(name, "svg", picture.as_bytes());
+            self.save(name, "svg", picture.as_bytes());
         }
-        self.keep("report", extension, text.as_bytes());
+        self.save("report", extension, text.as_bytes());
         Ok(Some(found))
     }
 }

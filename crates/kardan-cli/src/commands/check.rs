@@ -12,7 +12,7 @@ use crate::render::{self, Failure, visible};
 
 pub fn check(args: &CheckArgs, quiet: bool) -> Result<u8, Failure> {
     let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
-    let diagnostics = project.mistakes().to_vec();
+    let diagnostics = project.diagnostics().to_vec();
     if diagnostics.iter().any(|d| d.severity == Severity::Error) {
         return Err(Failure { source: Some(source), diagnostics });
     }
@@ -29,7 +29,7 @@ pub fn check(args: &CheckArgs, quiet: bool) -> Result<u8, Failure> {
         many => format!(", {many} warnings"),
     };
     let rounded =
-        project.prepared().variants.first().map(|variant| variant.model.rounded_in_words()).unwrap_or_default();
+        project.prepared().variants.first().map(|variant| variant.model.rounding_messages()).unwrap_or_default();
     let notes: String = rounded.iter().map(|note| format!("note: {note}\n")).collect();
     let blocks = project.prepared().variants.first().map(|variant| listed_blocks(&variant.model)).unwrap_or_default();
     let blocks: String = blocks.iter().map(|line| format!("{line}\n")).collect();

@@ -11,7 +11,7 @@ use kardan_report as report;
 use crate::args::{DesignArgs, number, word};
 use crate::exit::{DONE, ERROR, exit_code};
 use crate::input;
-use crate::output::{in_words, prepare_files, print, save, save_page, say_written};
+use crate::output::{note_written, prepare_files, print, render_text, save, save_page};
 use crate::progress::{Bars, because};
 use crate::render::{self, Failure};
 use crate::stop;
@@ -25,17 +25,17 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
     let outputs: Vec<&Path> = args.report.iter().chain(&args.controller).map(PathBuf::as_path).collect();
     prepare_files(&outputs, None)?;
     // Only the design knows which mistakes stop it; of the others the warnings are said.
-    let mut warnings = project.mistakes().to_vec();
+    let mut warnings = project.diagnostics().to_vec();
     if args.force {
         study::overrule(&mut warnings);
     }
     warnings.retain(|d| d.severity == Severity::Warning);
     render::show(Some(&source), &warnings);
     let origin = source.to_string();
-    let bars = Bars::within(quiet, args.limits).showing({
+    let bars = Bars::limited(quiet, args.limits).showing({
         let (args, origin) = (args.clone(), origin.clone());
         move |part| match part {
-            Part::Design(found) => exit_code(tell(&found, &args, &origin, quiet), args.json),
+            Part::Design(found) => exit_code(report_result(&found, &args, &origin, quiet), args.json),
             _ => ERROR,
         }
     });
@@ -48,11 +48,11 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
     if let Some(reason) = stop::reason() {
         because(&mut design.unfinished, &reason);
     }
-    tell(&design, args, &origin, quiet)
+    report_result(&design, args, &origin, quiet)
 }
 
 /// Writes and prints what was designed, all of it or not.
-fn tell(design: &Design, args: &DesignArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
+fn report_result(design: &Design, args: &DesignArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
     let page = report::design(design);
     if let Some(path) = &args.report {
         save_page(path, &page)?;
@@ -60,19 +60,19 @@ fn tell(design: &Design, args: &DesignArgs, origin: &str, quiet: bool) -> Result
     if let Some(path) = &args.controller {
         save(path, export::controller_json(design).as_bytes())?;
     }
-    print(&if args.json { export::design_json(design) + "\n" } else { in_words(&page, origin) })?;
+    print(&if args.json { export::design_json(design) + "\n" } else { render_text(&page, origin) })?;
     for path in args.report.iter().chain(&args.controller).filter(|_| !quiet) {
-        say_written(path);
+        note_written(path);
     }
     Ok(if design.unfinished.is_none() { DONE } else { ERROR })
 }
 
 fn settings(args: &DesignArgs) -> Result<DesignSettings, Failure> {
-    let given = !args.inputs.is_empty() || !args.outputs.is_empty() || !args.at.is_empty();
+    let has_task = !args.inputs.is_empty() || !args.outputs.is_empty() || !args.at.is_empty();
     let at = points(&args.at)?;
     Ok(DesignSettings {
         control: args.control.clone(),
-        law: args.law.clone().or_else(|| given.then(|| LAW.into())),
+        law: args.law.clone().or_else(|| has_task.then(|| LAW.into())),
         inputs: args.inputs.clone(),
         outputs: args.outputs.clone(),
         at,
@@ -97,8 +97,8 @@ fn point(text: &str) -> Result<(String, String), Failure> {
         Some((signal, value)) => Ok((signal.into(), value.into())),
         None => {
             let message = format!("`--at {text}` is no signal with its value");
-            let mistake = Diagnostic::error("arguments::at", message).help("write `--at arm.phi=\"60 deg\"`");
-            Err(Failure { source: None, diagnostics: vec![mistake] })
+            let diagnostic = Diagnostic::error("arguments::at", message).help("write `--at arm.phi=\"60 deg\"`");
+            Err(Failure { source: None, diagnostics: vec![diagnostic] })
         }
     }
 }
@@ -114,8 +114,8 @@ fn tolerance(text: &str) -> Result<ToleranceBox, Failure> {
             let message = format!("`--tolerance {text}` is no percentage above 0 and below 100");
             let help = "write `--tolerance 20%`; without a number the tolerances of the file are taken. \
                         The model comes before the option";
-            let mistake = Diagnostic::error("arguments::tolerance", message).help(help);
-            Err(Failure { source: None, diagnostics: vec![mistake] })
+            let diagnostic = Diagnostic::error("arguments::tolerance", message).help(help);
+            Err(Failure { source: None, diagnostics: vec![diagnostic] })
         }
     }
 }

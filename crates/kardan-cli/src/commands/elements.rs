@@ -1,7 +1,7 @@
 //! `kardan elements`: the manual of the tables in a model file.
 
 use kardan::diagnostics::Diagnostic;
-use kardan::names::nearest_or_alike;
+use kardan::names::nearest_or_similar;
 use kardan::{element, export, model, synthesis};
 
 use crate::args::ElementsArgs;
@@ -31,6 +31,6 @@ fn hint(name: &str) -> String {
     let elements = element::REGISTRY.iter().map(|element| element.keyword);
     let laws = synthesis::REGISTRY.iter().map(|law| law.keyword);
     let list = "`kardan elements` lists all tables";
-    nearest_or_alike(name, elements.chain(laws).chain(model::study_pages()))
+    nearest_or_similar(name, elements.chain(laws).chain(model::study_pages()))
         .map_or(list.into(), |near| format!("did you mean `{near}`? ({list})"))
 }

@@ -15,7 +15,7 @@ use crate::args::{IdentifyArgs, word};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
 use crate::files::{self, expect_plain};
 use crate::input;
-use crate::output::{in_words, prepare_files, print, protect, reason, save_over, save_page, say_written};
+use crate::output::{note_written, prepare_files, print, protect, reason, render_text, save_over, save_page};
 use crate::progress::{Bars, because};
 use crate::render::{Failure, note};
 use crate::source::Source;
@@ -49,7 +49,7 @@ pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
     let bars = Bars::new(quiet).showing({
         let (args, source) = (args.clone(), source.clone());
         move |part| match part {
-            Part::Identification(found) => exit_code(tell(&found, &args, &source, quiet), args.json),
+            Part::Identification(found) => exit_code(report_result(&found, &args, &source, quiet), args.json),
             _ => ERROR,
         }
     });
@@ -60,32 +60,36 @@ pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
             if let Some(reason) = stop::reason() {
                 because(&mut found.unfinished, &reason);
             }
-            tell(&found, args, &source, quiet)
+            report_result(&found, args, &source, quiet)
         }
         Err(diagnostics) => Err(Failure { source: Some(source), diagnostics }),
     }
 }
 
 /// Writes and prints what was found, all of it or not; into a model goes nothing that is not complete.
-fn tell(found: &Identification, args: &IdentifyArgs, source: &Source, quiet: bool) -> Result<u8, Failure> {
+fn report_result(found: &Identification, args: &IdentifyArgs, source: &Source, quiet: bool) -> Result<u8, Failure> {
     let page = report::identification(found);
     if let Some(path) = &args.report {
         save_page(path, &page)?;
     }
     let whole = found.unfinished.is_none();
     let write_to = args.write.as_deref().filter(|_| whole);
-    let left = write_to.map(|path| write(path, &args.model, source, found)).transpose();
+    let omissions = write_to.map(|path| write(path, &args.model, source, found)).transpose();
     // What was found is printed also where it cannot be written; of JSON there is one object, then that of the mistake.
-    let left = if args.json { Ok(left?) } else { left };
-    print(&if args.json { export::identification_json(found) + "\n" } else { in_words(&page, &source.to_string()) })?;
-    let left = left?.unwrap_or_default();
+    let omissions = if args.json { Ok(omissions?) } else { omissions };
+    print(&if args.json {
+        export::identification_json(found) + "\n"
+    } else {
+        render_text(&page, &source.to_string())
+    })?;
+    let omissions = omissions?.unwrap_or_default();
     for path in args.report.iter().map(PathBuf::as_path).chain(write_to).filter(|_| !quiet) {
-        say_written(path);
+        note_written(path);
     }
     if let (Some(path), false) = (&args.write, whole) {
         note(&format!("`{}` is not written: the identification is not complete", path.display()));
     }
-    for why in left.iter().filter(|_| !quiet) {
+    for why in omissions.iter().filter(|_| !quiet) {
         note(&format!("not written: {why}"));
     }
     let sound = found.verdict().sound;
@@ -102,7 +106,8 @@ pub(super) fn logs(paths: &[PathBuf]) -> Result<Vec<LogFile>, Diagnostic> {
         (Ok(a), Ok(b)) => a == b,
         _ => false,
     };
-    if let Some(path) = paths.iter().enumerate().find_map(|(k, path)| paths[..k].iter().find(|other| same(other, path)))
+    if let Some(path) =
+        paths.iter().enumerate().find_map(|(k, path)| paths[..k].iter().find(|candidate| same(candidate, path)))
     {
         let message = format!("the log `{}` is named twice", path.display());
         return Err(Diagnostic::error("log::twice", message)
@@ -147,7 +152,7 @@ fn window(text: &str) -> Result<f64, Diagnostic> {
 
 /// Writes a copy of the model file with what was found, and says what it cannot hold.
 fn write(path: &Path, model: &Path, source: &Source, found: &Identification) -> Result<Vec<String>, Failure> {
-    let (text, left) = study::written(source.model(), found).map_err(|diagnostics| {
+    let (text, omissions) = study::write_values(source.model(), found).map_err(|diagnostics| {
         let mut diagnostics = diagnostics;
         diagnostics.insert(
             0,
@@ -157,5 +162,5 @@ fn write(path: &Path, model: &Path, source: &Source, found: &Identification) -> 
         Failure { source: None, diagnostics }
     })?;
     save_over(path, text.as_bytes(), Some(model))?;
-    Ok(left)
+    Ok(omissions)
 }

@@ -9,8 +9,8 @@ mod design;
 mod elements;
 mod equations;
 mod identify;
-mod kept;
 mod linearise;
+mod model_store;
 mod models;
 mod rows;
 mod run;
@@ -34,12 +34,12 @@ use crate::{stop, watch};
 
 /// Does what the arguments (with the program's name first) ask for, and gives the exit code.
 pub fn main(arguments: Vec<OsString>) -> u8 {
-    let json_wanted = arguments.iter().any(|argument| argument == "--json");
+    let is_json = arguments.iter().any(|argument| argument == "--json");
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(usage) => {
             let usage = with_nearest_command(usage);
-            if json_wanted && usage.use_stderr() {
+            if is_json && usage.use_stderr() {
                 let _ = print(&(kardan::export::json_error(usage.to_string().trim(), "", &[]) + "\n"));
             }
             let _ = usage.print();
@@ -63,8 +63,8 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
     if let Some(seconds) = limits.and_then(|limits| limits.time_limit) {
         stop::limit(seconds);
     }
-    if let Some(told) = unwatchable(&cli.command).or_else(|| limit_threads(&cli.command).err()) {
-        return exit_code(Err(told.into()), json);
+    if let Some(refusal) = unwatchable(&cli.command).or_else(|| limit_threads(&cli.command).err()) {
+        return exit_code(Err(refusal.into()), json);
     }
     match watched(&cli.command) {
         None => exit_code(dispatch(&cli), json),

@@ -44,9 +44,9 @@ pub fn models(args: &ModelsArgs, quiet: bool) -> Result<u8, Failure> {
     })?;
     let file = args.write.as_ref().map(|path| path.display().to_string());
     let whole = BuiltinModel { source: Some(builtin.source.into()), file, ..listed(builtin) };
-    let told = |text: &str| if args.json { print(&(export::models_json(&[whole]) + "\n")) } else { print(text) };
+    let print_model = |text: &str| if args.json { print(&(export::models_json(&[whole]) + "\n")) } else { print(text) };
     match &args.write {
-        None => told(builtin.source)?,
+        None => print_model(builtin.source)?,
         Some(path) if path.symlink_metadata().is_ok() => {
             let message = format!("`{}` exists already and is not touched", path.display());
             return Err(Diagnostic::error("file::exists", message).help("choose another name or remove it").into());
@@ -54,7 +54,7 @@ pub fn models(args: &ModelsArgs, quiet: bool) -> Result<u8, Failure> {
         Some(path) => {
             sweep_beside(path);
             save(path, builtin.source.as_bytes())?;
-            told("")?;
+            print_model("")?;
             let schema = path.with_file_name(SCHEMA);
             let beside = schema.symlink_metadata().is_err();
             if beside {

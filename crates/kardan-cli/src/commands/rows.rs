@@ -10,7 +10,7 @@ use kardan::project::Project;
 use kardan::results::{SweepRow, SweepRows};
 use kardan::study::{Shard, SweepPlan};
 
-use super::kept::{kept_model, models_of, path_of_model};
+use super::model_store::{models_of, path_of_model, stored_model};
 use crate::args::SweepArgs;
 use crate::files;
 use crate::output::{reason, save_in};
@@ -115,14 +115,14 @@ pub enum Unusable {
     /// They are not what was written, in words.
     Damaged(String),
     /// They are of another sweep: in what it differs.
-    OtherSweep(String),
+    SweepMismatch(String),
 }
 
 impl Unusable {
     /// In words.
     pub fn why(self) -> String {
         match self {
-            Self::Damaged(why) | Self::OtherSweep(why) => why,
+            Self::Damaged(why) | Self::SweepMismatch(why) => why,
         }
     }
 }
@@ -132,10 +132,10 @@ pub fn rows_of(project: &Project, plan: &SweepPlan, block: u64, path: &Path) -> 
     let bytes = files::read(path).map_err(|error| Unusable::Damaged(reason(&error)))?;
     let found = export::read_sweep_rows(&plan.head, bytes).map_err(|error| match error {
         RowsError::Damaged(why) => Unusable::Damaged(why),
-        RowsError::OtherSweep(there) => {
-            let was = path.parent().and_then(|folder| kept_model(folder, &there));
-            let differs = project.other_sweep(&plan.head.identity, &there, was.as_deref());
-            Unusable::OtherSweep(format!("it is of another sweep: {differs}"))
+        RowsError::SweepMismatch(identity) => {
+            let was = path.parent().and_then(|folder| stored_model(folder, &identity));
+            let differs = project.sweep_mismatch(&plan.head.identity, &identity, was.as_deref());
+            Unusable::SweepMismatch(format!("it is of another sweep: {differs}"))
         }
     })?;
     let samples = plan.samples_of(block..block.saturating_add(1));
@@ -233,7 +233,7 @@ pub fn put_away(out: &Path, blocks: u64) -> Result<(), Diagnostic> {
 
 /// Removes rows of another sweep once this one has written its first block: where it is ended early, what is there is of one sweep. Of a shard its own part, and
 /// what no shard of this sweep has.
-fn start_anew(out: &Path, plan: &SweepPlan, written: u64) -> Result<(), Diagnostic> {
+fn start_anew(out: &Path, plan: &SweepPlan, saved_block: u64) -> Result<(), Diagnostic> {
     if let Some(shard) = plan.shard {
         removed(&path_of_manifest(out, shard), "it is of a sweep before this one")?;
     }
@@ -242,7 +242,7 @@ fn start_anew(out: &Path, plan: &SweepPlan, written: u64) -> Result<(), Diagnost
         let mut old = models_of(out).into_iter().filter(|path| *path != own);
         old.try_for_each(|path| removed(&path, "it is the model of a sweep before this one"))?;
     }
-    let own = |block: u64| block != written && (plan.own_blocks().contains(&block) || block >= plan.blocks());
+    let own = |block: u64| block != saved_block && (plan.own_blocks().contains(&block) || block >= plan.blocks());
     let mut old = files_of_rows(out).into_iter().filter(|(block, _)| own(*block));
     old.try_for_each(|(_, path)| removed(&path, "it holds rows of another sweep"))
 }

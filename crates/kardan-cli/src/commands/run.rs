@@ -13,27 +13,27 @@ use kardan::study::{Part, Settings};
 use kardan_report as report;
 use rayon::prelude::*;
 
-use super::kept::kept_model;
+use super::model_store::stored_model;
 use crate::args::{Format, RunArgs, RunMethod};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
 use crate::files;
-use crate::folder::{Folder, tell_gone};
+use crate::folder::{Folder, note_moved_files};
 use crate::input;
-use crate::output::{in_words, print, reason, shown, where_to_look};
+use crate::output::{print, reason, render_text, shown, where_to_look};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::stop;
 
 pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
     let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
-    let mut known = project.mistakes().to_vec();
+    let mut model_diagnostics = project.diagnostics().to_vec();
     if args.force {
-        study::overrule(&mut known);
+        study::overrule(&mut model_diagnostics);
     }
-    if known.iter().any(|d| d.severity == Severity::Error) {
-        return Err(Failure { source: Some(source), diagnostics: known });
+    if model_diagnostics.iter().any(|d| d.severity == Severity::Error) {
+        return Err(Failure { source: Some(source), diagnostics: model_diagnostics });
     }
-    render::show(Some(&source), &known);
+    render::show(Some(&source), &model_diagnostics);
     let mut settings = Settings {
         variants: args.variants.clone(),
         faults: args.faults.clone(),
@@ -52,20 +52,20 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
     };
     let folder = Arc::new(Mutex::new(Folder::prepare(&args.out)?));
     let origin = source.to_string();
-    let bars = Bars::within(quiet, args.limits).showing({
+    let bars = Bars::limited(quiet, args.limits).showing({
         let (args, origin, folder) = (args.clone(), origin.clone(), Arc::clone(&folder));
         move |part| match part {
-            Part::Study(study) => exit_code(tell(&study, &folder, &args, &origin, quiet), args.json),
+            Part::Study(study) => exit_code(report_result(&study, &folder, &args, &origin, quiet), args.json),
             _ => ERROR,
         }
     });
     let study = project.run(&settings, &bars);
     bars.finish();
     let study = study.map_err(|mut diagnostics| {
-        diagnostics.retain(|d| d.severity == Severity::Error || !known.contains(d));
+        diagnostics.retain(|d| d.severity == Severity::Error || !model_diagnostics.contains(d));
         Failure { source: Some(source.clone()), diagnostics }
     })?;
-    tell(&study, &folder, args, &origin, quiet)
+    report_result(&study, &folder, args, &origin, quiet)
 }
 
 /// The model with rows of a file in place of its variants.
@@ -76,15 +76,15 @@ fn rows_again(project: &Project, path: &Path, args: &RunArgs, settings: &Setting
         let help = "name one of the files `rows-….parquet` that `kardan sweep --out DIR` writes";
         vec![Diagnostic::error("sweep::again", format!("`{shown}`: {why}")).help(help)]
     })?;
-    let was = path.parent().and_then(|folder| kept_model(folder, &identity));
-    if let Some(told) = project.other_model(&identity, was.as_deref()) {
+    let was = path.parent().and_then(|folder| stored_model(folder, &identity));
+    if let Some(difference) = project.other_model(&identity, was.as_deref()) {
         let help = "run with the model, its `--set`, and the version of kardan that made them";
-        let message = format!("the rows of `{shown}` are of another sweep: {told}");
+        let message = format!("the rows of `{shown}` are of another sweep: {difference}");
         return Err(vec![Diagnostic::error("sweep::again", message).help(help)]);
     }
     let (samples, variants) = (&args.samples, &args.variants);
-    let there = |sample: &u64| rows.iter().any(|row| row.sample == *sample);
-    if let Some(missing) = samples.iter().find(|sample| !there(sample)) {
+    let has_row = |sample: &u64| rows.iter().any(|row| row.sample == *sample);
+    if let Some(missing) = samples.iter().find(|sample| !has_row(sample)) {
         let ends = rows.iter().map(|row| row.sample);
         let (first, last) = (ends.clone().min().unwrap_or(0), ends.max().unwrap_or(0));
         let message = format!("`{shown}` holds no sample {missing}: it holds those from {first} to {last}");
@@ -100,11 +100,17 @@ fn rows_again(project: &Project, path: &Path, args: &RunArgs, settings: &Setting
 }
 
 /// Writes and prints what was computed, all of it or not.
-fn tell(study: &Study, folder: &Mutex<Folder>, args: &RunArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
+fn report_result(
+    study: &Study,
+    folder: &Mutex<Folder>,
+    args: &RunArgs,
+    origin: &str,
+    quiet: bool,
+) -> Result<u8, Failure> {
     let mut folder = folder.lock().unwrap_or_else(PoisonError::into_inner);
     let page = match args.no_report {
         false => report::study(study),
-        true => report::study_in_words(study),
+        true => report::study_text(study),
     };
     let (files, mut problems) = write(study, &page, &mut folder, args);
     // Where something could not be written, what an earlier run has left may be all there is.
@@ -114,12 +120,12 @@ fn tell(study: &Study, folder: &Mutex<Folder>, args: &RunArgs, origin: &str, qui
     if args.json {
         print(&(export::json(study, &files) + "\n"))?;
     } else {
-        let written = files.runs.iter().flatten().chain(&files.figures).chain(&files.report).chain(&files.plots);
-        let mut written: String = written.map(|path| format!("wrote {path}\n")).collect();
-        files.report.iter().for_each(|report| written += &where_to_look(report));
-        print(&(in_words(&page, origin) + "\n" + &render::visible(&written)))?;
+        let paths = files.runs.iter().flatten().chain(&files.figures).chain(&files.report).chain(&files.plots);
+        let mut paths: String = paths.map(|path| format!("wrote {path}\n")).collect();
+        files.report.iter().for_each(|report| paths += &where_to_look(report));
+        print(&(render_text(&page, origin) + "\n" + &render::visible(&paths)))?;
     }
-    tell_gone(&gone, quiet);
+    note_moved_files(&gone, quiet);
     // What comes while all is there and written changes nothing.
     let early = |warning: &&String| stop::reason().is_some_and(|why| warning.starts_with(&why));
     let missing: Vec<&String> = study.warnings.iter().filter(early).collect();
@@ -133,8 +139,8 @@ fn write(study: &Study, page: &report::Page, folder: &mut Folder, args: &RunArgs
     let mut problems = Vec::new();
     let tables: Vec<_> = study.runs.par_iter().map(|run| table(&study.model.name, run, args.format)).collect();
     for (run, table) in study.runs.iter().zip(tables) {
-        let written = table.and_then(|(extension, bytes)| folder.write(&run.name, extension, &bytes));
-        files.runs.push(written.map_err(|problem| problems.push(problem)).into_iter().collect());
+        let saved = table.and_then(|(extension, bytes)| folder.write(&run.name, extension, &bytes));
+        files.runs.push(saved.map_err(|problem| problems.push(problem)).into_iter().collect());
     }
     if let Some(figures) = export::figures_csv(study) {
         let mut name = String::from("figures");
@@ -192,8 +198,8 @@ fn verdict(runs: &[Run], strict: bool) -> u8 {
 }
 
 /// How runs are integrated.
-pub(super) fn method(asked: RunMethod) -> Method {
-    match asked {
+pub(super) fn method(choice: RunMethod) -> Method {
+    match choice {
         RunMethod::Automatic => Method::Automatic,
         RunMethod::Taylor => Method::Taylor,
         RunMethod::Dop853 => Method::Dop853,

@@ -9,39 +9,39 @@ use kardan_report as report;
 use crate::args::SafetyArgs;
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
 use crate::input;
-use crate::output::{in_words, prepare_files, print, save, save_page, say_written};
+use crate::output::{note_written, prepare_files, print, render_text, save, save_page};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 
 pub fn safety(args: &SafetyArgs, quiet: bool) -> Result<u8, Failure> {
     let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
-    let known = project.mistakes().to_vec();
-    if known.iter().any(|d| d.severity == Severity::Error) {
-        return Err(Failure { source: Some(source), diagnostics: known });
+    let model_diagnostics = project.diagnostics().to_vec();
+    if model_diagnostics.iter().any(|d| d.severity == Severity::Error) {
+        return Err(Failure { source: Some(source), diagnostics: model_diagnostics });
     }
-    render::show(Some(&source), &known);
+    render::show(Some(&source), &model_diagnostics);
     let files: Vec<_> = args.report.iter().chain(&args.csv).map(std::path::PathBuf::as_path).collect();
     prepare_files(&files, None)?;
     let settings = SafetySettings { origin: args.model.display().to_string(), changes: args.changes.set.clone() };
     let origin = source.to_string();
-    let bars = Bars::within(quiet, args.limits).showing({
+    let bars = Bars::limited(quiet, args.limits).showing({
         let (args, origin) = (args.clone(), origin.clone());
         move |part| match part {
-            Part::Safety(table) => exit_code(tell(&table, &args, &origin, quiet), args.json),
+            Part::Safety(table) => exit_code(report_result(&table, &args, &origin, quiet), args.json),
             _ => ERROR,
         }
     });
     let found = project.safety(&settings, &bars);
     bars.finish();
     let table = found.map_err(|mut diagnostics| {
-        diagnostics.retain(|d| d.severity == Severity::Error || !known.contains(d));
+        diagnostics.retain(|d| d.severity == Severity::Error || !model_diagnostics.contains(d));
         Failure { source: Some(source.clone()), diagnostics }
     })?;
-    tell(&table, args, &origin, quiet)
+    report_result(&table, args, &origin, quiet)
 }
 
 /// Writes and prints what was found, all of it or not.
-fn tell(table: &Safety, args: &SafetyArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
+fn report_result(table: &Safety, args: &SafetyArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
     let page = report::safety(table);
     if let Some(path) = &args.report {
         save_page(path, &page)?;
@@ -49,9 +49,9 @@ fn tell(table: &Safety, args: &SafetyArgs, origin: &str, quiet: bool) -> Result<
     if let Some(path) = &args.csv {
         save(path, export::safety_csv(table).as_bytes())?;
     }
-    print(&if args.json { export::safety_json(table) + "\n" } else { in_words(&page, origin) })?;
+    print(&if args.json { export::safety_json(table) + "\n" } else { render_text(&page, origin) })?;
     for path in args.report.iter().chain(&args.csv).filter(|_| !quiet) {
-        say_written(path);
+        note_written(path);
     }
     let failed = table.rows.iter().any(|row| row.verdict == SafetyVerdict::Failed);
     Ok(match (table.missing > 0 || failed, table.passes()) {

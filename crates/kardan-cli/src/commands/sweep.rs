@@ -11,7 +11,7 @@ use kardan::results::{RowAgain, Sweep, SweepRow, SweepRows, SweptRequirement};
 use kardan::study::{Progress, Settings, Shard, SweepGoal, SweepPlan, SweepSettings};
 use kardan_report as report;
 
-use super::kept::keep_model;
+use super::model_store::store_model;
 use super::rows::{
     Unusable, files_of_rows, put_away, removed, rows_before, rows_of, shard_counts, write_block, write_manifest,
 };
@@ -21,14 +21,16 @@ use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED};
 use crate::files;
 use crate::input;
 use crate::lock::Lock;
-use crate::output::{in_words, prepare_folder, print, quoted_for_shell, reason, save_in, say_written, shown, stays};
+use crate::output::{
+    note_written, prepare_folder, print, quoted_for_shell, reason, render_text, save_in, shown, stays,
+};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::stop;
 
 /// The page and the answers.
 const PAGE: &str = "sweep.html";
-const ANSWERS: &str = "sweep.json";
+const RESULTS: &str = "sweep.json";
 /// The page with the full runs of the worst cases, and how many.
 const FULL: &str = "worst.html";
 const MOST_FULL: usize = 3;
@@ -41,14 +43,15 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
     // It is there, as nothing else takes its place.
     let model = args.model.clone().unwrap_or_default();
     let (source, project) = input::prepared(&model, &args.changes, quiet)?;
-    let known = project.mistakes().to_vec();
-    if known.iter().any(|d| d.severity == Severity::Error) {
-        return Err(Failure { source: Some(source), diagnostics: known });
+    let model_diagnostics = project.diagnostics().to_vec();
+    if model_diagnostics.iter().any(|d| d.severity == Severity::Error) {
+        return Err(Failure { source: Some(source), diagnostics: model_diagnostics });
     }
-    render::show(Some(&source), &known);
+    render::show(Some(&source), &model_diagnostics);
     let settings = settings(args);
     let refused = |diagnostics: Vec<Diagnostic>| {
-        let diagnostics = diagnostics.into_iter().filter(|d| d.severity == Severity::Error || !known.contains(d));
+        let diagnostics =
+            diagnostics.into_iter().filter(|d| d.severity == Severity::Error || !model_diagnostics.contains(d));
         Failure { source: Some(source.clone()), diagnostics: diagnostics.collect() }
     };
     let mut plan = project.sweep_plan(&settings).map_err(refused)?;
@@ -57,29 +60,29 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
         Some(out) => (Some(prepared_folder(out, plan.shard)?), rows_before(args, out, (&project, &plan))?),
         None => (None, SweepRows::default()),
     };
-    let bars = Bars::within(quiet, args.limits);
+    let bars = Bars::limited(quiet, args.limits);
     stop::finish_parts();
     let mut failed = None;
     // Rows of another sweep stay until the first ones of this are there.
-    let (mut first, mut is_kept) = (args.force, false);
+    let (mut first, mut is_stored) = (args.force, false);
     let mut write = |block: u64, rows: &[SweepRow]| {
         let Some(out) = &args.out else { return Ok(()) };
         // The model, once, before the first rows of it.
-        let keep = || keep_model(out, &project, &plan.head.identity);
-        let kept = if std::mem::replace(&mut is_kept, true) { Ok(()) } else { keep() };
-        let written = kept.and_then(|()| write_block(out, &plan, block, rows, std::mem::take(&mut first)));
-        written.map_err(|mistake| {
-            let why = mistake.message.clone();
-            failed = Some(mistake);
+        let store = || store_model(out, &project, &plan.head.identity);
+        let model_store = if std::mem::replace(&mut is_stored, true) { Ok(()) } else { store() };
+        let saved = model_store.and_then(|()| write_block(out, &plan, block, rows, std::mem::take(&mut first)));
+        saved.map_err(|diagnostic| {
+            let why = diagnostic.message.clone();
+            failed = Some(diagnostic);
             why
         })
     };
     let found = project.sweep(&plan, &settings.run, &mut rows, &bars, &mut write);
     bars.finish();
-    if let Some(mistake) = failed {
+    if let Some(diagnostic) = failed {
         let help =
             "the rows that were written before are complete: once that is put right, `--resume` makes the others";
-        return Err(mistake.help(help).into());
+        return Err(diagnostic.help(help).into());
     }
     let mut found = found.map_err(refused)?;
     if let (Some(out), true) = (&args.out, found.missing > 0) {
@@ -100,7 +103,7 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
                     &project,
                     (&plan, &found),
                     &rows,
-                    (&settings.run, &Bars::within(quiet, args.limits)),
+                    (&settings.run, &Bars::limited(quiet, args.limits)),
                     out,
                 )?,
             };
@@ -111,13 +114,13 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
         }
         None => None,
     };
-    tell((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
+    report_result((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
 }
 
 /// Makes the folder of a sweep ready: it can be written, nothing in it leads out of it, and no other sweep fills it.
 pub fn prepared_folder(out: &Path, shard: Option<Shard>) -> Result<Lock, Diagnostic> {
     prepare_folder(out)?;
-    [PAGE, ANSWERS, FULL].iter().try_for_each(|name| stays(out, &out.join(name)))?;
+    [PAGE, RESULTS, FULL].iter().try_for_each(|name| stays(out, &out.join(name)))?;
     Lock::take(out, shard)
 }
 
@@ -164,14 +167,14 @@ fn looked_into(
     command: String,
     full: Option<Result<String, String>>,
 ) -> (report::Samples, report::Again) {
-    let mut words = Vec::new();
+    let mut paths = Vec::new();
     for (&block, path) in files.range(..plan.blocks()) {
-        words.resize(block as usize, String::new());
-        words.push(quoted_for_shell(&path.display().to_string()));
+        paths.resize(block as usize, String::new());
+        paths.push(quoted_for_shell(&path.display().to_string()));
     }
     let names = plan.head.variants.iter().map(|name| quoted_for_shell(name));
     let variants = if plan.head.variants.len() > 1 { names.collect() } else { Vec::new() };
-    let again = report::Again { command, block: plan.block(), files: words, variants, full };
+    let again = report::Again { command, block: plan.block(), files: paths, variants, full };
     (report::Samples::new(&plan.head, found, rows), again)
 }
 
@@ -203,8 +206,8 @@ fn full_page(
     out: &Path,
 ) -> Result<Option<Result<String, String>>, Diagnostic> {
     let path = out.join(FULL);
-    let asked = !(found.requirements.is_empty() && found.worst.is_none());
-    let made = asked.then(|| full_runs(project, (plan, found), rows, (settings, bars)));
+    let has_requirements = !(found.requirements.is_empty() && found.worst.is_none());
+    let made = has_requirements.then(|| full_runs(project, (plan, found), rows, (settings, bars)));
     bars.finish();
     match &made {
         Some(Ok(page)) => save_in(out, FULL, shown(page, false).1.as_bytes()).map(|_| ())?,
@@ -235,8 +238,8 @@ fn full_runs(
         return Err("no run has a number of what a requirement measures".into());
     }
     let settings = Settings { runs_only: true, ..settings.clone() };
-    let first = |mistakes: Vec<Diagnostic>| {
-        let first = mistakes.into_iter().find(|one| one.severity == Severity::Error);
+    let first = |diagnostics: Vec<Diagnostic>| {
+        let first = diagnostics.into_iter().find(|one| one.severity == Severity::Error);
         first.map_or_else(|| "they cannot be prepared".into(), |one| one.message)
     };
     let project = project.rows_again(&plan.head.identity, &rows, &settings).map_err(first)?;
@@ -280,7 +283,7 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     let bytes = files::read(first).map_err(|error| reason(&error));
     let (samples, seed) = bytes.and_then(export::samples_and_seed).map_err(|why| unmerged(first, &why, DAMAGED))?;
     let run = Settings { method: method(args.method), tolerance: args.tolerance, ..Settings::default() };
-    let asked = SweepSettings {
+    let options = SweepSettings {
         samples: Some(samples),
         seed: Some(seed),
         variants: args.variants.clone(),
@@ -290,10 +293,10 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
         lanes: None,
     };
     let refused = |diagnostics| Failure { source: Some(source.clone()), diagnostics };
-    let plan = project.sweep_plan(&asked).map_err(refused)?;
+    let plan = project.sweep_plan(&options).map_err(refused)?;
     let (mut rows, blocks) = merged_rows((&project, &plan), files)?;
     let missing: Vec<u64> = (0..plan.blocks()).filter(|block| !blocks.contains_key(block)).collect();
-    let mut found = project.sweep_answers(&plan, &mut rows);
+    let mut found = project.sweep_summary(&plan, &mut rows);
     let empty = args.parts.iter().filter(|part| files_of_rows(part).is_empty());
     let empty: Vec<String> = empty.map(|part| format!("`{}`", part.display())).collect();
     if !(empty.is_empty() || missing.is_empty()) {
@@ -313,12 +316,12 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     let mut looked = None;
     let _lock = args.out.as_deref().map(|out| prepared_folder(out, None)).transpose()?;
     if let Some(out) = &args.out {
-        let bars = Bars::within(quiet, Limits { max_steps: args.max_steps, time_limit: None });
+        let bars = Bars::limited(quiet, Limits { max_steps: args.max_steps, time_limit: None });
         let full = full_page(&project, (&plan, &found), &rows, (&run, &bars), out)?;
         let command = command_again((&args.model, &args.changes.set), (args.method, args.tolerance, args.max_steps));
         looked = Some(looked_into((&plan, &found), &rows, &blocks, command, full));
     }
-    tell((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
+    report_result((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
 }
 
 /// What to do about a file of rows that cannot be merged: that is of another sweep, or was damaged.
@@ -339,7 +342,7 @@ fn merged_rows(
         let read = |path: &Path| {
             rows_of(project, plan, block, path).map_err(|found| match found {
                 Unusable::Damaged(why) => unmerged(path, &why, DAMAGED),
-                Unusable::OtherSweep(why) => unmerged(path, &why, OTHER),
+                Unusable::SweepMismatch(why) => unmerged(path, &why, OTHER),
             })
         };
         let found = read(&path)?;
@@ -396,23 +399,23 @@ fn same(one: &[SweepRow], other: &[SweepRow]) -> bool {
 }
 
 /// Writes and prints what was found, all of it or not.
-fn tell(
+fn report_result(
     (found, looked): (&Sweep, Option<(report::Samples, report::Again)>),
     (out, json): (Option<&Path>, bool),
     origin: &str,
     quiet: bool,
 ) -> Result<u8, Failure> {
     let page = report::sweep(found);
-    let mut written = Vec::new();
+    let mut paths = Vec::new();
     if let Some(out) = out {
         let whole = looked.map(|(samples, again)| report::sweep_with(found, &samples, &again));
         let (_, whole) = shown(whole.as_ref().unwrap_or(&page), false);
         let pages = save_in(out, PAGE, whole.as_bytes())?;
-        let numbers = save_in(out, ANSWERS, (export::sweep_json(found) + "\n").as_bytes())?;
-        written = vec![pages, numbers];
+        let numbers = save_in(out, RESULTS, (export::sweep_json(found) + "\n").as_bytes())?;
+        paths = vec![pages, numbers];
     }
-    print(&if json { export::sweep_json(found) + "\n" } else { in_words(&page, origin) })?;
-    written.iter().filter(|_| !quiet).for_each(|path| say_written(path));
+    print(&if json { export::sweep_json(found) + "\n" } else { render_text(&page, origin) })?;
+    paths.iter().filter(|_| !quiet).for_each(|path| note_written(path));
     let fails = found.requirements.iter().any(|one| one.failed > 0) || !found.failures.is_empty();
     let fails = fails || found.worst.as_ref().is_some_and(|worst| worst.fails);
     let fails = fails || found.rare.as_ref().is_some_and(|rare| rare.probability.is_some());

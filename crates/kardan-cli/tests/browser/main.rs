@@ -271,7 +271,7 @@ fn runs_of_a_sweep_can_be_looked_into() {
 
 /// What the check is for: a page with one of each mistake is told of all.
 #[test]
-fn mistakes_are_seen() {
+fn errors_are_seen() {
     let Ok(browser) = browser() else { return };
     let folder = Folder::new("mistakes");
     let page = "<!doctype html><html><head><title>bad</title><style>@media print { p { color: red; } }</style></head><body>\

@@ -118,7 +118,7 @@ fn a_study_goes_the_whole_way() {
 }
 
 #[test]
-fn what_cannot_be_is_said_and_leaves_no_folder() {
+fn what_cannot_be_is_reported_and_leaves_no_folder() {
     let at = folder("wrong");
     let text = model(&at);
     fs::write(at.join("fast.toml"), text.replace("points = 6", "points = 900")).unwrap();

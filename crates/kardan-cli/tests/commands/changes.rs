@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 use boon::{Compiler, Draft, Schemas};
-use kardan::entries::{Entries, Written};
+use kardan::entries::{Entries, RawValue};
 use kardan::file::syntax;
 use kardan::model::BUILTIN;
 use serde_json::{Map, Value};
@@ -189,24 +189,24 @@ fn a_file_is_watched() {
 
 /// A model file as the value that a schema is about.
 fn value(entries: &Entries) -> Value {
-    let of = |written: &Written| match written {
-        Written::Text(text) => Value::String(text.clone()),
-        Written::Number(number) => serde_json::from_str(number).unwrap_or(Value::String(number.clone())),
-        Written::List(list) => Value::Array(list.iter().map(|entry| one(&entry.value)).collect()),
-        Written::Table(table) => value(table),
+    let of = |written: &RawValue| match written {
+        RawValue::Text(text) => Value::String(text.clone()),
+        RawValue::Number(number) => serde_json::from_str(number).unwrap_or(Value::String(number.clone())),
+        RawValue::List(list) => Value::Array(list.iter().map(|entry| one(&entry.value)).collect()),
+        RawValue::Table(table) => value(table),
         other => panic!("{other:?}"),
     };
     Value::Object(entries.iter().map(|entry| (entry.key.clone(), of(&entry.entry.value))).collect::<Map<_, _>>())
 }
 
-fn one(written: &Written) -> Value {
+fn one(written: &RawValue) -> Value {
     let mut entries = Entries::default();
     entries.set("value", written.clone());
     value(&entries)["value"].clone()
 }
 
 #[test]
-fn the_schema_for_editors_takes_models_and_marks_mistakes() {
+fn the_schema_for_editors_takes_models_and_marks_errors() {
     let at = folder("schema");
     let text = kardan(&at, &["schema", "model"]).stdout;
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/kardan.schema.json");
@@ -220,8 +220,8 @@ fn the_schema_for_editors_takes_models_and_marks_mistakes() {
     compiler.add_resource("http://localhost/model.json", schema).unwrap();
     let index = compiler.compile("http://localhost/model.json", &mut schemas).unwrap_or_else(|why| panic!("{why:#}"));
     let wrong = |text: &str| {
-        let (entries, mistakes) = syntax(text);
-        assert_eq!(mistakes, [], "{text}");
+        let (entries, diagnostics) = syntax(text);
+        assert_eq!(diagnostics, [], "{text}");
         schemas.validate(&value(&entries), index).err().map(|why| format!("{why:#}"))
     };
     for builtin in BUILTIN {

@@ -263,7 +263,7 @@ fn a_closed_pipe_is_no_error() {
 }
 
 #[test]
-fn mistakes_are_shown_with_their_line_and_counted() {
+fn errors_are_shown_with_their_line_and_counted() {
     let at = folder("mistakes");
     fs::write(at.join("bad.toml"), "\u{feff}[shaft.a]\ninertia = \"1 kq m^2\"\n").unwrap();
     for no_color in ["", "1"] {
@@ -366,7 +366,7 @@ fn matrices_are_read_or_refused_kindly() {
 }
 
 #[test]
-fn massless_models_are_analysed_and_what_is_eliminated_is_told() {
+fn massless_models_are_analysed_and_what_is_eliminated_is_reported() {
     let at = folder("massless");
     let model = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\n[spring_damper.s]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\n\
                  stiffness = \"1 N m/rad\"\ndamping = \"1 N m s/rad\"\n[motor.m]\nshaft = \"b\"\n";

@@ -354,7 +354,7 @@ fn jobs_are_written_where_there_is_no_scheduler() {
 
 /// Paths with all that a shell reads are one word of it, whatever a template does with them.
 #[test]
-fn paths_are_words_of_the_shell_in_templates() {
+fn paths_are_quoted_for_the_shell_in_templates() {
     let at = Place::new("quo'te $HOME `id` \"x\" !y", &[]);
     let template = "cd {{root}} && pwd >pwd.txt\nfor path in {{out}} {{logs}} {{root}} {{kardan}}; do\n\
                     test -e \"$path\" || echo \"$path\" >>missing.txt; done\nfor i in {{list}}; do {{shard}} $i; done\n";
@@ -432,7 +432,7 @@ fn nonsense_is_refused_before_something_is_submitted() {
     fs::write(at.0.join("utf16.sh"), b"\xff\xfe{\0{\0").unwrap();
     fs::write(at.0.join("empty.sh"), "\n").unwrap();
     let on = ["--on", "slurm", "--out", "o"];
-    for (more, told) in [
+    for (more, reported) in [
         (&["--on", "slurm"][..], "--out"),
         (&["--on", "pbs", "--out", "o"], "possible values: slurm, hyperqueue, kubernetes, mpi, local"),
         (&["--dry-run", "--out", "o"], "--on"),
@@ -464,7 +464,7 @@ fn nonsense_is_refused_before_something_is_submitted() {
         (&["--on", "slurm", "--out", "m.toml"], "exists already and is a file"),
     ] {
         let got = at.sweep(more);
-        assert!(got.status.code() == Some(2) && said(&got).contains(told), "{more:?}: {}", said(&got));
+        assert!(got.status.code() == Some(2) && said(&got).contains(reported), "{more:?}: {}", said(&got));
     }
     let got = at.kardan(&["sweep", "-", "--on", "slurm", "--out", "o"]);
     assert!(got.status.code() == Some(2) && said(&got).contains("the standard input"), "{}", said(&got));
@@ -472,13 +472,13 @@ fn nonsense_is_refused_before_something_is_submitted() {
     // A folder is of one sweep in one number of shards.
     let local = ["--on", "local", "--out", "l", "--shards", "2"];
     assert_eq!(at.sweep(&local).status.code(), Some(1));
-    for (more, told) in [
+    for (more, reported) in [
         (&local[..], "holds rows of a sweep already"),
         (&["--on", "local", "--out", "l", "--shards", "3", "--resume"], "its sweep is in 2 shards, not 3"),
         (&["--on", "local", "--out", "l", "--tolerance", "1e-6", "--resume"], "it is of another sweep"),
     ] {
         let got = at.sweep(more);
-        assert!(got.status.code() == Some(2) && said(&got).contains(told), "{more:?}: {}", said(&got));
+        assert!(got.status.code() == Some(2) && said(&got).contains(reported), "{more:?}: {}", said(&got));
     }
     assert_eq!(at.sweep(&["--on", "local", "--out", "l", "--shards", "3", "--force"]).status.code(), Some(1));
     at.is_whole("l");

@@ -68,7 +68,7 @@ fn damaged(bytes: &[u8], other: &[u8], random: &mut Random) -> (Option<Vec<u8>>,
 /// A sweep in three shards, as it was left: its files.
 struct Swept {
     at: PathBuf,
-    answers: Vec<u8>,
+    results: Vec<u8>,
     files: Vec<(PathBuf, Vec<u8>)>,
 }
 
@@ -93,8 +93,8 @@ impl Swept {
             }
         }
         files.sort();
-        let answers = fs::read(at.join("o/sweep.json")).unwrap();
-        Self { at, answers, files }
+        let results = fs::read(at.join("o/sweep.json")).unwrap();
+        Self { at, results, files }
     }
 
     fn restore(&self) {
@@ -117,7 +117,7 @@ impl Swept {
     fn is_refused_or_the_same(&self, got: &Output, name: &str, what: &str) -> bool {
         let error: String = String::from_utf8_lossy(&got.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
         let refused = error.replace("│ ", "").replace(' ', "").contains(&name.replace(' ', ""));
-        let same = fs::read(self.at.join("o/sweep.json")).is_ok_and(|answers| answers == self.answers);
+        let same = fs::read(self.at.join("o/sweep.json")).is_ok_and(|results| results == self.results);
         match got.status.code() {
             Some(1) => assert!(same, "{name}, {what}: other answers"),
             Some(2) => assert!(refused && !error.contains("panic"), "{name}, {what}: {error}"),
@@ -185,6 +185,6 @@ fn what_is_gone_is_made_again() {
         }
         let got = kardan(&swept.at, &resume);
         assert_eq!(got.status.code(), Some(1), "{names:?}: {}", String::from_utf8_lossy(&got.stderr));
-        assert!(fs::read(swept.at.join("o/sweep.json")).unwrap() == swept.answers, "{names:?}");
+        assert!(fs::read(swept.at.join("o/sweep.json")).unwrap() == swept.results, "{names:?}");
     }
 }

@@ -47,7 +47,7 @@ fn changed(name: &str, from: &str, to: &str) -> String {
 const BOTH: [&str; 2] = ["--inputs", "wg_motor,rk_motor"];
 
 #[test]
-fn text_tells_the_verdict_the_gains_and_the_warnings() {
+fn text_shows_the_verdict_the_gains_and_the_warnings() {
     let at = folder("text");
     let got = design(&at, &["harmonic-drive-spring", "--no-simulation"]);
     assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));

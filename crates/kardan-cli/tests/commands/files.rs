@@ -139,7 +139,7 @@ fn what_a_command_reads_is_not_written_over() {
 }
 
 #[test]
-fn what_is_no_file_is_told_in_clear_words() {
+fn what_is_no_file_is_reported_clearly() {
     let at = folder("odd");
     fs::create_dir(at.join("folder")).unwrap();
     for (path, part) in [
@@ -225,7 +225,7 @@ mod unix {
         for arguments in commands {
             let _ = fs::remove_dir_all(at.join("o"));
             assert_eq!(kardan(&at, arguments).status.code(), Some(0), "{arguments:?}");
-            let mut told = 0;
+            let mut reported = 0;
             for (path, whole) in contents(&at.join("o")) {
                 fs::write(&victim, "mine").unwrap();
                 // A shard whose rows were refused has no manifest any more.
@@ -241,7 +241,7 @@ mod unix {
                         "{arguments:?}: {}: {said}",
                         path.display()
                     );
-                    told += 1;
+                    reported += 1;
                 } else {
                     // What was of no use any more went away, or was not written.
                     assert_eq!(got.status.code(), Some(0), "{}: {said}", path.display());
@@ -249,7 +249,7 @@ mod unix {
                 let _ = fs::remove_file(&path);
                 fs::write(&path, whole).unwrap();
             }
-            assert!(told > 2, "{arguments:?}: {told}");
+            assert!(reported > 2, "{arguments:?}: {reported}");
         }
         // Folders too, and a link that leads nowhere yet; one that stays in the folder, and the folder itself, are followed.
         fs::remove_dir_all(at.join("o/parts")).unwrap();

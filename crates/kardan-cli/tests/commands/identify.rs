@@ -167,7 +167,7 @@ fn a_missing_term_is_suggested() {
 }
 
 #[test]
-fn what_cannot_be_is_told() {
+fn what_cannot_be_is_reported() {
     let at = folder("wrong");
     fs::write(at.join("empty.csv"), "").unwrap();
     fs::write(at.join("page.csv"), "<!DOCTYPE html><html><body>Not found</body></html>").unwrap();

@@ -84,8 +84,8 @@ fn steps_and_seconds_are_limited() {
         let out = ended(kardan(&at, &arguments));
         is_marked(&at, &out, cause);
         // Told before the run began, with the element.
-        let told = String::from_utf8_lossy(&out.stderr);
-        assert!(told.contains("run::steps") && told.contains("`d`"), "{told}");
+        let reported = String::from_utf8_lossy(&out.stderr);
+        assert!(reported.contains("run::steps") && reported.contains("`d`"), "{reported}");
     }
     let at = folder("limits");
     for wrong in [
@@ -130,8 +130,8 @@ fn a_signal_lets_a_sweep_finish_its_block() {
     }
     signal(&child, "-INT");
     let out = ended(child);
-    let told = String::from_utf8_lossy(&out.stderr);
-    assert!(out.status.code() == Some(2) && told.contains("is finished and written"), "{told}");
+    let reported = String::from_utf8_lossy(&out.stderr);
+    assert!(out.status.code() == Some(2) && reported.contains("is finished and written"), "{reported}");
     let json = printed(&out.stdout);
     let files = fs::read_dir(at.join("out")).unwrap().filter_map(Result::ok);
     let blocks = files.filter(|file| file.path().extension().is_some_and(|end| end == "parquet")).count();
@@ -150,8 +150,8 @@ fn a_limit_ends_a_bench() {
     let at = folder("bench");
     let out = ended(kardan(&at, &["bench", "--max-steps", "500", "--out", "out"]));
     assert_eq!(out.status.code(), Some(2), "{out:?}");
-    let told = String::from_utf8_lossy(&out.stderr);
-    assert!(told.contains("ends early") && told.contains("more than 500 steps"), "{told}");
+    let reported = String::from_utf8_lossy(&out.stderr);
+    assert!(reported.contains("ends early") && reported.contains("more than 500 steps"), "{reported}");
     let logs: Vec<_> = fs::read_dir(at.join("out")).unwrap().map(|entry| entry.unwrap().path()).collect();
     assert!(logs.iter().any(|path| path.extension().is_some_and(|e| e == "csv")), "{logs:?}");
 }
@@ -188,21 +188,21 @@ fn stopped(at: &Path, arguments: &[&str], fault: &str) -> Option<(Value, String)
         .stderr(Stdio::piped())
         .spawn();
     let out = child.unwrap().wait_with_output().unwrap();
-    let told = String::from_utf8(out.stderr).unwrap();
+    let reported = String::from_utf8(out.stderr).unwrap();
     let json = printed(&out.stdout);
     for file in fs::read_dir(at).unwrap().chain(fs::read_dir(at.join("out")).into_iter().flatten()) {
         assert!(file.unwrap().path().extension().is_none_or(|e| e != "part"));
     }
-    let ended_early = told.contains("stopped by a signal");
-    assert_eq!(out.status.code(), Some(if ended_early { 2 } else { 0 }), "{arguments:?}, {fault}: {told}");
-    ended_early.then_some((json, told))
+    let ended_early = reported.contains("stopped by a signal");
+    assert_eq!(out.status.code(), Some(if ended_early { 2 } else { 0 }), "{arguments:?}, {fault}: {reported}");
+    ended_early.then_some((json, reported))
 }
 
 /// Stops a command wherever it keeps something, in order, and looks at what it shows each time; at least this often.
 fn stopped_everywhere(at: &Path, arguments: &[&str], least: usize, look: &mut dyn FnMut(Value, String)) {
     let mut count = 0;
-    while let Some((json, told)) = stopped(at, arguments, &format!("kept:{count}")) {
-        look(json, told);
+    while let Some((json, reported)) = stopped(at, arguments, &format!("kept:{count}")) {
+        look(json, reported);
         count += 1;
     }
     assert!(count >= least, "{arguments:?} keeps something {count} times");
@@ -268,10 +268,10 @@ fn a_signal_keeps_what_an_identification_has() {
     }
     let mut arguments = vec!["identify", "model.toml", "--json", "--report", "page.html", "--write", "model.toml"];
     arguments.extend(names.iter().map(String::as_str));
-    let is_kept = |(json, told): (Value, String), missing: &str| {
+    let is_kept = |(json, reported): (Value, String), missing: &str| {
         assert!(json["sound"] == false, "{json}");
         is_unfinished(&at, &json, missing);
-        assert!(told.contains("is not written: the identification is not complete"), "{told}");
+        assert!(reported.contains("is not written: the identification is not complete"), "{reported}");
         assert_eq!(fs::read_to_string(at.join("model.toml")).unwrap(), model);
         (json["logs"].as_array().unwrap().len(), json["parameters"][0]["value"].as_f64())
     };
@@ -280,7 +280,7 @@ fn a_signal_keeps_what_an_identification_has() {
     assert!((1..names.len()).contains(&read), "{read}");
     assert!((found.unwrap() - 2.0).abs() < 1e-3, "{found:?}");
     // And behind them.
-    stopped_everywhere(&at, &arguments[..8], 1, &mut |json, told| assert_eq!(is_kept((json, told), "").0, 1));
+    stopped_everywhere(&at, &arguments[..8], 1, &mut |json, reported| assert_eq!(is_kept((json, reported), "").0, 1));
 }
 
 /// Runs that are complete stay complete while the designs of their report are computed.
@@ -291,10 +291,10 @@ fn a_signal_keeps_complete_runs() {
     let model = model.replace("\nduration = \"1.5 s\"", "\nduration = \"0.12 s\"");
     fs::write(at.join("short.toml"), model).unwrap();
     let arguments = ["run", "short.toml", "--variant", "rack", "--json", "--out", "out"];
-    let (json, told) = stopped(&at, &arguments, "kept:0").expect("runs are kept");
+    let (json, reported) = stopped(&at, &arguments, "kept:0").expect("runs are kept");
     assert_eq!(json["variants"][0]["outcome"]["completed"], true);
     assert!(json["warnings"].to_string().contains("stopped by a signal"), "{}", json["warnings"]);
-    assert!(told.contains("designs of the report are missing"), "{told}");
+    assert!(reported.contains("designs of the report are missing"), "{reported}");
     assert!(fs::read_to_string(at.join("out/rack.csv")).unwrap().ends_with('\n'));
     let page = fs::read_to_string(at.join("out/report.html")).unwrap();
     assert!(page.trim_end().ends_with("</html>") && page.contains("stopped by a signal"));
@@ -311,12 +311,12 @@ fn a_signal_keeps_the_logs_of_a_study() {
     fs::write(at.join("model.toml"), model).unwrap();
     // Before it identifies, and before the loops run.
     let arguments = ["bench", "model.toml", "--study", "--json", "--out", "out"];
-    stopped_everywhere(&at, &arguments, 2, &mut |json, told| {
+    stopped_everywhere(&at, &arguments, 2, &mut |json, reported| {
         let logs = json["logs"].as_array().unwrap();
         assert!(logs.iter().all(|log| log["outcome"] == "completed"));
         let log = logs[0]["files"][0].as_str().unwrap();
         assert!(fs::read_to_string(at.join(log)).unwrap().ends_with('\n'));
-        assert!(json["identification"].is_null() && told.contains("the study is not complete"), "{told}");
+        assert!(json["identification"].is_null() && reported.contains("the study is not complete"), "{reported}");
     });
 }
 

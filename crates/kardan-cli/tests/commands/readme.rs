@@ -85,8 +85,8 @@ fn the_readme_is_short_and_its_links_lead_somewhere() {
 fn the_first_steps_work_as_printed() {
     let text = fs::read_to_string(root().join("docs/first-model.md")).unwrap();
     let model = text.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
-    let mistakes = kardan::study::check(model);
-    assert!(mistakes.is_empty(), "{mistakes:?}");
+    let diagnostics = kardan::study::check(model);
+    assert!(diagnostics.is_empty(), "{diagnostics:?}");
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("first-model");
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();

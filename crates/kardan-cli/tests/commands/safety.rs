@@ -52,7 +52,7 @@ below = \"5 deg\"
 #[test]
 fn times_shorter_than_a_row_are_refused() {
     let at = folder("short");
-    for (from, to, told) in [
+    for (from, to, reported) in [
         ("below = \"5 deg\"", "below = \"5 deg\"\nwindow = \"1 ns\"", "effect `turn`: its window of 0.000000001 s"),
         ("below = \"5 deg\"", "below = \"5 deg\"\nwindow = \"49 us\"", "write at least 5.000e-5 s"),
         (
@@ -65,7 +65,10 @@ fn times_shorter_than_a_row_are_refused() {
         let got = kardan(&at, &["safety", "m.toml"]);
         let error =
             String::from_utf8_lossy(&got.stderr).replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(got.status.code() == Some(2) && error.contains("safety::window") && error.contains(told), "{error}");
+        assert!(
+            got.status.code() == Some(2) && error.contains("safety::window") && error.contains(reported),
+            "{error}"
+        );
     }
     // One row is enough, and a finer step has more of them.
     for (window, step) in [("50 us", "1 ms"), ("5 us", "0.1 ms")] {

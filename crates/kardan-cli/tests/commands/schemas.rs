@@ -62,7 +62,7 @@ pub fn printed(bytes: &[u8]) -> Value {
 /// Schemas are valid themselves; what is none of them, a key that is not listed, one that is missing, and a value of another type
 /// are found.
 #[test]
-fn schemas_tell_what_is_wrong() {
+fn schemas_show_what_is_wrong() {
     for (name, _) in SCHEMAS {
         let schema = schema(name);
         assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");

@@ -50,8 +50,8 @@ fn half_of_the_samples_hold() {
     assert!(["below", "above"].iter().all(|key| schema.contains(&format!("What is measured must be {key} this, SI."))));
     let files = ["rows-000000.parquet", "rows-000001.parquet", "rows-000002.parquet", "sweep.html", "sweep.json"];
     assert!(files.iter().all(|name| at.join("o").join(name).is_file()));
-    let told = kardan(&at, &["sweep", "m.toml", "--samples", "150"]);
-    let text = String::from_utf8(told.stdout).unwrap();
+    let reported = kardan(&at, &["sweep", "m.toml", "--samples", "150"]);
+    let text = String::from_utf8(reported.stdout).unwrap();
     assert!(text.contains("1 of 1 requirements fail in some of 150 runs") && text.contains("50 %"), "{text}");
 }
 
@@ -70,8 +70,8 @@ fn the_page_has_the_runs() {
     assert_eq!(data["again"]["command"], "kardan run m.toml --set 'scenario.duration=1 s' --variants-from");
     assert_eq!((&data["requirements"][0]["above"], &data["requirements"][0]["column"]), (&2.0.into(), &1.into()));
     assert!(page.contains("All 150 runs, 75 of which fail") && page.contains("href=\"worst.html\""));
-    let told = String::from_utf8(got.stdout).unwrap();
-    assert!(!told.contains("--variants-from") && !told.contains("samples-data"), "{told}");
+    let reported = String::from_utf8(got.stdout).unwrap();
+    assert!(!reported.contains("--variants-from") && !reported.contains("samples-data"), "{reported}");
     let full = fs::read_to_string(at.join("o o/worst.html")).unwrap();
     assert!(full.contains("model_sample-"));
 }
@@ -109,7 +109,7 @@ fn threads_are_limited() {
 
 /// The command beside a run makes that run again, of the variant alone that it is of.
 #[test]
-fn the_page_tells_how_a_run_is_made_again() {
+fn the_page_shows_how_a_run_is_made_again() {
     let at = folder("again_page");
     let variants = "[[variant]]\nname = \"weak\"\n[[variant]]\nname = \"strong\"\n";
     fs::write(at.join("m.toml"), format!("{MODEL}{variants}")).unwrap();
@@ -181,9 +181,9 @@ fn damaged_rows_are_seen() {
         [&["sweep", "merge", "m.toml", "o"][..], &["run", "m.toml", "--variants-from", "o/rows-000000.parquet"]]
     {
         let got = kardan(&at, arguments);
-        let told = String::from_utf8_lossy(&got.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
-        assert_eq!(got.status.code(), Some(2), "{told}");
-        assert!(told.contains("damaged or altered") && told.contains("rows-000000.parquet"), "{told}");
+        let reported = String::from_utf8_lossy(&got.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(got.status.code(), Some(2), "{reported}");
+        assert!(reported.contains("damaged or altered") && reported.contains("rows-000000.parquet"), "{reported}");
     }
     assert_eq!(sweep(&["--resume"]).status.code(), Some(1));
     assert_eq!(fs::read(&path).unwrap(), whole);
@@ -195,10 +195,10 @@ fn two_sweeps_in_one_folder_are_refused() {
     let at = folder("locked");
     fs::write(at.join("m.toml"), MODEL).unwrap();
     let small = ["sweep", "m.toml", "--samples", "70", "--out", "o", "--force"];
-    let refused = |arguments: &[&str], told: &str| {
+    let refused = |arguments: &[&str], reported: &str| {
         let got = kardan(&at, arguments);
         let error = String::from_utf8_lossy(&got.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(got.status.code() == Some(2) && error.contains(told), "{arguments:?}: {error}");
+        assert!(got.status.code() == Some(2) && error.contains(reported), "{arguments:?}: {error}");
         assert!(error.contains("wait until it has ended, or name another folder"), "{error}");
     };
     let mut command = Command::new(env!("CARGO_BIN_EXE_kardan"));
@@ -274,12 +274,13 @@ fn it_goes_on_where_it_ended() {
     assert_eq!(printed(&again.stdout), printed(&first.stdout));
     assert_eq!([bytes(0), bytes(1), bytes(2)], before);
     assert_eq!(fs::metadata(at.join("o/rows-000000.parquet")).unwrap().modified().unwrap(), kept);
-    for (more, told) in [(&[][..], "holds rows of a sweep already"), (&["--resume", "--seed", "3"], "of another sweep")]
+    for (more, reported) in
+        [(&[][..], "holds rows of a sweep already"), (&["--resume", "--seed", "3"], "of another sweep")]
     {
         let got = sweep(more);
         assert_eq!(got.status.code(), Some(2));
         let error = printed(&got.stdout).to_string();
-        assert!(error.contains(told), "{error}");
+        assert!(error.contains(reported), "{error}");
     }
     // What is damaged is made again, which is told.
     fs::write(at.join("o/rows-000001.parquet"), b"PAR1").unwrap();
@@ -291,7 +292,7 @@ fn it_goes_on_where_it_ended() {
 
 /// What is refused tells what is different: values of the model, also of another sweep that was replaced, or what else rows follow from.
 #[test]
-fn what_differs_is_told() {
+fn what_differs_is_reported() {
     let at = folder("differs");
     let write = |model: &str| fs::write(at.join("m.toml"), model).unwrap();
     let other = MODEL.replace("10 %", "20 %").replace("above = ", "below = ").replace("\"4 N m\"", "\"5 N m\"");
@@ -323,7 +324,7 @@ fn what_differs_is_told() {
     }
     // Only what differs is told, whatever stands behind it.
     write(MODEL);
-    for (more, told) in [
+    for (more, reported) in [
         (&["--seed", "3"][..], "of another sweep: seed 0, here seed 3"),
         (&["--tolerance", "1e-7"], "of another sweep: tolerance 1e-7 here alone"),
         (
@@ -337,7 +338,7 @@ fn what_differs_is_told() {
         ),
     ] {
         let (code, error) = sweep(&[&["--out", "o", "--resume"], more].concat());
-        assert!(code == Some(2) && error.contains(told), "{more:?}: {error}");
+        assert!(code == Some(2) && error.contains(reported), "{more:?}: {error}");
         assert!(!error.contains("70 samples") && !error.contains("kardan 0"), "{error}");
     }
     // Where it is not known what the model was, it has its number.
@@ -352,8 +353,8 @@ fn what_differs_is_told() {
     assert_eq!(run(&[&on[..], &["--samples", "70"]].concat()).0, Some(1));
     let (code, error) =
         run(&[&on[..], &["--samples", "80", "--resume", "--set", "scenario.event[0].to=4 N m"]].concat());
-    let told = "of another sweep: `scenario.event[0].to` \"5 N m\", here \"4 N m\"; 70 samples of `model`, here 80 samples of `model`";
-    assert!(code == Some(2) && error.contains(told), "{error}");
+    let reported = "of another sweep: `scenario.event[0].to` \"5 N m\", here \"4 N m\"; 70 samples of `model`, here 80 samples of `model`";
+    assert!(code == Some(2) && error.contains(reported), "{error}");
 }
 
 /// A sweep that is ended keeps its blocks, and says how much is missing.
@@ -507,13 +508,13 @@ fn rows_run_again_are_the_same() {
         let measured = run["requirements"][0]["measured"].as_f64().unwrap();
         assert_eq!(measured.to_bits(), swept("requirement.1.measured", sample).to_bits());
     }
-    for (more, told) in [
+    for (more, reported) in [
         (&["--sample", "64"][..], "holds no sample 64"),
         (&["--sample", "5", "--set", "a.inertia=3 kg m^2"], "of another sweep"),
         (&["--sample", "5", "--tolerance", "1e-6"], "integrated otherwise"),
     ] {
         let got = again(more);
-        assert!(got.status.code() == Some(2) && printed(&got.stdout).to_string().contains(told), "{more:?}");
+        assert!(got.status.code() == Some(2) && printed(&got.stdout).to_string().contains(reported), "{more:?}");
     }
 }
 
@@ -527,7 +528,7 @@ fn nonsense_is_refused() {
         let model = format!("[sweep]\npoints = \"{points}\n{shafts}[scenario]\n");
         fs::write(at.join(format!("{name}.toml")), model).unwrap();
     }
-    for (arguments, told) in [
+    for (arguments, reported) in [
         (&["sweep", "same.toml"][..], "nothing in the file varies"),
         (
             &["sweep", "m.toml", "--samples", "0"],
@@ -571,7 +572,7 @@ fn nonsense_is_refused() {
         let got = kardan(&at, arguments);
         let error = String::from_utf8_lossy(&got.stderr).replace(['\n', '│'], " ");
         let error = error.split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(got.status.code() == Some(2) && error.contains(told), "{arguments:?}: {error}");
+        assert!(got.status.code() == Some(2) && error.contains(reported), "{arguments:?}: {error}");
     }
 }
 
@@ -609,7 +610,7 @@ deviation = 1
 
 /// Searches, rare failures and samples until they are enough are told, write rows, go on, and a row runs again.
 #[test]
-fn goals_are_told_and_go_on() {
+fn goals_are_reported_and_go_on() {
     let at = folder("goals");
     fs::write(at.join("m.toml"), FAR).unwrap();
     let goals = [
@@ -617,14 +618,14 @@ fn goals_are_told_and_go_on() {
         (&["--samples", "200", "--rare", "f"][..], "rare", "fails with the probability", 1),
         (&["--samples", "400", "--until", "0.05", "--seed", "2"][..], "until", "Every requirement holds", 0),
     ];
-    for (more, key, told, code) in goals {
+    for (more, key, reported, code) in goals {
         let sweep = |others: &[&str]| kardan(&at, &[&["sweep", "m.toml", "--out", key], more, others].concat());
         let first = sweep(&["--json"]);
         assert_eq!(first.status.code(), Some(code), "{}", String::from_utf8_lossy(&first.stderr));
         let object = printed(&first.stdout);
         assert!(object[key].is_object() && object["missing"] == 0, "{object}");
         let page = fs::read_to_string(at.join(key).join("sweep.html")).unwrap();
-        assert!(page.contains(told), "{told}");
+        assert!(page.contains(reported), "{reported}");
         let rows: Vec<PathBuf> =
             (0..99).map(|k| at.join(key).join(format!("rows-{k:06}.parquet"))).filter(|path| path.is_file()).collect();
         let bytes: Vec<Vec<u8>> = rows.iter().map(|path| fs::read(path).unwrap()).collect();
@@ -632,7 +633,7 @@ fn goals_are_told_and_go_on() {
         assert_eq!(printed(&sweep(&["--json", "--resume"]).stdout), object);
         assert!(rows.iter().zip(&bytes).all(|(path, bytes)| fs::read(path).unwrap() == *bytes));
         let text = String::from_utf8(sweep(&["--force"]).stdout).unwrap();
-        assert!(text.contains(told), "{text}");
+        assert!(text.contains(reported), "{text}");
     }
     let worst = printed(&kardan(&at, &["sweep", "m.toml", "--samples", "160", "--worst", "1", "--json"]).stdout);
     let (sample, block) = (worst["worst"]["sample"].as_u64().unwrap(), worst["worst"]["sample"].as_u64().unwrap() / 10);
@@ -653,7 +654,7 @@ fn goals_are_told_and_go_on() {
 fn goals_that_are_none_are_refused() {
     let at = folder("no_goals");
     fs::write(at.join("m.toml"), FAR).unwrap();
-    for (more, told) in [
+    for (more, reported) in [
         (&["--worst", "1", "--rare", "1"][..], "cannot be used with"),
         (&["--worst", "1", "--until", "0.1"], "cannot be used with"),
         (&["--rare", "1", "--shard", "1/2", "--out", "o"], "cannot be used with"),
@@ -668,6 +669,6 @@ fn goals_that_are_none_are_refused() {
         let got = kardan(&at, &[&["sweep", "m.toml"], more].concat());
         let error = String::from_utf8_lossy(&got.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
         assert_eq!(got.status.code(), Some(2), "{error}");
-        assert!(error.contains(told), "{error}");
+        assert!(error.contains(reported), "{error}");
     }
 }

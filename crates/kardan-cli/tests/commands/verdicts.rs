@@ -107,7 +107,7 @@ initial = { \"a.phi\" = \"0.2 rad\" }
 
 /// A run whose errors are as large as its signals says so in its first line, and ends with another exit code if asked.
 #[test]
-fn errors_as_large_as_signals_are_told_first() {
+fn errors_as_large_as_signals_are_reported_first() {
     let at = folder("errors");
     fs::write(at.join("long.toml"), CHAOS.replace("DURATION", "400")).unwrap();
     fs::write(at.join("short.toml"), CHAOS.replace("DURATION", "10")).unwrap();

@@ -376,17 +376,17 @@ fn inline(part: &MechanismPart, block: &Block<'_>, ends: &[End]) -> Cell {
         && first.side == second.side
     {
         let way = if first.side == Side::Left { 1.0 } else { -1.0 };
-        let around = if way > 0.0 { cell.right } else { cell.left } + 2.0;
+        let turning_x = if way > 0.0 { cell.right } else { cell.left } + 2.0;
         let low = cell.below + 8.0;
         let near = -way * if way > 0.0 { cell.left } else { cell.right };
         let first_end = vec![(near, 0.0), (-way * half, 0.0)];
-        let second_end = vec![(near, low), (way * around, low), (way * around, 0.0), (way * half, 0.0)];
+        let second_end = vec![(near, low), (way * turning_x, low), (way * turning_x, 0.0), (way * half, 0.0)];
         cell.groups[0].marks.extend([first_end, second_end].map(|points| Mark::Line { points, class }));
         cell.ports = vec![(first.end, 0.0), (second.end, low)];
         if way > 0.0 {
-            cell.right = around + 4.0
+            cell.right = turning_x + 4.0
         } else {
-            cell.left = around + 4.0
+            cell.left = turning_x + 4.0
         };
         cell.below = low + 6.0;
         return cell;
@@ -410,8 +410,8 @@ fn short_end(part: &MechanismPart, end: usize) -> String {
         None if part.symbol == Symbol::Relation => String::new(),
         // `flexspline` is one word where `circular_spline` is two.
         None => {
-            let words = terminal.key.replace("spline", "_spline");
-            words.split('_').filter_map(|word| word.chars().next()).flat_map(char::to_uppercase).collect()
+            let text = terminal.key.replace("spline", "_spline");
+            text.split('_').filter_map(|word| word.chars().next()).flat_map(char::to_uppercase).collect()
         }
     }
 }
@@ -443,7 +443,7 @@ fn boxed(part: &MechanismPart, block: &Block<'_>, ends: &[End]) -> Cell {
     let ground = |end: &usize| part.terminals[*end].kind == JoinKind::Ground;
     let grounds: Vec<usize> = (0..part.terminals.len()).filter(ground).collect();
     // A grounded end stands below the others of its winding.
-    let other = |end: usize| ends.iter().find(|one| one.end / 2 == end / 2).map_or(Side::Left, |one| one.side);
+    let far_side = |end: usize| ends.iter().find(|one| one.end / 2 == end / 2).map_or(Side::Left, |one| one.side);
     let mut high: f64 = 22.0;
     let mut placed: Vec<(usize, Side, f64, bool)> = Vec::new();
     for side in [Side::Left, Side::Right] {
@@ -451,7 +451,7 @@ fn boxed(part: &MechanismPart, block: &Block<'_>, ends: &[End]) -> Cell {
         let ys = heights(&here);
         let mut low = ys.last().copied().unwrap_or(-32.0);
         placed.extend(here.iter().zip(&ys).map(|(one, y)| (one.end, side, *y, false)));
-        for &end in grounds.iter().filter(|&&end| other(end) == side) {
+        for &end in grounds.iter().filter(|&&end| far_side(end) == side) {
             low += 32.0;
             placed.push((end, side, low, true));
         }

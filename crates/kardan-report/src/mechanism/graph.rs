@@ -7,7 +7,7 @@ use kardan::results::{JoinKind, Mechanism, MechanismPart, Symbol, Terminal};
 /// Models of more shafts and nodes are folded.
 const HOSTS: usize = 30;
 /// Side by side at the same distance from the begin, where there are too many.
-const ABREAST: usize = 8;
+const MOST_PARALLEL: usize = 8;
 /// Longer rows of shafts that are built alike are folded.
 const ROW: usize = 5;
 /// More things on one shaft are counted.
@@ -160,14 +160,14 @@ impl<'a> Graph<'a> {
     /// Parts that are connected, each with its blocks, in the order of their first blocks.
     pub(super) fn components(&self) -> Vec<Vec<usize>> {
         let neighbours = self.neighbours();
-        let mut seen = vec![false; self.blocks.len()];
+        let mut visited = vec![false; self.blocks.len()];
         let mut out = Vec::new();
         for start in 0..self.blocks.len() {
-            if seen[start] {
+            if visited[start] {
                 continue;
             }
             let found = reached(&neighbours, start);
-            found.iter().for_each(|&(block, _)| seen[block] = true);
+            found.iter().for_each(|&(block, _)| visited[block] = true);
             out.push(found.into_iter().map(|(block, _)| block).collect());
         }
         out
@@ -191,8 +191,8 @@ impl<'a> Graph<'a> {
         let neighbours = self.neighbours();
         let next = |host: usize, element: usize| -> Option<usize> {
             let [a, b] = neighbours[element][..] else { return None };
-            let other = if a == host { b } else { a };
-            (other != host).then_some(other)
+            let neighbour = if a == host { b } else { a };
+            (neighbour != host).then_some(neighbour)
         };
         let inner = |host: usize| match neighbours[host][..] {
             [a, b] => {
@@ -204,77 +204,77 @@ impl<'a> Graph<'a> {
             }
             _ => false,
         };
-        let alike = |a: usize, b: usize| self.build(a) == self.build(b);
+        let identical = |a: usize, b: usize| self.build(a) == self.build(b);
         let mut dropped = BTreeSet::new();
-        let mut seen = BTreeSet::new();
+        let mut visited = BTreeSet::new();
         for start in 0..self.blocks.len() {
-            if !inner(start) || seen.contains(&start) {
+            if !inner(start) || visited.contains(&start) {
                 continue;
             }
-            let walk = |first: usize| {
+            let follow_row = |first: usize| {
                 let mut row = Vec::new();
                 let (mut host, mut by) = (start, first);
-                while let Some(other) =
-                    next(host, by).filter(|&other| inner(other) && alike(start, other) && other != start)
+                while let Some(neighbour) = next(host, by)
+                    .filter(|&neighbour| inner(neighbour) && identical(start, neighbour) && neighbour != start)
                 {
-                    let far = neighbours[other].iter().copied().find(|&element| element != by);
-                    row.push(other);
+                    let far = neighbours[neighbour].iter().copied().find(|&element| element != by);
+                    row.push(neighbour);
                     let Some(far) = far else { break };
-                    (host, by) = (other, far);
+                    (host, by) = (neighbour, far);
                 }
                 row
             };
-            let before = walk(neighbours[start][0]);
+            let before = follow_row(neighbours[start][0]);
             let ring =
                 before.len() > 1 && before.last().is_some_and(|&last| neighbours[last].contains(&neighbours[start][1]));
-            let after = if ring { Vec::new() } else { walk(neighbours[start][1]) };
+            let after = if ring { Vec::new() } else { follow_row(neighbours[start][1]) };
             let row: Vec<usize> = before.into_iter().rev().chain([start]).chain(after).collect();
-            seen.extend(row.iter().copied());
+            visited.extend(row.iter().copied());
             if row.len() > ROW {
                 dropped.extend(row[2..row.len() - 2].iter().copied());
             }
         }
-        let kept = (0..self.blocks.len()).filter(|block| !dropped.contains(block)).collect();
-        self.folded(&kept)
+        let retained = (0..self.blocks.len()).filter(|block| !dropped.contains(block)).collect();
+        self.folded(&retained)
     }
 
     /// What is near the begin: so many hosts, and not too many abreast.
     fn near(self) -> Self {
         let neighbours = self.neighbours();
-        let mut kept = BTreeSet::new();
+        let mut retained = BTreeSet::new();
         let mut hosts = 0;
         for component in self.components() {
-            let mut abreast: BTreeMap<usize, usize> = BTreeMap::new();
+            let mut hosts_at: BTreeMap<usize, usize> = BTreeMap::new();
             let mut queue = VecDeque::from([(component[0], 0)]);
-            let mut seen = BTreeSet::from([component[0]]);
+            let mut visited = BTreeSet::from([component[0]]);
             while let Some((block, distance)) = queue.pop_front() {
                 if self.blocks[block].is_host() {
-                    let beside = abreast.entry(distance).or_default();
-                    if hosts >= HOSTS || *beside >= ABREAST {
+                    let beside = hosts_at.entry(distance).or_default();
+                    if hosts >= HOSTS || *beside >= MOST_PARALLEL {
                         continue;
                     }
                     *beside += 1;
                     hosts += 1;
                 }
-                kept.insert(block);
-                for &other in &neighbours[block] {
-                    if seen.insert(other) {
-                        queue.push_back((other, distance + 1));
+                retained.insert(block);
+                for &neighbour in &neighbours[block] {
+                    if visited.insert(neighbour) {
+                        queue.push_back((neighbour, distance + 1));
                     }
                 }
             }
         }
-        self.folded(&kept)
+        self.folded(&retained)
     }
 
     /// Only these hosts, and the elements between them; what is connected among the rest becomes one block.
-    fn folded(self, kept: &BTreeSet<usize>) -> Self {
+    fn folded(self, retained: &BTreeSet<usize>) -> Self {
         let neighbours = self.neighbours();
         let host = |block: usize| self.blocks[block].is_host();
         let stays = |block: usize| match host(block) {
-            true => kept.contains(&block),
-            false if neighbours[block].is_empty() => kept.len() <= HOSTS || kept.contains(&block),
-            false => neighbours[block].iter().all(|other| kept.contains(other)),
+            true => retained.contains(&block),
+            false if neighbours[block].is_empty() => retained.len() <= HOSTS || retained.contains(&block),
+            false => neighbours[block].iter().all(|neighbour| retained.contains(neighbour)),
         };
         let stays: Vec<bool> = (0..self.blocks.len()).map(stays).collect();
         let mut group: Vec<Option<usize>> = vec![None; self.blocks.len()];
@@ -285,20 +285,20 @@ impl<'a> Graph<'a> {
                 continue;
             }
             let mut found = vec![start];
-            let mut seen = BTreeSet::from([start]);
+            let mut visited = BTreeSet::from([start]);
             let mut bounds = BTreeSet::new();
             while let Some(block) = found.pop() {
-                for &other in &neighbours[block] {
-                    if stays[other] {
-                        bounds.insert(other);
-                    } else if seen.insert(other) {
-                        found.push(other);
+                for &neighbour in &neighbours[block] {
+                    if stays[neighbour] {
+                        bounds.insert(neighbour);
+                    } else if visited.insert(neighbour) {
+                        found.push(neighbour);
                     }
                 }
             }
             let next = of.len();
             let own = *of.entry(bounds).or_insert(next);
-            seen.into_iter().for_each(|block| group[block] = Some(own));
+            visited.into_iter().for_each(|block| group[block] = Some(own));
         }
         let groups = of.len();
         self.regrouped(&stays, &group, groups)
@@ -331,7 +331,7 @@ impl<'a> Graph<'a> {
             match (stays[element], stays[host], group[element]) {
                 (true, true, _) => out.joins.push(Join { element: number[element], end, host: number[host] }),
                 (false, true, Some(of)) if ends.insert((of, host)) => {
-                    let end = ends.iter().filter(|(other, _)| *other == of).count() - 1;
+                    let end = ends.iter().filter(|(candidate, _)| *candidate == of).count() - 1;
                     out.joins.push(Join { element: first + of, end, host: number[host] });
                 }
                 _ => {}
@@ -344,13 +344,13 @@ impl<'a> Graph<'a> {
 /// What can be reached from a block, with the number of lines to it, nearest first.
 pub(super) fn reached(neighbours: &[Vec<usize>], start: usize) -> Vec<(usize, usize)> {
     let mut out = vec![(start, 0)];
-    let mut seen = BTreeSet::from([start]);
+    let mut visited = BTreeSet::from([start]);
     let mut next = 0;
     while let Some(&(block, distance)) = out.get(next) {
         next += 1;
-        for &other in &neighbours[block] {
-            if seen.insert(other) {
-                out.push((other, distance + 1));
+        for &neighbour in &neighbours[block] {
+            if visited.insert(neighbour) {
+                out.push((neighbour, distance + 1));
             }
         }
     }

@@ -26,9 +26,9 @@ pub(super) fn shorten(text: &str, widest: f64) -> String {
         return text.to_owned();
     }
     let characters: Vec<char> = text.chars().collect();
-    let of = |kept: usize| -> String {
-        let tail = kept / 3;
-        let head = characters[..kept - tail].iter();
+    let of = |length: usize| -> String {
+        let tail = length / 3;
+        let head = characters[..length - tail].iter();
         head.chain(&['…']).chain(&characters[characters.len() - tail..]).collect()
     };
     (1..characters.len()).rev().map(of).find(|short| width(short) <= widest).unwrap_or_else(|| "…".into())
@@ -39,7 +39,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn long_names_keep_begin_and_end() {
+    fn long_names_show_begin_and_end() {
         let name = format!("shaft_{}_17", "x".repeat(80));
         let short = shorten(&name, 100.0);
         assert!(short.starts_with("shaft_") && short.ends_with("17") && short.contains('…'), "{short}");

@@ -116,8 +116,8 @@ impl<'a> Component<'a> {
         let hosts = all.iter().filter(|&&block| self.graph.blocks[block].is_host());
         for &block in hosts {
             let at = self.layer[&block];
-            let left = neighbours[block].iter().any(|other| self.layer[other] < at);
-            let right = neighbours[block].iter().any(|other| self.layer[other] > at);
+            let left = neighbours[block].iter().any(|neighbour| self.layer[neighbour] < at);
+            let right = neighbours[block].iter().any(|neighbour| self.layer[neighbour] > at);
             self.cells.insert(block, host(&self.graph.blocks[block], [left, right]));
         }
         for &block in all.iter().filter(|&&block| !self.graph.blocks[block].is_host()) {
@@ -132,7 +132,7 @@ impl<'a> Component<'a> {
             .map(|join| {
                 let layer = self.layer[&join.host];
                 let side = if layer < self.layer[&block] { Side::Left } else { Side::Right };
-                let place = self.layers[layer].iter().position(|&other| other == join.host);
+                let place = self.layers[layer].iter().position(|&candidate| candidate == join.host);
                 let room = self.cells.get(&join.host).map_or((0.0, 0.0), |cell| (cell.above, cell.below));
                 let line = self.y.get(&join.host).copied();
                 (place.unwrap_or(0), End { end: join.end, side, room, line })
@@ -156,26 +156,26 @@ impl<'a> Component<'a> {
                     self.make_element(block);
                 }
             }
-            let wanted: Vec<f64> = self.layers[k].iter().map(|&block| self.wanted(block, before)).collect();
+            let desired: Vec<f64> = self.layers[k].iter().map(|&block| self.desired(block, before)).collect();
             let room: Vec<(f64, f64)> =
                 self.layers[k].iter().map(|block| (self.cells[block].above, self.cells[block].below)).collect();
-            for (&block, y) in self.layers[k].iter().zip(spread(&wanted, &room)) {
+            for (&block, y) in self.layers[k].iter().zip(spread(&desired, &room)) {
                 self.y.insert(block, y);
             }
         }
     }
 
-    fn wanted(&self, block: usize, before: Option<usize>) -> f64 {
+    fn desired(&self, block: usize, before: Option<usize>) -> f64 {
         let joins = self.graph.joins.iter().filter(|join| join.element == block || join.host == block);
         let heights: Vec<f64> = joins
             .filter_map(|join| {
                 let own = join.element == block;
-                let other = if own { join.host } else { join.element };
-                if Some(self.layer[&other]) != before {
+                let far_end = if own { join.host } else { join.element };
+                if Some(self.layer[&far_end]) != before {
                     return None;
                 }
                 let port = self.cells[&join.element].port(join.end);
-                Some(self.y.get(&other)? + if own { -port } else { port })
+                Some(self.y.get(&far_end)? + if own { -port } else { port })
             })
             .collect();
         if heights.is_empty() { 0.0 } else { heights.iter().sum::<f64>() / heights.len() as f64 }
@@ -205,9 +205,9 @@ impl<'a> Component<'a> {
             // A line that ends at the height where another begins turns behind that one.
             let free = |k: usize| {
                 let wire = wires[k];
-                !wires
-                    .iter()
-                    .any(|other| other.from != wire.from && (other.start - wire.end).abs() < 3.0 && other.turns())
+                !wires.iter().any(|crossing| {
+                    crossing.from != wire.from && (crossing.start - wire.end).abs() < 3.0 && crossing.turns()
+                })
             };
             let next = (0..wires.len()).find(|&k| free(k)).unwrap_or(0);
             out.push(wires.remove(next));
@@ -259,7 +259,7 @@ impl<'a> Component<'a> {
             for pair in band.windows(2) {
                 let [(left, at), _] = [pair[0], pair[1]];
                 let right = self.layers[left].iter().map(|block| self.cells[block].right).fold(0.0, f64::max);
-                out.wires.extend(self.turned(&channels[left], at + right, top - high));
+                out.wires.extend(self.routed(&channels[left], at + right, top - high));
             }
             top += low - high + 22.0;
             if let Some(&(last, _)) = band.last()
@@ -270,7 +270,7 @@ impl<'a> Component<'a> {
             }
         }
         for (k, (wire, gap)) in pending.iter().enumerate() {
-            out.wires.push(self.around(*wire, *gap, k, &centre, widest));
+            out.wires.push(self.detour(*wire, *gap, k, &centre, widest));
         }
         for (block, at) in &centre {
             let groups = self.cells[block].groups.iter().cloned();
@@ -283,7 +283,7 @@ impl<'a> Component<'a> {
     }
 
     /// Lines within a band: each with a track of its own where it turns.
-    fn turned(&self, wires: &[Wire], channel: f64, shift: f64) -> Vec<Mark> {
+    fn routed(&self, wires: &[Wire], channel: f64, shift: f64) -> Vec<Mark> {
         let width = channel_width(wires);
         let mut track = channel + 8.0;
         let mut out = Vec::new();
@@ -305,12 +305,12 @@ impl<'a> Component<'a> {
 
     /// How far a block stays behind the widest of its layer.
     fn slack(&self, block: usize, of: fn(&Cell) -> f64) -> f64 {
-        let widest = self.layers[self.layer[&block]].iter().map(|other| of(&self.cells[other])).fold(0.0, f64::max);
+        let widest = self.layers[self.layer[&block]].iter().map(|stacked| of(&self.cells[stacked])).fold(0.0, f64::max);
         widest - of(&self.cells[&block])
     }
 
     /// A line from the end of a band to the begin of the next.
-    fn around(&self, wire: Wire, gap: f64, k: usize, centre: &BTreeMap<usize, (f64, f64)>, widest: f64) -> Mark {
+    fn detour(&self, wire: Wire, gap: f64, k: usize, centre: &BTreeMap<usize, (f64, f64)>, widest: f64) -> Mark {
         let (from, to) = (centre[&wire.from], centre[&wire.to]);
         let start = from.1 + wire.start - self.y[&wire.from];
         let end = to.1 + wire.end - self.y[&wire.to];
@@ -337,15 +337,15 @@ fn channel_width(wires: &[Wire]) -> f64 {
 }
 
 /// Heights as near as possible (least squares) to those wanted, in the same order, with room for each.
-fn spread(wanted: &[f64], room: &[(f64, f64)]) -> Vec<f64> {
-    let mut offset = vec![0.0; wanted.len()];
-    for k in 1..wanted.len() {
+fn spread(desired: &[f64], room: &[(f64, f64)]) -> Vec<f64> {
+    let mut offset = vec![0.0; desired.len()];
+    for k in 1..desired.len() {
         offset[k] = offset[k - 1] + room[k - 1].1 + room[k].0 + BETWEEN;
     }
     // What is out of order shares its mean: pool adjacent violators.
     let mut pools: Vec<(f64, usize)> = Vec::new();
-    for (wanted, offset) in wanted.iter().zip(&offset) {
-        let mut pool = (wanted - offset, 1);
+    for (desired, offset) in desired.iter().zip(&offset) {
+        let mut pool = (desired - offset, 1);
         while let Some(&(sum, count)) = pools.last()
             && sum / count as f64 > pool.0 / pool.1 as f64
         {
@@ -379,7 +379,7 @@ fn layered(graph: &Graph<'_>, neighbours: &[Vec<usize>], blocks: &[usize]) -> (V
         let most = layers.iter().map(Vec::len).max().unwrap_or(0);
         let last = if mirrored { layers.first() } else { layers.last() };
         let rank = [score, most, last.map_or(0, Vec::len)];
-        if best.as_ref().is_none_or(|(known, ..)| rank < *known) {
+        if best.as_ref().is_none_or(|(lowest, ..)| rank < *lowest) {
             best = Some((rank, layers, mirrored));
         }
     }
@@ -400,7 +400,8 @@ fn ordered(neighbours: &[Vec<usize>], found: &[(usize, usize)], deep: usize) -> 
         let (before, after) = layers.split_at_mut(k);
         let place: BTreeMap<usize, usize> = before[k - 1].iter().enumerate().map(|(at, &block)| (block, at)).collect();
         let mean = |block: usize| {
-            let places: Vec<usize> = neighbours[block].iter().filter_map(|other| place.get(other).copied()).collect();
+            let places: Vec<usize> =
+                neighbours[block].iter().filter_map(|neighbour| place.get(neighbour).copied()).collect();
             places.iter().sum::<usize>() as f64 / places.len().max(1) as f64
         };
         after[0].sort_by(|&a, &b| mean(a).total_cmp(&mean(b)));

@@ -25,7 +25,7 @@ pub(super) fn picture(mechanism: &Mechanism) -> Option<Picture> {
     if scene.groups.is_empty() {
         return None;
     }
-    let drawn = drawing(scene.width + 2.0 * MARGIN, scene.height + 2.0 * MARGIN, &in_words(mechanism), &svg(&scene));
+    let drawn = drawing(scene.width + 2.0 * MARGIN, scene.height + 2.0 * MARGIN, &describe(mechanism), &svg(&scene));
     let drawn = drawn.replacen("class=\"drawing\"", "class=\"drawing mechanism\"", 1);
     Some(figure_of("", &drawn, &caption(mechanism, &scene)))
 }
@@ -42,7 +42,7 @@ pub(super) fn document(mechanism: &Mechanism) -> Option<String> {
          width=\"{width:.1}\" height=\"{height:.1}\" \
          font-family=\"Helvetica Neue, Helvetica, Arial, Liberation Sans, DejaVu Sans, sans-serif\">\n\
          <title>{}</title>\n<style>\n{}</style>\n<rect x=\"0\" y=\"0\" width=\"100%\" height=\"100%\" class=\"ground\"/>\n{}</svg>\n",
-        escape(&in_words(mechanism)),
+        escape(&describe(mechanism)),
         style(),
         svg(&scene)
     ))
@@ -107,7 +107,7 @@ fn mark(mark: &Mark) -> String {
 }
 
 /// `5 shafts, 7 elements`
-fn in_words(mechanism: &Mechanism) -> String {
+fn describe(mechanism: &Mechanism) -> String {
     let count = |count: usize, one: &str| if count == 1 { format!("1 {one}") } else { format!("{count} {one}s") };
     let of = |symbol: Symbol| mechanism.parts.iter().filter(|part| part.symbol == symbol).count();
     let bodies = of(Symbol::Shaft) + of(Symbol::Mass);
@@ -124,16 +124,16 @@ fn in_words(mechanism: &Mechanism) -> String {
 fn caption(mechanism: &Mechanism, scene: &Scene) -> String {
     let parts = &mechanism.parts;
     let symbol = |symbol: Symbol| parts.iter().any(|part| part.symbol == symbol);
-    let held = |part: &MechanismPart| match part.symbol {
+    let is_grounded = |part: &MechanismPart| match part.symbol {
         Symbol::Relation => part.terminals.len() == 1,
         Symbol::Motor => false,
         _ => part.terminals.iter().any(|end| end.kind == JoinKind::Housing),
     };
-    let housing = parts.iter().any(held);
+    let housing = parts.iter().any(is_grounded);
     let losses = parts.iter().any(|part| part.symbol.is_body() && part.laws.iter().any(|law| law != "inertia"));
     let play = parts.iter().any(|part| part.laws.iter().any(|law| law == "backlash"));
     let folded = scene.groups.iter().any(|group| group.kind == "folded");
-    let said = [
+    let remarks = [
         (symbol(Symbol::StrainWaveGear), "WG: wave generator; CS: circular spline; FS: flexspline"),
         (losses, "hatched: bearings with losses"),
         (symbol(Symbol::Motor) || symbol(Symbol::Machine), "M: motors"),
@@ -141,10 +141,10 @@ fn caption(mechanism: &Mechanism, scene: &Scene) -> String {
         (symbol(Symbol::Torque), "arrows: torques and forces from outside"),
         (symbol(Symbol::Sensor), "flags: sensors (φ angle, ω speed, τ torque; of masses s, v, F)"),
     ];
-    let said: Vec<&str> = said.iter().filter(|(there, _)| *there).map(|(_, text)| *text).collect();
-    let mut out = format!("{}. ", in_words(mechanism));
-    if !said.is_empty() {
-        let text = said.join("; ");
+    let remarks: Vec<&str> = remarks.iter().filter(|(applies, _)| *applies).map(|(_, text)| *text).collect();
+    let mut out = format!("{}. ", describe(mechanism));
+    if !remarks.is_empty() {
+        let text = remarks.join("; ");
         let mut letters = text.chars();
         let first = letters.next().map(|letter| letter.to_uppercase().to_string()).unwrap_or_default();
         out += &format!("{first}{}. ", letters.as_str());

@@ -224,7 +224,7 @@ fn models_of_200_shafts_are_folded_and_counted() {
 }
 
 #[test]
-fn names_of_80_characters_are_shortened_and_told_whole() {
+fn names_of_80_characters_are_shortened_and_shown_whole() {
     let mut mechanism = shafts(3, &[(0, 1), (1, 2)]);
     let long = |name: &str| format!("{name}_{}", "wide_name_".repeat(8));
     for part in &mut mechanism.parts {
@@ -267,7 +267,7 @@ fn a_drawing_does_not_change() {
 
 /// Teeth with play have two flanks more than those without, and the caption says what they are.
 #[test]
-fn play_is_drawn_and_told() {
+fn play_is_drawn_and_reported() {
     let gear = |laws: &[&str]| {
         let mut mechanism = shafts(2, &[(0, 1)]);
         let gear = &mut mechanism.parts[2];

@@ -2,8 +2,8 @@
 
 use crate::model::{Body, row};
 use crate::pareto::pareto;
+use crate::phrases;
 use crate::text::number;
-use crate::words;
 use kardan::results::{
     Alternative, BoxMargin, Exploration, Interaction, Interval, Robustness, Spread, VariedParameter, WithSensor,
 };
@@ -90,7 +90,7 @@ pub(super) fn robustness(found: &Robustness) -> Body {
 fn margins(found: &Robustness) -> Body {
     let Some(first) = found.margins.first() else { return Body::default() };
     let row = |one: &BoxMargin| {
-        let [low, high] = words::factors(one.gain, |_, factor| number(factor));
+        let [low, high] = phrases::factors(one.gain, |_, factor| number(factor));
         let phase = if one.phase.is_finite() { format!("{}°", number(one.phase.to_degrees())) } else { "any".into() };
         row![&one.motor, format!("{low} to {high}"), phase, one.disk, one.nominal]
     };

@@ -6,8 +6,8 @@ use super::descriptor::{descriptor, sentence};
 use super::parity::parity;
 use crate::analysis_pictures as pictures;
 use crate::model::{Alert, Body, Cell, Page, row};
+use crate::phrases;
 use crate::text::number;
-use crate::words;
 use kardan::results::{
     Analysis, Basis, Class, ConstraintForces, DistanceToUncontrollability, EigenvalueBounds, Factor, FailingMode,
     FrictionState, MatrixDistance, MatrixDistances, Mechanism, Mode, OppositeModel, ParameterRange, PlacementSearch,
@@ -27,14 +27,14 @@ pub fn page(analysis: &Analysis) -> Page {
 }
 
 /// The same for [`Page::text`]: without the pictures and large matrices that it leaves out.
-pub fn words_of(analysis: &Analysis) -> Page {
+pub fn text_page(analysis: &Analysis) -> Page {
     page_with(analysis, false)
 }
 
 fn page_with(analysis: &Analysis, drawn: bool) -> Page {
     let structure = &analysis.structure;
     let unfinished = analysis.unfinished.as_ref();
-    let elimination = analysis.elimination.iter().flat_map(|found| words::elimination(found, structure));
+    let elimination = analysis.elimination.iter().flat_map(|found| phrases::elimination(found, structure));
     let forces = analysis.constraint_forces.as_ref().map(|forces| constraint_forces(forces, drawn));
     let none = Mechanism::default();
     Page {
@@ -104,7 +104,7 @@ fn rank_verdict(analysis: &Analysis) -> Option<Verdict> {
         return Some(Verdict { sound: false, text });
     }
     let counting = analysis.counting.as_ref();
-    let but = counting.map_or([false; 2], |found| [found.others_controllable, found.others_observable]);
+    let but = counting.map_or([false; 2], |found| [found.rest_controllable, found.rest_observable]);
     let counts_only = (controllable || but[0]) && (observable || but[1]);
     let text = match (controllable, observable) {
         _ if but != [false; 2] && counts_only => {
@@ -113,7 +113,7 @@ fn rank_verdict(analysis: &Analysis) -> Option<Verdict> {
                 1 => ("a charge that only counts", "is"),
                 _ => ("charges that only count", "are"),
             };
-            let names = words::list(names, 12);
+            let names = phrases::list(names, 12);
             match but {
                 [true, true] => {
                     format!("Controllable and observable but for {names}, {what} what has flowed: all motions are.")
@@ -132,7 +132,7 @@ fn rank_verdict(analysis: &Analysis) -> Option<Verdict> {
             structure.controllable_rank, structure.observable_rank
         ),
     };
-    let lost = words::within_last_digit(analysis.matrix_distance.as_ref());
+    let lost = phrases::within_last_digit(analysis.matrix_distance.as_ref());
     let sound = counts_only && analysis.unfinished.is_none() && lost.is_none();
     let text = lost.map_or(text.clone(), |lost| format!("{text} {lost}"));
     Some(Verdict { sound, text })
@@ -147,7 +147,7 @@ fn properties(analysis: &Analysis) -> Body {
             None => "not decided".into(),
             Some(zeros) if zeros.values.is_empty() && zeros.polynomial == "1" => "none".into(),
             Some(zeros) if zeros.values.is_empty() => zeros.polynomial.clone(),
-            Some(zeros) => format!("{}{unit}", words::list(&words::pairs(&zeros.values), 100)),
+            Some(zeros) => format!("{}{unit}", phrases::list(&phrases::pairs(&zeros.values), 100)),
         };
         row![what, text]
     };
@@ -190,33 +190,33 @@ fn properties(analysis: &Analysis) -> Body {
 fn distances(distances: &MatrixDistances) -> Body {
     let both = [("not controllable", &distances.controllability), ("not observable", &distances.observability)];
     let row = |what: &str, found: &MatrixDistance| {
-        row![what, found.lower, found.upper, found.last_digit, words::pair(found.eigenvalue)]
+        row![what, found.lower, found.upper, found.last_digit, phrases::pair(found.eigenvalue)]
     };
-    let known = || both.iter().filter_map(|(what, found)| Some((*what, found.as_ref()?)));
-    let rows = known().map(|(what, found)| row(what, found));
+    let computed = || both.iter().filter_map(|(what, found)| Some((*what, found.as_ref()?)));
+    let rows = computed().map(|(what, found)| row(what, found));
     let headers =
         ["the nearest system that is", "#at least", "#at most", "#last digit of the data", "#mode lost [1/s]"];
     Body::default()
         .table(&headers, rows)
-        .list(known().map(|(what, found)| words::nearest_system(what, found)))
-        .hint(words::MATRIX_DISTANCE)
+        .list(computed().map(|(what, found)| phrases::nearest_system(what, found)))
+        .hint(phrases::MATRIX_DISTANCE)
 }
 
 fn class(class: &Class) -> Body {
     let assumptions = class.assumptions.iter().map(|one| {
-        let word = if one.holds { "holds" } else { "broken" };
-        row![&one.statement, Cell::Mark(one.holds, word.into())]
+        let word = if one.satisfied { "holds" } else { "broken" };
+        row![&one.statement, Cell::Mark(one.satisfied, word.into())]
     });
-    let broken = class.assumptions.iter().filter(|one| !one.holds);
+    let broken = class.assumptions.iter().filter(|one| !one.satisfied);
     let breaches = broken.flat_map(|one| {
-        let breach = |(elements, why): (Vec<&str>, &str)| format!("by {}: {why}", words::list(&elements, 100));
-        std::iter::once(format!("broken: {}", one.statement)).chain(words::breaches(one).into_iter().map(breach))
+        let breach = |(elements, why): (Vec<&str>, &str)| format!("by {}: {why}", phrases::list(&elements, 100));
+        std::iter::once(format!("broken: {}", one.statement)).chain(phrases::breaches(one).into_iter().map(breach))
     });
-    let constraints = class.constraints.iter().map(|c| row![&c.element, &c.equation, words::constraint_kind(c)]);
+    let constraints = class.constraints.iter().map(|c| row![&c.element, &c.equation, phrases::constraint_kind(c)]);
     let reasons = class.constraints.iter().filter_map(|c| Some(format!("{}: {}", c.element, c.reason.as_ref()?)));
     // The two sides of a stop have one.
-    let mut told = BTreeSet::new();
-    let reasons: Vec<String> = reasons.filter(|reason| told.insert(reason.clone())).collect();
+    let mut listed = BTreeSet::new();
+    let reasons: Vec<String> = reasons.filter(|reason| listed.insert(reason.clone())).collect();
     let point = &class.operating_point;
     let moved = point.angles.iter().filter(|one| one.angle != 0.0);
     let moved: Vec<String> = moved.map(|one| format!("{} = {} rad", one.shaft, number(one.angle))).collect();
@@ -229,31 +229,31 @@ fn class(class: &Class) -> Body {
         row![element, *coulomb_torque, state]
     });
     Body::default()
-        .say(words::class(class))
+        .paragraph(phrases::class(class))
         .detail(Body::default().table(&["assumption", ""], assumptions))
         .list(breaches)
         .table(&["constraint", "equation", "kind"], constraints)
         .list(reasons)
-        .say(if point.angles.is_empty() { String::new() } else { format!("Operating point: {at}.") })
-        .say(if motion.is_empty() { String::new() } else { format!("It moves there: {}.", motion.join(", ")) })
+        .paragraph(if point.angles.is_empty() { String::new() } else { format!("Operating point: {at}.") })
+        .paragraph(if motion.is_empty() { String::new() } else { format!("It moves there: {}.", motion.join(", ")) })
         .table(&["friction", "#Coulomb torque [N m]", "state"], friction)
 }
 
 /// `yes` or `no` where it is decided.
-fn decision(decided: Option<bool>, holds: bool) -> Cell {
+fn decision(decided: Option<bool>, satisfied: bool) -> Cell {
     match decided {
-        Some(_) => Cell::Mark(holds, if holds { "yes" } else { "no" }.into()),
+        Some(_) => Cell::Mark(satisfied, if satisfied { "yes" } else { "no" }.into()),
         None => Cell::Mark(false, "not decided".into()),
     }
 }
 
 /// What the model is on the other side of the kinks at its operating point.
 fn opposite_side(analysis: &Analysis) -> Body {
-    let Some(there) = &analysis.opposite_side else { return Body::default() };
-    let OppositeModel { own, side, controllable, observable, .. } = there;
+    let Some(other_side) = &analysis.opposite_side else { return Body::default() };
+    let OppositeModel { own, side, controllable, observable, .. } = other_side;
     let judged = |what: &str, decided: Option<bool>| row![what, decision(decided, decided == Some(true))];
     Body::default()
-        .say(format!(
+        .paragraph(format!(
             "A torque has a kink at the operating point. All else on this page is about the side where {own}; this is the side where {side}. A motion \
              passes through both sides, and that each is stable does not prove that it is."
         ))
@@ -262,10 +262,10 @@ fn opposite_side(analysis: &Analysis) -> Body {
             [
                 judged("controllable", *controllable),
                 judged("observable", *observable),
-                row!["stability", there.stability.to_string()],
+                row!["stability", other_side.stability.to_string()],
             ],
         )
-        .part("Modes there", modes_table(&there.modes, (*controllable, *observable), "#eigenvalue [1/s]"))
+        .part("Modes there", modes_table(&other_side.modes, (*controllable, *observable), "#eigenvalue [1/s]"))
 }
 
 fn modes(analysis: &Analysis, drawn: bool) -> Body {
@@ -281,22 +281,22 @@ fn modes(analysis: &Analysis, drawn: bool) -> Body {
 }
 
 /// The modes, and whether each is reached and seen where that is decided.
-fn modes_table(modes: &[Mode], (reached, seen): (Option<bool>, Option<bool>), eigenvalue: &str) -> Body {
+fn modes_table(modes: &[Mode], (reached, observable): (Option<bool>, Option<bool>), eigenvalue: &str) -> Body {
     let energy = modes.iter().any(|mode| !mode.stored.is_empty());
     let row = |(k, mode): (usize, &Mode)| {
         let mut row = row![
             k + 1,
             mode.natural_frequency / std::f64::consts::TAU,
             mode.damping_ratio,
-            words::pair(mode.eigenvalue),
+            phrases::pair(mode.eigenvalue),
             decision(reached, mode.controllable),
-            decision(seen, mode.observable),
-            words::together(&words::motion(&mode.shape)),
+            decision(observable, mode.observable),
+            phrases::together(&phrases::motion(&mode.shape)),
         ];
         if energy {
             row.extend(
-                [words::stored(mode), words::of_elements(&mode.dissipated)]
-                    .map(|text| Cell::Text(words::together(&text))),
+                [phrases::stored(mode), phrases::of_elements(&mode.dissipated)]
+                    .map(|text| Cell::Text(phrases::together(&text))),
             );
         }
         row
@@ -315,15 +315,15 @@ fn ranks(structure: &Structure) -> Body {
         return Body::default();
     }
     let judged = |what: &str, decided: Option<bool>, rank: Option<usize>| {
-        let rank = rank.map_or(String::new(), |rank| words::rank(rank, states, decided.is_some()));
+        let rank = rank.map_or(String::new(), |rank| phrases::rank(rank, states, decided.is_some()));
         row![what, decision(decided, decided == Some(true)), rank]
     };
-    let failing = |modes: &[FailingMode]| Body::default().list(modes.iter().map(words::failing));
+    let failing = |modes: &[FailingMode]| Body::default().list(modes.iter().map(phrases::failing));
     let defect = |decided: Option<bool>, defect: usize| decided.map_or("not decided".into(), |_| defect.to_string());
     let factor = |factor: &Factor| {
         row![
             &factor.polynomial,
-            words::together(&words::pairs(&factor.roots).join(", ")),
+            phrases::together(&phrases::pairs(&factor.roots).join(", ")),
             factor.algebraic,
             factor.geometric,
             defect(structure.controllability(), factor.input_defect),
@@ -378,17 +378,17 @@ fn transfer(structure: &Structure, discrete: bool) -> Body {
     let never = structure.relative_degrees.iter().flatten().any(Option::is_none);
     let hint = if never { "– where the input never reaches the output." } else { "" };
     let zeros = &structure.zeros;
-    let half_plane = if discrete { String::new() } else { words::half_plane(zeros).unwrap_or_default().into() };
+    let half_plane = if discrete { String::new() } else { phrases::half_plane(zeros).unwrap_or_default().into() };
     let found = match (zeros.values.is_empty(), zeros.growing) {
         (true, Some(_)) => "There are none.".into(),
         (true, None) => zeros.polynomial.clone(),
         _ => {
-            let values = words::list(&words::pairs(&zeros.values), 100);
+            let values = phrases::list(&phrases::pairs(&zeros.values), 100);
             let unit = if discrete { "" } else { " 1/s" };
             format!("{values}{unit}, the roots of {}.", zeros.polynomial)
         }
     };
-    let zeros = Body::default().say(found).say(half_plane).say(words::normal_rank(structure));
+    let zeros = Body::default().paragraph(found).paragraph(half_plane).paragraph(phrases::normal_rank(structure));
     Body::default().part("Relative degrees", degrees.hint(hint)).part("Invariant zeros", zeros)
 }
 
@@ -403,23 +403,23 @@ fn least(structure: &Structure) -> Body {
         _ => "",
     };
     let (inputs, outputs) = (certificate.inputs.as_ref(), certificate.outputs.as_ref());
-    let why = words::why_least("input", structure.min_inputs, inputs);
-    let why = Body::default().list(why.into_iter().chain(words::why_least("output", structure.min_outputs, outputs)));
-    let mut built = structure.construction.as_ref().map(words::construction).unwrap_or_default().into_iter();
+    let why = phrases::why_least("input", structure.min_inputs, inputs);
+    let why = Body::default().list(why.into_iter().chain(phrases::why_least("output", structure.min_outputs, outputs)));
+    let mut built = structure.construction.as_ref().map(phrases::construction).unwrap_or_default().into_iter();
     let body = Body::default()
         .hint(kind)
         .list([
-            words::least("input", structure.min_inputs, inputs),
-            words::least("output", structure.min_outputs, outputs),
+            phrases::least("input", structure.min_inputs, inputs),
+            phrases::least("output", structure.min_outputs, outputs),
         ])
-        .say(built.next().unwrap_or_default());
+        .paragraph(built.next().unwrap_or_default());
     proof(body, certificate.proven, Body::default().fold("Why these numbers", why))
         .fold("How these inputs were built", Body::default().list(built))
 }
 
 /// A proof is folded away, and where there is little room shown only if it was asked for.
-fn proof(body: Body, asked: bool, proof: Body) -> Body {
-    if asked { body.and(proof) } else { body.detail(proof) }
+fn proof(body: Body, requested: bool, proof: Body) -> Body {
+    if requested { body.and(proof) } else { body.detail(proof) }
 }
 
 fn placement(analysis: &Analysis) -> Body {
@@ -443,10 +443,10 @@ fn sets(search: &PlacementSearch, property: &str) -> Body {
     let score = if search.unit.is_empty() { "#score".into() } else { format!("#score [{}]", search.unit) };
     let listed = Body::default().table_of(SETS, &["##", "places", &score, "#cost", ""], rows);
     let efficient = several && search.sets.iter().any(|set| set.efficient);
-    let listed = listed.hint(if efficient { words::EFFICIENT } else { "" });
+    let listed = listed.hint(if efficient { phrases::EFFICIENT } else { "" });
     let title = format!("Table of {} set{}", search.sets.len(), if search.sets.len() == 1 { "" } else { "s" });
     Body::default()
-        .say(words::search(search))
+        .paragraph(phrases::search(search))
         .judge(false, none)
         .pictures(pictures::ranking(search))
         .fold(&title, listed)
@@ -471,14 +471,14 @@ fn sensitivity(sensitivity: &Sensitivity) -> Body {
         ]
     };
     let headers = ["parameter", "#from", "#nominal", "#to", "#not controllable at", "#not observable at"];
-    let said = |what: &str, search: &Option<DistanceToUncontrollability>| {
-        Body::default().list(search.iter().flat_map(|search| words::distance_to_loss(what, search)))
+    let section = |what: &str, search: &Option<DistanceToUncontrollability>| {
+        Body::default().list(search.iter().flat_map(|search| phrases::distance_to_loss(what, search)))
     };
     Body::default()
         .pictures(pictures::margins(sensitivity))
         .table(&headers, sensitivity.parameters.iter().map(row))
-        .part("Controllability", said("controllability", &sensitivity.controllability))
-        .part("Observability", said("observability", &sensitivity.observability))
+        .part("Controllability", section("controllability", &sensitivity.controllability))
+        .part("Observability", section("observability", &sensitivity.observability))
 }
 
 fn reduction(analysis: &Analysis, drawn: bool) -> Body {
@@ -514,7 +514,7 @@ fn bounds(basis: &Basis) -> Vec<Vec<Cell>> {
             several(eigenvalues),
             several(centres),
             several(radii),
-            words::discs(bounds),
+            phrases::discs(bounds),
         ]
     };
     basis.bounds.iter().enumerate().map(row).collect()
@@ -522,12 +522,12 @@ fn bounds(basis: &Basis) -> Vec<Vec<Cell>> {
 
 fn constraint_forces(forces: &ConstraintForces, drawn: bool) -> Body {
     let plural = if forces.rank == 1 { "" } else { "s" };
-    let said = format!(
+    let text = format!(
         "The projector P has rank {}: so many independent constraint{plural}. Largest entry of P^2 − P: {}.",
         forces.rank,
         number(forces.idempotence_residual)
     );
-    let body = Body::default().say(said).matrices([&forces.input_to_multiplier]);
+    let body = Body::default().paragraph(text).matrices([&forces.input_to_multiplier]);
     if !drawn {
         return body;
     }
@@ -541,11 +541,11 @@ fn certificate(structure: &Structure) -> Body {
         return Body::default();
     }
     let primes: Vec<String> = certificate.primes.iter().map(u64::to_string).collect();
-    let primes = if primes.is_empty() { String::new() } else { format!("Primes: {}", words::list(&primes, 12)) };
+    let primes = if primes.is_empty() { String::new() } else { format!("Primes: {}", phrases::list(&primes, 12)) };
     let hint = "The exported data hold the certificate itself, for a check by another program.";
     let statements = Body::default().list(certificate.statements.iter().cloned()).detail(Body::default().hint(primes));
     proof(
-        Body::default().say(words::certificate(certificate)),
+        Body::default().paragraph(phrases::certificate(certificate)),
         certificate.proven,
         Body::default().fold("Each statement and how it was decided", statements.hint(hint)),
     )
@@ -559,17 +559,17 @@ mod tests {
     /// A charge that only counts is told apart from a motion that is not reached, and is nothing bad.
     #[test]
     fn the_headline_names_charges_that_only_count() {
-        let told = |ranks: [usize; 2], counting: Option<[bool; 2]>| {
+        let headline = |ranks: [usize; 2], counting: Option<[bool; 2]>| {
             let structure = Structure {
                 states: ["M.q", "a.phi", "M.i", "a.w"].map(String::from).to_vec(),
                 controllable_rank: ranks[0],
                 observable_rank: ranks[1],
                 ..Structure::default()
             };
-            let counting = counting.map(|[others_controllable, others_observable]| Counting {
+            let counting = counting.map(|[rest_controllable, rest_observable]| Counting {
                 charges: vec!["M.q".into()],
-                others_controllable,
-                others_observable,
+                rest_controllable,
+                rest_observable,
             });
             let verdict = rank_verdict(&Analysis { structure, counting, ..Analysis::default() }).unwrap();
             (verdict.sound, verdict.text)
@@ -597,7 +597,7 @@ mod tests {
             // What is not seen besides stays a mistake.
             ([3, 2], Some([true, false]), false, "Neither controllable (rank 3 of 4) nor observable (rank 2 of 4)."),
         ] {
-            assert_eq!(told(ranks, counting), (sound, text.to_string()));
+            assert_eq!(headline(ranks, counting), (sound, text.to_string()));
         }
     }
 }

@@ -44,7 +44,7 @@ pub fn page(study: &BenchStudy) -> Page {
     let found = identification::page(&study.identification).sections.into_iter();
     sections.extend(found.filter(|one| one.anchor != Section::MECHANISM).map(Section::detail));
     let title = format!("Design of {}", design.controller);
-    sections.push(design::page(design).within("design-1", &title, ""));
+    sections.push(design::page(design).into_section("design-1", &title, ""));
     Page {
         name: format!("Bench: {}", study.model),
         description: study.description.clone(),
@@ -71,15 +71,15 @@ pub fn plan(model: &str, plan: Option<&BenchPlan>, notes: &[String]) -> Page {
 /// What came of it in one sentence; `true` if every run went to its end and every interval holds the true value.
 fn verdict(study: &BenchStudy) -> Verdict {
     let compared = compared(study);
-    let held = compared.iter().filter(|(found, truth)| inside(found, truth.value)).count();
+    let covered = compared.iter().filter(|(found, truth)| inside(found, truth.value)).count();
     let whole = study.closed_loop.notes.is_empty();
     let ran = if whole { "every run went to its end" } else { "some runs ended early" };
     let text = format!(
-        "{held} of {} intervals hold the true value; under `{}` {ran}.",
+        "{covered} of {} intervals hold the true value; under `{}` {ran}.",
         compared.len(),
         study.closed_loop.design.controller
     );
-    Verdict { sound: whole && held == compared.len(), text }
+    Verdict { sound: whole && covered == compared.len(), text }
 }
 
 /// Parameters that were found and whose true values are known.
@@ -134,11 +134,11 @@ fn causes(found: &ClosedLoop) -> Vec<String> {
         let differs = |one: &&Response| one.distance > ROUNDING * size(&one.output);
         for one in experiment.responses.iter().filter(differs) {
             let unit = one.physical.unit();
-            let mut by: Vec<_> = one.differences.iter().filter_map(|by| Some((&by.what, by.alone?))).collect();
+            let mut by: Vec<_> = one.differences.iter().filter_map(|by| Some((&by.what, by.added?))).collect();
             by.sort_by(|a, b| b.1.total_cmp(&a.1));
             let least = by.first().map_or(0.0, |first| SMALL * first.1);
             by.retain(|by| by.1 > least);
-            let by: Vec<String> = by.iter().map(|(what, alone)| format!("{what} ({})", number(*alone))).collect();
+            let by: Vec<String> = by.iter().map(|(what, added)| format!("{what} ({})", number(*added))).collect();
             let by = match by.is_empty() {
                 true => "nothing makes any of it alone".to_string(),
                 false => format!("alone make {}", by.join("; ")),
@@ -165,7 +165,7 @@ fn differences(study: &BenchStudy) -> Body {
         let mut all = row!["all"];
         all.extend(responses.iter().flat_map(|one| row![one.distance, "–"]));
         let rows = first.differences.iter().enumerate().map(|(k, difference)| {
-            let both = responses.iter().flat_map(|one| row![one.differences[k].alone, one.differences[k].without]);
+            let both = responses.iter().flat_map(|one| row![one.differences[k].added, one.differences[k].removed]);
             row![&difference.what].into_iter().chain(both).collect()
         });
         let title = format!("Largest distance from the simulation: {}", experiment.name);
@@ -187,8 +187,8 @@ fn truth(study: &BenchStudy) -> Body {
         let Interval { lower, upper } = found.interval.unwrap_or(Interval { lower: f64::NAN, upper: f64::NAN });
         let interval = format!("{} … {}", number(lower), number(upper));
         let good = inside(found, truth.value);
-        let held = Cell::Mark(good, if good { "inside" } else { "outside" }.into());
-        row![&found.name, &found.unit, found.before, truth.value, found.value, interval, held]
+        let covered = Cell::Mark(good, if good { "inside" } else { "outside" }.into());
+        row![&found.name, &found.unit, found.before, truth.value, found.value, interval, covered]
     });
     let interval = format!("#{} % interval", number(100.0 * study.identification.confidence));
     let headers = ["parameter", "unit", "#in the file", "#true", "#found", &interval, "the true value is"];
@@ -213,8 +213,8 @@ fn plan_sentences(plan: &BenchPlan) -> Vec<String> {
             number(plan.gain)
         ),
     ];
-    if !plan.known.is_empty() {
-        out.push(format!("Taken from the model: {}.", plan.known.join(", ")));
+    if !plan.fixed.is_empty() {
+        out.push(format!("Taken from the model: {}.", plan.fixed.join(", ")));
     }
     out
 }
@@ -244,7 +244,7 @@ fn plan_of(plan: &BenchPlan) -> Body {
     };
     let parameters = Body::default()
         .table_of(usize::MAX, &["parameter", "#of the model", "#standard error", "unit"], parameters)
-        .say(unknown);
+        .paragraph(unknown);
     let points = Body::default().table_of(usize::MAX, &headers, points);
     let hint = if points.0.is_empty() { "" } else { "Speeds in rad/s; torques in N m as the model expects them." };
     Body::default()

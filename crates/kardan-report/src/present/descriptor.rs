@@ -1,7 +1,7 @@
 //! A descriptor system: what a singular E means.
 
 use crate::model::{Body, Cell, row};
-use crate::words;
+use crate::phrases;
 use kardan::results::{Analysis, DescriptorSystem, DescriptorVerdicts, PolynomialRoots};
 
 /// More orders are counted.
@@ -37,9 +37,9 @@ pub fn sentence(found: &DescriptorSystem) -> (bool, String) {
         (_, true) => format!("impulse {what}, not completely {what}"),
         (_, false) => format!("not impulse {what}"),
     };
-    let words = sides.map(|(side, what)| word(side, what));
+    let parts = sides.map(|(side, what)| word(side, what));
     let sound = sides.iter().all(|(side, _)| side.impulse);
-    (sound, format!("Descriptor system of index {}: {}; {}.", found.index, words[0], words[1]))
+    (sound, format!("Descriptor system of index {}: {}; {}.", found.index, parts[0], parts[1]))
 }
 
 fn orders(found: &DescriptorSystem, discrete: bool) -> Vec<String> {
@@ -58,19 +58,19 @@ fn orders(found: &DescriptorSystem, discrete: bool) -> Vec<String> {
         format!(
             "Finite eigenvalues: {}. Blocks at infinity, by order: {}.",
             found.finite_eigenvalues,
-            words::list(&blocks, ORDERS)
+            phrases::list(&blocks, ORDERS)
         ),
     ];
     let defined: Vec<String> = found.definitions.iter().map(|one| format!("{} = {}", one.state, one.is)).collect();
     if !defined.is_empty() {
-        all.push(format!("States of the equivalent state space: {}.", words::list(&defined, 12)));
+        all.push(format!("States of the equivalent state space: {}.", phrases::list(&defined, 12)));
     }
     all
 }
 
 fn verdict(what: &str, found: &DescriptorSystem, of: fn(&DescriptorVerdicts) -> Option<bool>) -> Vec<Cell> {
     let cell = |side: &DescriptorVerdicts| match of(side) {
-        Some(holds) => Cell::Mark(holds, if holds { "yes" } else { "no" }.into()),
+        Some(satisfied) => Cell::Mark(satisfied, if satisfied { "yes" } else { "no" }.into()),
         None => Cell::Mark(false, "not decided".into()),
     };
     row![what, cell(&found.controllability), cell(&found.observability)]
@@ -103,13 +103,13 @@ fn transfer(found: &DescriptorSystem, unit: &str, discrete: bool) -> Vec<String>
         let what = if discrete { "later values" } else { "derivatives" };
         all.push(format!(
             "The transfer matrix is improper, outputs respond to {what} of inputs. Its polynomial part: {}.",
-            words::list(&entries, 12)
+            phrases::list(&entries, 12)
         ));
         all.push(format!(
             "No state space has these outputs: {} left out of what follows.",
-            match found.left_out.as_slice() {
+            match found.excluded.as_slice() {
                 [one] => format!("{one} is"),
-                more => format!("{} are", words::list(more, 12)),
+                more => format!("{} are", phrases::list(more, 12)),
             }
         ));
     }
@@ -119,13 +119,15 @@ fn transfer(found: &DescriptorSystem, unit: &str, discrete: bool) -> Vec<String>
     let zeros = |zeros: &PolynomialRoots| match zeros.values.is_empty() {
         true if zeros.polynomial == "1" => "none".to_owned(),
         true => zeros.polynomial.clone(),
-        false => format!("{}{unit}, the roots of {}", words::list(&words::pairs(&zeros.values), 100), zeros.polynomial),
+        false => {
+            format!("{}{unit}, the roots of {}", phrases::list(&phrases::pairs(&zeros.values), 100), zeros.polynomial)
+        }
     };
     let finite = found.zeros.as_ref().map_or("not decided".to_owned(), zeros);
     all.push(format!("Finite invariant zeros: {finite}."));
     let orders = |all: &Vec<i64>| match all.is_empty() {
         true => "none".to_owned(),
-        false => words::list(&all.iter().map(i64::to_string).collect::<Vec<_>>(), ORDERS),
+        false => phrases::list(&all.iter().map(i64::to_string).collect::<Vec<_>>(), ORDERS),
     };
     let infinite = found.orders_at_infinity.as_ref().map_or("not decided".to_owned(), orders);
     all.push(format!("Orders of the zeros at infinity (negative: poles): {infinite}."));

@@ -3,12 +3,12 @@
 use super::{alternatives, margins, responses};
 use crate::design_pictures as pictures;
 use crate::model::{Body, Cell, Page, row, warnings};
+use crate::phrases::{self, design as design_phrases, list, pairs};
 use crate::text::number;
-use crate::words::{self, design as said, list, pairs};
 use kardan::results::{
     Canonical, ChannelResult, ControllerData, CrossCoupling, DataMatrix, DataNumber, Decouplability, Design, Feedback,
-    Flatness, HiddenMotion, Integrators, Motion, NO_RESPONSES, ObserverResult, Passage, Pole, Stability, ZeroDynamics,
-    ZeroMode,
+    Flatness, HiddenMotion, Integrators, LoopAlongPath, Motion, NO_RESPONSES, ObserverResult, Pole, Stability,
+    ZeroDynamics, ZeroMode,
 };
 
 /// More poles are counted where there is little room.
@@ -27,7 +27,7 @@ pub fn page(design: &Design) -> Page {
         (_, true) => design.model.clone(),
         _ => format!("{}: {}", design.model, design.controller),
     };
-    let strains = design.strains.iter().map(|one| (one.variant.clone(), &one.strain, one.duration));
+    let motor_loads = design.motor_loads.iter().map(|one| (one.variant.clone(), &one.motor_load, one.duration));
     let new = Body::default;
     Page {
         name,
@@ -52,12 +52,16 @@ pub fn page(design: &Design) -> Page {
                 design.opposite_side.as_ref().map(margins::opposite_side).unwrap_or_default(),
             ),
             ("frequency", "Frequency and step responses", frequency(design)),
-            ("strain", "Torques in the scenario", margins::strains(strains)),
+            ("strain", "Torques in the scenario", margins::motor_loads(motor_loads)),
             ("zero-dynamics", "Zero dynamics", zero_dynamics(design)),
             ("observer", "Observer", design.observer.as_ref().map(observer).unwrap_or_default()),
             ("proof", "Transfer matrix of the linear loop, exact", proof(design)),
             ("coupling", "Cross coupling", cross_coupling(design)),
-            ("passage", "With the parameters of the variant", new().list(design.passage.iter().flat_map(passage))),
+            (
+                "passage",
+                "With the parameters of the variant",
+                new().list(design.loop_along_path.iter().flat_map(loop_along_path)),
+            ),
             (
                 "exploration",
                 "Other designs",
@@ -102,7 +106,7 @@ fn head(design: &Design) -> Body {
         .names("Inputs", &design.inputs)
         .names("Outputs", &design.outputs)
         .part("States that stand for combinations of coordinates", Body::default().table(&["state", "is"], definitions))
-        .say(hidden)
+        .paragraph(hidden)
 }
 
 /// What was designed, on which model, and what else is in the loop: one sentence each.
@@ -114,10 +118,10 @@ fn what_is_designed(design: &Design) -> Vec<String> {
     if !design.variant.is_empty() && design.variant != design.model {
         out.push(format!("Variant: {}.", design.variant));
     }
-    if !design.others.is_empty() {
+    if !design.other_controllers.is_empty() {
         out.push(format!(
             "In the loop too, for the closed-loop poles and the simulation: {}. Transfer functions are without.",
-            list(&design.others, NAMES)
+            list(&design.other_controllers, NAMES)
         ));
     }
     out
@@ -177,7 +181,7 @@ fn decouplability(design: &Design) -> Vec<String> {
 }
 
 fn sentence(text: &str) -> String {
-    let text = words::capital(text);
+    let text = phrases::capital(text);
     if text.ends_with(['.', '!', '?']) { text } else { text + "." }
 }
 
@@ -189,7 +193,7 @@ fn blocks(design: &Design) -> Vec<String> {
 fn channels(channels: &[ChannelResult]) -> Body {
     let row = |channel: &ChannelResult| {
         let ChannelResult { output, reference, kind, transfer, poles, .. } = channel;
-        let poles = words::together(&list(&pairs(poles), 12));
+        let poles = phrases::together(&list(&pairs(poles), 12));
         row![output, reference, kind, Cell::Code(transfer.clone()), poles]
     };
     let headers = ["output", "reference", "kind", "transfer function", "poles [1/s]"];
@@ -209,18 +213,18 @@ fn poles(design: &Design) -> Body {
             Motion::Unknown => Cell::Mark(false, "not decided".into()),
         };
         row![
-            words::pair(pole),
+            phrases::pair(pole),
             if times > 1 { format!("{times}×") } else { String::new() },
             size,
             if size > 0.0 { number(-pole.re / size) } else { "–".into() },
-            said::owner(pole, design),
+            design_phrases::owner(pole, design),
             word,
         ]
     };
     let headers = ["#pole [1/s]", "#", "#frequency [rad/s]", "#damping", "of", ""];
     Body::default()
         .hint("Linear loop with all controllers, at the design point.")
-        .table_of(POLES, &headers, words::joined(&design.closed_loop_poles).iter().map(row))
+        .table_of(POLES, &headers, phrases::joined(&design.closed_loop_poles).iter().map(row))
         .hint(if design.exact_poles { "" } else { FLOATING })
         .hint(counters(&design.counters))
         .pictures(pictures::plane(design))
@@ -250,12 +254,12 @@ fn zero_dynamics(design: &Design) -> Body {
             Some(_) => Cell::Mark(false, "warning".into()),
         };
         row![
-            words::pair(mode.pole),
+            phrases::pair(mode.pole),
             mode.natural_frequency,
             mode.damping_ratio,
-            words::together(&words::motion(&mode.shape)),
-            words::together(&words::of_elements(&mode.stored)),
-            words::together(&words::of_elements(&mode.dissipated)),
+            phrases::together(&phrases::motion(&mode.shape)),
+            phrases::together(&phrases::of_elements(&mode.stored)),
+            phrases::together(&phrases::of_elements(&mode.dissipated)),
             word,
         ]
     };
@@ -263,7 +267,7 @@ fn zero_dynamics(design: &Design) -> Body {
         ["#pole [1/s]", "#frequency [rad/s]", "#damping", "largest motions", "stored in", "lost in", "verdict"];
     let warnings = found.modes.iter().filter_map(|mode| Some((mode, mode.warning.as_ref()?)));
     let body = Body::default().list(hidden_motions(found)).table(&headers, found.modes.iter().map(row));
-    warnings.fold(body, |body, (mode, text)| body.judge(false, format!("{} 1/s: {text}", words::pair(mode.pole))))
+    warnings.fold(body, |body, (mode, text)| body.judge(false, format!("{} 1/s: {text}", phrases::pair(mode.pole))))
 }
 
 /// What goes on while the outputs are held still: one sentence each. Empty if it was not asked.
@@ -328,10 +332,10 @@ fn once<'a>(names: impl Iterator<Item = &'a String>) -> Vec<&'a String> {
 fn proof(design: &Design) -> Body {
     let references = once(design.transfer.iter().map(|entry| &entry.reference));
     let outputs = once(design.transfer.iter().map(|entry| &entry.output));
-    let cell = |output: &str, reference: &str| match said::linear(design, reference, output) {
+    let cell = |output: &str, reference: &str| match design_phrases::linear(design, reference, output) {
         None => "–".into(),
-        Some(entry) if entry.numerator.is_empty() => Cell::Mark(true, said::transfer(entry)),
-        Some(entry) => Cell::Code(said::transfer(entry)),
+        Some(entry) if entry.numerator.is_empty() => Cell::Mark(true, design_phrases::transfer(entry)),
+        Some(entry) => Cell::Code(design_phrases::transfer(entry)),
     };
     let row = |output: &&String| {
         let cells = references.iter().map(|reference| cell(output, reference));
@@ -351,7 +355,7 @@ fn proof(design: &Design) -> Body {
 /// How long it was watched: `over 2 s`; `None` if there are several windows or none.
 fn window(couplings: &[CrossCoupling]) -> Option<String> {
     let first = couplings.first()?.window;
-    (first.is_finite() && couplings.iter().all(|other| other.window == first))
+    (first.is_finite() && couplings.iter().all(|candidate| candidate.window == first))
         .then(|| format!("over {} s", number(first)))
 }
 
@@ -374,7 +378,8 @@ fn cross_coupling(design: &Design) -> Body {
         row.extend(match &c.failure {
             Some(_) => row![Cell::Mark(false, "failed".into()), "", ""],
             None => {
-                let share = said::relative(c, found).map_or(String::new(), |share| said::share(share, 5));
+                let share =
+                    design_phrases::relative(c, found).map_or(String::new(), |share| design_phrases::share(share, 5));
                 row![with_unit(c.peak, &c.unit), with_unit(c.rms, &c.unit), share]
             }
         });
@@ -394,11 +399,11 @@ fn cross_coupling(design: &Design) -> Body {
 }
 
 /// The loop with the parameters of the variant, one sentence each.
-fn passage(found: &Passage) -> Vec<String> {
+fn loop_along_path(found: &LoopAlongPath) -> Vec<String> {
     let degrees = |angle: f64| format!("{} deg", number((1e6 * angle.to_degrees()).round() / 1e6));
-    let at = |angle: f64| if found.turned.is_empty() { String::new() } else { format!(" at {}", degrees(angle)) };
+    let at = |angle: f64| if found.coordinates.is_empty() { String::new() } else { format!(" at {}", degrees(angle)) };
     let mut out = vec![
-        if found.turned.is_empty() {
+        if found.coordinates.is_empty() {
             "The loop is looked at with the parameters of the variant, which are not those of the design, in linear approximation."
                 .into()
         } else {
@@ -406,7 +411,7 @@ fn passage(found: &Passage) -> Vec<String> {
                 "The loop is looked at with the parameters of the variant, in linear approximation at {} positions: {} turned from \
                  {} to {}.",
                 found.positions,
-                found.turned,
+                found.coordinates,
                 degrees(found.range.from),
                 degrees(found.range.until)
             )

@@ -2,8 +2,8 @@
 
 use crate::identification_pictures as pictures;
 use crate::model::{Body, Cell, Page, row, warnings};
+use crate::phrases::list;
 use crate::text::number;
-use crate::words::list;
 use kardan::results::{Identification, LogRead, NamedMatrix, ResidualTest, Span, Suggestion, Suggestions};
 
 /// More rows are counted where there is little room.
@@ -54,10 +54,10 @@ fn parameters(found: &Identification) -> Body {
     let interval = format!("#{} % interval", number(100.0 * found.confidence));
     let mut headers = vec!["parameter", "unit", "#in the file", "#found", "#standard error", &interval];
     headers.extend(published.then_some("#published").into_iter().chain(reasons.then_some("")));
-    let told = found.parameters.iter().filter(|one| one.interval.is_some() && !one.remark.is_empty());
-    let told = told.map(|one| format!("`{}`: {}.", one.name, one.remark));
+    let remarks = found.parameters.iter().filter(|one| one.interval.is_some() && !one.remark.is_empty());
+    let remarks = remarks.map(|one| format!("`{}`: {}.", one.name, one.remark));
     let table = Body::default().list(head(found)).table_of(ROWS, &headers, rows);
-    table.list(told).pictures(pictures::intervals(found))
+    table.list(remarks).pictures(pictures::intervals(found))
 }
 
 /// How it was found, a sentence each.
@@ -73,18 +73,18 @@ fn head(found: &Identification) -> Vec<String> {
         number(found.window),
         found.loss
     )];
-    let mut left = Vec::new();
+    let mut omitted = Vec::new();
     for (count, why) in [
         (windows.incomplete, "lack samples of a channel"),
         (windows.resting, "have a friction at rest or of unknown sign"),
         (windows.moving, "are not steady"),
     ] {
         if count > 0 {
-            left.push(format!("{count} {why}"));
+            omitted.push(format!("{count} {why}"));
         }
     }
     if windows.all > 0 {
-        let rest = if left.is_empty() { String::new() } else { format!(": {}", left.join(", ")) };
+        let rest = if omitted.is_empty() { String::new() } else { format!(": {}", omitted.join(", ")) };
         out.push(format!("{} of {} windows are used{rest}.", windows.used, windows.all));
     }
     if !found.eliminated.is_empty() {
@@ -134,8 +134,8 @@ fn validation(found: &Identification) -> Body {
         return Body::default();
     }
     let rows = found.validation.iter().map(|one| {
-        let fit = percent(one.torque, one.unseen);
-        row![&one.row, &one.unit, one.torque, one.seen, one.unseen, fit]
+        let fit = percent(one.torque, one.cross_validated);
+        row![&one.row, &one.unit, one.torque, one.in_sample, one.cross_validated, fit]
     });
     Body::default()
         .hint(
@@ -165,51 +165,52 @@ fn candidates(found: &Identification) -> Body {
 
 /// `86.47 %`, one less the residual over the torque.
 fn percent(torque: f64, residual: Option<f64>) -> String {
-    let there = residual.filter(|residual| torque > 0.0 && residual.is_finite());
-    there.map_or("–".into(), |residual| format!("{:.2} %", 100.0 * (1.0 - residual / torque)))
+    let explained = residual.filter(|residual| torque > 0.0 && residual.is_finite());
+    explained.map_or("–".into(), |residual| format!("{:.2} %", 100.0 * (1.0 - residual / torque)))
 }
 
 fn suggestions(found: &Identification) -> Body {
     let Some(suggested) = &found.suggestions else { return Body::default() };
     let mut body = Body::default();
-    if suggested.taken.is_empty() {
-        let why = match (suggested.tried.is_empty(), suggested.doubts()) {
+    if suggested.accepted.is_empty() {
+        let why = match (suggested.tried.is_empty(), suggested.failed_tests()) {
             (_, 0) => "No test of what is left over speaks against the model: nothing is suggested.",
             (true, _) => "No term that can be tried answers to the tests that speak against the model.",
             _ => "No term that was tried predicts unseen segments better.",
         };
-        body = body.judge(suggested.doubts() == 0, why);
+        body = body.judge(suggested.failed_tests() == 0, why);
     }
-    for (now, then) in found.validation.iter().zip(&suggested.validation).filter(|_| !suggested.taken.is_empty()) {
-        body = body.say(format!(
+    for (now, then) in found.validation.iter().zip(&suggested.validation).filter(|_| !suggested.accepted.is_empty()) {
+        body = body.paragraph(format!(
             "With {} unseen segments of {} are predicted to {} ({} without).",
-            list(&suggested.taken, 12),
+            list(&suggested.accepted, 12),
             now.row,
-            percent(then.torque, then.unseen),
-            percent(now.torque, now.unseen),
+            percent(then.torque, then.cross_validated),
+            percent(now.torque, now.cross_validated),
         ));
     }
     let torque = |row: &str| found.validation.iter().find(|one| one.row == row).map_or(0.0, |one| one.torque);
-    for one in suggested.unseen_logs.iter().filter(|_| !suggested.taken.is_empty()) {
+    for one in suggested.held_out_logs.iter().filter(|_| !suggested.accepted.is_empty()) {
         let [before, after] = [one.before, one.after].map(|residual| percent(torque(&one.row), Some(residual)));
-        body = body.say(format!(
+        body = body.paragraph(format!(
             "Whole logs that no fit has seen: {} {after} ({before} without), terms of single logs left out.",
             one.row
         ));
     }
-    if !suggested.taken.is_empty() {
-        let said = match suggested.doubts() {
+    if !suggested.accepted.is_empty() {
+        let summary = match suggested.failed_tests() {
             0 => "All tests of what is left over then hold.".to_string(),
             1 => "One test of what is left over still speaks against the model.".into(),
             many => format!("{many} tests of what is left over still speak against the model."),
         };
-        body = body.judge(suggested.doubts() == 0, said);
+        body = body.judge(suggested.failed_tests() == 0, summary);
         let scale = number(suggested.scale);
-        body = body.say(format!("What is left over then is {scale} times what the noise of the sensors explains."));
+        body =
+            body.paragraph(format!("What is left over then is {scale} times what the noise of the sensors explains."));
     }
     let part = |x: Option<f64>| x.map_or("–".into(), |x| format!("{:.2} %", 100.0 * x));
-    let told = |one: &&Suggestion| one.gain.is_some() || one.probability.is_none();
-    let tried = suggested.tried.iter().filter(told).map(|one| {
+    let is_listed = |one: &&Suggestion| one.gain.is_some() || one.probability.is_none();
+    let tried = suggested.tried.iter().filter(is_listed).map(|one| {
         let gain = match one.gain_spread {
             Some(_) => format!("{} ± {}", part(one.gain), part(one.gain_spread)),
             None => "–".into(),
@@ -219,7 +220,7 @@ fn suggestions(found: &Identification) -> Body {
     });
     let headers = ["round", "term", "#parameters", "asked for by", "#probability", "#gain", "verdict"];
     body = body.table_of(ROWS, &headers, tried);
-    body = body.say(silent(suggested));
+    body = body.paragraph(silent(suggested));
     if !suggested.tried.is_empty() {
         body = body.hint(
             "The tests that speak against a model ask for terms; each round takes the one that gains most for each of its parameters. \
@@ -231,7 +232,7 @@ fn suggestions(found: &Identification) -> Body {
     let lines = suggested.text.lines().map(|line| vec![Cell::Verbatim(line.into())]);
     body.table_of(ROWS, &["what to write into the model file"], lines).part(
         "With the terms taken",
-        if suggested.taken.is_empty() { Body::default() } else { extended(suggested, found.confidence) },
+        if suggested.accepted.is_empty() { Body::default() } else { extended(suggested, found.confidence) },
     )
 }
 
@@ -239,8 +240,8 @@ fn suggestions(found: &Identification) -> Body {
 fn silent(suggested: &Suggestions) -> String {
     let mut names: Vec<String> = Vec::new();
     for one in &suggested.tried {
-        let told = suggested.tried.iter().any(|other| other.term == one.term && other.gain.is_some());
-        if !told && one.probability.is_some() && !names.contains(&one.term) {
+        let has_gain = suggested.tried.iter().any(|other| other.term == one.term && other.gain.is_some());
+        if !has_gain && one.probability.is_some() && !names.contains(&one.term) {
             names.push(one.term.clone());
         }
     }
@@ -250,14 +251,14 @@ fn silent(suggested: &Suggestions) -> String {
     let orders = match suggested.orders.as_slice() {
         [] => String::new(),
         orders => {
-            let words: Vec<String> = orders.iter().map(|order| number(*order)).collect();
-            format!(" Harmonics were tried with {} periods in a turn, no others.", list(&words, 40))
+            let periods: Vec<String> = orders.iter().map(|order| number(*order)).collect();
+            format!(" Harmonics were tried with {} periods in a turn, no others.", list(&periods, 40))
         }
     };
-    let left: String = suggested.not_tried.iter().map(|one| format!(" Not tried: {one}.")).collect();
+    let not_tried: String = suggested.not_tried.iter().map(|one| format!(" Not tried: {one}.")).collect();
     let silent =
         if names.is_empty() { String::new() } else { format!("Tried, and not told from zero: {}.", list(&names, 40)) };
-    format!("{silent}{orders}{left}")
+    format!("{silent}{orders}{not_tried}")
 }
 
 /// What is found with the terms that are suggested, and what is left over then.
@@ -286,7 +287,7 @@ fn damping(found: &Identification) -> Body {
         columns: damping.coordinates.clone(),
         values: damping.values.clone(),
     };
-    Body::default().say(sentence).matrices([&matrix])
+    Body::default().paragraph(sentence).matrices([&matrix])
 }
 
 fn log(log: &LogRead) -> Body {
@@ -296,7 +297,7 @@ fn log(log: &LogRead) -> Body {
     });
     let Span { from, until } = log.span.unwrap_or(Span { from: f64::NAN, until: f64::NAN });
     let length = format!("{}: {} rows, {} s to {} s", log.name, log.rows, number(from), number(until));
-    Body::default().say(length).list(log.remarks.iter().cloned()).table_of(
+    Body::default().paragraph(length).list(log.remarks.iter().cloned()).table_of(
         ROWS,
         &["channel", "unit", "signal", "#sample time", "#noise of a sample"],
         rows,

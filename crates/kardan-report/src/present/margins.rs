@@ -1,14 +1,14 @@
 //! How far a loop is from instability, and what it asks of its motors.
 
 use crate::model::{Body, Cell, row};
+use crate::phrases;
 use crate::text::number;
-use crate::words;
-use kardan::results::{ChannelMargin, Margins, MotorStrain, OppositeSide, TogetherMargin, TorquePeak};
+use kardan::results::{ChannelMargin, Margins, MotorLoad, OppositeSide, TogetherMargin, TorquePeak};
 
 /// What sampling, delay, lag and limits leave of a loop.
 pub(super) fn margins(found: &Margins) -> Body {
     Body::default()
-        .say(&found.verdict)
+        .paragraph(&found.verdict)
         .part("Limits of the linear loop", limits(found))
         .part("How wrong one channel may be before the loop is unstable", channels(&found.channels))
         .part("The same with backlash in contact", contacts(found))
@@ -17,15 +17,15 @@ pub(super) fn margins(found: &Margins) -> Body {
 
 /// The same on the other side of where the loop bends.
 pub(super) fn opposite_side(found: &OppositeSide) -> Body {
-    let OppositeSide { own, side, margins: there } = found;
-    let told = format!(
+    let OppositeSide { own, side, margins: other_side } = found;
+    let text = format!(
         "The loop bends at its operating point. All else on this page is about the side where {own}. Where {side}: {}",
-        there.verdict
+        other_side.verdict
     );
     Body::default()
-        .say(&told)
-        .part("Limits of the linear loop there", limits(there))
-        .part("How wrong one channel may be there before the loop is unstable", channels(&there.channels))
+        .paragraph(&text)
+        .part("Limits of the linear loop there", limits(other_side))
+        .part("How wrong one channel may be there before the loop is unstable", channels(&other_side.channels))
 }
 
 /// What the loop tolerates, and the motion that grows beyond it.
@@ -69,7 +69,7 @@ fn channels(channels: &[ChannelMargin]) -> Body {
         _ => String::new(),
     };
     let row = |one: &ChannelMargin| {
-        let [low, high] = words::factors(one.gain, |side, factor| number(factor) + &at(one.gain_frequency[side]));
+        let [low, high] = phrases::factors(one.gain, |side, factor| number(factor) + &at(one.gain_frequency[side]));
         let degrees = |turn: f64| format!("{}°", number(turn.to_degrees()));
         let phase = if one.phase.is_finite() { degrees(one.phase) + &at(one.phase_frequency) } else { "any".into() };
         let delay = match one.delay {
@@ -80,10 +80,10 @@ fn channels(channels: &[ChannelMargin]) -> Body {
         };
         let disk = number(one.disk) + &at(one.disk_frequency);
         let disk = if one.searched { format!("{disk}, searched") } else { disk };
-        let [from, to] = words::factors(one.disk_gain, |_, factor| number(factor));
-        let held = format!("{from} to {to}, {}", degrees(one.disk_phase));
+        let [from, to] = phrases::factors(one.disk_gain, |_, factor| number(factor));
+        let disk_range = format!("{from} to {to}, {}", degrees(one.disk_phase));
         let what = if one.reading { format!("reading {}", one.name) } else { format!("torque of {}", one.name) };
-        row![what, format!("{low} to {high}"), phase, delay, disk, held]
+        row![what, format!("{low} to {high}"), phase, delay, disk, disk_range]
     };
     let headers =
         ["error of", "factor (rad/s)", "phase (rad/s)", "delay (rad/s)", "disk margin (rad/s)", "which holds"];
@@ -114,7 +114,7 @@ fn contacts(margins: &Margins) -> Body {
     let [disk, channel] = least(&margins.channels);
     let together = |found: &Option<TogetherMargin>| found.as_ref().map_or("–".to_string(), |all| number(all.disk[0]));
     let here = vec![row!["–", "", names(&all), stable(margins.stable), disk, channel, together(&margins.together)]];
-    let others = margins.contacts.iter().map(|one| {
+    let in_contact = margins.contacts.iter().map(|one| {
         let [disk, channel] = least(&one.channels);
         row![
             names(&one.closed),
@@ -127,9 +127,9 @@ fn contacts(margins: &Margins) -> Body {
         ]
     });
     let headers = ["in contact", "flank", "open", "loop", "#least disk margin", "of", "#of all motors at once"];
-    let mut out = Body::default().table(&headers, here.into_iter().chain(others));
+    let mut out = Body::default().table(&headers, here.into_iter().chain(in_contact));
     for one in margins.contacts.iter().filter(|one| !one.channels.is_empty()) {
-        let detail = Body::default().say(format!("In contact: {} ({} flank).", one.closed.join(", "), one.flank));
+        let detail = Body::default().paragraph(format!("In contact: {} ({} flank).", one.closed.join(", "), one.flank));
         out = out.detail(detail).detail(channels(&one.channels));
     }
     out
@@ -140,23 +140,23 @@ fn peaks(peaks: &[TorquePeak]) -> Body {
         let unit = &peak.unit;
         let limit = peak.limit.map_or("unlimited".into(), |limit| format!("{} {unit}", number(limit)));
         let step = format!("{} by {} {}", peak.reference, number(peak.step), peak.step_unit);
-        let asked = format!("{} {unit}", number(peak.peak));
+        let value = format!("{} {unit}", number(peak.peak));
         let too_much = peak.limit.is_some_and(|limit| peak.peak > limit * (1.0 + 1e-9));
-        let asked = if too_much { Cell::Mark(false, asked) } else { Cell::Text(asked) };
-        row![step, &peak.input, asked, limit]
+        let value = if too_much { Cell::Mark(false, value) } else { Cell::Text(value) };
+        row![step, &peak.input, value, limit]
     });
     Body::default().table(&["step of", "motor", "#asked of it", "#limit"], rows)
 }
 
 /// What runs of variants asked of motors with limits: variant, motor, length of the run in s. Empty if there are none.
-pub(super) fn strains<'a>(all: impl Iterator<Item = (String, &'a MotorStrain, f64)>) -> Body {
-    let rows = all.map(|(variant, strain, length)| {
-        let limits = [(strain.torque_limit, ""), (strain.rate_limit, "/s")];
+pub(super) fn motor_loads<'a>(all: impl Iterator<Item = (String, &'a MotorLoad, f64)>) -> Body {
+    let rows = all.map(|(variant, motor_load, length)| {
+        let limits = [(motor_load.torque_limit, ""), (motor_load.rate_limit, "/s")];
         let limits = limits.into_iter();
-        let limits = limits.filter_map(|(limit, per)| Some(format!("{} {}{per}", number(limit?), strain.unit)));
+        let limits = limits.filter_map(|(limit, per)| Some(format!("{} {}{per}", number(limit?), motor_load.unit)));
         let times = [
-            (strain.torque_limit, strain.seconds_at_limit(0.0, length), ""),
-            (strain.rate_limit, strain.seconds_at_rate_limit(0.0, length), " (rate)"),
+            (motor_load.torque_limit, motor_load.seconds_at_limit(0.0, length), ""),
+            (motor_load.rate_limit, motor_load.seconds_at_rate_limit(0.0, length), " (rate)"),
         ];
         let time = |(_, time, what): (_, f64, &str)| match time {
             0.0 => format!("never{what}"),
@@ -164,8 +164,8 @@ pub(super) fn strains<'a>(all: impl Iterator<Item = (String, &'a MotorStrain, f6
         };
         let times: Vec<String> = times.into_iter().filter(|(limit, ..)| limit.is_some()).map(time).collect();
         let (limits, times) = (limits.collect::<Vec<_>>().join(", "), times.join(", "));
-        let times = if strain.strained() { Cell::Mark(false, times) } else { Cell::Text(times) };
-        row![&strain.motor, variant, format!("{} {}", number(strain.asked), strain.unit), limits, times]
+        let times = if motor_load.at_limit() { Cell::Mark(false, times) } else { Cell::Text(times) };
+        row![&motor_load.motor, variant, format!("{} {}", number(motor_load.demand), motor_load.unit), limits, times]
     });
     Body::default().table(&["motor", "variant", "#largest asked", "#limit", "#time at the limit"], rows)
 }

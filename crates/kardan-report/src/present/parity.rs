@@ -1,8 +1,8 @@
 //! Which faults sensors can tell, and by which relations.
 
 use crate::model::{Body, Cell, Entry, row};
+use crate::phrases;
 use crate::text::number;
-use crate::words;
 use kardan::results::{Analysis, FaultPlace, FaultVerdict, Parity, ParityTerm, Residual, SensorSets, Threshold};
 
 /// More names, residuals or sets are counted where there is little room.
@@ -14,14 +14,14 @@ pub fn parity(analysis: &Analysis) -> Body {
     let Some(found) = &analysis.parity else { return Body::default() };
     let unknown = match found.unknown.is_empty() {
         true => "no other input acts".to_string(),
-        false => format!("of {} nothing is known", words::list(&found.unknown, NAMES)),
+        false => format!("of {} nothing is known", phrases::list(&found.unknown, NAMES)),
     };
     let commands = match found.commands.is_empty() {
         true => "no input is known".to_string(),
-        false => format!("the torques of {} are known as commanded", words::list(&found.commands, NAMES)),
+        false => format!("the torques of {} are known as commanded", phrases::list(&found.commands, NAMES)),
     };
     Body::default()
-        .say(format!("Read: {}; {commands}; {unknown}.", words::list(&found.sensors, NAMES)))
+        .paragraph(format!("Read: {}; {commands}; {unknown}.", phrases::list(&found.sensors, NAMES)))
         .part("Residuals at one instant", residuals(found))
         .part("Faults", faults(found))
         .part("Smallest sets of sensors", sets(&found.sets))
@@ -32,7 +32,7 @@ fn sum(terms: &[ParityTerm]) -> String {
     let mut out = String::new();
     for (k, term) in terms.iter().enumerate() {
         let size = Entry { value: term.value.abs(), exact: Some(term.coefficient.trim_start_matches('-').into()) };
-        let (size, _) = size.written(6);
+        let (size, _) = size.rounded_text(6);
         out += match (k, term.value < 0.0) {
             (0, false) => "",
             (0, true) => "−",
@@ -47,7 +47,7 @@ fn sum(terms: &[ParityTerm]) -> String {
 
 fn residuals(found: &Parity) -> Body {
     if found.residuals.is_empty() {
-        return Body::default().say(
+        return Body::default().paragraph(
             "None: at one instant the readings are independent of each other, so only their course in time can show a fault.",
         );
     }
@@ -66,20 +66,20 @@ fn residuals(found: &Parity) -> Body {
         .residuals
         .iter()
         .enumerate()
-        .map(|(k, one)| row![format!("r{}", k + 1), Cell::Code(sum(&one.terms)), constant(one), holds(one)]);
-    let told = found.residuals.iter().enumerate().filter_map(|(k, one)| limits(k, one, one.threshold.as_ref()?));
+        .map(|(k, one)| row![format!("r{}", k + 1), Cell::Code(sum(&one.terms)), constant(one), validity(one)]);
+    let limit_lines = found.residuals.iter().enumerate().filter_map(|(k, one)| limits(k, one, one.threshold.as_ref()?));
     let moved =
         found.residuals.iter().enumerate().filter_map(|(k, one)| tolerances(&format!("r{}", k + 1), &one.terms));
     let angles = found.residuals.iter().any(|one| one.up_to_constant);
     Body::default()
-        .say(all)
+        .paragraph(all)
         .table_of(RESIDUALS, &["", "residual", "#is", "holds"], rows)
         .hint(if angles {
             "How angle and torsion sensors are mounted adds a constant to a residual: take it from the start. An offset that is there from the start is then not seen."
         } else {
             ""
         })
-        .list(told)
+        .list(limit_lines)
         .list(moved)
 }
 
@@ -91,10 +91,10 @@ fn constant(one: &Residual) -> String {
     }
 }
 
-fn holds(one: &Residual) -> String {
+fn validity(one: &Residual) -> String {
     match one.linearised_at.is_empty() {
         true => "everywhere".into(),
-        false => format!("near the operating point of {}", words::list(&one.linearised_at, NAMES)),
+        false => format!("near the operating point of {}", phrases::list(&one.linearised_at, NAMES)),
     }
 }
 
@@ -138,14 +138,14 @@ fn in_time(one: &FaultVerdict, limit: &Threshold) -> Option<String> {
         _ => "no false alarm: there is no noise, and no step exceeds it".into(),
     };
     let samples = if limit.debounce == 1 { "one sample".into() } else { format!("{} samples", limit.debounce) };
-    let others = if limit.different_times {
+    let time_note = if limit.different_times {
         " Its sensors have different sample times: add how far it moves within one."
     } else {
         ""
     };
     Some(format!(
         "{}: the relation behind 1/({filter} s + 1){times}, by the bilinear rule at {} s: threshold {} {} (noise {}, steps up to {}): {alarms}. A change by {} {} \
-         is seen with 99.9 % after {} s, {samples} beyond it.{others}",
+         is seen with 99.9 % after {} s, {samples} beyond it.{time_note}",
         place(one),
         number(limit.sample_time),
         number(limit.threshold),
@@ -173,14 +173,14 @@ fn faults(found: &Parity) -> Body {
     if friction {
         columns.insert(2, "with friction unknown");
     }
-    let yes = |holds: bool| Cell::Mark(holds, if holds { "yes" } else { "no" }.into());
+    let yes = |validity: bool| Cell::Mark(validity, if validity { "yes" } else { "no" }.into());
     let rows = found.faults.iter().map(|one| {
         let stays = match one.stays {
             _ if !one.shown => "–".into(),
             None => Cell::from("not decided"),
             Some(stays) => yes(stays),
         };
-        let same = if one.same_as.is_empty() { "–".into() } else { words::list(&one.same_as, NAMES) };
+        let same = if one.same_as.is_empty() { "–".into() } else { phrases::list(&one.same_as, NAMES) };
         let order = one.order.map_or("–".into(), |order| order.to_string());
         let mut cells = row![place(one), yes(one.shown), stays, same, order];
         if friction {
@@ -191,11 +191,11 @@ fn faults(found: &Parity) -> Body {
     let relations = found.faults.iter().filter(|one| !one.relation.is_empty()).map(|one| {
         let rubs = match one.friction_in_relation.is_empty() {
             true => String::new(),
-            false => format!(" (friction of {} moves it too)", words::list(&one.friction_in_relation, NAMES)),
+            false => format!(" (friction of {} moves it too)", phrases::list(&one.friction_in_relation, NAMES)),
         };
         row![place(one), Cell::Code(format!("{} = 0", sum(&one.relation))), rubs.trim().to_string()]
     });
-    let told = found.faults.iter().filter_map(|one| in_time(one, one.threshold.as_ref()?));
+    let delay_lines = found.faults.iter().filter_map(|one| in_time(one, one.threshold.as_ref()?));
     let moved = found.faults.iter().filter(|one| one.order.is_some_and(|order| order > 0));
     let moved = moved.filter_map(|one| tolerances(&place(one), &one.relation));
     let decided = match found.exact {
@@ -214,7 +214,7 @@ fn faults(found: &Parity) -> Body {
             "Relations that the faults break",
             Body::default()
                 .table(&["fault of", "relation (a dash: a derivative)", ""], relations)
-                .list(told)
+                .list(delay_lines)
                 .list(moved),
         )
 }
@@ -231,7 +231,7 @@ fn sentences(found: &Parity) -> Vec<String> {
     let named =
         |which: &dyn Fn(&&FaultVerdict) -> bool| found.faults.iter().filter(which).map(place).collect::<Vec<_>>();
     let silent = named(&|one| !one.shown);
-    let alone = named(&|one| one.shown && one.same_as.is_empty());
+    let isolable = named(&|one| one.shown && one.same_as.is_empty());
     let mut groups: Vec<Vec<String>> = Vec::new();
     for one in found.faults.iter().filter(|one| !one.same_as.is_empty()) {
         let mut group = named(&|other| one.same_as.contains(&other.fault) || other.fault == one.fault);
@@ -244,14 +244,14 @@ fn sentences(found: &Parity) -> Vec<String> {
     if !silent.is_empty() {
         out.push(format!(
             "No residual at all shows a fault of {}: what is unknown explains every course of it.",
-            words::list(&silent, NAMES)
+            phrases::list(&silent, NAMES)
         ));
     }
-    if !alone.is_empty() {
-        out.push(format!("Shown, and told from every other single fault: {}.", words::list(&alone, NAMES)));
+    if !isolable.is_empty() {
+        out.push(format!("Shown, and told from every other single fault: {}.", phrases::list(&isolable, NAMES)));
     }
     for group in groups {
-        out.push(format!("Shown, but not told from each other: {}.", words::list(&group, NAMES)));
+        out.push(format!("Shown, but not told from each other: {}.", phrases::list(&group, NAMES)));
     }
     out
 }
@@ -262,11 +262,11 @@ fn sets(found: &[SensorSets]) -> Body {
         let which = match (sets.sets.is_empty(), sets.all_tried) {
             (true, true) => "no set of the candidates".to_string(),
             (true, false) => "not found: there are too many sets to try".into(),
-            _ => words::list(&sets.sets.iter().map(one).collect::<Vec<_>>(), NAMES),
+            _ => phrases::list(&sets.sets.iter().map(one).collect::<Vec<_>>(), NAMES),
         };
         row![&sets.goal, which]
     };
-    let candidates = found.first().map(|sets| words::list(&sets.candidates, NAMES)).unwrap_or_default();
+    let candidates = found.first().map(|sets| phrases::list(&sets.candidates, NAMES)).unwrap_or_default();
     Body::default()
         .table(&["so that", "at least"], found.iter().map(row))
         .hint(format!("Candidates: {candidates}. All smaller sets were tried, modulo random primes; other places are named by `[[analysis.sensor]]`."))

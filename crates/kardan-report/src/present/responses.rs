@@ -2,8 +2,8 @@
 
 use crate::frequency_pictures as pictures;
 use crate::model::{Body, row};
+use crate::phrases::list;
 use crate::text::{number, unit};
-use crate::words::list;
 use kardan::results::{ChannelMargin, LoopFunction, LoopResponses, SingularValues, WrongTorque};
 use kardan_rt::functions::log10;
 
@@ -20,7 +20,7 @@ pub(super) fn responses(found: &LoopResponses, margins: &[ChannelMargin]) -> Bod
         .pictures(pictures::singular_values(found))
         .pictures(pictures::references(found))
         .pictures(pictures::steps(found))
-        .part("Margins where the joints stand", along(found))
+        .part("Margins where the joints stand", over_positions(found))
         .fold("Bode, Nyquist and Nichols plots of the loop at the readings", readings)
 }
 
@@ -104,43 +104,50 @@ fn largest(found: &LoopResponses) -> Body {
 }
 
 /// The least margins of each motor along the motions of the joints.
-fn along(found: &LoopResponses) -> Body {
-    let Some(along) = &found.along else { return Body::default() };
-    let stable = along.positions.iter().filter(|one| !one.motors.is_empty()).count();
-    let Some((worst, at)) = along.worst() else { return Body::default() };
+fn over_positions(found: &LoopResponses) -> Body {
+    let Some(over_positions) = &found.over_positions else { return Body::default() };
+    let stable = over_positions.positions.iter().filter(|one| !one.motors.is_empty()).count();
+    let Some((worst, at)) = over_positions.worst() else { return Body::default() };
     let degrees = |angle: f64| format!("{}°", number(angle.to_degrees()));
-    let count = along.positions.len();
-    let mut said = vec![format!(
+    let count = over_positions.positions.len();
+    let mut sentences = vec![format!(
         "The linear loop where {} stand, at {count} positions: the least disk margin of a motor is {} ({}, at {}).",
-        along.turned,
+        over_positions.coordinates,
         number(worst.disk),
         worst.name,
         degrees(at)
     )];
     if stable < count {
-        said.push(format!("At {} of them the loop is not stable, or has no frequency response.", count - stable));
+        sentences.push(format!("At {} of them the loop is not stable, or has no frequency response.", count - stable));
     }
-    let Some(first) = along.positions.iter().find(|one| !one.motors.is_empty()) else { return Body::default() };
+    let Some(first) = over_positions.positions.iter().find(|one| !one.motors.is_empty()) else {
+        return Body::default();
+    };
     let rows = first.motors.iter().map(|motor| {
         let all = || {
             let of = |one: &ChannelMargin| one.name == motor.name;
-            along.positions.iter().filter_map(move |one| Some((one.motors.iter().find(|one| of(one))?, one.angle)))
+            over_positions
+                .positions
+                .iter()
+                .filter_map(move |one| Some((one.motors.iter().find(|one| of(one))?, one.angle)))
         };
         let least = |value: fn(&ChannelMargin) -> f64| all().min_by(|a, b| value(a.0).total_cmp(&value(b.0)));
-        let told = |found: Option<(&ChannelMargin, f64)>, value: &dyn Fn(&ChannelMargin) -> f64, what: &str| match found
-        {
-            Some((one, at)) if value(one).is_finite() => format!("{}{what} (at {})", number(value(one)), degrees(at)),
-            _ => "any".into(),
-        };
+        let margin_cell =
+            |found: Option<(&ChannelMargin, f64)>, value: &dyn Fn(&ChannelMargin) -> f64, what: &str| match found {
+                Some((one, at)) if value(one).is_finite() => {
+                    format!("{}{what} (at {})", number(value(one)), degrees(at))
+                }
+                _ => "any".into(),
+            };
         let phase = least(|one| one.phase);
         let low = least(|one| -one.gain[0]);
-        let mut cells = row![&motor.name, told(low, &|one| one.gain[0], "")];
-        cells.push(told(least(|one| one.gain[1]), &|one| one.gain[1], "").into());
-        cells.push(told(phase, &|one| one.phase.to_degrees(), "°").into());
-        cells.push(told(least(|one| one.disk), &|one| one.disk, "").into());
+        let mut cells = row![&motor.name, margin_cell(low, &|one| one.gain[0], "")];
+        cells.push(margin_cell(least(|one| one.gain[1]), &|one| one.gain[1], "").into());
+        cells.push(margin_cell(phase, &|one| one.phase.to_degrees(), "°").into());
+        cells.push(margin_cell(least(|one| one.disk), &|one| one.disk, "").into());
         cells
     });
     let headers =
         ["torque of", "largest factor below one", "least factor above one", "least phase", "least disk margin"];
-    Body::default().list(said).table(&headers, rows).pictures(pictures::along(along))
+    Body::default().list(sentences).table(&headers, rows).pictures(pictures::over_positions(over_positions))
 }

@@ -46,14 +46,14 @@ fn verdict(table: &Safety) -> Verdict {
 fn kinds(table: &Safety) -> String {
     let mut found: Vec<(&str, usize)> = Vec::new();
     for row in table.failing() {
-        let words = row.verdict.words();
-        match found.iter_mut().find(|(other, _)| *other == words) {
+        let label = row.verdict.label();
+        match found.iter_mut().find(|(candidate, _)| *candidate == label) {
             Some((_, count)) => *count += 1,
-            None => found.push((words, 1)),
+            None => found.push((label, 1)),
         }
     }
-    let told: Vec<String> = found.iter().map(|(words, count)| format!("{count} {words}")).collect();
-    told.join(", ")
+    let counts: Vec<String> = found.iter().map(|(label, count)| format!("{count} {label}")).collect();
+    counts.join(", ")
 }
 
 /// What stands before the numbers of a row.
@@ -63,7 +63,7 @@ fn head(row: &SafetyRow, several: bool) -> Vec<Cell> {
     if several {
         cells.extend(row![&row.variant]);
     }
-    cells.extend(row.values.iter().map(|value| Cell::Text(kept(&value.value))));
+    cells.extend(row.values.iter().map(|value| Cell::Text(without_breaks(&value.value))));
     cells
 }
 
@@ -99,7 +99,7 @@ fn rows(table: &Safety) -> Body {
         let (effect, bound) =
             worst.map_or_else(Default::default, |(effect, found)| (shown_of(effect, found), bound(effect)));
         cells.extend([shown, states.join(", "), effect, bound].map(Cell::Text));
-        cells.push(Cell::Mark(one.verdict.passes(), one.verdict.words().into()));
+        cells.push(Cell::Mark(one.verdict.passes(), one.verdict.label().into()));
         if noted {
             cells.push(Cell::Text(one.note.clone().unwrap_or_default()));
         }
@@ -120,13 +120,13 @@ fn shown_of(effect: &SafetyEffect, found: &EffectMeasured) -> String {
 
 fn in_unit(value: f64, effect: &SafetyEffect) -> String {
     match &effect.display {
-        Some(unit) => kept(&format!("{} {}", figure(DisplayUnit::of(unit, value), DIGITS), unit.unit)),
-        None => kept(&format!("{} {}", figure(value, DIGITS), effect.unit)),
+        Some(unit) => without_breaks(&format!("{} {}", figure(DisplayUnit::of(unit, value), DIGITS), unit.unit)),
+        None => without_breaks(&format!("{} {}", figure(value, DIGITS), effect.unit)),
     }
 }
 
 /// What is not to be broken into lines.
-fn kept(text: &str) -> String {
+fn without_breaks(text: &str) -> String {
     text.replace(' ', "\u{a0}")
 }
 
@@ -137,10 +137,10 @@ fn bound(effect: &SafetyEffect) -> String {
 }
 
 fn effects(table: &Safety) -> Body {
-    let meant = table.effects.iter().map(|effect| row![&effect.name, &effect.text, bound(effect)]);
-    let meant = Body::default().table_of(usize::MAX, &["effect", "what is measured", "bound"], meant);
+    let definitions = table.effects.iter().map(|effect| row![&effect.name, &effect.text, bound(effect)]);
+    let definitions = Body::default().table_of(usize::MAX, &["effect", "what is measured", "bound"], definitions);
     if table.effects.len() < 2 {
-        return meant;
+        return definitions;
     }
     let several = several(table);
     let mut columns = titles(table);
@@ -149,7 +149,7 @@ fn effects(table: &Safety) -> Body {
         let mut cells = head(one, several);
         let cell = |(effect, found): (&SafetyEffect, &EffectMeasured)| {
             let shown = found.measured.map_or_else(|| "none".to_string(), |value| in_unit(value, effect));
-            found.holds.map_or_else(|| Cell::Text(shown.clone()), |holds| Cell::Mark(holds, shown.clone()))
+            found.satisfied.map_or_else(|| Cell::Text(shown.clone()), |satisfied| Cell::Mark(satisfied, shown.clone()))
         };
         let all = table.effects.iter().zip(&one.effects).map(cell);
         cells.extend(all.collect::<Vec<_>>());
@@ -157,7 +157,7 @@ fn effects(table: &Safety) -> Body {
         cells
     };
     let all = Body::default().table(&columns, table.rows.iter().filter(|row| !row.faults.is_empty()).map(one));
-    meant.fold("All effects of all rows", all)
+    definitions.fold("All effects of all rows", all)
 }
 
 fn columns_of(table: &Safety, several: bool) -> usize {
@@ -167,8 +167,9 @@ fn columns_of(table: &Safety, several: bool) -> usize {
 
 fn monitors(table: &Safety) -> Body {
     let list = |names: &[String]| if names.is_empty() { "nothing".to_string() } else { names.join(", ") };
-    let without = |names: &[String]| if names.is_empty() { "nowhere".to_string() } else { names.join(", ") };
-    let rows = table.monitors.iter().map(|one| row![&one.name, list(&one.raised_by), without(&one.raised_without)]);
+    let listed_or_nowhere = |names: &[String]| if names.is_empty() { "nowhere".to_string() } else { names.join(", ") };
+    let rows =
+        table.monitors.iter().map(|one| row![&one.name, list(&one.raised_by), listed_or_nowhere(&one.false_alarms)]);
     Body::default().table(&["monitor", "raised by", "raised without a fault in"], rows)
 }
 
@@ -181,7 +182,7 @@ fn commands(table: &Safety) -> Body {
         cells.push(Cell::Verbatim(one.command.clone()));
         cells
     });
-    let words = "A simulation of the faults that the file names, on which an analysis of failures can be built; what it is worth in a \
+    let hint = "A simulation of the faults that the file names, on which an analysis of failures can be built; what it is worth in a \
                  project says who maps it to the standards of that project, such as ISO 26262 and ISO 19725.";
-    Body::default().table(&columns, rows).hint(words)
+    Body::default().table(&columns, rows).hint(hint)
 }

@@ -4,11 +4,11 @@ use crate::PlotFile;
 use crate::charts;
 use crate::curves::{clock, variant_label};
 use crate::model::{Alert, Block, Body, Cell, Page, Section, row};
+use crate::phrases;
 use crate::text::number;
 use crate::text::{Clock, figure};
-use crate::words;
 use kardan::results::{
-    self, Accuracy, Design, DisplayUnit, Energy, Event, Extreme, ModelSummary, MotorStrain, Outcome, Plot, Run,
+    self, Accuracy, Design, DisplayUnit, Energy, Event, Extreme, ModelSummary, MotorLoad, Outcome, Plot, Run,
     RunVerdict, Signal, Structure, Study, Verdict,
 };
 
@@ -26,7 +26,7 @@ pub fn page(study: &Study) -> Page {
 }
 
 /// The page of a study for those who read its words alone: nothing is drawn, which takes most of the time.
-pub fn words_of(study: &Study) -> Page {
+pub fn text_page(study: &Study) -> Page {
     with_plots(study, &[])
 }
 
@@ -48,11 +48,12 @@ fn with_plots(study: &Study, drawn: &[PlotFile]) -> Page {
         ("model", "Model", new().detail(model(&study.model))),
     ]);
     sections.extend(study.designs.iter().enumerate().map(|(k, found)| {
-        design::page(found).within(&format!("design-{}", k + 1), &format!("Design of {}", found.controller), "")
+        design::page(found).into_section(&format!("design-{}", k + 1), &format!("Design of {}", found.controller), "")
     }));
     let analysis = study.analysis.as_ref();
-    sections
-        .extend(analysis.map(|found| analysis::page(found).within("analysis", "Structure analysis", &whose(study))));
+    sections.extend(
+        analysis.map(|found| analysis::page(found).into_section("analysis", "Structure analysis", &whose(study))),
+    );
     sections.extend(Page::sections([("variants", "Variants and effort", variants(study))]));
     Page {
         name: if study.model.name.is_empty() { "Study".into() } else { study.model.name.clone() },
@@ -68,10 +69,10 @@ fn with_plots(study: &Study, drawn: &[PlotFile]) -> Page {
 /// What the inputs reach and the outputs show.
 fn structure(structure: &Structure) -> String {
     let states = structure.states.len();
-    let part = |holds: bool, what: &str, rank: usize, names: &[String], none: &str| match (holds, names) {
+    let part = |satisfied: bool, what: &str, rank: usize, names: &[String], none: &str| match (satisfied, names) {
         (_, []) => none.to_owned(),
-        (true, names) => format!("{what} {}", words::list(names, 4)),
-        (false, names) => format!("NOT {what} {} (rank {rank} of {states})", words::list(names, 4)),
+        (true, names) => format!("{what} {}", phrases::list(names, 4)),
+        (false, names) => format!("NOT {what} {} (rank {rank} of {states})", phrases::list(names, 4)),
     };
     let Structure { inputs, outputs, controllable_rank, observable_rank, .. } = structure;
     let none = "without inputs, so nothing in it can be controlled";
@@ -107,39 +108,39 @@ fn verdict(study: &Study) -> Verdict {
         (passed, all) if passed == all => format!("all {all} requirements are met"),
         (passed, all) => {
             let failed = all - passed;
-            let (met, are) = (if passed == 1 { "is" } else { "are" }, if failed == 1 { "is" } else { "are" });
-            format!("{passed} of {all} requirements {met} met, {failed} {are} not")
+            let (verb, are) = (if passed == 1 { "is" } else { "are" }, if failed == 1 { "is" } else { "are" });
+            format!("{passed} of {all} requirements {verb} met, {failed} {are} not")
         }
     };
-    let strained = study.runs.iter().filter(|run| run.strains.iter().any(MotorStrain::strained)).count();
-    let strained = match strained {
+    let at_limit = study.runs.iter().filter(|run| run.motor_loads.iter().any(MotorLoad::at_limit)).count();
+    let at_limit = match at_limit {
         0 => String::new(),
         some if some == study.runs.len() => "; a motor is at its limit for some time".into(),
         some => format!("; in {some} of {} variants a motor is at its limit for some time", study.runs.len()),
     };
     let completed = study.runs.iter().all(|run| run.verdict() == RunVerdict::Completed);
     let weak =
-        |design: &Design| design.margins.as_ref().is_some_and(|found| found.stable == Some(false) || found.hardly);
+        |design: &Design| design.margins.as_ref().is_some_and(|found| found.stable == Some(false) || found.low_margins);
     let sound = completed && passed == judged.len() && !study.designs.iter().any(weak);
     let loops = loops(study);
-    let (failed, doubts) = (failed(study), doubts(study));
-    Verdict { sound, text: format!("{}{doubts}; {requirements}{failed}{loops}{strained}.", ended(study)) }
+    let (failed, doubtful_runs) = (failed(study), doubtful_runs(study));
+    Verdict { sound, text: format!("{}{doubtful_runs}; {requirements}{failed}{loops}{at_limit}.", ended(study)) }
 }
 
 /// Names behind a sentence: `: first; second; and 3 more`.
 fn behind(names: &[String]) -> String {
-    let told: Vec<&str> = names.iter().take(NAMED).map(String::as_str).collect();
+    let listed: Vec<&str> = names.iter().take(NAMED).map(String::as_str).collect();
     match (names.len(), names.len().saturating_sub(NAMED)) {
         (0, _) => String::new(),
-        (_, 0) => format!(": {}", told.join("; ")),
-        (_, more) => format!(": {}; and {more} more", told.join("; ")),
+        (_, 0) => format!(": {}", listed.join("; ")),
+        (_, more) => format!(": {}; and {more} more", listed.join("; ")),
     }
 }
 
 /// A part of a sentence with the runs that it is about, where there are several.
 fn about(study: &Study, text: &str, runs: &[&Run]) -> String {
     let labels: Vec<String> = runs.iter().map(|run| variant_label(study, run)).collect();
-    if study.runs.len() < 2 { text.into() } else { format!("{text} ({})", words::list(&labels, NAMED)) }
+    if study.runs.len() < 2 { text.into() } else { format!("{text} ({})", phrases::list(&labels, NAMED)) }
 }
 
 /// The requirements that are not met.
@@ -157,8 +158,8 @@ fn failed(study: &Study) -> String {
 }
 
 /// What the comparison with a second run speaks against numbers.
-fn doubts(study: &Study) -> String {
-    let doubt = |run: &Run| {
+fn doubtful_runs(study: &Study) -> String {
+    let reason = |run: &Run| {
         let found = run.accuracy.as_ref()?;
         let text = match (&found.unreliable, &found.undecided) {
             (Some(one), _) => format!("the estimated error of {} reaches its first digit", one.signal),
@@ -170,7 +171,7 @@ fn doubts(study: &Study) -> String {
         };
         Some(about(study, &text, &[run]))
     };
-    let all: Vec<String> = study.runs.iter().filter_map(doubt).collect();
+    let all: Vec<String> = study.runs.iter().filter_map(reason).collect();
     if all.is_empty() { String::new() } else { format!("; accuracy{}", behind(&all)) }
 }
 
@@ -253,14 +254,14 @@ fn alerts(study: &Study) -> Vec<Alert> {
 
 /// What says that there is nothing.
 fn or_none(body: Body, none: &str) -> Body {
-    if body.0.is_empty() { body.say(none) } else { body }
+    if body.0.is_empty() { body.paragraph(none) } else { body }
 }
 
 fn plots(study: &Study, drawn: &[PlotFile]) -> Body {
     let charts = study.plots.iter().zip(drawn).enumerate();
     let charts: Vec<Block> = charts.map(|(k, (plot, picture))| Block::Chart(charts::chart(k, plot, picture))).collect();
     if study.plots.is_empty() {
-        return Body::default().say("The model file asks for no plots.");
+        return Body::default().paragraph("The model file asks for no plots.");
     }
     Body(charts)
 }
@@ -317,9 +318,9 @@ fn key_figures(study: &Study) -> Body {
         let found = runs.filter_map(|run| Some((run, run.series.signal(name)?)));
         let found: Vec<(&Run, &Signal)> = found.collect();
         for (index, (run, signal)) in found.iter().enumerate() {
-            let unit = told_in(study, name, signal);
-            let told = format!("{name} [{}]", unit.map_or(signal.physical.unit(), |unit| &unit.unit));
-            let mut row = row![span(told, index, found.len()), variant_label(study, run)];
+            let unit = display_unit(study, name, signal);
+            let label = format!("{name} [{}]", unit.map_or(signal.physical.unit(), |unit| &unit.unit));
+            let mut row = row![span(label, index, found.len()), variant_label(study, run)];
             row.extend(extremes(&run.series.time, &signal.values, unit, clock(study)));
             rows.push(row);
         }
@@ -329,7 +330,7 @@ fn key_figures(study: &Study) -> Body {
 }
 
 /// The unit in which a plot shows a signal, where that is not the SI unit.
-fn told_in<'a>(study: &'a Study, name: &String, signal: &Signal) -> Option<&'a DisplayUnit> {
+fn display_unit<'a>(study: &'a Study, name: &String, signal: &Signal) -> Option<&'a DisplayUnit> {
     let plots = study.plots.iter().filter(|plot| plot.signals.contains(name));
     let units = plots.filter_map(|plot| plot.display.as_ref());
     units.filter(|display| display.physical == signal.physical).map(|display| &display.unit).next()
@@ -338,20 +339,22 @@ fn told_in<'a>(study: &'a Study, name: &String, signal: &Signal) -> Option<&'a D
 /// Least and greatest value with their times, and the last value that is finite.
 fn extremes(time: &[f64], values: &[f64], unit: Option<&DisplayUnit>, clock: Clock) -> [Cell; 5] {
     let found = results::extremes(time, values);
-    let told = |value: f64| unit.map_or(value, |unit| unit.of(value));
+    let in_unit = |value: f64| unit.map_or(value, |unit| unit.of(value));
     let cells = |found: Option<Extreme>| match found {
-        Some(at) => [Cell::from(told(at.value)), Cell::Text(clock.time(at.time))],
+        Some(at) => [Cell::from(in_unit(at.value)), Cell::Text(clock.time(at.time))],
         None => ["–".into(), "–".into()],
     };
     let [[low, low_time], [high, high_time]] = [cells(found.min), cells(found.max)];
     let last = values.iter().rev().find(|value| value.is_finite());
-    [low, low_time, high, high_time, last.copied().map(told).into()]
+    [low, low_time, high, high_time, last.copied().map(in_unit).into()]
 }
 
 /// Motors with limits: what was asked of them, and how long they were there. Empty if there are none.
 fn motors(study: &Study) -> Body {
-    let strains = study.runs.iter().flat_map(|run| run.strains.iter().map(move |strain| (run, strain)));
-    super::margins::strains(strains.map(|(run, strain)| (variant_label(study, run), strain, run.length())))
+    let motor_loads = study.runs.iter().flat_map(|run| run.motor_loads.iter().map(move |motor_load| (run, motor_load)));
+    super::margins::motor_loads(
+        motor_loads.map(|(run, motor_load)| (variant_label(study, run), motor_load, run.length())),
+    )
 }
 
 /// The figures, each for every variant.
@@ -414,7 +417,7 @@ fn requirements(study: &Study) -> Body {
 fn energy(study: &Study) -> Body {
     let rows = study.runs.iter().map(|run| {
         let Energy { input, stored, dissipated, residual, exchanged } = run.energy;
-        let relative = run.energy.left_out().map_or("–".into(), |part| format!("{part:.1e}").replace('-', "−"));
+        let relative = run.energy.residual_share().map_or("–".into(), |part| format!("{part:.1e}").replace('-', "−"));
         row![variant_label(study, run), input, stored, dissipated, exchanged, figure(residual, 2), relative]
     });
     let headers = [
@@ -434,8 +437,8 @@ fn energy(study: &Study) -> Body {
 
 /// How far the integration may be wrong, if that is known.
 fn accuracy(study: &Study) -> Body {
-    let known = || study.runs.iter().filter_map(|run| Some((run, run.accuracy.as_ref()?)));
-    let Some((_, first)) = known().next() else { return Body::default() };
+    let estimated = || study.runs.iter().filter_map(|run| Some((run, run.accuracy.as_ref()?)));
+    let Some((_, first)) = estimated().next() else { return Body::default() };
     let row_of = |(run, found): (&Run, &Accuracy)| {
         let mut row = row![variant_label(study, run)];
         row.extend(first.errors.iter().map(|own| {
@@ -454,7 +457,7 @@ fn accuracy(study: &Study) -> Body {
         .collect();
     let headers: Vec<&str> = ["variant"].into_iter().chain(titles.iter().map(String::as_str)).collect();
     let those = |which: &dyn Fn(&Accuracy) -> bool| -> String {
-        let those = known().filter(|(_, found)| which(found)).map(|(run, _)| variant_label(study, run));
+        let those = estimated().filter(|(_, found)| which(found)).map(|(run, _)| variant_label(study, run));
         those.collect::<Vec<String>>().join(", ")
     };
     let rounded = those(&|found| found.rounded && found.undecided.is_none());
@@ -464,21 +467,21 @@ fn accuracy(study: &Study) -> Body {
             " Three times the difference where rounding decides about the error, or samples make the steps of both: {rounded}."
         ),
     };
-    let body = Body::default().table(&headers, known().map(row_of)).hint(format!(
+    let body = Body::default().table(&headers, estimated().map(row_of)).hint(format!(
         "How far the integration is estimated to be off, over all rows, in the signal where that is most (readings of sensors are not \
          compared). Not proven: a third of the difference to a second run at the tolerance {} instead of {}.{rounded}",
         figure(first.looser, 2),
         figure(first.tolerance, 2)
     ));
     let body = counts(body, study);
-    let others = those(&|found| !found.same_events && found.undecided.is_none());
-    if others.is_empty() {
+    let changed_events = those(&|found| !found.same_events && found.undecided.is_none());
+    if changed_events.is_empty() {
         return body;
     }
     body.judge(
         false,
         format!(
-            "{others}: the second run came through other events, or in another order; a smaller `tolerance` tells which are right"
+            "{changed_events}: the second run came through other events, or in another order; a smaller `tolerance` tells which are right"
         ),
     )
 }
@@ -508,7 +511,7 @@ fn events(study: &Study) -> Body {
     let body = study.runs.iter().fold(Body::default(), |body, run| {
         let name = variant_label(study, run);
         match run.events.len() {
-            0 => body.say(format!("{name}: no events")),
+            0 => body.paragraph(format!("{name}: no events")),
             1 => body.fold(&format!("{name}: 1 event"), listed(&run.events, clock(study))),
             count => body.fold(&format!("{name}: {count} events"), listed(&run.events, clock(study))),
         }
@@ -569,9 +572,9 @@ fn model(model: &ModelSummary) -> Body {
         .and(coordinates)
         .part("Reduced matrices at the initial position", matrices);
     let body = model.laws.iter().fold(body, |mut body, law| {
-        let said = Body::default().list(law.notes.iter().cloned()).matrices(&law.gains);
+        let law_body = Body::default().list(law.notes.iter().cloned()).matrices(&law.gains);
         let title = format!("Law {} ({})", law.name, law.law);
-        body.0.push(Block::Part(Section { anchor: String::new(), title, body: said }));
+        body.0.push(Block::Part(Section { anchor: String::new(), title, body: law_body }));
         body
     });
     let body = body.part("Closed-loop poles", Body::default().hint(hint).and(poles));
@@ -607,7 +610,7 @@ mod tests {
             figures: vec![],
             notes: vec![],
             warnings: vec![],
-            strains: vec![],
+            motor_loads: vec![],
             effort: Default::default(),
             accuracy: None,
         };

@@ -34,7 +34,7 @@ pub fn page_with(found: &Sweep, samples: &Samples, again: &Again) -> Page {
 fn explored(samples: &Samples, found: &Sweep) -> Body {
     let drawing = "<div class=\"samples\" id=\"samples-plots\"></div>\n";
     let picture = Picture { drawing: drawing.into(), ..Picture::default() };
-    Body::default().hint(samples.in_words()).pictures([picture]).pictures(still(samples, found))
+    Body::default().hint(samples.describe()).pictures([picture]).pictures(still(samples, found))
 }
 
 /// The commands that run the samples of least and largest numbers again.
@@ -121,7 +121,7 @@ pub fn page(found: &Sweep) -> Page {
 
 fn verdict(found: &Sweep) -> Verdict {
     if let Some(worst) = &found.worst {
-        let margin = margin_in_words(worst);
+        let margin = format_margin(worst);
         let word = if worst.fails { "fails" } else { "holds" };
         let text = format!("{} {word} in the worst case that {} runs found: {margin}.", worst.text, found.rows);
         return Verdict { sound: !worst.fails && found.missing == 0, text };
@@ -163,10 +163,10 @@ fn several(found: &Sweep) -> bool {
 }
 
 /// Columns, with that of the variant where there are several.
-fn titles(found: &Sweep, first: &str, others: &[&str]) -> Vec<String> {
+fn titles(found: &Sweep, first: &str, further_titles: &[&str]) -> Vec<String> {
     let mut out = vec![first.to_string()];
     out.extend(several(found).then(|| "variant".to_string()));
-    out.extend(others.iter().map(ToString::to_string));
+    out.extend(further_titles.iter().map(ToString::to_string));
     out
 }
 
@@ -181,8 +181,8 @@ fn share(part: f64, digits: usize) -> String {
         return figure(100.0 * part, digits);
     }
     let decimals = 1 - log10(missing).floor() as i32;
-    let told = format!("{:.*}", decimals.max(digits as i32 - 2).clamp(1, MOST_DECIMALS) as usize, 100.0 * part);
-    told.trim_end_matches('0').trim_end_matches('.').into()
+    let digits_text = format!("{:.*}", decimals.max(digits as i32 - 2).clamp(1, MOST_DECIMALS) as usize, 100.0 * part);
+    digits_text.trim_end_matches('0').trim_end_matches('.').into()
 }
 
 /// A probability with two digits, rounded up: it is a bound.
@@ -225,19 +225,19 @@ fn rules(found: &Sweep) -> Body {
     let with = found.requirements.iter().filter(|one| !one.rules.is_empty());
     with.fold(Body::default(), |body, one| {
         let variant = if several(found) { format!(" ({})", one.variant) } else { String::new() };
-        body.say(format!("{}{variant} fails where:", one.text)).list(one.rules.iter().map(rule))
+        body.paragraph(format!("{}{variant} fails where:", one.text)).list(one.rules.iter().map(rule))
     })
 }
 
 /// A rule as a sentence.
 fn rule(rule: &SweptRule) -> String {
-    let there: Vec<String> = rule.bounds.iter().map(bound).collect();
+    let conditions: Vec<String> = rule.bounds.iter().map(bound).collect();
     let [low, high] = rule.interval.map(|part| share(part, 3));
     let SweptRule { inside, failed, .. } = rule;
     let covers = share(rule.covers, 3);
     format!(
         "{}: {failed} of {inside} samples there fail ({low} % to {high} %), {covers} % of all failures.",
-        there.join(" and ")
+        conditions.join(" and ")
     )
 }
 
@@ -273,11 +273,12 @@ fn numbers(values: &SweptValues, unit: &str, display: Option<&DisplayUnit>) -> V
 
 /// Which parameters matter.
 fn shares(values: &SweptValues) -> String {
-    let told = values.shares.iter().take(MOST_SHARES).filter(|share| share.slope.abs() > 0.05);
-    let told: Vec<String> = told.map(|share| format!("{} {}", share.parameter, figure(share.slope, 2))).collect();
+    let main_shares = values.shares.iter().take(MOST_SHARES).filter(|share| share.slope.abs() > 0.05);
+    let main_shares: Vec<String> =
+        main_shares.map(|share| format!("{} {}", share.parameter, figure(share.slope, 2))).collect();
     let explained =
         values.explained.map_or_else(String::new, |part| format!(" ({} % explained)", number((100.0 * part).round())));
-    if told.is_empty() { String::new() } else { told.join(", ") + &explained }
+    if main_shares.is_empty() { String::new() } else { main_shares.join(", ") + &explained }
 }
 
 const SHARES_HINT: &str = "Parameters: by how many standard deviations the number moves for one of the parameter, by a straight line through all of them. \
@@ -293,8 +294,8 @@ fn figures(found: &Sweep) -> Body {
         cells
     });
     let body = Body::default().table_of(usize::MAX, &columns, rows);
-    let told = found.figures.iter().map(|one| (&one.name, &one.variant, &one.values));
-    let body = body.list(without_a_value(found, told));
+    let values = found.figures.iter().map(|one| (&one.name, &one.variant, &one.values));
+    let body = body.list(without_a_value(found, values));
     if found.figures.is_empty() { body } else { body.hint(SHARES_HINT.to_string()) }
 }
 
@@ -304,7 +305,7 @@ fn without_a_value<'a>(
     all: impl Iterator<Item = (&'a String, &'a String, &'a SweptValues)>,
 ) -> Vec<String> {
     let fewer = all.filter(|(_, _, values)| values.count < values.runs);
-    let told = fewer.map(|(name, variant, SweptValues { runs, ended, count, .. })| {
+    let sentences = fewer.map(|(name, variant, SweptValues { runs, ended, count, .. })| {
         let variant = if several(found) { format!(" ({variant})") } else { String::new() };
         let why = match (*ended, runs - count - ended) {
             (0, _) => String::new(),
@@ -315,7 +316,7 @@ fn without_a_value<'a>(
         };
         format!("{name}{variant}: {count} of {runs} runs have a value{why}.")
     });
-    told.collect()
+    sentences.collect()
 }
 
 fn measured(found: &Sweep) -> Body {
@@ -329,12 +330,12 @@ fn measured(found: &Sweep) -> Body {
         cells.extend(row![ends.unwrap_or_default(), shares(&one.measured)]);
         cells
     });
-    let told = found.requirements.iter().map(|one| (&one.text, &one.variant, &one.measured));
-    Body::default().table_of(usize::MAX, &columns, rows).list(without_a_value(found, told))
+    let values = found.requirements.iter().map(|one| (&one.text, &one.variant, &one.measured));
+    Body::default().table_of(usize::MAX, &columns, rows).list(without_a_value(found, values))
 }
 
 /// `margin -0.12 N m`
-fn margin_in_words(worst: &SweptWorst) -> String {
+fn format_margin(worst: &SweptWorst) -> String {
     match worst.margin {
         Some(margin) => format!("margin {}", shown(margin, &worst.unit, None)),
         None => "its run has no number".into(),
@@ -353,7 +354,7 @@ fn worst(found: &Sweep, worst: &SweptWorst) -> Body {
     };
     let hint = format!(
         "Sample {sample}{variant}: {}{before}. {explored} samples filled the space; {rested}. A found case is no proof that there is no worse one.",
-        margin_in_words(worst)
+        format_margin(worst)
     );
     let rows =
         worst.values.iter().map(|at| row![&at.parameter, format!("{} {}", figure(at.value, 9), at.unit).trim_end()]);
@@ -424,13 +425,13 @@ fn effects(found: &Sweep) -> Body {
         values.effects.iter().map(move |one| {
             let mut cells = row![name];
             cells.extend(several(found).then(|| Cell::Text(variant.clone())));
-            let told = |x: Option<f64>| x.map_or_else(String::new, |x| shown(x, unit, None));
+            let cell = |x: Option<f64>| x.map_or_else(String::new, |x| shown(x, unit, None));
             cells.extend(row![
                 &one.parameter,
-                told(Some(one.size)),
-                told(one.size_error),
-                told(Some(one.mean)),
-                told(one.deviation)
+                cell(Some(one.size)),
+                cell(one.size_error),
+                cell(Some(one.mean)),
+                cell(one.deviation)
             ]);
             cells
         })
@@ -471,7 +472,7 @@ fn varied(found: &Sweep) -> Body {
         "rare" => "subset simulation",
         _ => "a Latin hypercube",
     };
-    let told = match found.points.as_str() {
+    let hint = match found.points.as_str() {
         "corners" | "grid" => format!("{} samples: {how}.", found.samples),
         _ if found.until.is_some() => format!(
             "{} of at most {} samples by {how}, seed {}: each follows from the seed and its number alone.",
@@ -485,7 +486,7 @@ fn varied(found: &Sweep) -> Body {
             found.samples, found.seed
         ),
     };
-    Body::default().table_of(usize::MAX, &["parameter", "distribution"], rows).hint(told)
+    Body::default().table_of(usize::MAX, &["parameter", "distribution"], rows).hint(hint)
 }
 
 #[cfg(test)]
@@ -495,7 +496,7 @@ mod tests {
     /// What is missing to all of it is not rounded away.
     #[test]
     fn parts_near_all_are_no_whole() {
-        for (part, told) in [
+        for (part, expected) in [
             (1.0, "100"),
             (0.999_963_11, "99.9963"),
             (0.999_999_63, "99.999963"),
@@ -507,7 +508,7 @@ mod tests {
             (3.689e-7, "3.689e−5"),
             (0.0, "0"),
         ] {
-            assert_eq!(share(part, DIGITS), told);
+            assert_eq!(share(part, DIGITS), expected);
         }
         assert_eq!(share(0.999_63, 3), "99.963");
     }

@@ -143,12 +143,12 @@ pub fn train() -> Analysis {
             assumptions: vec![
                 Assumption {
                     statement: "the inertia matrix is constant, symmetric and positive definite (4.27)".into(),
-                    holds: true,
+                    satisfied: true,
                     breaches: vec![],
                 },
                 Assumption {
                     statement: "the damping is linear (4.28)".into(),
-                    holds: false,
+                    satisfied: false,
                     breaches: vec![Breach {
                         element: "rack_friction".into(),
                         why: "Coulomb friction of 10.8 N m".into(),
@@ -156,7 +156,7 @@ pub fn train() -> Analysis {
                 },
                 Assumption {
                     statement: "the constraints are linear with constant coefficients (4.31)".into(),
-                    holds: false,
+                    satisfied: false,
                     breaches: vec![Breach {
                         element: "joint".into(),
                         why: "its ratio depends on the angle of driver".into(),
@@ -361,7 +361,7 @@ pub fn hostile(bad: &str) -> Analysis {
     });
     if let Some(class) = &mut analysis.class {
         class.constant_linear = false;
-        class.assumptions[1].holds = false;
+        class.assumptions[1].satisfied = false;
         class.assumptions[1].breaches = vec![Breach { element: bad(), why: bad() }];
         class.constraints = vec![ConstraintClass { element: bad(), equation: bad(), ..ConstraintClass::default() }];
         class.operating_point = OperatingPoint {
@@ -492,7 +492,7 @@ pub fn decoupled_steering() -> Design {
         variant: "beta-0deg".into(),
         controller: "column".into(),
         law: "decoupling".into(),
-        others: texts(&["driver_model"]),
+        other_controllers: texts(&["driver_model"]),
         design_model: "linear, at the initial position, beta = 0 deg".into(),
         states: texts(&states),
         inputs: texts(&inputs),
@@ -555,7 +555,7 @@ pub fn decoupled_steering() -> Design {
                 ],
                 warning: Some("lightly damped: 0.098 of critical; what excites it rings for 0.04 s".into()),
             }],
-            stability: StabilityVerdict::plain(Stability::Stable, StabilityKnown::Exactly),
+            stability: StabilityVerdict::plain(Stability::Stable, StabilityEvidence::Exactly),
         },
         observer: None,
         transfer: vec![
@@ -572,9 +572,9 @@ pub fn decoupled_steering() -> Design {
             coupling("ref_fs", "fs.phi", true, 1.0460, 0.8907),
         ],
         margins: None,
-        strains: Vec::new(),
+        motor_loads: Vec::new(),
         exploration: None,
-        passage: None,
+        loop_along_path: None,
         robustness: None,
         flatness: Some(Flatness {
             outputs: texts(&outputs),
@@ -714,7 +714,7 @@ pub fn observed_train() -> Design {
                     warning: Some("unstable: the motion grows while the outputs rest".into()),
                 },
             ],
-            stability: StabilityVerdict::plain(Stability::Unstable, StabilityKnown::Exactly),
+            stability: StabilityVerdict::plain(Stability::Unstable, StabilityEvidence::Exactly),
         },
         observer: Some(ObserverResult {
             sensors: texts(&["rack.phi", "wheel.phi"]),
@@ -745,7 +745,7 @@ pub fn observed_train() -> Design {
         ],
         margins: None,
         exploration: None,
-        passage: None,
+        loop_along_path: None,
         robustness: None,
         flatness: Some(Flatness {
             outputs: texts(&outputs),
@@ -779,7 +779,7 @@ pub fn hostile_design(bad: &str) -> Design {
     design.variant = bad();
     design.controller = bad();
     design.law = bad();
-    design.others = vec![bad()];
+    design.other_controllers = vec![bad()];
     design.design_model = bad();
     design.states[0] = bad();
     design.inputs = vec![bad()];

@@ -54,8 +54,8 @@ fn where_samples_fail() {
     let (_, found, _) = swept(PUSHED, 100);
     let rule = &found.requirements[0].rules[0];
     let page = kardan_report::sweep(&found).markdown();
-    let told = format!("a.inertia ≥ 2 kg m^2: {0} of {0} samples there fail", rule.inside);
-    for said in ["Where they fail", "fails where:", &told, "100 % of all failures", "one half of the samples"] {
+    let reported = format!("a.inertia ≥ 2 kg m^2: {0} of {0} samples there fail", rule.inside);
+    for said in ["Where they fail", "fails where:", &reported, "100 % of all failures", "one half of the samples"] {
         assert!(page.contains(said), "{said}: {page}");
     }
 }
@@ -79,9 +79,9 @@ fn runs_without_a_value_are_counted() {
     let rise = &found.figures[0].values;
     assert!((rise.runs, rise.ended) == (80, 20) && (10..60).contains(&rise.count), "{rise:?}");
     let none = 60 - rise.count;
-    let told =
+    let reported =
         format!("rise: {} of 80 runs have a value: 20 did not come to their end and are left out, {none}", rise.count);
-    assert!(page.contains(&told) && page.contains("final a.w \\> 2 rad/s: 60 of 80 runs have a value"), "{page}");
+    assert!(page.contains(&reported) && page.contains("final a.w \\> 2 rad/s: 60 of 80 runs have a value"), "{page}");
 }
 
 /// The speed of a is 4 N m · 1 s / J.

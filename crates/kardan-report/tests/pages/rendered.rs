@@ -46,13 +46,13 @@ fn run(name: &str, beta: &str, end: f64) -> Run {
         }],
         notes: vec!["the split is not unique".into(), text],
         warnings: Vec::new(),
-        strains: vec![MotorStrain {
+        motor_loads: vec![MotorLoad {
             motor: HOSTILE.into(),
             unit: "N m",
             torque_limit: Some(1.3),
-            asked: 24.5,
+            demand: 24.5,
             at_torque_limit: vec![Span { from: 0.25, until: 0.75 }],
-            ..MotorStrain::default()
+            ..MotorLoad::default()
         }],
         effort: Effort { steps: 4321, rejected: 12, evaluations: 56_789, events: 7, ..Effort::default() },
         accuracy: None,
@@ -268,7 +268,7 @@ fn the_data_are_valid_json_with_null_for_nan() {
 }
 
 #[test]
-fn doubt_about_a_run_is_told_first() {
+fn warnings_about_a_run_come_first() {
     let doubted = Run { warnings: vec!["the energy balance does not close".into()], ..run("one", "0 deg", 1.0) };
     let study = Study { runs: vec![doubted, run("two", "1 deg", 1.0)], ..Study::default() };
     let page = kardan_report::study(&study);
@@ -651,7 +651,7 @@ fn the_verdict_says_how_it_was_decoupled_and_what_is_wrong() {
     design.feedback = None;
     design.warnings.clear();
     assert_eq!(design.verdict(), verdict(true, "Decoupled, proven exactly; the zero dynamics are stable."));
-    design.zero_dynamics.stability = StabilityVerdict::plain(Stability::Unstable, StabilityKnown::Exactly);
+    design.zero_dynamics.stability = StabilityVerdict::plain(Stability::Unstable, StabilityEvidence::Exactly);
     assert!(!design.verdict().sound && said(&design).contains("NOT stable"));
     design.zero_dynamics = ZeroDynamics { polynomial: "1".into(), ..ZeroDynamics::default() };
     design.feedback = Some(Feedback::Block);

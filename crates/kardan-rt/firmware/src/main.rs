@@ -44,8 +44,8 @@ macro_rules! blocks {
         #[inline(never)]
         fn $name() -> i32 {
             type T = $number;
-            let mut answers = 0i32;
-            let mut count = |good: bool| answers = answers.wrapping_add(i32::from(black_box(good)));
+            let mut good_count = 0i32;
+            let mut count = |good: bool| good_count = good_count.wrapping_add(i32::from(black_box(good)));
             let x: &[T] = any!([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8]);
             let y: &[T] = any!([0.8, 0.7, 0.6, 0.5]);
             let mut out = [0.0 as T; 16];
@@ -101,7 +101,7 @@ macro_rules! blocks {
                 commands: any_mut!(commands),
                 work: any_mut!(memory),
             };
-            count(!regulator.step(x, y, own).estimate_kept);
+            count(!regulator.step(x, y, own).estimate_frozen);
 
             let Some(schedule) = Schedule::new(x, black_box(4), black_box(3.0)) else { return 0 };
             count(schedule.at(black_box(1e9), any_mut!(out)));
@@ -156,7 +156,7 @@ macro_rules! blocks {
             let mechanism = Mechanism {
                 shafts: black_box(3),
                 coordinates: black_box(2),
-                held: black_box(0),
+                cuts: black_box(0),
                 inputs: black_box(2),
                 frictions: x,
                 plan,
@@ -196,7 +196,7 @@ macro_rules! blocks {
                 work: any_mut!(out),
             };
             count(scheduled.scratch(2, 2, 2, black_box(2)) < black_box(256));
-            count(!scheduled.step(x, y, own, any_mut!(memory)).estimate_kept);
+            count(!scheduled.step(x, y, own, any_mut!(memory)).estimate_frozen);
             let observer = ModelObserver {
                 mechanism,
                 inputs: any!(numbers),
@@ -204,7 +204,7 @@ macro_rules! blocks {
                 entries: any!(entries),
                 disturbances: any!(numbers),
                 gain: x,
-                held: x,
+                zoh_integral: x,
                 friction_width: black_box(Some(0.1)),
             };
             count(observer.rates(x, y, y, any_mut!(memory), any_mut!(out)));
@@ -215,7 +215,7 @@ macro_rules! blocks {
             let input = black_box(0.3 as T);
             count(Saturation { low: black_box(Some(-1.0)), high: Some(1.0) }.step(input, &mut one));
             count(DeadZone { low: black_box(-1.0), high: 1.0 }.step(input, &mut one));
-            count(Hysteresis { upper: black_box(2.0), lower: 1.0, answers: [0.0, 1.0] }.step(input, &mut two));
+            count(Hysteresis { upper: black_box(2.0), lower: 1.0, levels: [0.0, 1.0] }.step(input, &mut two));
             count(RateLimit { rise: black_box(0.1), fall: 0.2 }.step(input, &mut two));
             count(Delay.step(input, any_mut!(memory)));
             let sum = Integrator { sample_time: black_box(0.001), low: Some(-1.0), high: black_box(None) };
@@ -238,7 +238,7 @@ macro_rules! blocks {
             count(observer.step(x, y, any_mut!(memory)));
             let transitions = [Transition { from: 0, to: 1 }, Transition { from: 1, to: 0 }];
             count(StateMachine { transitions: any!(transitions) }.step(x, &mut two));
-            answers
+            good_count
         }
     };
 }

@@ -31,7 +31,7 @@ pub fn atan2<N: Number>(y: N, x: N) -> N {
     let steep = width.select(height, one, zero);
     let side = x.map(Format::sign);
     let direction = steep.select(half, side, -side);
-    let base = |angles: [N::One; 5]| turned(angles, [limit, small], steep, side);
+    let base = |angles: [N::One; 5]| quadrant_angle(angles, [limit, small], steep, side);
     let (first, lost) = ordered_sum(base(N::One::EIGHTHS.map(|angle| angle.0)), direction * ratio);
     let base_rest = base(N::One::EIGHTHS.map(|angle| angle.1));
     let found = first + (lost + (direction * rest + base_rest));
@@ -43,7 +43,7 @@ pub fn atan2<N: Number>(y: N, x: N) -> N {
 /// One of the multiples of π/4 from 0 to π, by where a point is: odd where `small` is above `limit`; `steep` is 1
 /// beyond π/4 from the x axis, else 0; `side` is the sign of x. A function, for closures are not always inlined.
 #[inline(always)]
-fn turned<N: Number>(angles: [N::One; 5], [limit, small]: [N; 2], steep: N, side: N) -> N {
+fn quadrant_angle<N: Number>(angles: [N::One; 5], [limit, small]: [N; 2], steep: N, side: N) -> N {
     let (zero, half) = (all::<N>(N::One::ZERO), all::<N>(N::One::HALF));
     let [none, eighth, quarter, three, half_turn] = angles.map(all::<N>);
     let even = steep.select(half, half_turn, quarter);
@@ -93,9 +93,9 @@ pub fn asin<N: Number>(x: N) -> N {
 #[inline(always)]
 pub fn acos<N: Number>(x: N) -> N {
     let (half, zero, size) = (all::<N>(N::One::HALF), all::<N>(N::One::ZERO), x.map(Real::abs));
-    let [none, _, quarter, _, turned] = N::One::EIGHTHS.map(|(first, rest)| (all::<N>(first), all::<N>(rest)));
+    let [none, _, quarter, _, half_turn] = N::One::EIGHTHS.map(|(first, rest)| (all::<N>(first), all::<N>(rest)));
     let side = x.map(Format::sign);
-    let pick = |none: N, quarter: N, turned: N| half.select(size, side.select(zero, turned, none), quarter);
-    let base = (pick(none.0, quarter.0, turned.0), pick(none.1, quarter.1, turned.1));
+    let pick = |none: N, quarter: N, half_turn: N| half.select(size, side.select(zero, half_turn, none), quarter);
+    let base = (pick(none.0, quarter.0, half_turn.0), pick(none.1, quarter.1, half_turn.1));
     arc(x, base, half.select(size, side + side, -side), half_angle(x))
 }

@@ -50,22 +50,22 @@ pub fn sin_cos_of<N: Number>(x: N, Reduced { quarters, angle }: Reduced<N>) -> (
     let cosine = first + rest;
     // 0 or 1, and signs ±1.
     let (odd, half) = (quarters.map(Format::is_odd), all(N::One::HALF));
-    let turned = quarters.map(Format::turned);
+    let half_turn_sign = quarters.map(Format::half_turn_sign);
     let (sine, cosine) = (odd.select(half, sine, cosine), odd.select(half, cosine, sine));
-    let flipped = odd.select(half, turned, -turned);
-    (x.map(Real::abs).select(all(N::One::NORMAL), x, turned * sine), flipped * cosine)
+    let flipped = odd.select(half, half_turn_sign, -half_turn_sign);
+    (x.map(Real::abs).select(all(N::One::NORMAL), x, half_turn_sign * sine), flipped * cosine)
 }
 
 /// `sin(a + b)` as a sum: of its series the second term, too, is exact.
 #[inline(always)]
 fn exact_sine<N: Number>((a, b): (N, N), (square, lost): (N, N)) -> (N, N) {
-    let (Some((third, others)), one) = (N::One::SINE.split_first(), all::<N>(N::One::ONE)) else { return (a, b) };
+    let (Some((third, higher_terms)), one) = (N::One::SINE.split_first(), all::<N>(N::One::ONE)) else { return (a, b) };
     let third = all::<N>(*third);
     let cube = exact_product(a, square);
     let term = exact_product(cube.0, third);
-    let others = cube.0 * (all::<N>(N::One::SINE_REST) + square * polynomial(others, square));
+    let higher_terms = cube.0 * (all::<N>(N::One::SINE_REST) + square * polynomial(higher_terms, square));
     let cube_rest = cube.1 + a * lost;
-    let rest = term.1 + (cube_rest * third + others) + b * (one - all::<N>(N::One::HALF) * square);
+    let rest = term.1 + (cube_rest * third + higher_terms) + b * (one - all::<N>(N::One::HALF) * square);
     let (sum, lost) = ordered_sum(a, term.0);
     ordered_sum(sum, lost + rest)
 }

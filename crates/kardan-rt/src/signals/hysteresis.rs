@@ -9,7 +9,7 @@ pub struct Hysteresis<N> {
     /// It switches off where its input is not above; below the upper one.
     pub lower: N,
     /// Its answer while it is off, and while it is on.
-    pub answers: [N; 2],
+    pub levels: [N; 2],
 }
 
 impl<N: Arithmetic> Hysteresis<N> {
@@ -30,7 +30,7 @@ impl<N: Arithmetic> Hysteresis<N> {
         let [_, on] = *memory;
         let above = input.select(self.upper, on, one());
         let on = self.lower.select(input, above, N::whole(0));
-        let [off_answer, on_answer] = self.answers;
+        let [off_answer, on_answer] = self.levels;
         let answer = half::<N>().select(on, on_answer, off_answer);
         remember(memory.iter_mut(), [answer, on].into_iter(), &[input])
     }

@@ -1,4 +1,4 @@
-use super::{half, remember, within};
+use super::{clamped, half, remember};
 use crate::Arithmetic;
 
 /// The integral of a signal over time, between bounds if it has any: `y⁺ = y + h u` (forward), or `y = y⁻ + h (u + u⁻)/2` (trapezoidal).
@@ -31,8 +31,8 @@ impl<N: Arithmetic> Integrator<N> {
     #[must_use = "false tells that the answer is that of the sample before"]
     pub fn step(&self, input: N, reset: N, reset_to: N, memory: &mut [N; 2]) -> bool {
         let [_, sum] = *memory;
-        let answer = within(half::<N>().select(reset, reset_to, sum), self.low, self.high);
-        let next = within(answer + self.sample_time * input, self.low, self.high);
+        let answer = clamped(half::<N>().select(reset, reset_to, sum), self.low, self.high);
+        let next = clamped(answer + self.sample_time * input, self.low, self.high);
         remember(memory.iter_mut(), [answer, next].into_iter(), &[input, reset, reset_to])
     }
 
@@ -50,7 +50,7 @@ impl<N: Arithmetic> Integrator<N> {
     pub fn step_trapezoidal(&self, input: N, reset: N, reset_to: N, memory: &mut [N; 2]) -> bool {
         let [_, sum] = *memory;
         let share = half::<N>() * self.sample_time * input;
-        let answer = within(half::<N>().select(reset, reset_to, sum + share), self.low, self.high);
+        let answer = clamped(half::<N>().select(reset, reset_to, sum + share), self.low, self.high);
         remember(memory.iter_mut(), [answer, answer + share].into_iter(), &[input, reset, reset_to])
     }
 }

@@ -51,7 +51,7 @@ fn larger<N: Arithmetic>(a: N, b: N) -> N {
 }
 
 /// Between two bounds, as far as there are any.
-fn within<N: Arithmetic>(x: N, low: Option<N>, high: Option<N>) -> N {
+fn clamped<N: Arithmetic>(x: N, low: Option<N>, high: Option<N>) -> N {
     let x = low.map_or(x, |low| larger(x, low));
     high.map_or(x, |high| smaller(x, high))
 }
@@ -68,7 +68,7 @@ fn half<N: Arithmetic>() -> N {
 
 /// 0 where a number is finite, no number where it is not.
 #[allow(clippy::eq_op)] // infinity less itself is no number
-fn doubt<N: Arithmetic>(x: N) -> N {
+fn zero_or_nan<N: Arithmetic>(x: N) -> N {
     x - x
 }
 
@@ -79,10 +79,10 @@ fn remember<'m, N: Arithmetic + 'm>(
     new: impl Iterator<Item = N> + Clone,
     inputs: &[N],
 ) -> bool {
-    let doubts = inputs.iter().copied().chain(new.clone()).fold(zero(), |sum: N, x| sum + doubt(x));
-    let stays = doubts.finite_or(one());
+    let nan_sum = inputs.iter().copied().chain(new.clone()).fold(zero(), |sum: N, x| sum + zero_or_nan(x));
+    let stays = nan_sum.finite_or(one());
     for (old, new) in memory.zip(new) {
         *old = half::<N>().select(stays, *old, new);
     }
-    doubts.all_finite()
+    nan_sum.all_finite()
 }

@@ -30,12 +30,12 @@ impl<N: Arithmetic> Monitor<N> {
         let [alarm, count] = *memory;
         // Not within the threshold: beyond it, or no number.
         let size = residual.select(zero(), -residual, residual);
-        let within = self.threshold.select(size, zero(), one());
-        let within = within * residual.is_number();
-        let against = half::<N>().select(alarm, within, one::<N>() - within);
-        let wanted = half::<N>().select(alarm, self.hold, self.debounce);
+        let in_limits = self.threshold.select(size, zero(), one());
+        let in_limits = in_limits * residual.is_number();
+        let against = half::<N>().select(alarm, in_limits, one::<N>() - in_limits);
+        let needed = half::<N>().select(alarm, self.hold, self.debounce);
         let count = half::<N>().select(against, count + one(), zero());
-        let changes = count.select(wanted, zero(), one());
+        let changes = count.select(needed, zero(), one());
         let changes = half::<N>().select(against, changes, zero());
         let alarm = half::<N>().select(changes, one::<N>() - alarm, alarm);
         // A count that goes on for ever stops where numbers are no longer exact.

@@ -1,4 +1,4 @@
-use super::{doubt, half, one, zero};
+use super::{half, one, zero, zero_or_nan};
 use crate::Arithmetic;
 use crate::dense::row;
 
@@ -38,23 +38,23 @@ impl<N: Arithmetic> Observer<'_, N> {
     /// ```
     #[must_use = "false tells that the estimate is that of the sample before"]
     pub fn step(&self, inputs: &[N], measured: &[N], memory: &mut [N]) -> bool {
-        let Some((answers, states)) = memory.split_at_mut_checked(memory.len() >> 1) else { return false };
-        let count = answers.len();
+        let Some((estimates, states)) = memory.split_at_mut_checked(memory.len() >> 1) else { return false };
+        let count = estimates.len();
         let residual = |k: usize, y: N, x: &[N]| y - dot(row(self.c, k, count), x);
         let next = |i: usize, x: &[N]| {
             let gains = row(self.gain, i, measured.len()).iter().zip(measured).enumerate();
             let foretold = dot(row(self.a, i, count), x) + dot(row(self.b, i, inputs.len()), inputs);
             gains.fold(foretold, |sum, (k, (gain, y))| sum + *gain * residual(k, *y, x))
         };
-        let given = inputs.iter().chain(measured).fold(zero(), |sum: N, x| sum + doubt(*x));
-        let doubts = (0..count).fold(given, |sum: N, i| sum + doubt(next(i, states)));
-        let stays = doubts.finite_or(one());
-        for (answer, state) in answers.iter_mut().zip(states.iter()) {
+        let input_doubts = inputs.iter().chain(measured).fold(zero(), |sum: N, x| sum + zero_or_nan(*x));
+        let nan_sum = (0..count).fold(input_doubts, |sum: N, i| sum + zero_or_nan(next(i, states)));
+        let stays = nan_sum.finite_or(one());
+        for (answer, state) in estimates.iter_mut().zip(states.iter()) {
             *answer = half::<N>().select(stays, *answer, *state);
         }
         for (i, state) in states.iter_mut().enumerate() {
-            *state = half::<N>().select(stays, *state, next(i, answers));
+            *state = half::<N>().select(stays, *state, next(i, estimates));
         }
-        doubts.all_finite()
+        nan_sum.all_finite()
     }
 }

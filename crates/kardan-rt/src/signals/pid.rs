@@ -1,4 +1,4 @@
-use super::{half, is_on, one, remember, within, zero};
+use super::{clamped, half, is_on, one, remember, zero};
 use crate::Arithmetic;
 
 /// A controller of proportional, integral and filtered derivative parts: setpoint weights, bounds, and anti-windup by back-calculation
@@ -70,7 +70,7 @@ impl<N: Arithmetic> Pid<N> {
         let slope = (filter * slope + self.derivative * step) / (filter + time);
         let direct = self.proportional * (of_reference * reference - measured) + slope;
         let free = direct + integral;
-        let bounded = within(free, low, high);
+        let bounded = clamped(free, low, high);
         let answer = half::<N>().select(on, bounded, manual.value);
         let rate = match self.integral {
             Some(by_time) => by_time * (reference - measured) + (bounded - free) / self.tracking,

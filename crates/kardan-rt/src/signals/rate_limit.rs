@@ -1,4 +1,4 @@
-use super::{half, one, remember, within};
+use super::{clamped, half, one, remember};
 use crate::Arithmetic;
 
 /// A signal that changes no faster than it may; it begins where its input is at the first sample.
@@ -26,7 +26,7 @@ impl<N: Arithmetic> RateLimit<N> {
     #[must_use = "false tells that the answer is that of the sample before"]
     pub fn step(&self, input: N, memory: &mut [N; 2]) -> bool {
         let [before, begun] = *memory;
-        let limited = within(input, Some(before - self.fall), Some(before + self.rise));
+        let limited = clamped(input, Some(before - self.fall), Some(before + self.rise));
         let answer = half::<N>().select(begun, limited, input);
         remember(memory.iter_mut(), [answer, one()].into_iter(), &[input])
     }

@@ -1,4 +1,4 @@
-use super::{remember, within};
+use super::{clamped, remember};
 use crate::Arithmetic;
 
 /// A signal between two bounds.
@@ -24,6 +24,6 @@ impl<N: Arithmetic> Saturation<N> {
     /// ```
     #[must_use = "false tells that the answer is that of the sample before"]
     pub fn step(&self, input: N, memory: &mut [N; 1]) -> bool {
-        remember(memory.iter_mut(), [within(input, self.low, self.high)].into_iter(), &[input])
+        remember(memory.iter_mut(), [clamped(input, self.low, self.high)].into_iter(), &[input])
     }
 }

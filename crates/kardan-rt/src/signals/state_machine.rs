@@ -44,9 +44,9 @@ impl StateMachine<'_> {
             let away = state - N::whole(*from);
             let away = away.select(zero(), -away, away);
             let here = away.select(half(), one(), zero());
-            let taken = here * is_on(guard.finite_or(zero()));
-            next = half::<N>().select(taken, N::whole(*to), next);
-            time = half::<N>().select(taken, zero(), time);
+            let fires = here * is_on(guard.finite_or(zero()));
+            next = half::<N>().select(fires, N::whole(*to), next);
+            time = half::<N>().select(fires, zero(), time);
         }
         *memory = [next, time];
         good

@@ -1,4 +1,4 @@
-use super::{doubt, half, one, zero};
+use super::{half, one, zero, zero_or_nan};
 use crate::Arithmetic;
 
 /// A sampled transfer function `(b₀ + b₁ z⁻¹ + …)/(1 + a₁ z⁻¹ + …)`: filters, leads and lags (direct form II, transposed).
@@ -35,8 +35,9 @@ impl<N: Arithmetic> TransferFunction<'_, N> {
             b * input - a * now + later.map_or(zero(), |x| *x)
         };
         let all = || states.iter().skip(1).map(Some).chain(core::iter::once(None)).enumerate().take(states.len());
-        let doubts = all().fold(doubt(input) + doubt(now), |sum: N, (k, later)| sum + doubt(new(k, later)));
-        let stays = doubts.finite_or(one());
+        let nan_sum =
+            all().fold(zero_or_nan(input) + zero_or_nan(now), |sum: N, (k, later)| sum + zero_or_nan(new(k, later)));
+        let stays = nan_sum.finite_or(one());
         // States move up: each is overwritten only after the one before has read it.
         let mut k = 0usize;
         let mut rest: &mut [N] = states;
@@ -46,6 +47,6 @@ impl<N: Arithmetic> TransferFunction<'_, N> {
             rest = later;
         }
         *answer = half::<N>().select(stays, *answer, now);
-        doubts.all_finite()
+        nan_sum.all_finite()
     }
 }

@@ -7,7 +7,7 @@ use kardan_rt::{Mechanism, ModelObserver, Operator, Plan, Row, Run, Sensor, Stat
 const BODY: Mechanism<'static, f64> = Mechanism {
     shafts: 1,
     coordinates: 1,
-    held: 0,
+    cuts: 0,
     inputs: 1,
     frictions: &[],
     plan: Plan {
@@ -24,7 +24,7 @@ const BODY: Mechanism<'static, f64> = Mechanism {
 const ENCODER: [Sensor<f64>; 1] = [Sensor { row: Row { first: 0, count: 1 }, speed: false, rest: 0.0 }];
 const GAIN: [f64; 3] = [30.0, 300.0, 2000.0];
 
-fn observer<'a>(mechanism: Mechanism<'a, f64>, held: &'a [f64]) -> ModelObserver<'a, f64> {
+fn observer<'a>(mechanism: Mechanism<'a, f64>, zoh_integral: &'a [f64]) -> ModelObserver<'a, f64> {
     ModelObserver {
         mechanism,
         inputs: &[0],
@@ -32,7 +32,7 @@ fn observer<'a>(mechanism: Mechanism<'a, f64>, held: &'a [f64]) -> ModelObserver
         entries: &[(0, 1.0)],
         disturbances: &[0],
         gain: &GAIN,
-        held,
+        zoh_integral,
         friction_width: None,
     }
 }
@@ -44,8 +44,8 @@ fn on_a_linear_model_it_is_the_linear_observer() {
     let b = [0.0, 30.0, 0.5, 300.0, 0.0, 2000.0];
     let linear = StateSpace::new(&a, &b, &[], &[], 3, 2).expect("shapes");
     // Any Γ: a step adds Γ times the rates.
-    let held = [1e-3, 2e-4, -3e-4, 4e-5, 5e-4, 6e-4, 0.0, 7e-4, 8e-4];
-    let copied = observer(BODY, &held);
+    let zoh_integral = [1e-3, 2e-4, -3e-4, 4e-5, 5e-4, 6e-4, 0.0, 7e-4, 8e-4];
+    let copied = observer(BODY, &zoh_integral);
     let (mut memory, mut rates, mut expected) = (vec![0.0; copied.memory()], [0.0; 3], [0.0; 3]);
     for k in 0..50 {
         let x = |s: f64| (s * (1.0 + f64::from(k))).sin();
@@ -58,16 +58,16 @@ fn on_a_linear_model_it_is_the_linear_observer() {
         let mut next = state;
         assert!(copied.step(&mut next, &[torque], &[reading], &mut memory));
         for i in 0..3 {
-            let change: f64 = (0..3).map(|j| held[3 * i + j] * rates[j]).sum();
+            let change: f64 = (0..3).map(|j| zoh_integral[3 * i + j] * rates[j]).sum();
             assert!((next[i] - state[i] - change).abs() < 1e-12 * (1.0 + change.abs()));
         }
     }
 }
 
 #[test]
-fn what_cannot_be_computed_is_told_and_the_estimate_kept() {
-    let held = [1e-3, 0.0, 0.0, 0.0, 1e-3, 0.0, 0.0, 0.0, 1e-3];
-    let copied = observer(BODY, &held);
+fn what_cannot_be_computed_is_reported_and_the_estimate_kept() {
+    let zoh_integral = [1e-3, 0.0, 0.0, 0.0, 1e-3, 0.0, 0.0, 0.0, 1e-3];
+    let copied = observer(BODY, &zoh_integral);
     let mut memory = vec![0.0; copied.memory()];
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         for (torque, reading) in [(bad, 0.0), (0.0, bad)] {
@@ -86,9 +86,9 @@ fn what_cannot_be_computed_is_told_and_the_estimate_kept() {
     assert!(!copied.step(&mut state[..2], &[0.0], &[0.0], &mut memory));
     assert!(!copied.step(&mut state, &[0.0], &[], &mut memory));
     assert!(!copied.step(&mut state, &[0.0], &[0.0], &mut []));
-    assert!(!observer(BODY, &held[..8]).step(&mut state, &[0.0], &[0.0], &mut memory));
+    assert!(!observer(BODY, &zoh_integral[..8]).step(&mut state, &[0.0], &[0.0], &mut memory));
     let massless = Mechanism { plan: Plan { constants: &[0.0, 1.0, 0.0, -0.5, 8.0], ..BODY.plan }, ..BODY };
-    assert!(!observer(massless, &held).step(&mut state, &[0.0], &[0.0], &mut memory));
+    assert!(!observer(massless, &zoh_integral).step(&mut state, &[0.0], &[0.0], &mut memory));
     assert_eq!(state, [0.1, 0.2, 0.3]);
 }
 
@@ -98,7 +98,7 @@ fn in_single_precision() {
     let body: Mechanism<'_, f32> = Mechanism {
         shafts: 1,
         coordinates: 1,
-        held: 0,
+        cuts: 0,
         inputs: 1,
         frictions: &[1.0],
         plan: Plan {
@@ -119,7 +119,7 @@ fn in_single_precision() {
         entries: &[(0, 1.0)],
         disturbances: &[],
         gain: &[0.0, 10.0],
-        held: &[],
+        zoh_integral: &[],
         friction_width: Some(3.0),
     };
     let (mut memory, mut rates) = (vec![0.0; copied.memory()], [0.0; 2]);

@@ -128,7 +128,7 @@ impl<T: Number> Machine<T> {
             tables: &[],
             numbers: &[],
         };
-        Mechanism { shafts: 3, coordinates: 2, held: 0, inputs: 2, frictions: &self.frictions, plan }
+        Mechanism { shafts: 3, coordinates: 2, cuts: 0, inputs: 2, frictions: &self.frictions, plan }
     }
 }
 
@@ -374,7 +374,7 @@ fn cases<T: Number>() -> Vec<Case<T>> {
                             entries: &machine.entries,
                             disturbances: &[2],
                             gain: &gain,
-                            held: &held,
+                            zoh_integral: &held,
                             friction_width,
                         };
                         let mut memory = vec![T::ZERO; observer.memory()];
@@ -546,8 +546,8 @@ fn signal_blocks<T: Number>() -> Vec<Case<T>> {
             "Hysteresis::step",
             1,
             block(2, move |x, memory| {
-                let answers = [of(-1.0), of(2.0)];
-                Hysteresis { upper: of(0.2), lower: of(0.1), answers }.step(x[0], fixed(memory))
+                let levels = [of(-1.0), of(2.0)];
+                Hysteresis { upper: of(0.2), lower: of(0.1), levels }.step(x[0], fixed(memory))
             }),
         ),
         answer(
@@ -714,7 +714,7 @@ fn keeps_the_promise<T: Number>() -> usize {
 }
 
 #[test]
-fn every_block_tells_and_keeps_what_is_no_number() {
+fn every_block_reports_not_a_number_and_keeps_its_state() {
     assert!(keeps_the_promise::<f64>() > 10_000);
     assert!(keeps_the_promise::<f32>() > 10_000);
 }

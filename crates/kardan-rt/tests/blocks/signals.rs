@@ -31,16 +31,16 @@ fn a_transfer_function_is_its_difference_equation() {
         let block = TransferFunction { numerator: &b, denominator: &a };
         let inputs = numbers(3, 60);
         let mut memory = vec![0.0; 1 + poles.max(zeros.saturating_sub(1))];
-        let mut answers: Vec<f64> = Vec::new();
+        let mut outputs: Vec<f64> = Vec::new();
         for k in 0..inputs.len() {
             assert!(block.step(inputs[k], &mut memory));
             let past = |list: &[f64], values: &[f64], lag: usize| -> f64 {
                 let terms = list.iter().enumerate().filter(|(i, _)| *i + lag <= k);
                 terms.map(|(i, c)| c * values[k - i - lag]).sum()
             };
-            let expected = past(&b, &inputs, 0) - past(&a, &answers, 1);
+            let expected = past(&b, &inputs, 0) - past(&a, &outputs, 1);
             assert!((memory[0] - expected).abs() < 1e-14, "{zeros}, {poles}: {} for {expected} at {k}", memory[0]);
-            answers.push(memory[0]);
+            outputs.push(memory[0]);
         }
     }
 }
@@ -135,11 +135,11 @@ fn all<N: Arithmetic>(of: impl Fn(f64) -> N, inputs: impl Iterator<Item = [N; 2]
     let (mut i, mut j, mut k, mut l) = ([of(0.0); 3], [of(0.0); 2], [of(0.0); 2], [of(0.0); 4]);
     let (a_matrix, b_matrix) = ([of(0.9), of(0.1), of(-0.2), of(0.8)], [of(0.0), of(0.5)]);
     let observer = Observer { a: &a_matrix, b: &b_matrix, c: &[of(1.0), of(0.25)], gain: &[of(0.5), of(0.3)] };
-    let mut answers = Vec::new();
+    let mut outputs = Vec::new();
     for [x, y] in inputs {
         let _ = Saturation { low: Some(of(-0.4)), high: Some(of(0.6)) }.step(x, &mut a);
         let _ = DeadZone { low: of(-0.4), high: of(0.6) }.step(x, &mut b);
-        let _ = Hysteresis { upper: of(0.3), lower: of(-0.2), answers: [of(1.0), of(4.0)] }.step(x, &mut c);
+        let _ = Hysteresis { upper: of(0.3), lower: of(-0.2), levels: [of(1.0), of(4.0)] }.step(x, &mut c);
         let _ = RateLimit { rise: of(0.2), fall: of(0.1) }.step(x, &mut d);
         let _ = Delay.step(x, &mut e);
         let _ = sum.step(x, y, of(0.05), &mut f);
@@ -149,9 +149,9 @@ fn all<N: Arithmetic>(of: impl Fn(f64) -> N, inputs: impl Iterator<Item = [N; 2]
         let _ = StateMachine { transitions: &transitions }.step(&[x, y, x], &mut j);
         let _ = sum.step_trapezoidal(y, x, of(0.0), &mut k);
         let _ = observer.step(&[x], &[y], &mut l);
-        answers.extend([a[0], b[0], c[0], d[0], e[0], f[0], g[0], h[0], i[0], j[0], k[0], l[0], l[1]]);
+        outputs.extend([a[0], b[0], c[0], d[0], e[0], f[0], g[0], h[0], i[0], j[0], k[0], l[0], l[1]]);
     }
-    answers
+    outputs
 }
 
 /// Lanes have the bits of one after the other, and what is no number in one of them is that lane's matter alone.

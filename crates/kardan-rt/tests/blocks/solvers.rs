@@ -25,7 +25,7 @@ fn solutions_solve() {
 }
 
 #[test]
-fn singular_and_nan_are_told() {
+fn singular_and_nan_are_reported() {
     let mut lower = [0.0; 4];
     assert!(factor(&[1.0, 2.0, 2.0, 4.0], 2, 2, &mut lower).is_none());
     assert!(factor(&[1.0, 2.0, 2.0, f64::NAN], 2, 2, &mut lower).is_none());

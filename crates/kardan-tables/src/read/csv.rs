@@ -173,8 +173,8 @@ impl Log for CsvLog {
         &self.groups
     }
 
-    fn choose(&mut self, wanted: &[(usize, usize)]) -> Result<(), LogError> {
-        let channels = chosen(&self.groups, wanted)?.remove(0);
+    fn choose(&mut self, selection: &[(usize, usize)]) -> Result<(), LogError> {
+        let channels = chosen(&self.groups, selection)?.remove(0);
         self.reading = None;
         self.found = Noticed::default();
         if channels.is_empty() {

@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn numbers_end_where_they_end() {
-        for (text, value, taken) in [
+        for (text, value, consumed) in [
             ("12.5;", 12.5, 4),
             ("-.5", -0.5, 3),
             ("5.", 5.0, 2),
@@ -149,7 +149,7 @@ mod tests {
             ("1e999999999999999999999", f64::INFINITY, 23),
             ("0.0000000000000000000000000001", 1e-28, 30),
         ] {
-            assert_eq!(leading(text.as_bytes(), b'.'), Some((value, taken)), "{text}");
+            assert_eq!(leading(text.as_bytes(), b'.'), Some((value, consumed)), "{text}");
         }
         assert_eq!(leading(b"1,5;2", b','), Some((1.5, 3)));
         for text in ["", "-", ".", "x", "e5", "-e", "NaN"] {
@@ -174,8 +174,8 @@ mod tests {
             };
             prop_assume!(text.starts_with(|c: char| c.is_ascii_digit() || c == '.') && text != ".");
             let expected: f64 = text.parse().unwrap();
-            let (value, taken) = leading(text.as_bytes(), b'.').unwrap();
-            prop_assert_eq!(taken, text.len());
+            let (value, consumed) = leading(text.as_bytes(), b'.').unwrap();
+            prop_assert_eq!(consumed, text.len());
             prop_assert_eq!(value.to_bits(), expected.to_bits(), "{}", text);
         }
     }

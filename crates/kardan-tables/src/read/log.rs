@@ -120,7 +120,7 @@ pub trait Log: Send {
     ///
     /// # Errors
     /// [`LogError::UnknownChannel`] for a pair that does not exist; those of reading.
-    fn choose(&mut self, wanted: &[(usize, usize)]) -> Result<(), LogError>;
+    fn choose(&mut self, selection: &[(usize, usize)]) -> Result<(), LogError>;
 
     /// Gives the next rows of some group; `false` at the end. Groups take turns so that they advance through the file
     /// together, as far as the format allows: by the share of their rows in MDF files and MAT files.
@@ -147,9 +147,9 @@ pub trait Log: Send {
 }
 
 /// The chosen channels of each group, in the order of choice.
-pub(super) fn chosen(groups: &[Group], wanted: &[(usize, usize)]) -> Result<Vec<Vec<usize>>, LogError> {
+pub(super) fn chosen(groups: &[Group], selection: &[(usize, usize)]) -> Result<Vec<Vec<usize>>, LogError> {
     let mut out = vec![Vec::new(); groups.len()];
-    for &(group, channel) in wanted {
+    for &(group, channel) in selection {
         if groups.get(group).is_none_or(|group| channel >= group.channels.len()) {
             return Err(LogError::UnknownChannel { group, channel });
         }

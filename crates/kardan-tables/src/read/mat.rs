@@ -56,7 +56,7 @@ struct Inflater {
     packed: Vec<u8>,
     used: usize,
     /// How many bytes were given.
-    given: u64,
+    delivered: u64,
     ended: bool,
 }
 
@@ -72,7 +72,7 @@ impl Stream {
             end: variable.end,
             packed: Vec::new(),
             used: 0,
-            given: 0,
+            delivered: 0,
             ended: false,
         }))
     }
@@ -81,25 +81,25 @@ impl Stream {
     fn append(&mut self, at: u64, count: usize, out: &mut Vec<u8>) -> Result<(), LogError> {
         match self {
             Self::Plain(source) => {
-                let there = size(source).saturating_sub(at).min(count as u64) as usize;
-                append(source, at, there, out)?;
-                if there < count { append(source, at + there as u64, count - there, out) } else { Ok(()) }
+                let available = size(source).saturating_sub(at).min(count as u64) as usize;
+                append(source, at, available, out)?;
+                if available < count { append(source, at + available as u64, count - available, out) } else { Ok(()) }
             }
             Self::Packed(inflater) => {
                 let mut passed = [0; 4096];
-                while inflater.given < at {
-                    let count = (at - inflater.given).min(4096) as usize;
+                while inflater.delivered < at {
+                    let count = (at - inflater.delivered).min(4096) as usize;
                     inflater.read(&mut passed[..count])?;
                 }
                 let mut piece = [0; 4096];
-                let mut left = count;
-                while left > 0 {
-                    let count = left.min(4096);
-                    let before = inflater.given;
+                let mut remaining = count;
+                while remaining > 0 {
+                    let count = remaining.min(4096);
+                    let before = inflater.delivered;
                     let outcome = inflater.read(&mut piece[..count]);
-                    out.extend_from_slice(&piece[..(inflater.given - before) as usize]);
+                    out.extend_from_slice(&piece[..(inflater.delivered - before) as usize]);
                     outcome?;
-                    left -= count;
+                    remaining -= count;
                 }
                 Ok(())
             }
@@ -116,18 +116,18 @@ impl Inflater {
                 self.packed.clear();
                 self.used = 0;
                 let count = (self.end - self.at).min(16 << 10) as usize;
-                let there = size(&self.source).saturating_sub(self.at).min(count as u64) as usize;
-                if there == 0 {
+                let available = size(&self.source).saturating_sub(self.at).min(count as u64) as usize;
+                if available == 0 {
                     let what = "a compressed variable goes on".to_owned();
                     return Err(LogError::Truncated { format: MAT, what, end: size(&self.source) });
                 }
-                append(&self.source, self.at, there, &mut self.packed)?;
-                self.at += there as u64;
+                append(&self.source, self.at, available, &mut self.packed)?;
+                self.at += available as u64;
             }
             let result = inflate(&mut self.state, &self.packed[self.used..], &mut piece[filled..], MZFlush::None);
             self.used += result.bytes_consumed;
             filled += result.bytes_written;
-            self.given += result.bytes_written as u64;
+            self.delivered += result.bytes_written as u64;
             let stuck = result.bytes_consumed == 0 && result.bytes_written == 0;
             let over = match result.status {
                 Ok(MZStatus::Ok) => stuck && self.used < self.packed.len(),
@@ -137,7 +137,7 @@ impl Inflater {
             };
             if filled < piece.len() && (over || self.ended) {
                 let place = format!("in the compressed variable that ends at byte {}", self.end);
-                let what = format!("it cannot be inflated beyond {} bytes", self.given);
+                let what = format!("it cannot be inflated beyond {} bytes", self.delivered);
                 return Err(LogError::damaged(MAT, place, what));
             }
             self.ended = stuck && self.at == self.end && self.used == self.packed.len();
@@ -155,7 +155,7 @@ struct Variable {
 }
 
 /// What the walk over a variable reads; long runs stay where they are.
-struct Walk {
+struct VariableInput {
     stream: Stream,
     buffer: Vec<u8>,
 }
@@ -170,7 +170,7 @@ fn broken(error: LogError) -> Broken {
     Broken::Log(error)
 }
 
-impl Input for Walk {
+impl Input for VariableInput {
     type Run = Run;
     const SPARSE: bool = false;
     const TEXT: usize = 1 << 20;
@@ -225,7 +225,7 @@ pub(super) struct MatLog {
 
 struct Reading {
     group: usize,
-    given: usize,
+    delivered: usize,
     cursors: Vec<Cursor>,
 }
 
@@ -238,7 +238,7 @@ struct Cursor {
 impl MatLog {
     pub(super) fn open(bytes: Arc<dyn Bytes>) -> Result<Self, LogError> {
         let source = Arc::new(Mutex::new(Source::open(&*bytes, MAT)?));
-        let mut walk = Index {
+        let mut index = Index {
             source,
             little: true,
             budget: ARRAY_LIMIT,
@@ -247,8 +247,8 @@ impl MatLog {
             constants: Vec::new(),
             notes: Vec::new(),
         };
-        let damage = walk.variables().err();
-        let Index { source, found, constants, mut notes, names, .. } = walk;
+        let damage = index.variables().err();
+        let Index { source, found, constants, mut notes, names, .. } = index;
         if names == 0 {
             notes.push(format!("names of variables take more than {} MiB: the rest is left out", NAME_LIMIT >> 20));
         }
@@ -346,8 +346,8 @@ impl Index {
     }
 
     fn variable(&mut self, variable: Variable) -> Result<(), Broken> {
-        let walk = Walk { stream: Stream::open(&self.source, variable), buffer: Vec::new() };
-        let mut reader = Reader::new(walk, self.little, variable.at, variable.end);
+        let input = VariableInput { stream: Stream::open(&self.source, variable), buffer: Vec::new() };
+        let mut reader = Reader::new(input, self.little, variable.at, variable.end);
         if variable.packed {
             reader = Reader::new(reader.input, self.little, 0, 8);
             let tag = reader.input.read(0, 8)?;
@@ -507,33 +507,33 @@ impl Log for MatLog {
         &self.groups
     }
 
-    fn choose(&mut self, wanted: &[(usize, usize)]) -> Result<(), LogError> {
-        let channels = chosen(&self.groups, wanted)?;
+    fn choose(&mut self, selection: &[(usize, usize)]) -> Result<(), LogError> {
+        let channels = chosen(&self.groups, selection)?;
         self.reading.clear();
-        self.pending = if wanted.is_empty() { None } else { self.damage.clone() };
+        self.pending = if selection.is_empty() { None } else { self.damage.clone() };
         for (group, channels) in channels.into_iter().enumerate().filter(|(_, channels)| !channels.is_empty()) {
             let cursor = |channel: &usize| {
                 let column = self.columns[group][*channel].clone();
                 let stream = Stream::open(&self.source, column.variable);
                 Cursor { column, stream, bytes: Vec::new() }
             };
-            self.reading.push(Reading { group, given: 0, cursors: channels.iter().map(cursor).collect() });
+            self.reading.push(Reading { group, delivered: 0, cursors: channels.iter().map(cursor).collect() });
         }
         Ok(())
     }
 
     fn next(&mut self, block: &mut Block) -> Result<bool, LogError> {
         let share =
-            |reading: &Reading| reading.given as f64 / self.groups[reading.group].rows.unwrap_or(1).max(1) as f64;
+            |reading: &Reading| reading.delivered as f64 / self.groups[reading.group].rows.unwrap_or(1).max(1) as f64;
         let next = (0..self.reading.len()).min_by(|a, b| share(&self.reading[*a]).total_cmp(&share(&self.reading[*b])));
         let Some(next) = next else { return self.pending.take().map_or(Ok(false), Err) };
         let reading = &mut self.reading[next];
         let rows = self.groups[reading.group].rows.unwrap_or(0) as usize;
         let widths = || reading.cursors.iter().map(|cursor| cursor.column.stride * cursor.column.storage.size());
         let most = (STEP / widths().max().unwrap_or(8)).min(STEPS / widths().sum::<usize>().max(1));
-        let count = (rows - reading.given).min(BLOCK_ROWS).min(most.max(1));
+        let count = (rows - reading.delivered).min(BLOCK_ROWS).min(most.max(1));
         block.reset(reading.group, reading.cursors.len());
-        let from = reading.given;
+        let from = reading.delivered;
         let errors: Vec<Option<LogError>> = reading
             .cursors
             .par_iter_mut()
@@ -541,20 +541,20 @@ impl Log for MatLog {
             .map(|(cursor, column)| cursor.read(from, count, column).err())
             .collect();
         block.rows = block.columns.iter().map(Vec::len).min().unwrap_or(0).min(count);
-        let there = block.rows;
-        block.columns.iter_mut().for_each(|column| column.truncate(there));
-        reading.given += there;
-        if there < count || reading.given == rows {
+        let available = block.rows;
+        block.columns.iter_mut().for_each(|column| column.truncate(available));
+        reading.delivered += available;
+        if available < count || reading.delivered == rows {
             self.reading.remove(next);
         }
         if let Some(error) = errors.into_iter().flatten().next() {
-            if there == 0 {
+            if available == 0 {
                 self.pending = None;
                 return Err(error);
             }
             self.pending = Some(error);
         }
-        if there == 0 { self.next(block) } else { Ok(true) }
+        if available == 0 { self.next(block) } else { Ok(true) }
     }
 
     fn notes(&self) -> Vec<String> {

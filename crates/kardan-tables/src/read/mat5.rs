@@ -321,10 +321,10 @@ impl<I: Input> Reader<I> {
         self.at >= self.end
     }
 
-    fn within(&self, at: u64, count: usize) -> Result<(), Broken> {
-        let left = self.end.saturating_sub(at);
-        if count as u64 > left {
-            return damaged(format!("it breaks off: {count} bytes are announced where {left} are left"));
+    fn check_range(&self, at: u64, count: usize) -> Result<(), Broken> {
+        let remaining = self.end.saturating_sub(at);
+        if count as u64 > remaining {
+            return damaged(format!("it breaks off: {count} bytes are announced where {remaining} are left"));
         }
         Ok(())
     }
@@ -332,19 +332,19 @@ impl<I: Input> Reader<I> {
     /// The tag of the next element; the element with the padding behind it is passed over.
     fn tag(&mut self) -> Result<Tag, Broken> {
         let (at, little) = (self.at, self.little);
-        self.within(at, 4)?;
+        self.check_range(at, 4)?;
         let first = word(&self.input.read(at, 4)?, little) as u32;
         let tag = if first >> 16 != 0 {
             let length = (first >> 16) as usize;
-            self.within(at + 4, 4)?;
+            self.check_range(at + 4, 4)?;
             if length > 4 {
                 return damaged(format!("a small element announces {length} bytes, more than 4"));
             }
             Tag { data_type: first & 0xffff, at: at + 4, length, next: at + 8 }
         } else {
-            self.within(at + 4, 4)?;
+            self.check_range(at + 4, 4)?;
             let length = word(&self.input.read(at + 4, 4)?, little) as usize;
-            self.within(at + 8, length)?;
+            self.check_range(at + 8, length)?;
             // Compressed variables follow each other without padding.
             let padded = if first == 15 { length } else { length.next_multiple_of(8) };
             Tag { data_type: first, at: at + 8, length, next: (at + 8 + padded as u64).min(self.end) }

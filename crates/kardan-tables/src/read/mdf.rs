@@ -50,7 +50,7 @@ struct Reading {
 struct Records {
     group: usize,
     fields: Vec<usize>,
-    given: u64,
+    delivered: u64,
     /// Records of an unsorted data group that are not yet decoded.
     waiting: Vec<u8>,
 }
@@ -72,7 +72,7 @@ impl MdfLog {
         block.reset(records.group, records.fields.len());
         block.rows = count;
         let stride = layout.stride();
-        let first = records.given;
+        let first = records.delivered;
         let field = |(column, field): (&mut Vec<f64>, &usize)| {
             layout.fields[*field].decode(&bytes[..count * stride], stride, layout.data_bytes, first, column);
         };
@@ -89,7 +89,7 @@ impl DataGroup {
     fn share(&self, reading: &Reading) -> f64 {
         let shares = reading.records.iter().map(|records| {
             let rows = self.groups[self.index_of(records.group)].rows;
-            rows.map_or(records.given as f64 * 1e-12, |rows| records.given as f64 / rows.max(1) as f64)
+            rows.map_or(records.delivered as f64 * 1e-12, |rows| records.delivered as f64 / rows.max(1) as f64)
         });
         shares.fold(f64::INFINITY, f64::min)
     }
@@ -104,16 +104,16 @@ impl Log for MdfLog {
         &self.groups
     }
 
-    fn choose(&mut self, wanted: &[(usize, usize)]) -> Result<(), LogError> {
-        let channels = chosen(&self.groups, wanted)?;
+    fn choose(&mut self, selection: &[(usize, usize)]) -> Result<(), LogError> {
+        let channels = chosen(&self.groups, selection)?;
         self.reading.clear();
         self.end_notes.clear();
         self.lost = if self.truncated { vec!["it is truncated".into()] } else { Vec::new() };
         for (data, of) in self.file.data.iter().enumerate() {
-            let wanted =
+            let selection =
                 of.groups.iter().filter_map(|layout| layout.group).filter(|group| !channels[*group].is_empty());
-            let records: Vec<Records> = wanted
-                .map(|group| Records { group, fields: channels[group].clone(), given: 0, waiting: Vec::new() })
+            let records: Vec<Records> = selection
+                .map(|group| Records { group, fields: channels[group].clone(), delivered: 0, waiting: Vec::new() })
                 .collect();
             if !records.is_empty() {
                 let stream = Stream::open(Source::open(&*self.bytes, MDF)?, of.data, self.file.unfinished_length);
@@ -173,14 +173,14 @@ impl MdfLog {
             self.lost.push("it ends in the middle of a record".into());
         }
         for records in &reading.records {
-            let (name, given) = (&self.groups[records.group].name, records.given);
+            let (name, delivered) = (&self.groups[records.group].name, records.delivered);
             match self.groups[records.group].rows {
-                _ if given == 0 => {
+                _ if delivered == 0 => {
                     self.end_notes.push(format!("the group `{name}` has no records"));
                     self.lost.push(format!("group `{name}` is empty"));
                 }
-                Some(rows) if rows < given => self.end_notes.push(format!(
-                    "the group `{name}` has {given} records, and its counter of cycles says {rows}: all are read"
+                Some(rows) if rows < delivered => self.end_notes.push(format!(
+                    "the group `{name}` has {delivered} records, and its counter of cycles says {rows}: all are read"
                 )),
                 _ => {}
             }
@@ -189,10 +189,10 @@ impl MdfLog {
 
     /// How many of the records read hold measurements. Where the counter is passed, one of zeros alone ends them: the rest of a block may be
     /// space that was never written to.
-    fn written(layout: &Layout, raw: &[u8], there: usize, given: u64) -> usize {
-        let Some(rows) = layout.rows else { return there };
-        let counted = usize::try_from(rows.max(1).saturating_sub(given)).unwrap_or(usize::MAX).min(there);
-        let record = raw.len() / there.max(1);
+    fn valid_rows(layout: &Layout, raw: &[u8], available: usize, delivered: u64) -> usize {
+        let Some(rows) = layout.rows else { return available };
+        let counted = usize::try_from(rows.max(1).saturating_sub(delivered)).unwrap_or(usize::MAX).min(available);
+        let record = raw.len() / available.max(1);
         let more = raw.chunks_exact(record.max(1)).skip(counted);
         counted + more.take_while(|bytes| bytes.iter().any(|byte| *byte != 0)).count()
     }
@@ -208,18 +208,18 @@ impl MdfLog {
         }
         let failed = reading.stream.fill(&mut reading.raw, count * record).err();
         let read = (reading.raw.len() / record).min(count);
-        let there = Self::written(layout, &reading.raw[..read * record], read, records.given);
-        reading.ended = there < read;
-        if there == 0 {
+        let available = Self::valid_rows(layout, &reading.raw[..read * record], read, records.delivered);
+        reading.ended = available < read;
+        if available == 0 {
             reading.ended = true;
             let records = &reading.records[0];
             return match (failed, layout.rows) {
                 (Some(error), _) => Err(error),
-                (None, Some(rows)) if rows <= records.given => Ok(false),
+                (None, Some(rows)) if rows <= records.delivered => Ok(false),
                 (None, Some(rows)) => {
                     let what = format!(
                         "group `{}` has {} of the {rows} rows announced",
-                        self.groups[records.group].name, records.given
+                        self.groups[records.group].name, records.delivered
                     );
                     Err(LogError::Truncated { format: MDF, what, end: reading.stream.size() })
                 }
@@ -231,14 +231,14 @@ impl MdfLog {
         }
         if data.id_bytes > 0 {
             let stride = layout.stride();
-            for k in 0..there {
+            for k in 0..available {
                 reading.raw.copy_within(k * record + data.id_bytes..(k + 1) * record, k * stride);
             }
         }
-        let mut rest = reading.raw.split_off(there * record);
-        self.decode(&reading.records[0], &reading.raw, there, block);
+        let mut rest = reading.raw.split_off(available * record);
+        self.decode(&reading.records[0], &reading.raw, available, block);
         std::mem::swap(&mut reading.raw, &mut rest);
-        reading.records[0].given += there as u64;
+        reading.records[0].delivered += available as u64;
         if let Some(error) = failed {
             // Told when the rows before it are given.
             reading.stream.fail(error);
@@ -260,7 +260,7 @@ impl MdfLog {
                 self.decode(&reading.records[index], &bytes, count, block);
                 bytes.drain(..count * stride);
                 reading.records[index].waiting = bytes;
-                reading.records[index].given += count as u64;
+                reading.records[index].delivered += count as u64;
                 return Ok(true);
             }
             reading.flushing = false;
@@ -293,11 +293,12 @@ impl MdfLog {
                 reading.stream.cut = !reading.raw.is_empty();
                 let short = reading.records.iter().find_map(|records| {
                     let layout = self.file.of_group(records.group).1;
-                    let there = records.given + (records.waiting.len() / layout.stride()) as u64;
-                    layout.rows.filter(|rows| there < *rows).map(|rows| (records.group, there, rows))
+                    let available = records.delivered + (records.waiting.len() / layout.stride()) as u64;
+                    layout.rows.filter(|rows| available < *rows).map(|rows| (records.group, available, rows))
                 });
-                if let (Some((group, there, rows)), false) = (short, reading.stream.has_failed()) {
-                    let what = format!("group `{}` has {there} of the {rows} rows announced", self.groups[group].name);
+                if let (Some((group, available, rows)), false) = (short, reading.stream.has_failed()) {
+                    let what =
+                        format!("group `{}` has {available} of the {rows} rows announced", self.groups[group].name);
                     reading.stream.fail(LogError::Truncated { format: MDF, what, end: reading.stream.size() });
                 }
             } else if reading.raw.len() > 64 << 20 {

@@ -6,21 +6,21 @@ use super::Channel;
 
 /// Makes names unique: `x`, `x (2)`, `x (3)`.
 pub(super) fn make_unique(channels: &mut [Channel]) {
-    let mut seen = HashSet::new();
+    let mut used = HashSet::new();
     let mut counts = std::collections::HashMap::new();
     for channel in channels {
-        if seen.contains(&channel.name) {
+        if used.contains(&channel.name) {
             let count = counts.entry(channel.name.clone()).or_insert(1usize);
             loop {
                 *count += 1;
                 let name = format!("{} ({count})", channel.name);
-                if !seen.contains(&name) {
+                if !used.contains(&name) {
                     channel.name = name;
                     break;
                 }
             }
         }
-        seen.insert(channel.name.clone());
+        used.insert(channel.name.clone());
     }
 }
 

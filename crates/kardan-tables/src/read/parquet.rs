@@ -53,7 +53,7 @@ pub(super) struct ParquetLog {
 struct Reading {
     row_group: usize,
     /// Rows of the row group that are not read.
-    left: usize,
+    remaining: usize,
     cursors: Vec<Cursor>,
     failed: Option<LogError>,
 }
@@ -81,7 +81,7 @@ fn contradiction(place: &str) -> LogError {
 }
 
 /// Keeps panics of the crate `parquet`, which are caught, from being printed; all others are reported as before.
-fn keep_quiet() {
+fn silence_panics() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         let usual = take_hook();
@@ -97,7 +97,7 @@ fn keep_quiet() {
 /// Runs the crate `parquet` on bytes that may lie. What it is known to assert is checked before, so that it works in builds that
 /// abort on a panic too; that it asserts nothing else is caught here, without a word on the terminal.
 fn guarded<T>(place: &str, work: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, LogError> {
-    keep_quiet();
+    silence_panics();
     DECODING.set(Some(place.to_owned()));
     let done = catch_unwind(AssertUnwindSafe(work));
     DECODING.set(None);
@@ -292,8 +292,8 @@ fn records<T: DataType>(
         if depth == 0 {
             out.extend(values.iter().take(end - out.len()).map(&mut value));
         } else {
-            let mut given = values.iter();
-            let of = |level: &i16| if *level == depth { given.next().map_or(f64::NAN, &mut value) } else { f64::NAN };
+            let mut present = values.iter();
+            let of = |level: &i16| if *level == depth { present.next().map_or(f64::NAN, &mut value) } else { f64::NAN };
             out.extend(levels.iter().take(end - out.len()).map(of));
         }
     }
@@ -320,18 +320,18 @@ impl ParquetLog {
         if let Some(error) = reading.failed.take() {
             return Err(error);
         }
-        while reading.left == 0 {
+        while reading.remaining == 0 {
             if reading.row_group == self.metadata.num_row_groups() {
                 return Ok(false);
             }
-            reading.left = self.rows(reading.row_group)?;
+            reading.remaining = self.rows(reading.row_group)?;
             for cursor in &mut reading.cursors {
                 cursor.open(self, reading.row_group)?;
             }
             reading.row_group += 1;
         }
         let row_group = reading.row_group - 1;
-        let count = reading.left.min(BLOCK_ROWS);
+        let count = reading.remaining.min(BLOCK_ROWS);
         let schema = self.metadata.file_metadata().schema_descr();
         block.reset(0, reading.cursors.len());
         let (columns, group) = (&self.columns, &self.groups[0]);
@@ -342,11 +342,11 @@ impl ParquetLog {
         };
         let errors: Vec<Option<LogError>> = reading.cursors.par_iter_mut().zip(&mut block.columns).map(read).collect();
         block.rows = block.columns.iter().map(Vec::len).min().unwrap_or(0).min(count);
-        let there = block.rows;
-        block.columns.iter_mut().for_each(|column| column.truncate(there));
-        reading.left -= there;
+        let decoded = block.rows;
+        block.columns.iter_mut().for_each(|column| column.truncate(decoded));
+        reading.remaining -= decoded;
         match errors.into_iter().flatten().next() {
-            Some(error) if there == 0 => Err(error),
+            Some(error) if decoded == 0 => Err(error),
             error => {
                 reading.failed = error;
                 Ok(true)
@@ -360,11 +360,11 @@ impl Log for ParquetLog {
         &self.groups
     }
 
-    fn choose(&mut self, wanted: &[(usize, usize)]) -> Result<(), LogError> {
-        let channels = chosen(&self.groups, wanted)?.remove(0);
+    fn choose(&mut self, selection: &[(usize, usize)]) -> Result<(), LogError> {
+        let channels = chosen(&self.groups, selection)?.remove(0);
         let cursor = |column| Cursor { column, start: None, reader: None, levels: Vec::new() };
         let cursors: Vec<Cursor> = channels.into_iter().map(cursor).collect();
-        self.reading = (!cursors.is_empty()).then_some(Reading { row_group: 0, left: 0, cursors, failed: None });
+        self.reading = (!cursors.is_empty()).then_some(Reading { row_group: 0, remaining: 0, cursors, failed: None });
         Ok(())
     }
 

@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn the_message_is_framed_and_holds_names_units_and_descriptions() {
+    fn the_message_is_framed_and_contains_names_units_and_descriptions() {
         let column = |name, unit| Column { name, unit, description: "Drehwinkel φ", values: &[] };
         let bytes = decoded(&arrow_schema(&[column("t", "s"), column("rk.phi", "rad")], &[("model", "gear")]));
         assert_eq!(bytes[..4], [0xff; 4]);

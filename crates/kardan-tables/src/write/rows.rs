@@ -168,11 +168,11 @@ fn pairs(reader: &SerializedFileReader<bytes::Bytes>) -> Vec<(String, String)> {
 mod tests {
     use super::*;
 
-    fn written() -> Vec<u8> {
+    fn log_bytes() -> Vec<u8> {
         let values: Vec<f64> = (0..40).map(|k| f64::from(k) * 0.1).collect();
-        let words: Vec<String> = (0..40).map(|k| format!("row {}", k % 3)).collect();
+        let texts: Vec<String> = (0..40).map(|k| format!("row {}", k % 3)).collect();
         let column = Column { name: "x", unit: "m", description: "", values: &values };
-        rows(&[column], &[("reason", &words)], &[("sweep", "it")]).unwrap()
+        rows(&[column], &[("reason", &texts)], &[("sweep", "it")]).unwrap()
     }
 
     /// The published values of FNV-1a with 64 bits.
@@ -192,12 +192,12 @@ mod tests {
     /// Every bit of the file counts, and every length.
     #[test]
     fn every_changed_bit_and_every_other_length_is_refused() {
-        let whole = written();
+        let whole = log_bytes();
         assert_eq!(read_rows(whole.clone()).unwrap().texts[0].1.len(), 40);
         for bit in 0..8 * whole.len() {
-            let mut other = whole.clone();
-            other[bit / 8] ^= 1 << (bit % 8);
-            assert!(read_rows(other).is_err(), "bit {bit}");
+            let mut damaged = whole.clone();
+            damaged[bit / 8] ^= 1 << (bit % 8);
+            assert!(read_rows(damaged).is_err(), "bit {bit}");
         }
         for length in 0..whole.len() {
             assert!(read_rows(whole[..length].to_vec()).is_err(), "{length} bytes");

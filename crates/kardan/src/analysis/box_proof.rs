@@ -154,13 +154,13 @@ fn kernel(matrix: &Matrix<Rational>, order: &[usize]) -> (Matrix<Rational>, usiz
 /// Columns of low degree are expressed by those of high degree, so that degrees do not grow.
 fn without_constant_rows(parts: Parts) -> Parts {
     let (m, n) = (parts[0][0].rows(), parts[0][0].columns());
-    let (fixed, kept): (Vec<usize>, Vec<usize>) = (0..m).partition(|&i| (0..n).all(|j| is_constant(&parts, i, j)));
+    let (fixed, retained): (Vec<usize>, Vec<usize>) = (0..m).partition(|&i| (0..n).all(|j| is_constant(&parts, i, j)));
     let degrees = column_degrees(&parts);
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by_key(|&j| degrees[j]);
     let (basis, _) = kernel(&Matrix::from_fn(fixed.len(), n, |i, j| parts[0][0][(fixed[i], j)].clone()), &order);
     let project = |matrix: &Matrix<Rational>| {
-        Matrix::from_fn(kept.len(), n, |i, j| matrix[(kept[i], j)].clone()).multiply(&basis)
+        Matrix::from_fn(retained.len(), n, |i, j| matrix[(retained[i], j)].clone()).multiply(&basis)
     };
     parts.iter().map(|part| part.each_ref().map(project)).collect()
 }
@@ -170,7 +170,7 @@ fn without_constant_rows(parts: Parts) -> Parts {
 /// With B of full column rank, `[A, B]` has it if and only if `N A` has it.
 fn without_constant_columns(parts: Parts) -> Option<Parts> {
     let (m, n) = (parts[0][0].rows(), parts[0][0].columns());
-    let (fixed, kept): (Vec<usize>, Vec<usize>) = (0..n).partition(|&j| (0..m).all(|i| is_constant(&parts, i, j)));
+    let (fixed, retained): (Vec<usize>, Vec<usize>) = (0..n).partition(|&j| (0..m).all(|i| is_constant(&parts, i, j)));
     let degrees = row_degrees(&parts, &column_degrees(&parts));
     let mut order: Vec<usize> = (0..m).collect();
     order.sort_by_key(|&i| degrees[i]);
@@ -180,7 +180,7 @@ fn without_constant_columns(parts: Parts) -> Option<Parts> {
     }
     let basis = basis.transpose();
     let project = |matrix: &Matrix<Rational>| {
-        basis.multiply(&Matrix::from_fn(m, kept.len(), |i, j| matrix[(i, kept[j])].clone()))
+        basis.multiply(&Matrix::from_fn(m, retained.len(), |i, j| matrix[(i, retained[j])].clone()))
     };
     Some(parts.iter().map(|part| part.each_ref().map(project)).collect())
 }
@@ -617,8 +617,8 @@ impl Cells {
             self.vector.copy_from_slice(&self.orthogonal[i * m..(i + 1) * m]);
             for k in (0..m).rev() {
                 let column = &self.spread[k * m..(k + 1) * m];
-                let known: c64 = (k + 1..m).map(|j| column[j].conj() * self.vector[j]).sum();
-                self.vector[k] = (self.vector[k] - known) * (1.0 / column[k].re);
+                let partial: c64 = (k + 1..m).map(|j| column[j].conj() * self.vector[j]).sum();
+                self.vector[k] = (self.vector[k] - partial) * (1.0 / column[k].re);
             }
             for r in 0..m {
                 self.inverse[r * n + i] = self.vector[r].conj();
@@ -713,8 +713,8 @@ impl Cells {
                     self.work[i] += self.bound[j * n + i] * d[j];
                 }
             }
-            let within = (0..n).all(|i| d[i] >= 0.5 && d[i] <= 1e15 && self.work[i] * (1.0 + self.slack) < d[i]);
-            if within {
+            let contracts = (0..n).all(|i| d[i] >= 0.5 && d[i] <= 1e15 && self.work[i] * (1.0 + self.slack) < d[i]);
+            if contracts {
                 return true;
             }
         }
@@ -859,11 +859,11 @@ fn cholesky(a: &mut [c64], m: usize) -> bool {
         let root = pivot.sqrt();
         column[k] = c64::new(root, 0.0);
         column[k + 1..].iter_mut().for_each(|x| *x *= 1.0 / root);
-        for (j, other) in after.chunks_exact_mut(m).enumerate() {
+        for (j, row_below) in after.chunks_exact_mut(m).enumerate() {
             let j = k + 1 + j;
             let share = column[j].conj();
             for i in j..m {
-                other[i] -= column[i] * share;
+                row_below[i] -= column[i] * share;
             }
         }
     }
@@ -923,8 +923,8 @@ mod tests {
             let part = |density| {
                 [0; 3].map(|_| {
                     Matrix::from_fn(m, n, |_, _| {
-                        let is_there = random.below(100) < density;
-                        Rational::from(if is_there { random.below(19) as i64 - 9 } else { 0 })
+                        let is_nonzero = random.below(100) < density;
+                        Rational::from(if is_nonzero { random.below(19) as i64 - 9 } else { 0 })
                     })
                 })
             };

@@ -81,8 +81,8 @@ use rayon::prelude::*;
 
 use super::LinearSystem;
 use super::images::Image;
-use super::spectrum::SpectrumInWords;
-use super::spectrum::{self, Layout, MOST_EXPANDED, Pattern, Spectrum, factors, in_words, with_leading_one};
+use super::spectrum::SpectrumText;
+use super::spectrum::{self, Layout, MOST_EXPANDED, Pattern, Spectrum, factor_text, factors, with_leading_one};
 use super::structure::relative_degrees;
 use super::zeros::{self, ZeroStructure};
 use crate::num::modular_polynomial::{derivative, gcd, product};
@@ -120,11 +120,11 @@ pub(super) struct Facts {
 
 impl Facts {
     /// Eigenvalues in words, if all about them is proven; long polynomials are known but not written out.
-    pub fn spectrum(&self) -> Option<SpectrumInWords> {
+    pub fn spectrum(&self) -> Option<SpectrumText> {
         let pieces = self.pieces.iter().map(|(pattern, p)| (pattern, Some(p), p.degree()));
-        self.open_spectrum.is_empty().then(|| SpectrumInWords {
+        self.open_spectrum.is_empty().then(|| SpectrumText {
             factors: spectrum::described(pieces),
-            invariant_factors: self.lists[0].iter().map(|f| in_words(Some(f), f.degree())).collect(),
+            invariant_factors: self.lists[0].iter().map(|f| factor_text(Some(f), f.degree())).collect(),
             common: self.lists[0].first().cloned(),
         })
     }
@@ -209,8 +209,8 @@ fn system_determinant(image: &Image, zeros: &ZeroStructure) -> Vec<Residue> {
         (false, true) => image.c.row(i - n)[j],
         (false, false) => image.d.row(i - n)[j - n],
     });
-    let there = field.times(image.determinant, matrix.determinant(field));
-    let factor = field.times(there, field.inverse(value(at)));
+    let det = field.times(image.determinant, matrix.determinant(field));
+    let factor = field.times(det, field.inverse(value(at)));
     for (x, &c) in out.iter_mut().zip(&monic) {
         *x = field.times(factor, c);
     }
@@ -229,8 +229,8 @@ struct Group<K> {
 
 fn add<K: PartialEq>(groups: &mut Vec<Group<K>>, key: K, values: &[u64], evidence: &Arc<Evidence>) {
     let prime = evidence.field.prime();
-    let known = groups.iter().position(|group| group.key == key);
-    let known = known.unwrap_or_else(|| {
+    let index = groups.iter().position(|group| group.key == key);
+    let index = index.unwrap_or_else(|| {
         groups.push(Group {
             key,
             bits: 0,
@@ -240,9 +240,9 @@ fn add<K: PartialEq>(groups: &mut Vec<Group<K>>, key: K, values: &[u64], evidenc
         });
         groups.len() - 1
     });
-    groups[known].values.add(prime, values);
-    groups[known].bits += bits(prime);
-    groups[known].primes.push(prime);
+    groups[index].values.add(prime, values);
+    groups[index].bits += bits(prime);
+    groups[index].primes.push(prime);
 }
 
 fn largest<K>(groups: &[Group<K>]) -> Option<&Group<K>> {
@@ -373,7 +373,7 @@ fn attempt(
         open_zeros: Vec::new(),
         unlucky: false,
     };
-    facts.say(&format!("det(sE - A): coefficients known {} twice their bound", modulo(facts.primes.len() as u64)));
+    facts.record(&format!("det(sE - A): coefficients known {} twice their bound", modulo(facts.primes.len() as u64)));
     let group = largest(&gathered.spectra).expect("there is a prime that does not divide det E");
     facts.take_spectrum(group, &gathered.characteristic.integers());
     if facts.unlucky {
@@ -387,17 +387,18 @@ fn attempt(
         }
     }
     if facts.open_spectrum.is_empty() {
-        facts
-            .say("multiplicities and defects: powers of square-free factors multiply to the invariant factors exactly");
+        facts.record(
+            "multiplicities and defects: powers of square-free factors multiply to the invariant factors exactly",
+        );
     }
-    facts.say("relative degrees: earlier coefficients vanish modulo primes with a product above their bound");
+    facts.record("relative degrees: earlier coefficients vanish modulo primes with a product above their bound");
     let group = largest(&gathered.zeros).expect("there is a prime that does not divide det E");
     if gathered.is_regular(system) {
         let coefficients = gathered.determinant.integers().into_iter().map(Rational::from).collect();
         let zeros = Polynomial::new(coefficients).monic();
         facts.zero_count = zeros.degree();
         facts.zeros = Some(zeros);
-        facts.say("invariant zeros: the determinant of the system matrix, known like det(sE - A)");
+        facts.record("invariant zeros: the determinant of the system matrix, known like det(sE - A)");
     } else {
         facts.prove_zeros(system, group, primes, progress);
     }
@@ -406,7 +407,7 @@ fn attempt(
 }
 
 impl Facts {
-    fn say(&mut self, what: &str) {
+    fn record(&mut self, what: &str) {
         self.statements.push(format!("{what}; proven"));
     }
 
@@ -461,7 +462,7 @@ impl Facts {
         let what = ["invariant factors", "what no input reaches", "what no output shows"][number];
         let list = self.lists[number].clone();
         if list.len() == 1 {
-            return self.say(&format!("{what}: one invariant factor, its degree does not drop modulo a prime"));
+            return self.record(&format!("{what}: one invariant factor, its degree does not drop modulo a prime"));
         }
         let needed = list[..list.len() - 1].iter().map(|f| nullity_bits(pencil, f)).max().unwrap_or(0);
         let same = |prime| {
@@ -469,7 +470,7 @@ impl Facts {
             agree(&image.field, &list, &factors(&image.field, &image.g)).then_some(())
         };
         match self.repeat(needed, have, pencil.states.len(), primes, progress, same) {
-            Ok(count) => self.say(&format!(
+            Ok(count) => self.record(&format!(
                 "{what}: the same {} invariant factors {} the bound of the minors for their nullities",
                 list.len(),
                 modulo(count)
@@ -496,7 +497,7 @@ impl Facts {
         }
         if degrees.is_empty() {
             self.zeros = Some(Polynomial::new(vec![Rational::ONE]));
-            return self.say("invariant zeros: none modulo primes with a product above the bound of all minors");
+            return self.record("invariant zeros: none modulo primes with a product above the bound of all minors");
         }
         let Some(values) = group.values.fractions() else {
             self.unlucky = true;
@@ -515,7 +516,7 @@ impl Facts {
             (found.rank == *rank && agree(&image.field, &list, &found.factors)).then_some(())
         };
         match self.repeat(needed, have, system.states.len(), primes, progress, same) {
-            Ok(count) => self.say(&format!(
+            Ok(count) => self.record(&format!(
                 "invariant zeros: the same invariant polynomials {} the bound of their nullities",
                 modulo(count)
             )),
@@ -586,15 +587,15 @@ fn agree(field: &PrimeField, expected: &[Polynomial], found: &[Vec<Residue>]) ->
 }
 
 /// Entry by entry the least relative degree.
-fn least(known: Option<Vec<Vec<Option<usize>>>>, found: &[Vec<Option<usize>>]) -> Vec<Vec<Option<usize>>> {
-    let Some(mut known) = known else { return found.to_vec() };
-    for (x, y) in known.iter_mut().flatten().zip(found.iter().flatten()) {
+fn least(best: Option<Vec<Vec<Option<usize>>>>, found: &[Vec<Option<usize>>]) -> Vec<Vec<Option<usize>>> {
+    let Some(mut best) = best else { return found.to_vec() };
+    for (x, y) in best.iter_mut().flatten().zip(found.iter().flatten()) {
         *x = match (*x, *y) {
             (Some(a), Some(b)) => Some(a.min(b)),
             (a, b) => a.or(b),
         };
     }
-    known
+    best
 }
 
 /// The same system with whole numbers: rows of `[E, A, B]` and of `[C, D]` times their common denominators.
@@ -688,12 +689,12 @@ fn nullity_bits(system: &LinearSystem, f: &Polynomial) -> u64 {
         &size * &size
     };
     let leading = size(&coefficients[f.degree()]);
-    let others = coefficients[..f.degree()].iter().map(size).fold(UBig::ZERO, |sum, x| sum + x);
+    let lower = coefficients[..f.degree()].iter().map(size).fold(UBig::ZERO, |sum, x| sum + x);
     let mut halves = 0;
     for i in 0..system.e.rows() {
         let (e, a) = (squares(&system.e, i), squares(&system.a, i) + squares(&system.b, i));
         // (x + y)² ≤ 2x² + 2y² where E and A meet in a column.
-        halves += half_bits(&(UBig::from(2u8) * (&leading * &a + &others * &e)));
+        halves += half_bits(&(UBig::from(2u8) * (&leading * &a + &lower * &e)));
         halves += (degree - 1) * half_bits(&(e + a));
     }
     for i in 0..system.c.rows() {
@@ -797,7 +798,7 @@ mod tests {
 
     /// The bounds bound: det(s − A) of a matrix with the largest possible determinant (Hadamard), and its nullities.
     #[test]
-    fn bounds_hold() {
+    fn bounds_are_valid() {
         let a = integers(&[&[1, 1, 1, 1], &[1, -1, 1, -1], &[1, 1, -1, -1], &[1, -1, -1, 1]]);
         let system = LinearSystem::state_space(a, Matrix::zeros(4, 0), Matrix::zeros(0, 4));
         // A² = 4: χ = (s² − 4)², coefficients up to 16.

@@ -2,8 +2,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::integrable::{Integrable, Integrals, integrable};
-use crate::assemble::{Along, Equations, KeptRow};
-use crate::equations::{Domain, Formula, Hold, Kept};
+use crate::assemble::{DirectionalTerm, Equations, MultiplierConstraint};
+use crate::equations::{Domain, Formula, MultiplierLaw, UnilateralConstraint};
 use crate::expr::{Expr, Rationals, lower};
 use crate::num::{Definiteness, Rational, Scalar, definiteness, rational_to_f64};
 use crate::reduce::{Contact, Kinematics, Motion, Reduced, Redundant, contacts, is_linear_law};
@@ -61,25 +61,30 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
         ),
     ];
     let mut assumptions = assumptions;
-    let opens =
-        |(_, hold): &(usize, &Along<Hold>)| !matches!(hold.value, Hold::Mesh(_)) && !stuck.contains(&hold.element);
-    let open = equations.holds.iter().enumerate().filter(opens);
-    let here: BTreeMap<usize, Contact> = contacts(reduced, position).into_iter().map(|one| (one.hold, one)).collect();
-    let open: BTreeMap<&str, String> =
-        open.map(|(number, hold)| (hold.element.as_str(), held_in_words(here.get(&number)).to_string())).collect();
+    let opens = |(_, unilateral): &(usize, &DirectionalTerm<UnilateralConstraint>)| {
+        !matches!(unilateral.value, UnilateralConstraint::GearLoss(_)) && !stuck.contains(&unilateral.element)
+    };
+    let open = equations.unilaterals.iter().enumerate().filter(opens);
+    let here: BTreeMap<usize, Contact> =
+        contacts(reduced, position).into_iter().map(|one| (one.unilateral, one)).collect();
+    let open: BTreeMap<&str, String> = open
+        .map(|(number, unilateral)| {
+            (unilateral.element.as_str(), describe_contact_state(here.get(&number)).to_string())
+        })
+        .collect();
     if !open.is_empty() {
         let open = open.into_iter().map(|(element, why)| (element.to_string(), why)).collect();
         assumptions.push(assumption("no constraint comes and goes (source, Table 4.2)", open));
     }
     let bent = (0..equations.laws.len()).filter(|law| !is_linear_law(reduced, *law)).map(|law| &equations.laws[law]);
-    let bent: Vec<_> = bent.map(|law| (law.element.clone(), law_in_words(&law.value))).collect();
+    let bent: Vec<_> = bent.map(|law| (law.element.clone(), describe_law(&law.value))).collect();
     if !bent.is_empty() {
         let statement = "no other torques act than those of springs, dampers and inputs (source, eq. 4.36)";
         assumptions.push(assumption(statement, bent));
     }
     let constraints = constraints(reduced, stuck);
     Class {
-        constant_linear: assumptions.iter().all(|assumption| assumption.holds),
+        constant_linear: assumptions.iter().all(|assumption| assumption.satisfied),
         assumptions,
         constraints,
         operating_point: operating_point(equations, &kinematics.angles, stuck),
@@ -92,7 +97,7 @@ fn constraints(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<ConstraintCla
     let shafts = &equations.coordinates;
     let linear = equations.constraints.iter().map(|c| ConstraintClass {
         element: c.element.clone(),
-        equation: format!("{} = {}", row_in_words(&c.row, shafts, ""), equations.offset_in_words(c)),
+        equation: format!("{} = {}", format_row(&c.row, shafts, ""), equations.format_offset(c)),
         equality: true,
         holonomic: Some(true),
         scleronomic: !equations.moving.contains_key(&c.element),
@@ -113,9 +118,10 @@ fn constraints(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<ConstraintCla
         reason: None,
     });
     let redundant = reduced.redundant.iter().map(|Redundant { constraint: c, shares }| {
-        let kept: Vec<&str> = shares.iter().map(|(kept, _)| equations.constraints[*kept].element.as_str()).collect();
-        let equation = format!("{} = {}", row_in_words(&c.row, shafts, ""), c.value.to_f64());
-        let equation = format!("{equation}, which follows from {}", kept.join(", "));
+        let independent: Vec<&str> =
+            shares.iter().map(|(independent, _)| equations.constraints[*independent].element.as_str()).collect();
+        let equation = format!("{} = {}", format_row(&c.row, shafts, ""), c.value.to_f64());
+        let equation = format!("{equation}, which follows from {}", independent.join(", "));
         ConstraintClass {
             element: c.element.clone(),
             equation,
@@ -126,21 +132,24 @@ fn constraints(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<ConstraintCla
             reason: None,
         }
     });
-    let held = equations.frictions.iter().filter(|f| stuck.contains(&f.element)).map(|f| ConstraintClass {
+    let sticking = equations.frictions.iter().filter(|f| stuck.contains(&f.element)).map(|f| ConstraintClass {
         element: f.element.clone(),
-        equation: format!("{} = 0 while it sticks", row_in_words(&f.row, shafts, "'")),
+        equation: format!("{} = 0 while it sticks", format_row(&f.row, shafts, "'")),
         equality: true,
         holonomic: Some(true),
         scleronomic: true,
         linear: true,
         reason: None,
     });
-    let holds = equations.holds.iter().filter_map(|hold| held_class(hold, shafts, stuck.contains(&hold.element)));
-    linear.chain(redundant).chain(curves).chain(held).chain(holds).collect()
+    let unilaterals = equations
+        .unilaterals
+        .iter()
+        .filter_map(|unilateral| unilateral_class(unilateral, shafts, stuck.contains(&unilateral.element)));
+    linear.chain(redundant).chain(curves).chain(sticking).chain(unilaterals).collect()
 }
 
 /// What an analysis makes of what holds one way or at times.
-fn held_in_words(contact: Option<&Contact>) -> &'static str {
+fn describe_contact_state(contact: Option<&Contact>) -> &'static str {
     match contact {
         Some(one) if one.soft && one.is_passed() => {
             "it holds one way; here it is pressed, and its stiffness and damping count as long as it stays so"
@@ -151,22 +160,28 @@ fn held_in_words(contact: Option<&Contact>) -> &'static str {
 }
 
 /// The class of what holds one way or at times; nothing of a torque that only presses or slips.
-fn held_class(hold: &Along<Hold>, shafts: &[String], stuck: bool) -> Option<ConstraintClass> {
-    let row = |mark: &str| row_in_words(&hold.row, shafts, mark);
-    let open = format!("the linear analysis takes it as open; with `stuck = [\"{}\"]` it holds", hold.element);
-    let (equation, equality, holonomic, scleronomic) = match &hold.value {
+fn unilateral_class(
+    unilateral: &DirectionalTerm<UnilateralConstraint>,
+    shafts: &[String],
+    stuck: bool,
+) -> Option<ConstraintClass> {
+    let row = |mark: &str| format_row(&unilateral.row, shafts, mark);
+    let open = format!("the linear analysis takes it as open; with `stuck = [\"{}\"]` it holds", unilateral.element);
+    let (equation, equality, holonomic, scleronomic) = match &unilateral.value {
         _ if stuck => (format!("{} = 0 while it holds", row("'")), true, true, true),
-        Hold::Friction { .. } | Hold::Cushion { .. } | Hold::Mesh(_) => return None,
-        Hold::OneWay => (format!("{} >= 0", row("'")), false, false, true),
-        Hold::Stop { offset, .. } => (format!("{} >= {}", row(""), offset.to_f64()), false, true, true),
-        Hold::Lock { engaged } => {
+        UnilateralConstraint::Friction { .. }
+        | UnilateralConstraint::Cushion { .. }
+        | UnilateralConstraint::GearLoss(_) => return None,
+        UnilateralConstraint::OneWay => (format!("{} >= 0", row("'")), false, false, true),
+        UnilateralConstraint::Stop { offset, .. } => (format!("{} >= {}", row(""), offset.to_f64()), false, true, true),
+        UnilateralConstraint::Lock { engaged } => {
             let while_engaged = engaged.expression.text();
             (format!("{} = 0 while {while_engaged} > 0.5", row("'")), true, true, !engaged.is_of_time())
         }
     };
     let reason = (!stuck).then_some(open);
     Some(ConstraintClass {
-        element: hold.element.clone(),
+        element: unilateral.element.clone(),
         equation,
         equality,
         holonomic: Some(holonomic),
@@ -177,26 +192,30 @@ fn held_class(hold: &Along<Hold>, shafts: &[String], stuck: bool) -> Option<Cons
 }
 
 /// What a constraint that a run keeps breaks of (4.31) of the source, if anything.
-fn kept_breach(class: &ConstraintClass, value_at_zero: Option<&Rational>) -> Option<String> {
-    let around = "what follows is about small motions around the operating point, with its row as it is there";
+fn multiplier_breach(class: &ConstraintClass, value_at_zero: Option<&Rational>) -> Option<String> {
+    let scope_note = "what follows is about small motions around the operating point, with its row as it is there";
     match class {
-        ConstraintClass { linear: false, .. } => Some(format!("it is not linear with constant coefficients: {around}")),
-        ConstraintClass { scleronomic: false, .. } => Some(format!("it is rheonomic: {around}")),
-        _ => value_at_zero
-            .filter(|value| !value.is_zero())
-            .map(|value| format!("its expression is not zero at zero angles but {}: {around}", rational_to_f64(value))),
+        ConstraintClass { linear: false, .. } => {
+            Some(format!("it is not linear with constant coefficients: {scope_note}"))
+        }
+        ConstraintClass { scleronomic: false, .. } => Some(format!("it is rheonomic: {scope_note}")),
+        _ => value_at_zero.filter(|value| !value.is_zero()).map(|value| {
+            format!("its expression is not zero at zero angles but {}: {scope_note}", rational_to_f64(value))
+        }),
     }
 }
 
 /// The classes of constraints that a run keeps with their multipliers, how they were decided, and what each breaks of (4.31) of the source.
-pub fn kept_constraints(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
-    let again = &reduced.equations.kept_again;
+pub fn multiplier_constraint_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
+    let again = &reduced.equations.dependent_constraints;
     if again.is_empty() {
-        return kept_classes(reduced);
+        return multiplier_classes(reduced);
     }
     let mut all = reduced.clone();
-    all.equations.kept.extend(std::mem::take(&mut all.equations.kept_again).into_iter().map(|one| one.row));
-    let mut found = kept_classes(&all);
+    all.equations
+        .multiplier_constraints
+        .extend(std::mem::take(&mut all.equations.dependent_constraints).into_iter().map(|one| one.row));
+    let mut found = multiplier_classes(&all);
     for (class, _) in &mut found {
         if let Some(one) = again.iter().find(|one| one.row.element == class.element) {
             let from: Vec<&str> = one.shares.iter().map(|(name, _)| name.as_str()).collect();
@@ -206,7 +225,7 @@ pub fn kept_constraints(reduced: &Reduced) -> Vec<(ConstraintClass, Option<Strin
     found
 }
 
-fn kept_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
+fn multiplier_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
     let equations = &reduced.equations;
     let shafts = &equations.coordinates;
     let tests = integrable(reduced);
@@ -214,33 +233,33 @@ fn kept_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
     let together = together(reduced, &tests, &motion);
     let begin = Motion::at_time_zero(reduced);
     let varying = motion.graph.varying();
-    let first = motion.frictions.len() - motion.kept.len();
+    let first = motion.frictions.len() - motion.multiplier_constraints.len();
     let timed = motion.timed.symbols(&motion.graph);
-    let one = |(k, kept): (usize, &KeptRow)| {
+    let one = |(k, constraint): (usize, &MultiplierConstraint)| {
         let row: Vec<Expr> = motion.frictions[first + k].values().copied().collect();
         let linear = row.iter().all(|entry| !varying(*entry));
         // What follows from the time by other constraints is part of the row.
-        let all: Vec<Expr> = row.iter().copied().chain(motion.kept[k].speed).collect();
+        let all: Vec<Expr> = row.iter().copied().chain(motion.multiplier_constraints[k].speed).collect();
         let of_time = motion.graph.symbols(&all).iter().any(|symbol| timed.contains(symbol));
         let numbers = |row: &[(usize, Exact)], mark: &str| {
             let row: Vec<(usize, Rational)> = row.iter().map(|(shaft, x)| (*shaft, x.to_rational())).collect();
-            row_in_words(&row, shafts, mark)
+            format_row(&row, shafts, mark)
         };
         let found = |equation: String, holonomic: Option<bool>, scleronomic: bool, reason: String| {
-            let (element, reason) = (kept.element.clone(), Some(reason));
+            let (element, reason) = (constraint.element.clone(), Some(reason));
             let class = ConstraintClass { element, equation, equality: true, holonomic, scleronomic, linear, reason };
-            let origin = begin.kept[k].position.and_then(|position| {
+            let origin = begin.multiplier_constraints[k].position.and_then(|position| {
                 lower(&begin.graph, &[position], &mut Rationals, |_| Some(Rational::ZERO)).pop().flatten()
             });
-            let breach = kept_breach(&class, origin.as_ref());
+            let breach = multiplier_breach(&class, origin.as_ref());
             (class, breach)
         };
         let multiplier = "no theorem of the source solves it; a run keeps it with its multiplier (source, eq. 4.18)";
         let prescribed = |row: String, function: String, why: &str| {
             (format!("{row} = {function}"), Some(true), false, format!("constant coefficients: {why}; {multiplier}"))
         };
-        let (equation, holonomic, scleronomic, reason) = match &kept.law {
-            Kept::Surface(formula) => {
+        let (equation, holonomic, scleronomic, reason) = match &constraint.law {
+            MultiplierLaw::Surface(formula) => {
                 let slopes = if linear { "are constant" } else { "depend on positions" };
                 let reason = format!(
                     "it has no speeds, so it is holonomic; its exact derivatives {slopes}; of the form (4.5), with the row of (4.6), but not solved for a \
@@ -248,7 +267,7 @@ fn kept_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
                 );
                 (format!("{} = 0", formula.expression.text()), Some(true), !of_time, reason)
             }
-            Kept::Rates(row) => {
+            MultiplierLaw::Rates(row) => {
                 let term = |(shaft, a): &(usize, _)| -> String {
                     let formula: &Arc<Formula> = a;
                     format!("({}) {}'", formula.expression.text(), shafts[*shaft])
@@ -262,23 +281,23 @@ fn kept_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
                     if of_time { "; its coefficients depend on the time, by what is prescribed beside it" } else { "" };
                 (equation, holonomic, !of_time, format!("{why}{moves}; {multiplier}"))
             }
-            Kept::Position(row, function) => {
+            MultiplierLaw::Position(row, function) => {
                 let why =
                     "a kinematic excitation (source, sec. 4.1.1) behind a curve that is followed from its other end";
                 prescribed(numbers(row, ""), function.text(), why)
             }
-            Kept::Speed(row, function) => {
+            MultiplierLaw::Speed(row, function) => {
                 let why = "the integral by the time is a relation of positions";
                 prescribed(numbers(row, "'"), function.text(), why)
             }
-            Kept::Acceleration(row, function) => {
+            MultiplierLaw::Acceleration(row, function) => {
                 let why = "two integrals by the time are a relation of positions";
                 prescribed(numbers(row, "''"), function.text(), why)
             }
         };
         found(equation, holonomic, scleronomic, reason)
     };
-    equations.kept.iter().enumerate().map(one).collect()
+    equations.multiplier_constraints.iter().enumerate().map(one).collect()
 }
 
 /// Of a longer law the beginning is told.
@@ -320,14 +339,14 @@ fn judged(test: &Integrable, linear: bool, together: &str) -> (Option<bool>, Str
 
 /// What several rows say together: how many relations of positions there are in them, and those that are simple.
 fn together(reduced: &Reduced, tests: &Integrals, motion: &Motion) -> String {
-    let kept = &reduced.equations.kept;
-    let Some(relations) = tests.relations.filter(|_| kept.len() > 1) else { return String::new() };
+    let multiplier_constraints = &reduced.equations.multiplier_constraints;
+    let Some(relations) = tests.relations.filter(|_| multiplier_constraints.len() > 1) else { return String::new() };
     let names = reduced.coordinate_names();
-    let elements: Vec<String> = kept.iter().map(|kept| kept.element.clone()).collect();
+    let elements: Vec<String> = multiplier_constraints.iter().map(|constraint| constraint.element.clone()).collect();
     let sum = |(factors, row): &(Vec<Rational>, Vec<(usize, Rational)>)| {
         let factors = factors.iter().cloned().enumerate().filter(|(_, factor)| !factor.is_zero());
         let factors: Vec<(usize, Rational)> = factors.collect();
-        format!("{} says {} = 0", row_in_words(&factors, &elements, ""), row_in_words(row, &names, "'"))
+        format!("{} says {} = 0", format_row(&factors, &elements, ""), format_row(row, &names, "'"))
     };
     let sums: Vec<String> = tests.sums.iter().map(sum).collect();
     let sums = if sums.is_empty() { String::new() } else { format!(" ({})", sums.join("; ")) };
@@ -337,11 +356,11 @@ fn together(reduced: &Reduced, tests: &Integrals, motion: &Motion) -> String {
         1 => "one relation".to_string(),
         more => format!("{more} independent relations"),
     };
-    format!("; of all {} rows together follows {some} of positions{of_time}{sums}", kept.len())
+    format!("; of all {} rows together follows {some} of positions{of_time}{sums}", multiplier_constraints.len())
 }
 
 /// What a law of torque is.
-fn law_in_words(law: &Formula) -> String {
+fn describe_law(law: &Formula) -> String {
     let text: String = match law.expression.text() {
         long if long.chars().count() > MOST_OF_LAW => long.chars().take(MOST_OF_LAW).chain(" ...".chars()).collect(),
         text => text.into(),
@@ -374,7 +393,7 @@ fn operating_point(equations: &Equations, angles: &[f64], stuck: &BTreeSet<Strin
 
 fn assumption(statement: &str, breaches: Vec<(String, String)>) -> Assumption {
     let breaches: Vec<Breach> = breaches.into_iter().map(|(element, why)| Breach { element, why }).collect();
-    Assumption { statement: statement.into(), holds: breaches.is_empty(), breaches }
+    Assumption { statement: statement.into(), satisfied: breaches.is_empty(), breaches }
 }
 
 /// Shafts that keep the inertia matrix of all shafts from being definite.
@@ -384,7 +403,7 @@ fn massless(equations: &Equations) -> Vec<(String, String)> {
         Definiteness::PositiveSemi { .. } => {
             let with: BTreeSet<usize> =
                 equations.inertias.iter().flat_map(|term| term.row.iter().map(|(shaft, _)| *shaft)).collect();
-            let without = (0..equations.coordinates.len()).filter(|shaft| !with.contains(shaft));
+            let massless_shafts = (0..equations.coordinates.len()).filter(|shaft| !with.contains(shaft));
             let what = |shaft| match equations.domain(shaft) {
                 Domain::Rotation => "it has no inertia of its own",
                 Domain::Translation => "it has no mass of its own",
@@ -392,7 +411,7 @@ fn massless(equations: &Equations) -> Vec<(String, String)> {
                 Domain::Number => "it has no rate of its own",
             };
             let mut out: Vec<_> =
-                without.map(|shaft| (equations.coordinates[shaft].clone(), what(shaft).into())).collect();
+                massless_shafts.map(|shaft| (equations.coordinates[shaft].clone(), what(shaft).into())).collect();
             if out.is_empty() {
                 out.push(("(all)".into(), "a motion of the shafts has no kinetic energy".into()));
             }
@@ -413,10 +432,11 @@ fn lossy(equations: &Equations) -> Vec<(String, String)> {
             )
         })
         .collect();
-    let teeth = equations.holds.iter().filter(|hold| matches!(hold.value, Hold::Mesh(_)));
-    out.extend(teeth.map(|hold| {
+    let teeth =
+        equations.unilaterals.iter().filter(|unilateral| matches!(unilateral.value, UnilateralConstraint::GearLoss(_)));
+    out.extend(teeth.map(|unilateral| {
         let why = "its teeth lose a part of what they carry, which is not linear; here they lose nothing";
-        (hold.element.clone(), why.to_string())
+        (unilateral.element.clone(), why.to_string())
     }));
     let mut negative = equations.dampers.iter().filter(|d| d.value.signum() < 0).peekable();
     if negative.peek().is_some()
@@ -428,7 +448,7 @@ fn lossy(equations: &Equations) -> Vec<(String, String)> {
 }
 
 /// `wg - 51 cs + 50 fs`, each name followed by `mark`.
-fn row_in_words(row: &[(usize, Rational)], shafts: &[String], mark: &str) -> String {
+fn format_row(row: &[(usize, Rational)], shafts: &[String], mark: &str) -> String {
     let mut out = String::new();
     for (shaft, x) in row {
         let negative = *x < Rational::ZERO;

@@ -1,7 +1,7 @@
 //! Kept rows that say at every position what other constraints say.
 
 use super::integrable::{drawn_field, drawn_values};
-use crate::equations::Kept;
+use crate::equations::MultiplierLaw;
 use crate::num::{ModularMatrix, PrimeField, Random, Residue};
 use crate::reduce::{Motion, Reduced};
 
@@ -20,23 +20,24 @@ const POINTS: usize = 3;
 /// The first kept row of speeds or positions that is at every position a combination of those before it and of the linear constraints: so it is at
 /// points drawn modulo a prime that is drawn, where it would be by an accident alone.
 pub fn dependent_row(reduced: &Reduced) -> Option<Dependent> {
-    let kept = &reduced.equations.kept;
-    let is_of_positions = |row: &usize| matches!(kept[*row].law, Kept::Rates(_) | Kept::Surface(_));
-    let mut open: Vec<usize> = (0..kept.len()).filter(is_of_positions).collect();
+    let multiplier_constraints = &reduced.equations.multiplier_constraints;
+    let is_of_positions =
+        |row: &usize| matches!(multiplier_constraints[*row].law, MultiplierLaw::Rates(_) | MultiplierLaw::Surface(_));
+    let mut open: Vec<usize> = (0..multiplier_constraints.len()).filter(is_of_positions).collect();
     let motion = Motion::new(reduced);
-    let mut random = Random::unforeseen(kept.len() as u64);
+    let mut random = Random::unforeseen(multiplier_constraints.len() as u64);
     let field = drawn_field(&mut random);
     let mut elements = Vec::new();
     for _ in 0..POINTS {
         if open.is_empty() {
             return None;
         }
-        let (found, there) = at_point(reduced, &motion, field, &mut random)?;
+        let (found, at_sample) = at_point(reduced, &motion, field, &mut random)?;
         open.retain(|row| found.contains(row));
-        elements = there;
+        elements = at_sample;
     }
     let row = *open.first()?;
-    let of_row = elements.into_iter().find(|(other, _)| *other == row);
+    let of_row = elements.into_iter().find(|(candidate, _)| *candidate == row);
     Some(Dependent { row, elements: of_row.map_or_else(Vec::new, |(_, elements)| elements) })
 }
 
@@ -50,21 +51,22 @@ fn at_point(
     field: PrimeField,
     random: &mut Random,
 ) -> Option<(Vec<usize>, Shares)> {
-    let (r, count, n) = (reduced.degrees_of_freedom(), motion.kept.len(), reduced.equations.coordinates.len());
+    let (r, count, n) =
+        (reduced.degrees_of_freedom(), motion.multiplier_constraints.len(), reduced.equations.coordinates.len());
     let first = motion.frictions.len() - count;
     let mut motion_of = motion.clone();
     let zero = motion_of.graph.integer(0);
     let mut exprs = Vec::new();
     for k in 0..count {
-        let carried = motion_of.along_kept(k, |motion, shaft| motion.carried[shaft]);
-        exprs.push(match reduced.equations.kept[k].law {
-            Kept::Acceleration(..) => motion_of.graph.integer(1),
-            _ => motion_of.graph.subtract(carried, motion_of.kept[k].rate),
+        let carried = motion_of.along_multiplier(k, |motion, shaft| motion.carried[shaft]);
+        exprs.push(match reduced.equations.multiplier_constraints[k].law {
+            MultiplierLaw::Acceleration(..) => motion_of.graph.integer(1),
+            _ => motion_of.graph.subtract(carried, motion_of.multiplier_constraints[k].rate),
         });
         exprs.extend((0..r).map(|i| motion_of.frictions[first + k].get(&i).copied().unwrap_or(zero)));
     }
     let reduced_count = exprs.len();
-    for row in &motion_of.kept {
+    for row in &motion_of.multiplier_constraints {
         exprs.extend((0..n).map(|i| row.row.iter().find(|(shaft, _)| *shaft == i).map_or(zero, |(_, entry)| *entry)));
     }
     let found = drawn_values(&motion_of, r, field, random, &exprs)?;
@@ -102,7 +104,7 @@ fn shares(
         all.push(own);
     }
     for k in (0..row).filter(|k| !dependent.contains(k)) {
-        names.push(equations.kept[k].element.clone());
+        names.push(equations.multiplier_constraints[k].element.clone());
         all.push(whole(k));
     }
     all.push(whole(row));

@@ -82,9 +82,9 @@ impl Transfer {
     /// Whether these outputs show a fault at all, whatever the unknown inputs do.
     pub fn detects(&self, outputs: &[usize], fault: Fault, unknown: &[usize]) -> bool {
         let mut columns: Vec<Fault> = unknown.iter().map(|&j| Fault::Input(j)).collect();
-        let without = self.rank(outputs, &columns);
+        let base_rank = self.rank(outputs, &columns);
         columns.push(fault);
-        self.rank(outputs, &columns) > without
+        self.rank(outputs, &columns) > base_rank
     }
 
     /// Faults that these outputs show, in groups: those of one group cannot be told from each other, those of two can. The last list
@@ -138,7 +138,7 @@ fn modulo(system: &LinearSystem, prime: u64, point: u64) -> Option<(PrimeField, 
 ///
 /// Method: the largest space of states, with the fault as one of them, that some course keeps the outputs at zero in (the recursion of
 /// Wonham and Morse, for `E ẋ = A x + B u`); the fault goes unseen if it moves in it.
-pub fn constant_is_seen(system: &LinearSystem, fault: Fault, unknown: &[usize]) -> Option<bool> {
+pub fn constant_is_detectable(system: &LinearSystem, fault: Fault, unknown: &[usize]) -> Option<bool> {
     let (n, p, m) = (system.states.len(), system.outputs.len(), unknown.len());
     if n > MOST_EXACT {
         return None;
@@ -195,7 +195,7 @@ pub enum Goal {
     /// It shows the faults of all inputs that may fail, and of its own sensors.
     ShowsAll,
     /// It also tells each of them from the others.
-    TellsApart,
+    Isolates,
 }
 
 /// The smallest sets of outputs that reach a goal.
@@ -216,7 +216,7 @@ pub fn smallest_sets(transfer: &Transfer, goal: Goal, failing: &[usize], unknown
         match goal {
             Goal::Shows(input) => likely.detects(set, Fault::Input(input), unknown),
             Goal::ShowsAll => faults.iter().all(|&fault| likely.detects(set, fault, unknown)),
-            Goal::TellsApart => likely.groups(set, &faults, unknown).0.len() == faults.len(),
+            Goal::Isolates => likely.groups(set, &faults, unknown).0.len() == faults.len(),
         }
     };
     let (mut tried, p) = (0, transfer.outputs);
@@ -249,18 +249,18 @@ mod tests {
         let transfer = Transfer::new(&alone).unwrap();
         assert!(transfer.is_exact());
         assert!(transfer.detects(&[0], Fault::Output(0), &[]) && !transfer.detects(&[0], Fault::Output(0), &[0]));
-        assert_eq!(constant_is_seen(&alone, Fault::Output(0), &[]), Some(false));
-        assert_eq!(constant_is_seen(&alone, Fault::Input(0), &[]), Some(true));
+        assert_eq!(constant_is_detectable(&alone, Fault::Output(0), &[]), Some(false));
+        assert_eq!(constant_is_detectable(&alone, Fault::Input(0), &[]), Some(true));
         assert_eq!(transfer.groups(&[0], &[Fault::Output(0), Fault::Input(0)], &[]), (vec![vec![0, 1]], vec![]));
         // Position and velocity: p' − v tells the sensors from the input, not from each other; v' − u tells them.
         let transfer = Transfer::new(&system).unwrap();
         let faults = [Fault::Output(0), Fault::Output(1), Fault::Input(0)];
         assert_eq!(transfer.groups(&[0, 1], &faults, &[]).0.len(), 3);
         assert_eq!(transfer.groups(&[0, 1], &faults, &[0]), (vec![vec![0, 1]], vec![2]));
-        assert_eq!(constant_is_seen(&system, Fault::Output(0), &[]), Some(false));
-        assert_eq!(constant_is_seen(&system, Fault::Output(1), &[]), Some(true));
+        assert_eq!(constant_is_detectable(&system, Fault::Output(0), &[]), Some(false));
+        assert_eq!(constant_is_detectable(&system, Fault::Output(1), &[]), Some(true));
         let sets = |goal| smallest_sets(&transfer, goal, &[0], &[]).sets;
         assert_eq!(sets(Goal::Shows(0)), [vec![0], vec![1]]);
-        assert_eq!(sets(Goal::TellsApart), [vec![0, 1]]);
+        assert_eq!(sets(Goal::Isolates), [vec![0, 1]]);
     }
 }

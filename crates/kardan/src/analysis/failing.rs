@@ -105,21 +105,22 @@ fn participants(
         }
     });
     let basis = mechanics.basis.to_f64();
-    let along = |v: &[c64], row: &[(usize, Rational)]| {
+    let component = |v: &[c64], row: &[(usize, Rational)]| {
         row.iter().fold(c64::new(0.0, 0.0), |sum, (shaft, x)| {
             let factor = rational_to_f64(x);
             (0..r).fold(sum, |sum, j| sum + v[j] * (factor * basis[(*shaft, j)]))
         })
     };
     let shafts = &mechanics.system.coordinates;
-    let moved = squares(&matrix, defect, shafts.len(), |v, i| along(v, &[(i, Rational::ONE)]));
+    let moved = squares(&matrix, defect, shafts.len(), |v, i| component(v, &[(i, Rational::ONE)]));
     let speed = if eigenvalue == Complex::default() { 1.0 } else { eigenvalue.abs() };
     let kinetic = mechanics.system.inertias.iter().map(|term| (term, speed * speed));
     let potential = mechanics.system.springs.iter().map(|term| (term, 1.0));
     let mut elements: Shares = Vec::new();
     for (term, factor) in kinetic.chain(potential) {
-        let energy =
-            squares(&matrix, defect, 1, |v, _| along(v, &term.row))[0] * factor * rational_to_f64(&term.value).abs();
+        let energy = squares(&matrix, defect, 1, |v, _| component(v, &term.row))[0]
+            * factor
+            * rational_to_f64(&term.value).abs();
         match elements.iter_mut().find(|one| one.name == term.element) {
             Some(one) => one.share += energy,
             None => elements.push(NamedShare { name: term.element.clone(), share: energy }),

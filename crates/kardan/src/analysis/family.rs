@@ -232,7 +232,7 @@ fn slopes(
     build: &impl Fn(&[Rational]) -> Option<Pencil>,
 ) -> Option<Vec<Pencil>> {
     let same_size = |p: &Pencil| p[0].rows() == base[0].rows() && p[0].columns() == base[0].columns();
-    let along = |i: usize, x: Rational| {
+    let pencil_at = |i: usize, x: Rational| {
         let mut values = nominal.to_vec();
         values[i] = x;
         build(&values).filter(same_size)
@@ -240,8 +240,11 @@ fn slopes(
     let mut slopes = Vec::new();
     for (i, parameter) in parameters.iter().enumerate() {
         let two = Rational::from(2);
-        let ends =
-            (along(i, parameter.lower.clone())?, along(i, parameter.middle())?, along(i, parameter.upper.clone())?);
+        let ends = (
+            pencil_at(i, parameter.lower.clone())?,
+            pencil_at(i, parameter.middle())?,
+            pencil_at(i, parameter.upper.clone())?,
+        );
         let mut slope = [0; 3].map(|_| Matrix::<Rational>::zeros(base[0].rows(), base[0].columns()));
         for k in 0..3 {
             let entries = ends.0[k].as_slice().iter().zip(ends.1[k].as_slice()).zip(ends.2[k].as_slice());
@@ -264,11 +267,11 @@ fn slopes(
             .collect();
         let values: Vec<Rational> =
             parameters.iter().zip(&y).map(|(p, y)| p.middle().plus(&p.half_width().times(y))).collect();
-        let there = build(&values).filter(same_size)?;
+        let moved = build(&values).filter(same_size)?;
         let deviations: Vec<Rational> =
             parameters.iter().zip(&values).map(|(p, x)| x.minus(&p.nominal).over(&p.half_width())).collect();
         for k in 0..3 {
-            for (at, x) in there[k].as_slice().iter().enumerate() {
+            for (at, x) in moved[k].as_slice().iter().enumerate() {
                 let sum = slopes.iter().zip(&deviations).fold(base[k].as_slice()[at].clone(), |sum, (slope, y)| {
                     let entry = &slope[k].as_slice()[at];
                     if entry.is_zero() { sum } else { sum.plus(&entry.times(y)) }

@@ -2,15 +2,15 @@
 //!
 //! Of a function that is given by a differential equation, as e^u by `E′ = E u′`, any solution is taken: where it begins is drawn, the same for the
 //! same argument. A root is one modulo the prime, of either sign. Of a table one piece is taken, as if u were on it. What vanishes for all of these
-//! vanishes for the function itself; what does not may do so all the same (`Along::loose`). What bends is no part of rows.
+//! vanishes for the function itself; what does not may do so all the same (`GenericTrajectory::loose`). What bends is no part of rows.
 
 use kardan_rt::Operator;
 
-use super::generic_motion::{Along, Series, Value};
+use super::generic_motion::{GenericTrajectory, Series, Value};
 use crate::expr::{Domain, PiecewisePolynomial};
 use crate::num::{PrimeField, Random, Rational, Residue};
 
-impl Along {
+impl GenericTrajectory {
     /// A number drawn for an argument.
     fn drawn(&self, what: &str, argument: u64) -> u64 {
         self.point.random(&format!("{what} of {argument}")).next_u64()
@@ -19,8 +19,8 @@ impl Along {
     /// Which of an argument and its opposite counts as the positive one, and whether it is the argument.
     fn size(&self, argument: Residue) -> (u64, bool) {
         let value = self.field.0.value(argument);
-        let other = self.field.0.prime() - value;
-        (value.min(other), value <= other)
+        let complement = self.field.0.prime() - value;
+        (value.min(complement), value <= complement)
     }
 
     /// Where a function begins; an odd one at the opposite for the opposite argument.
@@ -53,7 +53,7 @@ impl Along {
             return [None, None];
         }
         let tangent = self.begin("half tangent", angle[0]);
-        let both = self.turned_by(tangent, &self.field.derivative(angle));
+        let both = self.sine_cosine_of(tangent, &self.field.derivative(angle));
         both.map_or([None, None], |both| both.map(|series| Some(Value::of(series))))
     }
 
@@ -95,10 +95,10 @@ impl Along {
             Operator::ArcTangent2 => {
                 let other = &x[1].series;
                 let below = field.sum(&field.product(u, u), &field.product(other, other));
-                let turned =
+                let numerator =
                     field.difference(&field.product(&rate, other), &field.product(u, &field.derivative(other)));
                 let start = self.begin("arc of a point", field.0.times(u[0], self.begin("point", other[0])));
-                self.integral(start, &field.product(&turned, &field.inverse(&below)?))
+                self.integral(start, &field.product(&numerator, &field.inverse(&below)?))
             }
             _ => return None,
         };
@@ -118,8 +118,8 @@ impl Along {
         let over = field.inverse(field.plus(root, root));
         let mut out = vec![root];
         for n in 1..of.len() {
-            let known = (1..n).fold(0, |sum, i| field.plus(sum, field.times(out[i], out[n - i])));
-            out.push(field.times(field.minus(of[n], known), over));
+            let convolution = (1..n).fold(0, |sum, i| field.plus(sum, field.times(out[i], out[n - i])));
+            out.push(field.times(field.minus(of[n], convolution), over));
         }
         Some(out)
     }

@@ -75,7 +75,7 @@ struct Base {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Point {
     /// At small fractions, which can be told.
-    Told(i64),
+    Display(i64),
     /// At numbers drawn with this seed.
     Drawn(u64),
 }
@@ -84,22 +84,22 @@ impl Point {
     /// What else is drawn there.
     pub fn random(self, what: &str) -> Random {
         match self {
-            Self::Told(number) => Random::named(number.cast_unsigned(), what),
+            Self::Display(number) => Random::named(number.cast_unsigned(), what),
             Self::Drawn(seed) => Random::named(seed, what),
         }
     }
 }
 
 /// A generic motion, as far as it is known: its coordinates, the time last.
-pub(super) struct Along {
+pub(super) struct GenericTrajectory {
     pub field: SeriesField,
     pub point: Point,
     pub motion: Vec<Series>,
     bases: Vec<Base>,
     /// Bases of which a sine or a cosine was taken.
-    pub turned: BTreeSet<usize>,
+    pub used_bases: BTreeSet<usize>,
     /// Whether an angle was met that needs smaller parts.
-    pub parted: bool,
+    pub subdivided: bool,
     /// Whether a function was met of which any solution of its differential equation was taken, or one of several sides.
     pub loose: bool,
     /// Between how many sides was chosen, by where.
@@ -127,15 +127,15 @@ fn half_tangent(point: i64, base: usize) -> Rational {
 }
 
 /// A coordinate itself at a point that can be told, a number of its own beside its sine and cosine.
-pub(super) fn value_there(point: i64, coordinate: usize) -> Rational {
+pub(super) fn value_at_point(point: i64, coordinate: usize) -> Rational {
     Rational::from(5 + 4 * coordinate as i64 + 3 * point) / Rational::from(7 + 2 * coordinate as i64)
 }
 
-impl Along {
+impl GenericTrajectory {
     /// A point with this many coordinates, the time behind them.
     pub fn new(field: PrimeField, point: Point, coordinates: usize) -> Self {
         let value = |k: usize| match point {
-            Point::Told(number) => field.rational(&value_there(number, k)).unwrap_or_default(),
+            Point::Display(number) => field.rational(&value_at_point(number, k)).unwrap_or_default(),
             Point::Drawn(_) => field.element(point.random(&format!("value {k}")).next_u64()),
         };
         let start = |k: usize| vec![value(k)];
@@ -145,8 +145,8 @@ impl Along {
             point,
             motion: (0..=coordinates).map(start).collect(),
             bases,
-            turned: BTreeSet::new(),
-            parted: false,
+            used_bases: BTreeSet::new(),
+            subdivided: false,
             loose: false,
             sides: BTreeMap::new(),
         }
@@ -160,14 +160,17 @@ impl Along {
     /// The same point with the smaller parts of angles that are known by now, and nothing known of the motion.
     pub fn begin_again(&mut self) {
         self.motion.iter_mut().for_each(|x| x.truncate(1));
-        self.parted = false;
+        self.subdivided = false;
     }
 
     /// The tangents that stand for the sines and cosines taken of a coordinate.
     pub fn tangents(&self, coordinate: usize, name: &str) -> Vec<String> {
-        let Point::Told(point) = self.point else { return Vec::new() };
-        let own =
-            self.bases.iter().enumerate().filter(|(k, base)| base.coordinate == coordinate && self.turned.contains(k));
+        let Point::Display(point) = self.point else { return Vec::new() };
+        let own = self
+            .bases
+            .iter()
+            .enumerate()
+            .filter(|(k, base)| base.coordinate == coordinate && self.used_bases.contains(k));
         own.map(|(k, base)| {
             let unit = match base.unit.is_one() {
                 true => name.to_string(),
@@ -194,7 +197,7 @@ impl Along {
             }
             if below != 1 {
                 base.unit = &base.unit / Rational::from(below);
-                self.parted = true;
+                self.subdivided = true;
                 return None;
             }
             return Some((k, above));
@@ -208,14 +211,14 @@ impl Along {
         let (field, own) = (&self.field.0, &self.bases[base]);
         let rate = self.field.scaled(field.rational(&own.unit)?, &self.field.derivative(&self.motion[own.coordinate]));
         let u = match self.point {
-            Point::Told(point) => field.rational(&half_tangent(point, base))?,
+            Point::Display(point) => field.rational(&half_tangent(point, base))?,
             Point::Drawn(_) => field.element(self.point.random(&format!("tangent {base}")).next_u64()),
         };
-        self.turned_by(u, &rate)
+        self.sine_cosine_of(u, &rate)
     }
 
     /// Sine and cosine of an angle, half of which has this tangent at the point, from its rate.
-    pub fn turned_by(&self, u: Residue, rate: &[Residue]) -> Option<[Series; 2]> {
+    pub fn sine_cosine_of(&self, u: Residue, rate: &[Residue]) -> Option<[Series; 2]> {
         let field = &self.field.0;
         let square = field.times(u, u);
         let below = field.plus(field.one(), square);
@@ -256,7 +259,7 @@ impl Along {
     }
 }
 
-impl Domain for Along {
+impl Domain for GenericTrajectory {
     type Value = Option<Value>;
 
     fn constant(&mut self, value: &Rational) -> Option<Value> {
@@ -278,9 +281,9 @@ impl Domain for Along {
                 Some(self.sum(&zero, x[0], -1))
             }
             Operator::Divide => {
-                let turned = |own: &Rational| (!own.is_zero()).then(|| Rational::ONE / own);
+                let reciprocal = |own: &Rational| (!own.is_zero()).then(|| Rational::ONE / own);
                 let series = self.field.inverse(&x[1].series)?;
-                let fraction = x[1].fraction.as_ref().and_then(turned);
+                let fraction = x[1].fraction.as_ref().and_then(reciprocal);
                 Some(self.product(x[0], &Value { series, angle: None, fraction }))
             }
             Operator::Tangent if x[0].angle.is_some() => {
@@ -298,7 +301,7 @@ impl Domain for Along {
         let mut both = [field.number(0, terms), field.number(field.0.one(), terms)];
         for (k, factor) in angle {
             let Some((base, times)) = self.base(*k, factor) else { return [None, None] };
-            self.turned.insert(base);
+            self.used_bases.insert(base);
             let Some([mut s, c]) = self.turn(base) else { return [None, None] };
             if times < 0 {
                 s = field.difference(&field.number(0, terms), &s);

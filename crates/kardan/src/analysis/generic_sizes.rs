@@ -62,7 +62,7 @@ impl Domain for Sizes {
     type Value = Size;
 
     fn constant(&mut self, value: &Rational) -> Size {
-        let bits = |words: usize| words as f64;
+        let bits = |count: usize| count as f64;
         use dashu_int::ops::BitTest;
         let all = bits(value.numerator().bit_len() + value.denominator().bit_len());
         Size { bits: all, ..Size::default() }

@@ -154,11 +154,11 @@ pub fn transfer_energy(gramian: &Gramian, target: &[f64]) -> f64 {
     let mut y = vec![0.0; rank];
     let size = x.iter().fold(0.0f64, |max, x| max.max(x.abs()));
     for i in 0..moving.len() {
-        let known: f64 = (0..rank.min(i)).map(|k| r[(k, i)] * y[k]).sum();
-        let left = x[order[i]] - known;
+        let partial: f64 = (0..rank.min(i)).map(|k| r[(k, i)] * y[k]).sum();
+        let remainder = x[order[i]] - partial;
         if i < rank {
-            y[i] = left / r[(i, i)];
-        } else if !(left.abs() <= 1e-9 * size) {
+            y[i] = remainder / r[(i, i)];
+        } else if !(remainder.abs() <= 1e-9 * size) {
             return f64::INFINITY;
         }
     }
@@ -239,6 +239,6 @@ fn lyapunov_residual(a: &Mat<f64>, b: &Mat<f64>, factor: &Mat<f64>, transition: 
     let end = transition * b;
     let (start, end) = (b * b.transpose(), &end * end.transpose());
     let size = 2.0 * half.norm_l2() + start.norm_l2() + end.norm_l2();
-    let left = &half + half.transpose() + start - end;
-    if size > 0.0 { left.norm_l2() / size } else { 0.0 }
+    let residual = &half + half.transpose() + start - end;
+    if size > 0.0 { residual.norm_l2() / size } else { 0.0 }
 }

@@ -48,7 +48,7 @@ impl Image {
 }
 
 /// Most numbers kept in images; further ones are made anew each time.
-const MOST_KEPT: usize = 40_000_000;
+const MOST_STORED: usize = 40_000_000;
 
 /// A system modulo as many primes as are asked for.
 pub(super) struct Images<'a> {
@@ -61,7 +61,7 @@ pub(super) struct Images<'a> {
 }
 
 /// What an image says about numbers that are brought back.
-pub(super) enum Seen {
+pub(super) enum ModularResult {
     /// Their images.
     Values(Vec<u64>),
     /// Nothing: the prime is left out.
@@ -120,7 +120,7 @@ impl<'a> Images<'a> {
             self.primes.push(next.field.prime());
             let size = self.system.states.len().pow(2).max(1);
             // Those that are kept are the first ones.
-            if self.images.len() + 1 == self.primes.len() && self.images.len() < MOST_KEPT / (2 * size) {
+            if self.images.len() + 1 == self.primes.len() && self.images.len() < MOST_STORED / (2 * size) {
                 self.images.push(next);
             } else if self.primes.len() > number {
                 return Some(next);
@@ -141,17 +141,17 @@ impl<'a> Images<'a> {
     /// Fractions whose images `compute` gives, confirmed modulo one further prime; primes for which it gives none are left
     /// out. `None` if `limit` primes are not enough.
     pub fn reconstruct(&mut self, limit: usize, compute: impl Fn(&Image) -> Option<Vec<u64>>) -> Option<Vec<Rational>> {
-        self.reconstruct_if(limit, |image| compute(image).map_or(Seen::Nothing, Seen::Values))
+        self.reconstruct_if(limit, |image| compute(image).map_or(ModularResult::Nothing, ModularResult::Values))
     }
 
     /// The same; `None` at once where an image shows that there are no such numbers.
-    pub fn reconstruct_if(&mut self, limit: usize, compute: impl Fn(&Image) -> Seen) -> Option<Vec<Rational>> {
+    pub fn reconstruct_if(&mut self, limit: usize, compute: impl Fn(&Image) -> ModularResult) -> Option<Vec<Rational>> {
         reconstruct(limit, |number| {
             let image = self.get(number)?;
             match compute(&image) {
-                Seen::Values(values) => Some((image.field, Some(values))),
-                Seen::Nothing => Some((image.field, None)),
-                Seen::Impossible => None,
+                ModularResult::Values(values) => Some((image.field, Some(values))),
+                ModularResult::Nothing => Some((image.field, None)),
+                ModularResult::Impossible => None,
             }
         })
     }

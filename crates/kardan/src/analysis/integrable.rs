@@ -15,9 +15,9 @@ use std::collections::BTreeSet;
 
 use kardan_rt::functions::powi;
 
-use super::generic_motion::{Along, Point, Series, SeriesField, Value, value_there};
+use super::generic_motion::{GenericTrajectory, Point, Series, SeriesField, Value, value_at_point};
 use super::generic_sizes::{Size, Sizes};
-use crate::equations::Kept;
+use crate::equations::MultiplierLaw;
 use crate::expr::{Expr, Symbol, lower};
 use crate::num::{ModularMatrix, PrimeField, Random, Rational, Reconstruction, Residue, random_prime};
 use crate::reduce::{Motion, Reduced};
@@ -52,9 +52,9 @@ const POINTS: usize = 3;
 const POINTS_OF_SIDES: usize = 40;
 const MOST_POINTS: usize = 640;
 /// Points that can be told, of which one is looked for at which a row does not vanish.
-const TOLD: i64 = 3;
+const DISPLAY_POINTS: i64 = 3;
 /// How often the angles of sines may turn out to need smaller parts.
-const MOST_PARTED: usize = 8;
+const MOST_SUBDIVISIONS: usize = 8;
 /// How often a point without a root may be drawn.
 const MOST_DRAWN: u64 = 80;
 /// A probability of an accident above this is none to rely on.
@@ -83,11 +83,11 @@ impl Rows {
         let (mut entries, mut slopes) = (Vec::new(), Vec::new());
         for (k, row) in rows.iter().enumerate() {
             entries.extend((0..r).map(|i| row.get(&i).copied().unwrap_or(zero)));
-            let carried = motion.along_kept(k, |motion, shaft| motion.carried[shaft]);
-            let by_time = match reduced.equations.kept[k].law {
+            let carried = motion.along_multiplier(k, |motion, shaft| motion.carried[shaft]);
+            let by_time = match reduced.equations.multiplier_constraints[k].law {
                 // An integral of what is prescribed, with any speed at the start.
-                Kept::Acceleration(..) => motion.graph.integer(1),
-                _ => motion.graph.subtract(carried, motion.kept[k].rate),
+                MultiplierLaw::Acceleration(..) => motion.graph.integer(1),
+                _ => motion.graph.subtract(carried, motion.multiplier_constraints[k].rate),
             };
             let mut terms = vec![(by_time, Rational::ONE)];
             for i in 0..r {
@@ -102,7 +102,7 @@ impl Rows {
             }
         }
         let timed = motion.timed.symbols(&motion.graph);
-        let rounded = reduced.equations.kept.iter().any(|kept| kept.law.is_rounded());
+        let rounded = reduced.equations.multiplier_constraints.iter().any(|constraint| constraint.law.is_rounded());
         Self { motion, count, r, entries, slopes, timed, rounded }
     }
 
@@ -154,14 +154,14 @@ impl Rows {
     }
 
     /// Expressions along a motion; none where a function is not known there.
-    fn at(&self, along: &mut Along, exprs: &[Expr]) -> Option<Vec<Series>> {
-        values(&self.motion, along, exprs)
+    fn at(&self, trajectory: &mut GenericTrajectory, exprs: &[Expr]) -> Option<Vec<Series>> {
+        values(&self.motion, trajectory, exprs)
     }
 
     /// Numbers of rows that are independent at a point, and the coordinates that they determine.
-    fn independent(&self, along: &mut Along) -> Option<(Vec<usize>, Vec<usize>)> {
-        let (r, values) = (self.r, self.at(along, &self.entries)?);
-        let field = &along.field.0;
+    fn independent(&self, trajectory: &mut GenericTrajectory) -> Option<(Vec<usize>, Vec<usize>)> {
+        let (r, values) = (self.r, self.at(trajectory, &self.entries)?);
+        let field = &trajectory.field.0;
         let at = |k: usize, i: usize| values[k * (r + 1) + i][0];
         let (_, own) = ModularMatrix::from_fn(r, self.count, |i, k| at(k, i)).echelon(field);
         let (_, pivots) = ModularMatrix::from_fn(own.len(), r, |k, i| at(own[k], i)).echelon(field);
@@ -169,26 +169,26 @@ impl Rows {
     }
 
     /// A generic motion on these rows, for as many coefficients.
-    fn follow(&self, along: &mut Along, own: &[usize], pivots: &[usize], terms: usize) -> Option<()> {
-        let field = along.field;
-        let mut random = along.point.random("motion");
+    fn follow(&self, trajectory: &mut GenericTrajectory, own: &[usize], pivots: &[usize], terms: usize) -> Option<()> {
+        let field = trajectory.field;
+        let mut random = trajectory.point.random("motion");
         for n in 1..terms {
-            let values = self.at(along, &self.entries)?;
+            let values = self.at(trajectory, &self.entries)?;
             let solved = self.solved(field, &values, own, pivots)?;
             for k in (0..=self.r).filter(|k| !pivots.contains(k)) {
                 let free = if k == self.r { u64::from(n == 1) } else { random.next_u64() };
-                along.motion[k].push(field.0.element(free));
+                trajectory.motion[k].push(field.0.element(free));
             }
             let over = field.0.inverse(field.0.element(n as u64));
             let rates: Vec<Option<Series>> =
-                along.motion.iter().map(|x| (x.len() > n).then(|| field.derivative(x))).collect();
+                trajectory.motion.iter().map(|x| (x.len() > n).then(|| field.derivative(x))).collect();
             for (a, pivot) in pivots.iter().enumerate() {
                 let mut rate = 0;
                 for (i, x) in rates.iter().enumerate() {
                     let Some(x) = x else { continue };
                     rate = field.0.minus(rate, field.product(&solved.form[a][i], x)[n - 1]);
                 }
-                along.motion[*pivot].push(field.0.times(rate, over));
+                trajectory.motion[*pivot].push(field.0.times(rate, over));
             }
         }
         Some(())
@@ -211,9 +211,9 @@ impl Rows {
             let inverse = field.inverse(&rows[a][*pivot])?;
             rows[a].iter_mut().for_each(|x| *x = field.product(x, &inverse));
             let row = rows[a].clone();
-            for other in (0..count).filter(|k| *k != a) {
-                let factor = rows[other][*pivot].clone();
-                for (x, y) in rows[other].iter_mut().zip(&row).filter(|(_, y)| y.iter().any(|y| *y != 0)) {
+            for target in (0..count).filter(|k| *k != a) {
+                let factor = rows[target][*pivot].clone();
+                for (x, y) in rows[target].iter_mut().zip(&row).filter(|(_, y)| y.iter().any(|y| *y != 0)) {
                     *x = field.difference(x, &field.product(&factor, y));
                 }
             }
@@ -224,13 +224,13 @@ impl Rows {
     }
 
     /// A basis of the λ over the rows whose covectors stay in the system, at one point.
-    fn last_derived(&self, along: &mut Along) -> Option<Found> {
-        let (own, pivots) = self.independent(along)?;
+    fn last_derived(&self, trajectory: &mut GenericTrajectory) -> Option<Found> {
+        let (own, pivots) = self.independent(trajectory)?;
         let (c, r, width) = (own.len(), self.r, self.r + 1);
-        self.follow(along, &own, &pivots, c + 2)?;
-        let field = along.field;
-        let entries = self.at(along, &self.entries)?;
-        let slopes = self.at(along, &self.slopes)?;
+        self.follow(trajectory, &own, &pivots, c + 2)?;
+        let field = trajectory.field;
+        let entries = self.at(trajectory, &self.entries)?;
+        let slopes = self.at(trajectory, &self.slopes)?;
         let solved = self.solved(field, &entries, &own, &pivots)?;
         let rest = |k: usize, i: usize| {
             field.difference(&field.derivative(&entries[own[k] * width + i]), &slopes[own[k] * r + i])
@@ -251,36 +251,37 @@ impl Rows {
             subtract(field, &mut next, &multiply(field, &m, &falls));
             falls = next;
         }
-        let there = ModularMatrix::from_fn(columns.len(), c, |k, j| columns[k][j]);
-        let kernel = if columns.is_empty() { ModularMatrix::identity(&field.0, c) } else { there.null_space(&field.0) };
+        let tangent = ModularMatrix::from_fn(columns.len(), c, |k, j| columns[k][j]);
+        let kernel =
+            if columns.is_empty() { ModularMatrix::identity(&field.0, c) } else { tangent.null_space(&field.0) };
         Some(Found::new(&field.0, self.count, width, &own, &kernel, &entries))
     }
 }
 
 /// Expressions of a model along a motion; none where a function is not known there.
-fn values(motion: &Motion, along: &mut Along, exprs: &[Expr]) -> Option<Vec<Series>> {
-    let (graph, r) = (&motion.graph, along.motion.len() - 1);
+fn values(motion: &Motion, trajectory: &mut GenericTrajectory, exprs: &[Expr]) -> Option<Vec<Series>> {
+    let (graph, r) = (&motion.graph, trajectory.motion.len() - 1);
     let time = motion.timed.time.and_then(|time| graph.symbol_of(time));
     let timed = motion.timed.symbols(graph);
-    let known: Vec<Value> = (0..=r).map(|k| along.coordinate(k)).collect();
-    let (field, terms, point) = (along.field, along.terms(), along.point);
-    let given = std::cell::Cell::new(false);
+    let derivatives: Vec<Value> = (0..=r).map(|k| trajectory.coordinate(k)).collect();
+    let (field, terms, point) = (trajectory.field, trajectory.terms(), trajectory.point);
+    let used_rate = std::cell::Cell::new(false);
     let symbol = |symbol: Symbol| {
         if let Some(k) = motion.symbols.iter().position(|own| *own == symbol) {
-            let rate = || field.derivative(&known[k - r].series);
-            return Some(if k < r { known[k].clone() } else { Value::of(rate()) });
+            let rate = || field.derivative(&derivatives[k - r].series);
+            return Some(if k < r { derivatives[k].clone() } else { Value::of(rate()) });
         }
         if Some(symbol) == time {
-            return Some(known[r].clone());
+            return Some(derivatives[r].clone());
         }
         // A function of time, or what a block answers: any.
         let number = timed.iter().position(|own| *own == symbol)? as u64;
         let mut random = point.random(&format!("function {number}"));
-        given.set(true);
+        used_rate.set(true);
         Some(Value::of((0..terms).map(|_| field.0.element(random.next_u64())).collect()))
     };
-    let found = lower(graph, exprs, along, symbol);
-    along.loose |= given.get();
+    let found = lower(graph, exprs, trajectory, symbol);
+    trajectory.loose |= used_rate.get();
     found.into_iter().map(|value| Some(value?.series)).collect()
 }
 
@@ -309,7 +310,7 @@ struct Found {
     /// A basis of factors of the rows.
     factors: Vec<Vec<Residue>>,
     /// Whether each row is among what it spans.
-    holds: Vec<bool>,
+    satisfied: Vec<bool>,
     /// How many rows are independent there.
     rank: usize,
 }
@@ -337,21 +338,21 @@ impl Found {
             }
             covectors.push(sum);
         }
-        let holds = |k: usize| {
+        let satisfied = |k: usize| {
             let last = row(k);
             let all =
                 ModularMatrix::from_fn(spanned + 1, width, |i, j| if i < spanned { covectors[i][j] } else { last[j] });
             all.echelon(field).1.len() == spanned
         };
-        Self { holds: (0..count).map(holds).collect(), factors, rank: own.len() }
+        Self { satisfied: (0..count).map(satisfied).collect(), factors, rank: own.len() }
     }
 
     /// The factors that are small fractions.
     fn fractions(&self, field: &PrimeField) -> Vec<Vec<Rational>> {
         let of = |factors: &Vec<Residue>| {
-            let mut known = Reconstruction::new();
-            known.add(field.prime(), &factors.iter().map(|x| field.value(*x)).collect::<Vec<_>>());
-            known.fractions()
+            let mut reconstruction = Reconstruction::new();
+            reconstruction.add(field.prime(), &factors.iter().map(|x| field.value(*x)).collect::<Vec<_>>());
+            reconstruction.fractions()
         };
         self.factors.iter().filter_map(of).collect()
     }
@@ -371,43 +372,43 @@ pub(super) fn integrable(reduced: &Reduced) -> Integrals {
     }
     let closed: Vec<bool> = (0..rows.count).map(|row| rows.is_closed(row)).collect();
     let mut random = Random::unforeseen(rows.entries.len() as u64);
-    let (mut points, mut wanted, mut sides) = (Vec::new(), POINTS, 1);
-    while points.len() < wanted {
-        let Some((along, there)) = drawn_point(&rows, &mut random) else { break };
-        sides = sides.max(along.sides.values().product());
-        wanted = wanted.max(if sides > 1 { sides.saturating_mul(POINTS_OF_SIDES) } else { POINTS });
-        points.push((along, there));
-        if wanted > MOST_POINTS {
+    let (mut points, mut needed, mut sides) = (Vec::new(), POINTS, 1);
+    while points.len() < needed {
+        let Some((trajectory, point)) = drawn_point(&rows, &mut random) else { break };
+        sides = sides.max(trajectory.sides.values().product());
+        needed = needed.max(if sides > 1 { sides.saturating_mul(POINTS_OF_SIDES) } else { POINTS });
+        points.push((trajectory, point));
+        if needed > MOST_POINTS {
             break;
         }
     }
-    let complete = points.len() >= wanted;
+    let complete = points.len() >= needed;
     // Where fewer rows are independent than elsewhere nothing is decided.
-    let rank = points.iter().map(|(_, there)| there.rank).max().unwrap_or(0);
-    points.retain(|(_, there)| there.rank == rank);
+    let rank = points.iter().map(|(_, point)| point.rank).max().unwrap_or(0);
+    points.retain(|(_, point)| point.rank == rank);
     let accident = if complete { rows.accident(points.len(), sides as f64) } else { 1.0 };
-    let mut told = ToldPoints { field: drawn_field(&mut random), rank, points: None };
+    let mut display = DisplayPoints { field: drawn_field(&mut random), rank, points: None };
     let mut of_row = |row: usize| -> Integrable {
         if closed[row] {
             return Integrable::Closed;
         }
-        match points.iter().find(|(_, there)| !there.holds[row]) {
+        match points.iter().find(|(_, point)| !point.satisfied[row]) {
             None if accident < MOST_ACCIDENTAL => Integrable::AtAllPoints(points.len(), accident),
             None => Integrable::NotDecided("a function in it has no value at the points drawn, or too many sides"),
-            Some((along, _)) if along.loose => {
+            Some((trajectory, _)) if trajectory.loose => {
                 Integrable::NotDecided("a function in it is no algebraic one of coordinates, sines and cosines")
             }
             Some(_) if rows.rounded => Integrable::NotDecided("a number in it is rounded to 16 digits"),
-            Some(_) => Integrable::No(told.in_words(&rows, row)),
+            Some(_) => Integrable::No(display.describe(&rows, row)),
         }
     };
     let found: Vec<Integrable> = (0..rows.count).map(&mut of_row).collect();
     let is_decided = accident < MOST_ACCIDENTAL && !found.iter().any(|one| matches!(one, Integrable::NotDecided(_)));
-    let relations = points.iter().map(|(_, there)| there.factors.len()).min().filter(|_| is_decided);
-    let mut bases = points.iter().map(|(along, there)| there.fractions(&along.field.0));
+    let relations = points.iter().map(|(_, point)| point.factors.len()).min().filter(|_| is_decided);
+    let mut bases = points.iter().map(|(trajectory, point)| point.fractions(&trajectory.field.0));
     let first = bases.next().unwrap_or_default();
-    let others: Vec<Vec<Vec<Rational>>> = bases.collect();
-    let same = first.iter().filter(|factors| others.iter().all(|basis| basis.contains(factors)));
+    let further_bases: Vec<Vec<Vec<Rational>>> = bases.collect();
+    let same = first.iter().filter(|factors| further_bases.iter().all(|basis| basis.contains(factors)));
     let several = same.filter(|factors| factors.iter().filter(|factor| !factor.is_zero()).count() > 1);
     let sums = several.filter_map(|factors| sum_of_rows(&rows, factors)).collect();
     Integrals { rows: found, relations, sums }
@@ -422,15 +423,15 @@ pub(super) fn drawn_values(
     exprs: &[Expr],
 ) -> Option<Vec<Residue>> {
     let mut at_one = |_| {
-        let mut along = Along::new(field, Point::Drawn(random.next_u64()), r);
-        for _ in 0..MOST_PARTED {
-            if let Some(found) = values(motion, &mut along, exprs) {
+        let mut trajectory = GenericTrajectory::new(field, Point::Drawn(random.next_u64()), r);
+        for _ in 0..MOST_SUBDIVISIONS {
+            if let Some(found) = values(motion, &mut trajectory, exprs) {
                 return found.into_iter().map(|series| series.first().copied()).collect();
             }
-            if !along.parted {
+            if !trajectory.subdivided {
                 return None;
             }
-            along.begin_again();
+            trajectory.begin_again();
         }
         None
     };
@@ -438,40 +439,40 @@ pub(super) fn drawn_values(
 }
 
 /// The test at a point that is drawn, with the motion that it took.
-fn drawn_point(rows: &Rows, random: &mut Random) -> Option<(Along, Found)> {
+fn drawn_point(rows: &Rows, random: &mut Random) -> Option<(GenericTrajectory, Found)> {
     let field = drawn_field(random);
     (0..MOST_DRAWN).find_map(|_| at_point(rows, field, Point::Drawn(random.next_u64())))
 }
 
 /// Points that can be told, once one is asked for.
-struct ToldPoints {
+struct DisplayPoints {
     field: PrimeField,
     rank: usize,
-    points: Option<Vec<(Along, Found)>>,
+    points: Option<Vec<(GenericTrajectory, Found)>>,
 }
 
-impl ToldPoints {
+impl DisplayPoints {
     /// Where a row does not vanish, in words.
-    fn in_words(&mut self, rows: &Rows, row: usize) -> String {
-        let at = |number| at_point(rows, self.field, Point::Told(number));
-        let points = self.points.get_or_insert_with(|| (0..TOLD).filter_map(at).collect());
-        let found = points.iter_mut().find(|(_, there)| there.rank == self.rank && !there.holds[row]);
-        found.map_or_else(|| "drawn modulo a prime".into(), |(along, _)| in_words(rows, along))
+    fn describe(&mut self, rows: &Rows, row: usize) -> String {
+        let at = |number| at_point(rows, self.field, Point::Display(number));
+        let points = self.points.get_or_insert_with(|| (0..DISPLAY_POINTS).filter_map(at).collect());
+        let found = points.iter_mut().find(|(_, point)| point.rank == self.rank && !point.satisfied[row]);
+        found.map_or_else(|| "drawn modulo a prime".into(), |(trajectory, _)| describe(rows, trajectory))
     }
 }
 
 /// The test at one point, with the motion that it took.
-fn at_point(rows: &Rows, field: PrimeField, point: Point) -> Option<(Along, Found)> {
-    let mut along = Along::new(field, point, rows.r);
-    for _ in 0..MOST_PARTED {
-        let found = rows.last_derived(&mut along);
+fn at_point(rows: &Rows, field: PrimeField, point: Point) -> Option<(GenericTrajectory, Found)> {
+    let mut trajectory = GenericTrajectory::new(field, point, rows.r);
+    for _ in 0..MOST_SUBDIVISIONS {
+        let found = rows.last_derived(&mut trajectory);
         if let Some(found) = found {
-            return Some((along, found));
+            return Some((trajectory, found));
         }
-        if !along.parted {
+        if !trajectory.subdivided {
             return None;
         }
-        along.begin_again();
+        trajectory.begin_again();
     }
     None
 }
@@ -501,12 +502,12 @@ fn sum_of_rows(rows: &Rows, factors: &[Rational]) -> Option<Sum> {
 pub type Sum = (Vec<Rational>, Vec<(usize, Rational)>);
 
 /// A point by the numbers that the rows take there.
-fn in_words(rows: &Rows, along: &mut Along) -> String {
-    let (graph, point) = (&rows.motion.graph, along.point);
+fn describe(rows: &Rows, trajectory: &mut GenericTrajectory) -> String {
+    let (graph, point) = (&rows.motion.graph, trajectory.point);
     let all: Vec<Expr> = rows.entries.iter().chain(&rows.slopes).copied().collect();
     let used: BTreeSet<Symbol> = graph.symbols(&all).into_iter().collect();
-    let values = rows.at(along, &rows.entries);
-    let mut words = Vec::new();
+    let values = rows.at(trajectory, &rows.entries);
+    let mut conditions = Vec::new();
     for i in 0..=rows.r {
         let symbol = if i < rows.r {
             Some(rows.motion.symbols[i])
@@ -515,20 +516,20 @@ fn in_words(rows: &Rows, along: &mut Along) -> String {
         };
         let Some(symbol) = symbol.filter(|symbol| used.contains(symbol)) else { continue };
         let name = graph.name(symbol).0.to_string();
-        let before = along.motion[i].clone();
-        along.motion[i][0] = along.field.0.plus(before[0], along.field.0.one());
-        let by_itself = rows.at(along, &rows.entries) != values;
-        along.motion[i] = before;
-        let Point::Told(number) = point else { continue };
-        let own = format!("{name} = {}", value_there(number, i));
-        let tangents = along.tangents(i, &name).join(", ");
-        words.push(match (by_itself, tangents.is_empty()) {
+        let before = trajectory.motion[i].clone();
+        trajectory.motion[i][0] = trajectory.field.0.plus(before[0], trajectory.field.0.one());
+        let by_itself = rows.at(trajectory, &rows.entries) != values;
+        trajectory.motion[i] = before;
+        let Point::Display(number) = point else { continue };
+        let own = format!("{name} = {}", value_at_point(number, i));
+        let tangents = trajectory.tangents(i, &name).join(", ");
+        conditions.push(match (by_itself, tangents.is_empty()) {
             (false, _) => tangents,
             (true, true) => own,
             // No relation over the rationals ties an angle to its tangent.
             (true, false) => format!("{own} and, as a number of its own, {tangents}"),
         });
     }
-    words.retain(|words| !words.is_empty());
-    words.join(", ")
+    conditions.retain(|conditions| !conditions.is_empty());
+    conditions.join(", ")
 }

@@ -174,8 +174,8 @@ pub fn eliminate_massless(
     let (k, width) = (finite.columns(), infinite.columns());
     let follows = following(&e, &a, &b, &finite, &infinite);
     for (order, follow) in follows.iter().enumerate().skip(1).rev() {
-        let seen = c.multiply(follow);
-        let place = (0..p).flat_map(|i| (0..m).map(move |j| (i, j))).find(|place| !seen[*place].is_zero());
+        let output_map = c.multiply(follow);
+        let place = (0..p).flat_map(|i| (0..m).map(move |j| (i, j))).find(|place| !output_map[*place].is_zero());
         if let Some((i, j)) = place {
             return Err(MasslessError::InputDerivative {
                 output: outputs[i].clone(),
@@ -243,11 +243,11 @@ fn choose_states(
     let rows = Matrix::from_fn(candidates.len(), n, |i, j| candidates[i].1[(0, j)].clone());
     // Pivot columns of the transpose are the first independent rows.
     let images = rows.multiply(finite).transpose();
-    let kept = echelon(&images, &(0..candidates.len()).collect::<Vec<_>>()).pivots;
-    assert_eq!(kept.len(), k, "z is determined by what inputs do not move at once");
+    let retained = echelon(&images, &(0..candidates.len()).collect::<Vec<_>>()).pivots;
+    assert_eq!(retained.len(), k, "z is determined by what inputs do not move at once");
     let (mut states, mut definitions) = (Vec::new(), Vec::new());
     let mut chosen = Matrix::<Rational>::zeros(k, n);
-    for (row, candidate) in kept.iter().enumerate() {
+    for (row, candidate) in retained.iter().enumerate() {
         let (original, functional) = &candidates[*candidate];
         let mut functional: Vec<Rational> = functional.row(0).to_vec();
         match original {

@@ -37,12 +37,12 @@ mod zeros;
 
 pub use bases::{BasisError, bases, eigenvalue_bounds, gram_schmidt};
 pub use box_proof::{BoxProof, PencilBox, prove_box};
-pub use class::{class, kept_constraints};
+pub use class::{class, multiplier_constraint_classes};
 pub use constraint_forces::constraint_forces;
 pub use construction::{MOST_CONSTRUCTED, construction};
 pub use dependent::{Dependent, dependent_row};
-pub use descriptor::{DescriptorError, MOST_VARIABLES, SingularPencil, TakenApart, descriptor};
-pub use detect::{Goal, MOST_EXACT, SmallestSets, Transfer, constant_is_seen, smallest_sets};
+pub use descriptor::{DecomposedDescriptor, DescriptorError, MOST_VARIABLES, SingularPencil, descriptor};
+pub use detect::{Goal, MOST_EXACT, SmallestSets, Transfer, constant_is_detectable, smallest_sets};
 pub use distance::{MOST_FROM_BELOW, MOST_STATES, distance_of_matrices};
 pub use failing::{Mechanics, failing_modes};
 pub use family::{Family, Parameter, Pencil, SystemAt, uncontrollability_pencil};
@@ -51,7 +51,9 @@ pub use massless::{Eliminated, MasslessError, combination, eliminate_massless, m
 pub use modes::{
     exact_modes, exact_modes_beside, exact_modes_of_pencil, mode_of_motion, modes, modes_of_pencil, needs_modes,
 };
-pub use parity::{Broken, Fault, Known, Relation, StaticRelations, relation_holds, relations, static_relations};
+pub use parity::{
+    Broken, Fault, ParitySignal, Relation, StaticRelations, relation_is_satisfied, relations, static_relations,
+};
 pub use pencil::{OutputSignal, linear_system};
 pub use placement::{Candidate, Measure, place, with_candidates};
 pub use properties::{modular_properties, properties, stability_proofs};

@@ -5,7 +5,7 @@ use crate::num::{Matrix, Rational, Scalar, echelon, exact_rank};
 
 /// A signal of a relation: what a sensor reads, or what is commanded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Known {
+pub enum ParitySignal {
     /// An output of the system.
     Output(usize),
     /// An input that is known.
@@ -16,7 +16,7 @@ pub enum Known {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Relation {
     /// Signal, derivative, coefficient; none is zero.
-    pub terms: Vec<(Known, usize, Rational)>,
+    pub terms: Vec<(ParitySignal, usize, Rational)>,
 }
 
 impl Relation {
@@ -55,8 +55,10 @@ const MOST_SETS: usize = 20_000;
 /// rate. Minimal dependent sets are the circuits of their matroid: of the relations those whose set of signals is least, found by
 /// demanding zeros until one is left. Exact.
 pub fn static_relations(system: &LinearSystem, known: &[usize]) -> StaticRelations {
-    let signals: Vec<Known> =
-        (0..system.outputs.len()).map(Known::Output).chain(known.iter().map(|&j| Known::Input(j))).collect();
+    let signals: Vec<ParitySignal> = (0..system.outputs.len())
+        .map(ParitySignal::Output)
+        .chain(known.iter().map(|&j| ParitySignal::Input(j)))
+        .collect();
     let rows = stack(&signals.iter().map(|signal| row_of(system, *signal)).collect::<Vec<_>>(), &rateless(system));
     let found = left_null(&rows);
     let over_signals = Matrix::from_fn(found.rows(), signals.len(), |i, j| found[(i, j)].clone());
@@ -70,7 +72,7 @@ pub fn static_relations(system: &LinearSystem, known: &[usize]) -> StaticRelatio
 }
 
 /// Whether a static relation holds for a system with the same signals.
-pub fn relation_holds(system: &LinearSystem, relation: &Relation) -> bool {
+pub fn relation_is_satisfied(system: &LinearSystem, relation: &Relation) -> bool {
     let mut sum = vec![Rational::ZERO; system.states.len() + system.inputs.len()];
     for (signal, _, factor) in &relation.terms {
         for (sum, x) in sum.iter_mut().zip(row_of(system, *signal)).filter(|(_, x)| !x.is_zero()) {
@@ -85,11 +87,11 @@ pub fn relation_holds(system: &LinearSystem, relation: &Relation) -> bool {
 }
 
 /// A signal over states and inputs.
-fn row_of(system: &LinearSystem, signal: Known) -> Vec<Rational> {
+fn row_of(system: &LinearSystem, signal: ParitySignal) -> Vec<Rational> {
     let (n, m) = (system.states.len(), system.inputs.len());
     match signal {
-        Known::Output(k) => system.c.row(k).iter().chain(system.d.row(k)).cloned().collect(),
-        Known::Input(k) => (0..n + m).map(|j| if j == n + k { Rational::ONE } else { Rational::ZERO }).collect(),
+        ParitySignal::Output(k) => system.c.row(k).iter().chain(system.d.row(k)).cloned().collect(),
+        ParitySignal::Input(k) => (0..n + m).map(|j| if j == n + k { Rational::ONE } else { Rational::ZERO }).collect(),
     }
 }
 
@@ -140,7 +142,7 @@ fn circuits(span: &Matrix<Rational>) -> (Vec<Vec<Rational>>, bool) {
         let combined =
             weights.transpose().multiply(&Matrix::from_fn(d, span.columns(), |i, j| basis.form[(i, j)].clone()));
         let circuit = combined.row(0).to_vec();
-        let same = |other: &Vec<Rational>| other.iter().zip(&circuit).all(|(a, b)| a.is_zero() == b.is_zero());
+        let same = |candidate: &Vec<Rational>| candidate.iter().zip(&circuit).all(|(a, b)| a.is_zero() == b.is_zero());
         if !found.iter().any(same) {
             found.push(circuit);
         }
@@ -196,7 +198,8 @@ const MOST_ROWS: usize = 160;
 pub fn relations(system: &LinearSystem, faults: &[Fault], known: &[usize], unknown: &[usize]) -> Vec<Option<Broken>> {
     let (n, p) = (system.states.len(), system.outputs.len());
     let mut out: Vec<Option<Broken>> = vec![None; faults.len()];
-    let others: Vec<usize> = (0..system.inputs.len()).filter(|j| !known.contains(j) && !unknown.contains(j)).collect();
+    let open_inputs: Vec<usize> =
+        (0..system.inputs.len()).filter(|j| !known.contains(j) && !unknown.contains(j)).collect();
     for order in 0..=n {
         let stacked = Stacked { system, order };
         if (order + 1) * (n + p) > MOST_ROWS || out.iter().all(Option::is_some) {
@@ -207,7 +210,7 @@ pub fn relations(system: &LinearSystem, faults: &[Fault], known: &[usize], unkno
             let seeing = rows.iter().filter(|row| stacked.sees(row, *fault));
             let seeing = seeing.map(|row| (stacked.relation(row, known), row));
             *found = seeing.min_by_key(|(relation, _)| relation.terms.len()).map(|(relation, row)| {
-                let moved_by = others.iter().copied().filter(|&j| stacked.sees(row, Fault::Input(j)));
+                let moved_by = open_inputs.iter().copied().filter(|&j| stacked.sees(row, Fault::Input(j)));
                 Broken { relation, moved_by: moved_by.collect() }
             });
         }
@@ -265,7 +268,7 @@ impl Stacked<'_> {
         let driven: Vec<Vec<Rational>> =
             (0..levels).rev().flat_map(|k| known.iter().map(move |&u| self.input(u, k))).collect();
         let width = self.outputs() + driven.len();
-        let seen = Matrix::from_fn(null.rows(), width + null.columns(), |i, j| {
+        let signal_rows = Matrix::from_fn(null.rows(), width + null.columns(), |i, j| {
             let dot = |column: &[Rational]| {
                 let products = null.row(i).iter().zip(column).filter(|(w, x)| !w.is_zero() && !x.is_zero());
                 products.fold(Rational::ZERO, |sum, (w, x)| sum.plus(&w.times(x)))
@@ -276,7 +279,7 @@ impl Stacked<'_> {
                 None => dot(&driven[j - self.outputs()]),
             }
         });
-        let simple = echelon(&seen, &(0..width).collect::<Vec<_>>());
+        let simple = echelon(&signal_rows, &(0..width).collect::<Vec<_>>());
         (0..simple.rank()).map(|i| simple.form.row(i)[width..].to_vec()).collect()
     }
 
@@ -295,10 +298,11 @@ impl Stacked<'_> {
 
     fn relation(&self, row: &[Rational], known: &[usize]) -> Relation {
         let p = self.system.outputs.len();
-        let read = (0..self.outputs()).map(|i| (Known::Output(i % p), i / p, row[i].clone()));
+        let read = (0..self.outputs()).map(|i| (ParitySignal::Output(i % p), i / p, row[i].clone()));
         let driven = known.iter().flat_map(|&j| (0..=self.order).map(move |level| (j, level)));
-        let driven = driven
-            .map(|(j, level)| (Known::Input(j), level, Rational::ZERO.minus(&self.dot(row, &self.input(j, level)))));
+        let driven = driven.map(|(j, level)| {
+            (ParitySignal::Input(j), level, Rational::ZERO.minus(&self.dot(row, &self.input(j, level))))
+        });
         Relation { terms: read.chain(driven).filter(|(_, _, x)| !x.is_zero()).collect() }.normalised()
     }
 }
@@ -346,10 +350,10 @@ mod tests {
             LinearSystem::state_space(matrix(&[&[0, 1], &[0, 0]]), matrix(&[&[0], &[1]]), matrix(&[&[1, 0], &[0, 1]]));
         assert_eq!(static_relations(&system, &[0]).relations, []);
         let found = relations(&system, &[Fault::Output(0), Fault::Output(1), Fault::Input(0)], &[0], &[]);
-        let of = |terms: &[(Known, usize, i64)]| {
+        let of = |terms: &[(ParitySignal, usize, i64)]| {
             Some(Relation { terms: terms.iter().map(|(k, d, x)| (*k, *d, Rational::from(*x))).collect() })
         };
-        let [y, v, u] = [Known::Output(0), Known::Output(1), Known::Input(0)];
+        let [y, v, u] = [ParitySignal::Output(0), ParitySignal::Output(1), ParitySignal::Input(0)];
         let found: Vec<Option<Relation>> = found.into_iter().map(|one| Some(one?.relation)).collect();
         assert_eq!(found[0], of(&[(y, 1, 1), (v, 0, -1)]));
         assert_eq!(found[2], of(&[(v, 1, 1), (u, 0, -1)]));

@@ -37,8 +37,8 @@ pub fn linear_system(
         .map(|terms| sum_of_outer(terms.iter().map(|term| (project(&term.row, &rows), term.value.clone())), r));
     let [damping, stiffness] = with_loads(system, &rows, [damping, stiffness]);
     let mut input = Matrix::<Rational>::zeros(r, system.inputs.len());
-    for (k, along) in system.inputs.iter().enumerate() {
-        project(&along.row, &rows).into_iter().for_each(|(j, x)| input[(j, k)] = x);
+    for (k, input_term) in system.inputs.iter().enumerate() {
+        project(&input_term.row, &rows).into_iter().for_each(|(j, x)| input[(j, k)] = x);
     }
     let (e, a) = first_order(&inertia, &damping, &stiffness);
     let m = system.inputs.len();

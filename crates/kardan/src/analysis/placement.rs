@@ -220,10 +220,10 @@ fn greedy(all: &[usize], n: usize, rank: &impl Fn(&[usize]) -> usize, tried: &mu
         set.push(best);
     }
     for k in set.clone() {
-        let without: Vec<usize> = set.iter().copied().filter(|&other| other != k).collect();
+        let reduced_set: Vec<usize> = set.iter().copied().filter(|&candidate| candidate != k).collect();
         *tried += 1;
-        if rank(&without) == n {
-            set = without;
+        if rank(&reduced_set) == n {
+            set = reduced_set;
         }
     }
     set.sort_unstable();
@@ -304,9 +304,9 @@ mod tests {
             sets.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.cost.total_cmp(&b.cost)));
             mark_efficient(&mut sets);
             for set in &sets {
-                let surpassed = sets.iter().any(|other| {
-                    (other.score >= set.score && other.cost < set.cost)
-                        || (other.score > set.score && other.cost <= set.cost)
+                let surpassed = sets.iter().any(|rival| {
+                    (rival.score >= set.score && rival.cost < set.cost)
+                        || (rival.score > set.score && rival.cost <= set.cost)
                 });
                 assert_eq!(set.efficient, !surpassed, "{set:?} of {sets:?}");
             }

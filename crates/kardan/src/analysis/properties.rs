@@ -38,9 +38,9 @@ pub fn properties(
     discrete: bool,
 ) -> SystemProperties {
     let certified = structure.certificate.proven;
-    let alone = is_alone(system, structure);
+    let is_unforced = has_no_ports(system, structure);
     let blocks = blocks(system, structure, realisations);
-    let order = realisations.map(|found| found.minimal.a.rows()).or(alone.then_some(system.states.len()));
+    let order = realisations.map(|found| found.minimal.a.rows()).or(is_unforced.then_some(system.states.len()));
     let roots_of = |chosen: &[usize]| {
         let blocks = blocks.as_ref()?;
         Some(chosen.iter().fold(Polynomial::constant(Rational::ONE), |all, &k| all.times(&blocks[k])))
@@ -58,7 +58,7 @@ pub fn properties(
         input_output_decoupling_zeros: zeros(&[2]),
         transmission_zeros: match realisations {
             Some(found) => transmission_zeros(structure, &found.minimal),
-            None => alone.then(|| described_zeros(&structure.zeros)),
+            None => is_unforced.then(|| described_zeros(&structure.zeros)),
         },
         controllability_indices: indices(system, certified),
         observability_indices: indices(&system.transpose(), certified),
@@ -77,9 +77,10 @@ pub fn stability_proofs(
     let proof = |chosen: &[usize]| {
         let blocks = blocks.as_ref()?;
         let polynomial = chosen.iter().fold(Polynomial::constant(Rational::ONE), |all, &k| all.times(&blocks[k]));
-        let turned = if discrete { cayley(&polynomial) } else { polynomial.clone() };
+        let transformed = if discrete { cayley(&polynomial) } else { polynomial.clone() };
         // Where the degree falls a root at z = −1 has gone to infinity.
-        let column = if turned.degree() < polynomial.degree() { vec![Rational::ZERO] } else { routh_column(&turned) };
+        let column =
+            if transformed.degree() < polynomial.degree() { vec![Rational::ZERO] } else { routh_column(&transformed) };
         Some(StabilityProof {
             polynomial: polynomial.to_string(),
             routh: column.iter().map(ToString::to_string).collect(),
@@ -104,7 +105,7 @@ pub fn modular_properties(system: &LinearSystem, found: &SystemProperties) -> Ve
 }
 
 /// Whether a system of few states is minimal: its one block is known without its coordinates.
-fn is_alone(system: &LinearSystem, structure: &Structure) -> bool {
+fn has_no_ports(system: &LinearSystem, structure: &Structure) -> bool {
     structure.minimality() == Some(true) && system.states.len() <= MOST_TRANSFORMED
 }
 
@@ -118,7 +119,7 @@ fn blocks(
     let whole = || Some(vec![one(), characteristic(&system.explicit()?.a)?, one(), one()]);
     match realisations {
         Some(found) => (0..4).map(|block| characteristic(&found.kalman.diagonal(block))).collect(),
-        None => is_alone(system, structure).then(whole).flatten(),
+        None => has_no_ports(system, structure).then(whole).flatten(),
     }
 }
 
@@ -128,16 +129,16 @@ fn characteristic(a: &Matrix<Rational>) -> Option<Polynomial> {
     if n == 0 {
         return Some(Polynomial::constant(Rational::ONE));
     }
-    let alone = whole(&LinearSystem::state_space(a.clone(), Matrix::zeros(n, 0), Matrix::zeros(0, n)));
-    let needed = (norm_bits(&alone) + 2).div_ceil(60) as usize;
-    let mut known = Reconstruction::new();
-    let images = (needed <= MOST_PRIMES).then(|| Primes::new(fingerprint(&alone)))?;
-    for image in images.filter_map(|prime| Image::new(&alone, prime)).take(needed) {
+    let is_unforced = whole(&LinearSystem::state_space(a.clone(), Matrix::zeros(n, 0), Matrix::zeros(0, n)));
+    let needed = (norm_bits(&is_unforced) + 2).div_ceil(60) as usize;
+    let mut reconstruction = Reconstruction::new();
+    let images = (needed <= MOST_PRIMES).then(|| Primes::new(fingerprint(&is_unforced)))?;
+    for image in images.filter_map(|prime| Image::new(&is_unforced, prime)).take(needed) {
         let monic = image.g.characteristic_polynomial(&image.field);
         let scaled = |x: &Residue| image.field.value(image.field.times(*x, image.determinant));
-        known.add(image.field.prime(), &monic.iter().map(scaled).collect::<Vec<_>>());
+        reconstruction.add(image.field.prime(), &monic.iter().map(scaled).collect::<Vec<_>>());
     }
-    Some(Polynomial::new(known.integers().into_iter().map(Rational::from).collect()).monic())
+    Some(Polynomial::new(reconstruction.integers().into_iter().map(Rational::from).collect()).monic())
 }
 
 /// Whether all roots are inside the border of stability.
@@ -212,13 +213,13 @@ pub(super) fn orders_at_infinity(system: &LinearSystem, certified: bool) -> Opti
     let image = Images::unforeseen(system).get(0)?;
     let (n, p, m) = (system.states.len(), system.outputs.len(), system.inputs.len());
     let full = super::zeros::ZeroStructure::of(&image).rank - n;
-    let (mut orders, mut before, mut known) = (Vec::new(), 0, 0);
+    let (mut orders, mut before, mut counted) = (Vec::new(), 0, 0);
     let exact = is_exact(n, certified)?.then(|| system.explicit()).flatten();
     let mut exact = exact.map(|explicit| (vec![explicit.d], explicit.a, explicit.b, explicit.c));
     let mut markov = vec![image.d.clone()];
     let mut reached = image.b.clone();
     for order in 0..=n {
-        if known == full {
+        if counted == full {
             break;
         }
         if order > 0 {
@@ -238,8 +239,8 @@ pub(super) fn orders_at_infinity(system: &LinearSystem, certified: bool) -> Opti
             _ => toeplitz_rank(&image, &markov, [p, m]),
         };
         let at_most = rank - before;
-        orders.extend(std::iter::repeat_n(order, at_most - known));
-        (before, known) = (rank, at_most);
+        orders.extend(std::iter::repeat_n(order, at_most - counted));
+        (before, counted) = (rank, at_most);
     }
     Some(orders)
 }

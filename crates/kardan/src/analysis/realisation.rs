@@ -33,11 +33,11 @@ pub fn realisations(system: &LinearSystem, certificate: &Certificate) -> Option<
         return None;
     }
     let explicit = system.explicit()?;
-    let (reached, seen) = (certificate.reached.as_ref()?, certificate.seen.as_ref()?);
-    let (rank, seen_rank) = (reached.columns.len(), seen.columns.len());
+    let (reached, observable) = (certificate.reached.as_ref()?, certificate.observable.as_ref()?);
+    let (rank, observable_rank) = (reached.columns.len(), observable.columns.len());
     let unreached = rows(certificate.unreached.as_ref(), n - rank, n)?.multiply(&system.e);
     let reachable = echelon(&unreached, &(0..n).collect::<Vec<_>>()).kernel();
-    let hidden = rows(certificate.unseen.as_ref(), n - seen_rank, n)?.transpose();
+    let hidden = rows(certificate.unobservable.as_ref(), n - observable_rank, n)?.transpose();
     let parts = kalman_basis(&reachable, &hidden);
     let names = ["reached, not seen", "reached and seen", "neither reached nor seen", "seen, not reached"];
     let kalman = transformed(&explicit, &parts, names.map(String::from).into())?;
@@ -70,10 +70,10 @@ fn beside(parts: &[&Matrix<Rational>], n: usize) -> Matrix<Rational> {
     Matrix::from_fn(n, columns.len(), |i, j| parts[columns[j].0][(i, columns[j].1)].clone())
 }
 
-/// The columns of `more` that do not depend on those of `given` and on each other.
-fn completing(given: &Matrix<Rational>, more: &Matrix<Rational>) -> Matrix<Rational> {
-    let (n, first) = (more.rows(), given.columns());
-    let both = beside(&[given, more], n);
+/// The columns of `more` that do not depend on those of `basis` and on each other.
+fn completing(basis: &Matrix<Rational>, more: &Matrix<Rational>) -> Matrix<Rational> {
+    let (n, first) = (more.rows(), basis.columns());
+    let both = beside(&[basis, more], n);
     let pivots = echelon(&both, &(0..both.columns()).collect::<Vec<_>>()).pivots;
     let new: Vec<usize> = pivots.into_iter().filter(|&j| j >= first).collect();
     Matrix::from_fn(n, new.len(), |i, j| both[(i, new[j])].clone())
@@ -88,10 +88,10 @@ fn kalman_basis(reachable: &Matrix<Rational>, hidden: &Matrix<Rational>) -> [Mat
     let weights = Matrix::from_fn(r, kernel.columns(), |i, j| kernel[(i, j)].clone());
     let common = reachable.multiply(&weights);
     let common = completing(&Matrix::zeros(n, 0), &common);
-    let seen = completing(&common, reachable);
+    let observable = completing(&common, reachable);
     let neither = completing(&common, hidden);
-    let rest = completing(&beside(&[&common, &seen, &neither], n), &Matrix::identity(n));
-    [common, seen, neither, rest]
+    let rest = completing(&beside(&[&common, &observable, &neither], n), &Matrix::identity(n));
+    [common, observable, neither, rest]
 }
 
 /// The system in the coordinates z of `x = T z`.
@@ -130,10 +130,10 @@ fn staircase(system: &LinearSystem, columns: impl Iterator<Item = (usize, usize)
     let n = system.states.len();
     let mut blocks: Vec<Matrix<Rational>> = Vec::new();
     let mut power_of_b = system.b.clone();
-    let mut wanted: Vec<(usize, usize)> = columns.collect();
-    wanted.sort_by_key(|(_, power)| *power);
+    let mut ordered: Vec<(usize, usize)> = columns.collect();
+    ordered.sort_by_key(|(_, power)| *power);
     for power in 0.. {
-        let chosen: Vec<usize> = wanted.iter().filter(|(_, k)| *k == power).map(|(input, _)| *input).collect();
+        let chosen: Vec<usize> = ordered.iter().filter(|(_, k)| *k == power).map(|(input, _)| *input).collect();
         if chosen.is_empty() {
             break;
         }

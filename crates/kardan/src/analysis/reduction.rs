@@ -2,7 +2,7 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
 use super::{ConstrainedSystem, LoadSlopes};
-use crate::assemble::Along;
+use crate::assemble::DirectionalTerm;
 use crate::num::{Rational, SparseRow, project, rational_to_f64, sparse_echelon};
 
 /// A system in chosen coordinates, exact and sparse: `H_r q̈_r + D_r q̇_r + S_r q_r = F_r τ` \[diss. (4.37)\].
@@ -81,20 +81,20 @@ impl Reduction {
 /// If `preferred` or a term names a shaft that does not exist, or `preferred` names one twice.
 pub fn reduction(system: &ConstrainedSystem, preferred: &[usize]) -> Reduction {
     let n = system.coordinates.len();
-    let mut wanted = vec![false; n];
+    let mut is_preferred = vec![false; n];
     for &shaft in preferred {
-        assert!(!wanted[shaft], "shaft {shaft} is preferred twice");
-        wanted[shaft] = true;
+        assert!(!is_preferred[shaft], "shaft {shaft} is preferred twice");
+        is_preferred[shaft] = true;
     }
     // Columns late in the order stay free.
-    let mut order: Vec<usize> = (0..n).rev().filter(|&shaft| !wanted[shaft]).collect();
+    let mut order: Vec<usize> = (0..n).rev().filter(|&shaft| !is_preferred[shaft]).collect();
     order.extend(preferred.iter().rev());
     let eliminated = sparse_echelon(system.constraints.iter().map(|c| &c.row), &order);
     let free = |shaft: &usize| !eliminated.rows.contains_key(shaft);
     let mut coordinates: Vec<usize> = preferred.iter().copied().filter(free).collect();
-    coordinates.extend((0..n).filter(|shaft| free(shaft) && !wanted[*shaft]));
+    coordinates.extend((0..n).filter(|shaft| free(shaft) && !is_preferred[*shaft]));
     let basis = eliminated.kernel(n, &coordinates);
-    let terms = |terms: &[Along<Rational>]| terms.iter().map(|term| reduced(term, &basis)).collect();
+    let terms = |terms: &[DirectionalTerm<Rational>]| terms.iter().map(|term| reduced(term, &basis)).collect();
     let reduced_system = ConstrainedSystem {
         coordinates: coordinates.iter().map(|&shaft| system.coordinates[shaft].clone()).collect(),
         inertias: terms(&system.inertias),
@@ -107,20 +107,20 @@ pub fn reduction(system: &ConstrainedSystem, preferred: &[usize]) -> Reduction {
     Reduction { coordinates, basis, system: reduced_system }
 }
 
-fn reduced<T: Clone>(term: &Along<T>, basis: &[SparseRow]) -> Along<T> {
-    Along { element: term.element.clone(), row: project(&term.row, basis), value: term.value.clone() }
+fn reduced<T: Clone>(term: &DirectionalTerm<T>, basis: &[SparseRow]) -> DirectionalTerm<T> {
+    DirectionalTerm { element: term.element.clone(), row: project(&term.row, basis), value: term.value.clone() }
 }
 
-pub(super) fn reduced_load(load: &Along<LoadSlopes>, basis: &[SparseRow]) -> Along<LoadSlopes> {
+pub(super) fn reduced_load(load: &DirectionalTerm<LoadSlopes>, basis: &[SparseRow]) -> DirectionalTerm<LoadSlopes> {
     let LoadSlopes { on_positions, on_rates } = &load.value;
     let value = LoadSlopes { on_positions: project(on_positions, basis), on_rates: project(on_rates, basis) };
-    Along { element: load.element.clone(), row: project(&load.row, basis), value }
+    DirectionalTerm { element: load.element.clone(), row: project(&load.row, basis), value }
 }
 
 /// A sum of terms without `Σ a gᵀ`, in floating point.
 pub(super) fn minus_loads(
     mut sum: Mat<f64>,
-    loads: &[Along<LoadSlopes>],
+    loads: &[DirectionalTerm<LoadSlopes>],
     of: impl Fn(&LoadSlopes) -> &SparseRow,
 ) -> Mat<f64> {
     for load in loads {
@@ -132,7 +132,7 @@ pub(super) fn minus_loads(
 }
 
 /// `Σ c a aᵀ` in floating point, symmetric to the last bit.
-pub fn sum_of_terms(terms: &[Along<Rational>], n: usize) -> Mat<f64> {
+pub fn sum_of_terms(terms: &[DirectionalTerm<Rational>], n: usize) -> Mat<f64> {
     let mut out = Mat::zeros(n, n);
     for term in terms {
         let (row, value) = (term.row_f64(), rational_to_f64(&term.value));
@@ -146,7 +146,7 @@ pub fn sum_of_terms(terms: &[Along<Rational>], n: usize) -> Mat<f64> {
 }
 
 /// The directions as columns, n × directions.
-pub(super) fn columns(directions: &[Along<()>], n: usize) -> Mat<f64> {
+pub(super) fn columns(directions: &[DirectionalTerm<()>], n: usize) -> Mat<f64> {
     let mut out = Mat::zeros(n, directions.len());
     for (k, direction) in directions.iter().enumerate() {
         for (i, x) in direction.row_f64() {

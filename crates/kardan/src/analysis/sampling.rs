@@ -143,13 +143,13 @@ fn state_space(pencil: &[Mat<f64>; 3], side: Side, n: usize, coordinates: &[usiz
         pencil[k].as_ref().submatrix(row, column, rows, columns)
     };
     // K: identity on the coordinates, −C_d⁻¹ C_r on the others.
-    let others: Vec<usize> = (0..n).filter(|i| !coordinates.contains(i)).collect();
+    let dependent: Vec<usize> = (0..n).filter(|i| !coordinates.contains(i)).collect();
     let rows = block(0, n, c, 0, n);
     let pick = |columns: &[usize]| Mat::from_fn(c, columns.len(), |i, j| rows[(i, columns[j])]);
-    let depending = pick(&others).full_piv_lu().solve(pick(coordinates));
+    let depending = pick(&dependent).full_piv_lu().solve(pick(coordinates));
     let basis = Mat::from_fn(n, r, |i, j| match coordinates.iter().position(|q| *q == i) {
         Some(q) => f64::from(u8::from(q == j)),
-        None => -depending[(others.iter().position(|q| *q == i).unwrap_or(0), j)],
+        None => -depending[(dependent.iter().position(|q| *q == i).unwrap_or(0), j)],
     });
     let reduce = |k: usize| basis.transpose() * block(k, 0, n, 0, n) * &basis;
     let inertia = reduce(2);
@@ -173,8 +173,9 @@ fn state_space(pencil: &[Mat<f64>; 3], side: Side, n: usize, coordinates: &[usiz
     let on_speed = torques(basis.as_ref(), 1) - torques((&basis * &damping).as_ref(), 2);
     let multiplier = |load: &Mat<f64>| gram.full_piv_lu().solve(rows * load);
     let (by_position, by_speed) = (multiplier(&on_position), multiplier(&on_speed));
-    let (seen, rates, forces) = (block(0, n + c, last, 0, n), block(1, n + c, last, 0, n), block(0, n + c, last, n, c));
-    let position = seen * &basis - forces * by_position;
+    let (positions, rates, forces) =
+        (block(0, n + c, last, 0, n), block(1, n + c, last, 0, n), block(0, n + c, last, n, c));
+    let position = positions * &basis - forces * by_position;
     let speed = rates * &basis - forces * by_speed;
     let b = Mat::from_fn(2 * r, last, |i, j| if i < r { position[(j, i)] } else { speed[(j, i - r)] });
     let a = a.transpose().to_owned();

@@ -28,7 +28,7 @@ pub(super) struct Spectrum {
 }
 
 /// Eigenvalues in words, and the smallest invariant factor.
-pub(super) struct SpectrumInWords {
+pub(super) struct SpectrumText {
     pub factors: Vec<Factor>,
     pub invariant_factors: Vec<String>,
     pub common: Option<Polynomial>,
@@ -98,7 +98,7 @@ impl Spectrum {
 }
 
 /// A polynomial in words, if it is known and not too long.
-pub(super) fn in_words(polynomial: Option<&Polynomial>, degree: usize) -> String {
+pub(super) fn factor_text(polynomial: Option<&Polynomial>, degree: usize) -> String {
     match polynomial.filter(|p| p.degree() <= MOST_EXPANDED) {
         Some(p) => p.to_string(),
         None => format!("(degree {degree}, not written out)"),
@@ -112,7 +112,7 @@ pub(super) fn described<'a>(pieces: impl Iterator<Item = (&'a Pattern, Option<&'
         let [algebraic, geometric, input_defect, output_defect] = signature(pattern);
         let whole = whole.filter(|p| p.degree() <= MOST_EXPANDED);
         let parts = whole.map_or_else(
-            || vec![(in_words(None, degree), Vec::new())],
+            || vec![(factor_text(None, degree), Vec::new())],
             |p| {
                 p.simple_factors_with_roots()
                     .into_iter()

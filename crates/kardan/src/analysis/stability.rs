@@ -5,7 +5,7 @@ use kardan_rt::functions::atan2;
 use crate::num::{
     Matrix, Polynomial, Rational, cayley, characteristic_polynomial, exact_rank, from_cayley, root_sides,
 };
-use crate::results::{BorderMotion, Stability, StabilityKnown, StabilityVerdict};
+use crate::results::{BorderMotion, Stability, StabilityEvidence, StabilityVerdict};
 
 /// What the border of stability is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,10 +29,10 @@ impl Sides {
             let found = root_sides(polynomial);
             return Self { outside: found.right, on_border: found.on_border };
         }
-        let turned = cayley(polynomial);
+        let transformed = cayley(polynomial);
         // Roots at −1 have gone to infinity.
-        let at_minus_one = polynomial.degree() - turned.degree();
-        let found = root_sides(&turned);
+        let at_minus_one = polynomial.degree() - transformed.degree();
+        let found = root_sides(&transformed);
         let mut on_border: Vec<(Polynomial, usize)> =
             found.on_border.iter().map(|(part, times)| (from_cayley(part), *times)).collect();
         if at_minus_one > 0 && found.right == 0 {
@@ -149,18 +149,18 @@ pub fn stability_of_roots(polynomial: &Polynomial, plane: Plane) -> StabilityVer
 /// border, for others within their last digits.
 pub fn despite_rounding(
     found: StabilityVerdict,
-    others: impl IntoIterator<Item = StabilityVerdict>,
+    perturbed: impl IntoIterator<Item = StabilityVerdict>,
 ) -> StabilityVerdict {
     let shape = |verdict: &StabilityVerdict| {
         let border = verdict.border.iter().map(|motion| (motion.poles, motion.growth, motion.frequency == 0.0));
         (verdict.word, border.collect::<Vec<_>>())
     };
-    if found.word == Stability::Undecided || others.into_iter().all(|other| shape(&other) == shape(&found)) {
-        let known = match found.known {
-            StabilityKnown::Exactly => StabilityKnown::DespiteRounding,
-            known => known,
+    if found.word == Stability::Undecided || perturbed.into_iter().all(|candidate| shape(&candidate) == shape(&found)) {
+        let evidence = match found.evidence {
+            StabilityEvidence::Exactly => StabilityEvidence::DespiteRounding,
+            evidence => evidence,
         };
-        return StabilityVerdict { known, ..found };
+        return StabilityVerdict { evidence, ..found };
     }
     StabilityVerdict::undecided("it hangs on the last digits of rounded numbers")
 }

@@ -1,7 +1,7 @@
 use std::collections::BTreeSet;
 
-use crate::assemble::Along;
-use crate::equations::Hold;
+use crate::assemble::DirectionalTerm;
+use crate::equations::UnilateralConstraint;
 use crate::num::{LastDigits, Matrix, Rational, Scalar, SparseRow, echelon, sparse_echelon, sum_of_outer};
 use crate::reduce::{
     GeometricStiffness, LawSlopes, OperatingPoint, Reduced, geometric_stiffness, law_slopes_at, pressed_cushions,
@@ -18,17 +18,17 @@ pub struct ConstrainedSystem {
     /// Names of the coordinates q before reduction (shafts; loop charges of a circuit).
     pub coordinates: Vec<String>,
     /// Inertias.
-    pub inertias: Vec<Along<Rational>>,
+    pub inertias: Vec<DirectionalTerm<Rational>>,
     /// Dampers.
-    pub dampers: Vec<Along<Rational>>,
+    pub dampers: Vec<DirectionalTerm<Rational>>,
     /// Springs.
-    pub springs: Vec<Along<Rational>>,
+    pub springs: Vec<DirectionalTerm<Rational>>,
     /// Torques that follow from angles and speeds in another way.
-    pub loads: Vec<Along<LoadSlopes>>,
+    pub loads: Vec<DirectionalTerm<LoadSlopes>>,
     /// Rows of C, independent.
-    pub constraints: Vec<Along<()>>,
+    pub constraints: Vec<DirectionalTerm<()>>,
     /// Inputs that are considered.
-    pub inputs: Vec<Along<()>>,
+    pub inputs: Vec<DirectionalTerm<()>>,
 }
 
 /// A torque along a row a that follows linearly from angles and speeds: `a (gᵀq + hᵀq̇)`, so that it adds `−a gᵀ` to the stiffness and
@@ -50,21 +50,25 @@ impl ConstrainedSystem {
     /// # Panics
     /// If `position` has not one entry per coordinate, gives a slope that is not finite, or an input is not there.
     pub fn at(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>, inputs: &[String]) -> Self {
-        Self::held(reduced, &OperatingPoint::relaxed(position), stuck, inputs)
+        Self::at_point(reduced, &OperatingPoint::relaxed(position), stuck, inputs)
     }
 
     /// Cushions that are pressed there act with their stiffness and their damping.
     fn press(&mut self, reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) {
         for one in pressed_cushions(reduced, position) {
-            let hold = &reduced.equations.holds[one.hold];
-            let Hold::Cushion { stiffness, damping, .. } = &hold.value else { continue };
-            if stuck.contains(&hold.element) {
+            let unilateral = &reduced.equations.unilaterals[one.unilateral];
+            let UnilateralConstraint::Cushion { stiffness, damping, .. } = &unilateral.value else { continue };
+            if stuck.contains(&unilateral.element) {
                 continue;
             }
             for (list, value) in [(&mut self.springs, stiffness), (&mut self.dampers, damping)] {
                 let value = value.to_rational();
                 if !value.is_zero() {
-                    list.push(Along { element: hold.element.clone(), row: hold.row.clone(), value });
+                    list.push(DirectionalTerm {
+                        element: unilateral.element.clone(),
+                        row: unilateral.row.clone(),
+                        value,
+                    });
                 }
             }
         }
@@ -74,24 +78,28 @@ impl ConstrainedSystem {
     ///
     /// # Panics
     /// As [`Self::at`].
-    pub fn held(reduced: &Reduced, point: &OperatingPoint, stuck: &BTreeSet<String>, inputs: &[String]) -> Self {
+    pub fn at_point(reduced: &Reduced, point: &OperatingPoint, stuck: &BTreeSet<String>, inputs: &[String]) -> Self {
         let position = point.position.as_slice();
         let equations = &reduced.equations;
-        let constant = |term: &Along<crate::units::Exact>| Along {
+        let constant = |term: &DirectionalTerm<crate::units::Exact>| DirectionalTerm {
             element: term.element.clone(),
             row: term.row.clone(),
             value: term.value.to_rational(),
         };
-        let row =
-            |element: &str, row: &[(usize, Rational)]| Along { element: element.into(), row: row.to_vec(), value: () };
-        let mut constraints: Vec<Along<()>> = equations.constraints.iter().map(|c| row(&c.element, &c.row)).collect();
+        let row = |element: &str, row: &[(usize, Rational)]| DirectionalTerm {
+            element: element.into(),
+            row: row.to_vec(),
+            value: (),
+        };
+        let mut constraints: Vec<DirectionalTerm<()>> =
+            equations.constraints.iter().map(|c| row(&c.element, &c.row)).collect();
         constraints.extend(equations.transmissions.iter().zip(slopes(reduced, position)).map(|(t, slope)| {
             let mut entries = vec![(t.driven, Rational::ONE), (t.driving, Rational::ZERO.minus(&slope.value))];
             entries.sort_by_key(|(shaft, _)| *shaft);
-            Along { element: t.element.clone(), row: entries, value: () }
+            DirectionalTerm { element: t.element.clone(), row: entries, value: () }
         }));
-        let held = equations.set_valued().filter(|(element, _)| stuck.contains(*element));
-        constraints.extend(held.map(|(element, own)| row(element, own)));
+        let at_point = equations.set_valued().filter(|(element, _)| stuck.contains(*element));
+        constraints.extend(at_point.map(|(element, own)| row(element, own)));
         let mut out = Self {
             coordinates: equations.coordinates.clone(),
             inertias: equations.inertias.iter().map(constant).collect(),
@@ -99,7 +107,7 @@ impl ConstrainedSystem {
             springs: equations
                 .springs
                 .iter()
-                .map(|s| Along {
+                .map(|s| DirectionalTerm {
                     element: s.element.clone(),
                     row: s.row.clone(),
                     value: s.value.stiffness.to_rational(),
@@ -119,7 +127,7 @@ impl ConstrainedSystem {
         let slopes = law_slopes_at(reduced, point);
         out.springs.extend(geometric_stiffness(reduced, point, &slopes).into_iter().map(|one| {
             let GeometricStiffness { element, row, stiffness } = one;
-            Along { element, row, value: stiffness }
+            DirectionalTerm { element, row, value: stiffness }
         }));
         out.loads = loads(slopes);
         out.press(reduced, position, stuck);
@@ -138,20 +146,20 @@ impl ConstrainedSystem {
         inputs: &[String],
         digits: &mut LastDigits,
     ) -> Self {
-        let mut out = Self::held(reduced, point, stuck, inputs);
+        let mut out = Self::at_point(reduced, point, stuck, inputs);
         let mut slopes = law_slopes_at(reduced, point);
-        slopes.iter_mut().for_each(|one| one.move_within(digits));
+        slopes.iter_mut().for_each(|one| one.perturb(digits));
         out.loads = loads(slopes);
         let values = [&mut out.inertias, &mut out.dampers, &mut out.springs].into_iter().flatten();
         values.for_each(|term| term.value = digits.near(&term.value));
-        out.constraints.iter_mut().flat_map(|along| &mut along.row).for_each(|(_, x)| *x = digits.near(x));
+        out.constraints.iter_mut().flat_map(|directional| &mut directional.row).for_each(|(_, x)| *x = digits.near(x));
         out
     }
 
     /// Whether a number of it is rounded.
     pub fn is_rounded(&self) -> bool {
         let values = [&self.inertias, &self.dampers, &self.springs].into_iter().flatten().map(|term| &term.value);
-        let constraints = self.constraints.iter().flat_map(|along| &along.row);
+        let constraints = self.constraints.iter().flat_map(|directional| &directional.row);
         let loads = self.loads.iter().flat_map(|load| load.value.on_positions.iter().chain(&load.value.on_rates));
         values.chain(constraints.chain(loads).map(|(_, x)| x)).any(LastDigits::is_rounded)
     }
@@ -173,11 +181,11 @@ impl ConstrainedSystem {
             return;
         }
         let columns = self.constraint_matrix().transpose();
-        let kept: BTreeSet<usize> = echelon(&columns, &(0..rows).collect::<Vec<_>>()).pivots.into_iter().collect();
+        let retained: BTreeSet<usize> = echelon(&columns, &(0..rows).collect::<Vec<_>>()).pivots.into_iter().collect();
         let mut number = 0;
         self.constraints.retain(|_| {
             number += 1;
-            kept.contains(&(number - 1))
+            retained.contains(&(number - 1))
         });
     }
 
@@ -229,25 +237,25 @@ impl ConstrainedSystem {
     }
 }
 
-fn dense(rows: &[Along<()>], shafts: usize) -> Matrix<Rational> {
+fn dense(rows: &[DirectionalTerm<()>], shafts: usize) -> Matrix<Rational> {
     let mut out = Matrix::<Rational>::zeros(rows.len(), shafts);
-    for (i, along) in rows.iter().enumerate() {
-        for (j, x) in &along.row {
+    for (i, directional) in rows.iter().enumerate() {
+        for (j, x) in &directional.row {
             out[(i, *j)] = x.clone();
         }
     }
     out
 }
 
-fn sum(terms: &[Along<Rational>], shafts: usize) -> Matrix<Rational> {
+fn sum(terms: &[DirectionalTerm<Rational>], shafts: usize) -> Matrix<Rational> {
     sum_of_outer(terms.iter().map(|term| (&term.row, term.value.clone())), shafts)
 }
 
 /// What laws make of small motions.
-fn loads(slopes: Vec<LawSlopes>) -> Vec<Along<LoadSlopes>> {
+fn loads(slopes: Vec<LawSlopes>) -> Vec<DirectionalTerm<LoadSlopes>> {
     let load = |LawSlopes { element, row, on_positions, on_rates, .. }: LawSlopes| {
         let value = LoadSlopes { on_positions, on_rates };
-        Along { element, row, value }
+        DirectionalTerm { element, row, value }
     };
     slopes.into_iter().map(load).collect()
 }
@@ -255,7 +263,7 @@ fn loads(slopes: Vec<LawSlopes>) -> Vec<Along<LoadSlopes>> {
 /// A sum of terms without `Σ a gᵀ`.
 pub(super) fn minus_loads(
     mut sum: Matrix<Rational>,
-    loads: &[Along<LoadSlopes>],
+    loads: &[DirectionalTerm<LoadSlopes>],
     of: impl Fn(&LoadSlopes) -> &SparseRow,
 ) -> Matrix<Rational> {
     for load in loads {
@@ -318,30 +326,31 @@ impl LinearSystem {
 
     /// The same system over some of its states, of which alone it knows rates: E has zeros in the rows and columns of the others, which their rows
     /// of A give from these and the inputs. `None` if they do not.
-    pub fn over(&self, kept: &[usize]) -> Option<Self> {
-        let others: Vec<usize> = (0..self.states.len()).filter(|k| !kept.contains(k)).collect();
+    pub fn over(&self, retained: &[usize]) -> Option<Self> {
+        let eliminated: Vec<usize> = (0..self.states.len()).filter(|k| !retained.contains(k)).collect();
         let rows = |m: &Matrix<Rational>, rows: &[usize]| {
             Matrix::from_fn(rows.len(), m.columns(), |i, j| m[(rows[i], j)].clone())
         };
         let columns = |m: &Matrix<Rational>, columns: &[usize]| {
             Matrix::from_fn(m.rows(), columns.len(), |i, j| m[(i, columns[j])].clone())
         };
-        let own = rows(&self.a, &others);
+        let own = rows(&self.a, &eliminated);
         // −x of the others, over the kept ones and the inputs.
-        let square = columns(&own, &others);
-        let (on_kept, on_inputs) = (square.solve(&columns(&own, kept))?, square.solve(&rows(&self.b, &others))?);
+        let square = columns(&own, &eliminated);
+        let (on_retained, on_inputs) =
+            (square.solve(&columns(&own, retained))?, square.solve(&rows(&self.b, &eliminated))?);
         let less = |m: Matrix<Rational>, through: &Matrix<Rational>, found: &Matrix<Rational>| {
             m.plus(&through.multiply(found).scale(&Rational::NEG_ONE))
         };
-        let (upper, seen) = (rows(&self.a, kept), columns(&self.c, &others));
-        let through = columns(&upper, &others);
+        let (upper, output_columns) = (rows(&self.a, retained), columns(&self.c, &eliminated));
+        let through = columns(&upper, &eliminated);
         Some(Self {
-            states: kept.iter().map(|k| self.states[*k].clone()).collect(),
-            e: columns(&rows(&self.e, kept), kept),
-            a: less(columns(&upper, kept), &through, &on_kept),
-            b: less(rows(&self.b, kept), &through, &on_inputs),
-            c: less(columns(&self.c, kept), &seen, &on_kept),
-            d: less(self.d.clone(), &seen, &on_inputs),
+            states: retained.iter().map(|k| self.states[*k].clone()).collect(),
+            e: columns(&rows(&self.e, retained), retained),
+            a: less(columns(&upper, retained), &through, &on_retained),
+            b: less(rows(&self.b, retained), &through, &on_inputs),
+            c: less(columns(&self.c, retained), &output_columns, &on_retained),
+            d: less(self.d.clone(), &output_columns, &on_inputs),
             degrees_of_freedom: None,
             ..self.clone()
         })

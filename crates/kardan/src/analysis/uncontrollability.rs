@@ -17,7 +17,7 @@ const MOST_STEPS: usize = 50;
 const NOISE: f64 = 1e-14;
 
 /// Tolerances by which rounding errors may shift a loss for it to count as one.
-const DOUBT: f64 = 1e-3;
+const ROUNDING_SHIFT: f64 = 1e-3;
 
 /// Residual below which the equations count as solved, relative.
 const SOLVED: f64 = 1e-13;
@@ -246,7 +246,7 @@ fn descend(family: &Family<'_>, limits: &Limits, lambda: c64, mut y: Vec<f64>, b
             (false, false) => number(0.0),
         });
         let derivatives = family.derivatives(&y)?;
-        let along: Vec<Mat<c64>> = derivatives
+        let columns_by_parameter: Vec<Mat<c64>> = derivatives
             .iter()
             .map(|d| {
                 let at = Mat::from_fn(m, n, |i, j| {
@@ -262,7 +262,8 @@ fn descend(family: &Family<'_>, limits: &Limits, lambda: c64, mut y: Vec<f64>, b
         let project = |x: &Mat<c64>| -> Vec<c64> {
             (rank..=m).map(|k| (0..m).fold(number(0.0), |sum, i| sum + svd.U()[(i, k)].conj() * x[(i, 0)])).collect()
         };
-        let (of_residual, of_slopes) = (project(&residual), along.iter().map(project).collect::<Vec<_>>());
+        let (of_residual, of_slopes) =
+            (project(&residual), columns_by_parameter.iter().map(project).collect::<Vec<_>>());
         let equations = of_residual.len();
         let g = Mat::from_fn(2 * equations, y.len(), |q, i| {
             let x = of_slopes[i][q / 2];
@@ -276,7 +277,7 @@ fn descend(family: &Family<'_>, limits: &Limits, lambda: c64, mut y: Vec<f64>, b
             .collect();
         let (target, steepness) = least_gauge(g, &right, limits)?;
         // Rounding must not be able to make or unmake the loss: where the equations hardly depend on the parameters, it could.
-        if candidate && size * NOISE < DOUBT * steepness {
+        if candidate && size * NOISE < ROUNDING_SHIFT * steepness {
             let unscaled = (0..n).map(|j| v[(j, 0)] * columns[j]).collect();
             best = Some(Candidate { gauge, y: y.clone(), lambda, v: unscaled, residual: relative });
         }
@@ -297,7 +298,7 @@ fn descend(family: &Family<'_>, limits: &Limits, lambda: c64, mut y: Vec<f64>, b
         }
         // The least change of v and λ that goes with it.
         let mut right = residual.clone();
-        for (i, column) in along.iter().enumerate() {
+        for (i, column) in columns_by_parameter.iter().enumerate() {
             right += faer::Scale(number(y[i] - before[i])) * column;
         }
         let mut change = vec![number(0.0); n + 1];

@@ -135,10 +135,10 @@ fn subtract(field: &PrimeField, target: &mut [Residue], factor: Residue, row: &[
 
 /// Replaces the pivot states of `row` by what the other rows, zero, say about them.
 fn substitute(field: &PrimeField, row: &mut [Residue], zero: &[Vec<Residue>], pivots: &[usize]) {
-    for (other, &pivot) in zero.iter().zip(pivots) {
+    for (pivot_row, &pivot) in zero.iter().zip(pivots) {
         let factor = row[pivot];
         if factor != 0 {
-            subtract(field, row, factor, other);
+            subtract(field, row, factor, pivot_row);
         }
     }
 }
@@ -156,10 +156,10 @@ fn eliminate(field: &PrimeField, rows: &mut [Vec<Residue>], columns: &[usize]) -
         let inverse = field.inverse(rows[rank][column]);
         rows[rank].iter_mut().filter(|x| **x != 0).for_each(|x| *x = field.times(*x, inverse));
         let row = std::mem::take(&mut rows[rank]);
-        for other in rows.iter_mut() {
-            if other.get(column).is_some_and(|&x| x != 0) {
-                let factor = other[column];
-                subtract(field, other, factor, &row);
+        for target in rows.iter_mut() {
+            if target.get(column).is_some_and(|&x| x != 0) {
+                let factor = target[column];
+                subtract(field, target, factor, &row);
             }
         }
         rows[rank] = row;

@@ -1,5 +1,5 @@
-use super::wiring::{BlockKind, Wiring};
-use crate::element::Mistake;
+use super::builder::{BlockBuilder, BlockKind};
+use crate::element::KeyError;
 use crate::schema::{BlockKeys, Keys, keys};
 
 keys! {
@@ -30,12 +30,12 @@ high = \"0.3 N m\"
     write,
 };
 
-fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
-    let (input, dimension) = wiring.input("input")?;
-    let high = wiring.needed("high", dimension)?;
-    let low = wiring.of("low", dimension)?.unwrap_or(-high);
-    wiring.in_order(["low", "high"], [low, high], dimension)?;
-    let answer = wiring.step(|memory| kardan_rt::DeadZone { low, high }.step(input, memory), [Wiring::zero()]);
-    wiring.answer(answer, dimension);
+fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
+    let (input, dimension) = builder.input("input")?;
+    let high = builder.needed("high", dimension)?;
+    let low = builder.of("low", dimension)?.unwrap_or(-high);
+    builder.in_order(["low", "high"], [low, high], dimension)?;
+    let answer = builder.step(|memory| kardan_rt::DeadZone { low, high }.step(input, memory), [BlockBuilder::zero()]);
+    builder.answer(answer, dimension);
     Ok(())
 }

@@ -1,5 +1,5 @@
-use super::wiring::{BlockKind, Wiring, mistake};
-use crate::element::Mistake;
+use super::builder::{BlockBuilder, BlockKind, key_error};
+use crate::element::KeyError;
 use crate::schema::{BlockKeys, Keys, Sign, keys};
 use crate::units::Dimension;
 
@@ -32,22 +32,22 @@ sample_time = \"1 ms\"
     write,
 };
 
-fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
-    let (input, dimension) = wiring.input("input")?;
-    wiring.period("it counts in samples")?;
-    let start = wiring.of("initial", dimension)?.unwrap_or(Wiring::zero());
-    let count = match (wiring.values.exact("time"), &wiring.sample_time) {
-        (Some(time), Some(period)) => wiring.samples("time", time, period)?,
+fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
+    let (input, dimension) = builder.input("input")?;
+    builder.period("it counts in samples")?;
+    let start = builder.of("initial", dimension)?.unwrap_or(BlockBuilder::zero());
+    let count = match (builder.values.exact("time"), &builder.sample_time) {
+        (Some(time), Some(period)) => builder.samples("time", time, period)?,
         _ => 1,
     };
     if count == 0 {
-        return Err(mistake("time", "`time` is shorter than a sample", "make it one sample, or take the block out"));
+        return Err(key_error("time", "`time` is shorter than a sample", "make it one sample, or take the block out"));
     }
-    let first = wiring.memory.len();
-    let mut memory = vec![Wiring::zero()];
-    memory.extend((0..count).map(|_| wiring.remember(start)));
+    let first = builder.memory.len();
+    let mut memory = vec![BlockBuilder::zero()];
+    memory.extend((0..count).map(|_| builder.remember(start)));
     let _ = kardan_rt::Delay.step(input, &mut memory);
-    wiring.next(first, &memory[1..]);
-    wiring.answer(memory[0], dimension);
+    builder.next(first, &memory[1..]);
+    builder.answer(memory[0], dimension);
     Ok(())
 }

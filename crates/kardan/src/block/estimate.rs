@@ -2,7 +2,7 @@
 
 use dashu_int::UBig;
 
-use crate::num::{Matrix, Polynomial, Rational, Scalar, characteristic, echelon, held, rational_from_f64};
+use crate::num::{Matrix, Polynomial, Rational, Scalar, characteristic, echelon, exact_zoh, rational_from_f64};
 use crate::schema::ExactPole;
 
 /// A plant `ẋ = A x + …` with measurements `y = C x + …`, or the same from one sample to the next.
@@ -27,7 +27,7 @@ impl Plant {
     }
 
     /// Motions of the states that no measurement shows, one column for each; exact.
-    pub fn unseen(&self) -> Matrix<Rational> {
+    pub fn unobservable(&self) -> Matrix<Rational> {
         let order: Vec<usize> = (0..self.a.rows()).collect();
         echelon(&self.observability(), &order).kernel()
     }
@@ -62,7 +62,7 @@ pub(super) fn of_poles(poles: &[ExactPole], sample_time: Option<&Rational>) -> O
         let (re, im) = (real.to_rational(), imaginary.to_rational());
         let turning = !imaginary.is_zero();
         if turning {
-            let conjugate = open.iter().position(|(other, part)| other == real && *part == -imaginary)?;
+            let conjugate = open.iter().position(|(candidate, part)| candidate == real && *part == -imaginary)?;
             open.remove(conjugate);
         }
         // The pole as a matrix: [re im; −im re], or [re].
@@ -72,7 +72,7 @@ pub(super) fn of_poles(poles: &[ExactPole], sample_time: Option<&Rational>) -> O
         let pole = Matrix::from_fn(order, order, entry);
         let pole = match sample_time {
             Some(time) => {
-                let [transition, _] = held(&pole, time)?;
+                let [transition, _] = exact_zoh(&pole, time)?;
                 transition
             }
             None => pole,
@@ -117,8 +117,8 @@ pub(super) fn settled(transition: Matrix<Rational>, a: &Matrix<Rational>, time: 
     let n = a.rows();
     let size = |x: &Rational| if *x < Rational::ZERO { Rational::ZERO.minus(x) } else { x.clone() };
     let sizes = Matrix::from_fn(n, n, |i, j| if i == j { a[(i, i)].clone() } else { size(&a[(i, j)]) });
-    let known = held(&sizes, time).filter(|[bound, _]| (0..n).all(|i| bound[(i, i)] < Rational::from(TOO_MUCH)));
-    let Some([largest, _]) = known else { return transition };
+    let steady = exact_zoh(&sizes, time).filter(|[bound, _]| (0..n).all(|i| bound[(i, i)] < Rational::from(TOO_MUCH)));
+    let Some([largest, _]) = steady else { return transition };
     let scale = Rational::from(UBig::ONE << ROUNDING);
     Matrix::from_fn(n, n, |i, j| match size(&transition[(i, j)]).times(&scale) < largest[(i, j)] {
         true => Rational::ZERO,
@@ -146,7 +146,7 @@ mod tests {
 
     /// The error has the poles that were asked for: its characteristic polynomial is theirs, exactly.
     #[test]
-    fn the_error_has_the_poles_that_were_asked_for() {
+    fn the_error_has_the_requested_poles() {
         let plant = Plant { a: matrix([[0, 1, 0], [-5, -2, 1], [0, 0, 0]]), c: matrix([[3, 0, 0]]) };
         let whole = |re: i64, im: i64| (Exact::from_ratio(re, 1), Exact::from_ratio(im, 1));
         let polynomial = of_poles(&[whole(-4, 3), whole(-2, 0), whole(-4, -3)], None).unwrap();
@@ -172,11 +172,11 @@ mod tests {
 
     /// A state that drives nothing is not seen; two that only their sum is measured of neither.
     #[test]
-    fn what_is_not_seen_is_a_direction() {
-        let unseen = |a, c| Plant { a, c }.unseen().to_f64().to_rows();
-        assert_eq!(unseen(matrix([[-1, 0], [1, 0]]), matrix([[1, 0]])), [[0.0], [1.0]]);
-        assert_eq!(unseen(matrix([[0, 0], [0, 0]]), matrix([[2, 1]])), [[-0.5], [1.0]]);
-        assert!(unseen(matrix([[0, 1], [0, 0]]), matrix([[1, 0]])).iter().all(Vec::is_empty));
+    fn unobservable_states_are_a_direction() {
+        let unobservable = |a, c| Plant { a, c }.unobservable().to_f64().to_rows();
+        assert_eq!(unobservable(matrix([[-1, 0], [1, 0]]), matrix([[1, 0]])), [[0.0], [1.0]]);
+        assert_eq!(unobservable(matrix([[0, 0], [0, 0]]), matrix([[2, 1]])), [[-0.5], [1.0]]);
+        assert!(unobservable(matrix([[0, 1], [0, 0]]), matrix([[1, 0]])).iter().all(Vec::is_empty));
     }
 
     /// On the border an error stays; inside it decays.

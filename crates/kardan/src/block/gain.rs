@@ -1,5 +1,5 @@
-use super::wiring::{BlockKind, Wiring};
-use crate::element::Mistake;
+use super::builder::{BlockBuilder, BlockKind};
+use crate::element::KeyError;
 use crate::schema::{BlockKeys, Keys, keys};
 
 keys! {
@@ -29,9 +29,9 @@ gain = \"-0.02 N m s/rad\"
     write,
 };
 
-fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
-    let ((input, of), (gain, by)) = (wiring.input("input")?, wiring.input("gain")?);
-    let dimension = wiring.over("gain", of, by, 1)?;
-    wiring.answer(gain * input, dimension);
+fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
+    let ((input, of), (gain, by)) = (builder.input("input")?, builder.input("gain")?);
+    let dimension = builder.over("gain", of, by, 1)?;
+    builder.answer(gain * input, dimension);
     Ok(())
 }

@@ -1,5 +1,5 @@
-use super::wiring::{BlockKind, Wiring};
-use crate::element::Mistake;
+use super::builder::{BlockBuilder, BlockKind};
+use crate::element::KeyError;
 use crate::schema::{BlockKeys, Keys, keys};
 
 keys! {
@@ -35,9 +35,9 @@ sample_time = \"1 ms\"
     write,
 };
 
-fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
-    let (input, dimension) = wiring.input("input")?;
-    wiring.period("it reads at samples")?;
-    wiring.answer(input, dimension);
+fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
+    let (input, dimension) = builder.input("input")?;
+    builder.period("it reads at samples")?;
+    builder.answer(input, dimension);
     Ok(())
 }

@@ -1,5 +1,5 @@
-use super::wiring::{BlockKind, Wiring};
-use crate::element::Mistake;
+use super::builder::{BlockBuilder, BlockKind};
+use crate::element::KeyError;
 use crate::schema::{BlockKeys, Keys, keys};
 use crate::units::Dimension;
 
@@ -35,15 +35,15 @@ sample_time = \"10 ms\"
     write,
 };
 
-fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
-    let (input, of) = wiring.input("input")?;
-    wiring.period("it switches at samples")?;
-    let (upper, lower) = (wiring.needed("upper", of)?, wiring.needed("lower", of)?);
-    wiring.in_order(["lower", "upper"], [lower, upper], of)?;
-    let (on, dimension) = wiring.given.get("on").copied().unwrap_or((Wiring::one(), Dimension::NONE));
-    let off = wiring.of("off", dimension)?.unwrap_or(Wiring::zero());
-    let switch = kardan_rt::Hysteresis { upper, lower, answers: [off, on] };
-    let answer = wiring.step(|memory| switch.step(input, memory), [Wiring::zero(); 2]);
-    wiring.answer(answer, dimension);
+fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
+    let (input, of) = builder.input("input")?;
+    builder.period("it switches at samples")?;
+    let (upper, lower) = (builder.needed("upper", of)?, builder.needed("lower", of)?);
+    builder.in_order(["lower", "upper"], [lower, upper], of)?;
+    let (on, dimension) = builder.inputs.get("on").copied().unwrap_or((BlockBuilder::one(), Dimension::NONE));
+    let off = builder.of("off", dimension)?.unwrap_or(BlockBuilder::zero());
+    let switch = kardan_rt::Hysteresis { upper, lower, levels: [off, on] };
+    let answer = builder.step(|memory| switch.step(input, memory), [BlockBuilder::zero(); 2]);
+    builder.answer(answer, dimension);
     Ok(())
 }

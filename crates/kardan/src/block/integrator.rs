@@ -1,5 +1,5 @@
-use super::wiring::{BlockKind, Wiring, mistake};
-use crate::element::Mistake;
+use super::builder::{BlockBuilder, BlockKind, key_error};
+use crate::element::KeyError;
 use crate::schema::{BlockKeys, Keys, keys};
 use crate::units::Dimension;
 
@@ -37,26 +37,26 @@ sample_time = \"1 ms\"
     write,
 };
 
-fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
-    let (input, of) = wiring.input("input")?;
-    let dimension = wiring.over("input", of, Dimension::TIME, 1)?;
-    let zero = Wiring::zero();
-    let start = wiring.of("initial", dimension)?.unwrap_or(zero);
-    let [low, high] = wiring.bounds(dimension)?;
-    if wiring.given.contains_key("initial") {
-        low.map_or(Ok(()), |low| wiring.in_order(["low", "initial"], [low, start], dimension))?;
-        high.map_or(Ok(()), |high| wiring.in_order(["initial", "high"], [start, high], dimension))?;
+fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
+    let (input, of) = builder.input("input")?;
+    let dimension = builder.over("input", of, Dimension::TIME, 1)?;
+    let zero = BlockBuilder::zero();
+    let start = builder.of("initial", dimension)?.unwrap_or(zero);
+    let [low, high] = builder.bounds(dimension)?;
+    if builder.inputs.contains_key("initial") {
+        low.map_or(Ok(()), |low| builder.in_order(["low", "initial"], [low, start], dimension))?;
+        high.map_or(Ok(()), |high| builder.in_order(["initial", "high"], [start, high], dimension))?;
     }
-    let (reset, reset_to) = (wiring.of("reset", Dimension::NONE)?, wiring.of("reset_to", dimension)?);
+    let (reset, reset_to) = (builder.of("reset", Dimension::NONE)?, builder.of("reset_to", dimension)?);
     if reset.is_none() && reset_to.is_some() {
-        return Err(mistake("reset_to", "`reset_to` is for a `reset`, which is not given", "add `reset`"));
+        return Err(key_error("reset_to", "`reset_to` is for a `reset`, which is not given", "add `reset`"));
     }
-    let answer = match wiring.sample_time.clone() {
+    let answer = match builder.sample_time.clone() {
         Some(time) => {
-            let sum = kardan_rt::Integrator { sample_time: wiring.exact(&time), low, high };
+            let sum = kardan_rt::Integrator { sample_time: builder.exact(&time), low, high };
             let (reset, reset_to) = (reset.unwrap_or(zero), reset_to.unwrap_or(zero));
-            let trapezoidal = wiring.values.word_or_default("rule") == "trapezoidal";
-            wiring.step(
+            let trapezoidal = builder.values.word_or_default("rule") == "trapezoidal";
+            builder.step(
                 |memory| match trapezoidal {
                     true => sum.step_trapezoidal(input, reset, reset_to, memory),
                     false => sum.step(input, reset, reset_to, memory),
@@ -64,25 +64,25 @@ fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
                 [zero, start],
             )
         }
-        None if wiring.values.has("rule") => {
-            return wiring.idle(
+        None if builder.values.has("rule") => {
+            return builder.idle(
                 "rule",
                 "without a sample time it is a differential equation",
                 "take it out, or add a `sample_time`",
             );
         }
         None if reset.is_some() => {
-            return Err(mistake("reset", "a reset needs a `sample_time`", "write `sample_time = \"1 ms\"`"));
+            return Err(key_error("reset", "a reset needs a `sample_time`", "write `sample_time = \"1 ms\"`"));
         }
         None => {
-            let first = wiring.memory.len();
-            let sum = wiring.remember(start);
+            let first = builder.memory.len();
+            let sum = builder.remember(start);
             // At a bound it waits until its input leads away from there.
-            let rate = wiring.away_from(sum, [low, high], input);
-            wiring.next(first, &[rate]);
-            wiring.within(sum, [low, high])
+            let rate = builder.away_from(sum, [low, high], input);
+            builder.next(first, &[rate]);
+            builder.clamped(sum, [low, high])
         }
     };
-    wiring.answer(answer, dimension);
+    builder.answer(answer, dimension);
     Ok(())
 }

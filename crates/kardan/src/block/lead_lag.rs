@@ -1,6 +1,6 @@
+use super::builder::{BlockBuilder, BlockKind};
 use super::rational::filtered;
-use super::wiring::{BlockKind, Wiring};
-use crate::element::Mistake;
+use crate::element::KeyError;
 use crate::schema::{BlockKeys, Keys, keys};
 use crate::units::Dimension;
 
@@ -35,13 +35,13 @@ sample_time = \"1 ms\"
     write,
 };
 
-fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
-    let (input, dimension) = wiring.input("input")?;
-    wiring.positive("lag", Dimension::TIME, "what it answers would grow by itself, or be a derivative")?;
-    let [lead, lag] = [wiring.needed("lead", Dimension::TIME)?, wiring.needed("lag", Dimension::TIME)?];
-    let start = wiring.of("initial", dimension)?.unwrap_or(Wiring::zero());
-    let one = Wiring::one();
-    let answer = filtered(wiring, (&[one, lead], &[one, lag]), input, start)?;
-    wiring.answer(answer, dimension);
+fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
+    let (input, dimension) = builder.input("input")?;
+    builder.positive("lag", Dimension::TIME, "what it answers would grow by itself, or be a derivative")?;
+    let [lead, lag] = [builder.needed("lead", Dimension::TIME)?, builder.needed("lag", Dimension::TIME)?];
+    let start = builder.of("initial", dimension)?.unwrap_or(BlockBuilder::zero());
+    let one = BlockBuilder::one();
+    let answer = filtered(builder, (&[one, lead], &[one, lag]), input, start)?;
+    builder.answer(answer, dimension);
     Ok(())
 }

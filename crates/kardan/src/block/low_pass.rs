@@ -1,6 +1,6 @@
+use super::builder::{BlockBuilder, BlockKind};
 use super::rational::filtered;
-use super::wiring::{BlockKind, Wiring};
-use crate::element::Mistake;
+use crate::element::KeyError;
 use crate::schema::{BlockKeys, Keys, keys};
 use crate::units::Dimension;
 
@@ -34,17 +34,17 @@ sample_time = \"1 ms\"
     write,
 };
 
-fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
-    let (input, dimension) = wiring.input("input")?;
-    let time = wiring.needed("time_constant", Dimension::TIME)?;
-    wiring.positive("time_constant", Dimension::TIME, "what it answers would grow by itself, or be its input")?;
-    let one = Wiring::one();
-    let denominator = match wiring.not_negative("damping_ratio", Dimension::NONE, "it would swing up by itself")? {
+fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
+    let (input, dimension) = builder.input("input")?;
+    let time = builder.needed("time_constant", Dimension::TIME)?;
+    builder.positive("time_constant", Dimension::TIME, "what it answers would grow by itself, or be its input")?;
+    let one = BlockBuilder::one();
+    let denominator = match builder.not_negative("damping_ratio", Dimension::NONE, "it would swing up by itself")? {
         Some(damping) => vec![one, (damping + damping) * time, time * time],
         None => vec![one, time],
     };
-    let start = wiring.of("initial", dimension)?.unwrap_or(Wiring::zero());
-    let answer = filtered(wiring, (&[one], &denominator), input, start)?;
-    wiring.answer(answer, dimension);
+    let start = builder.of("initial", dimension)?.unwrap_or(BlockBuilder::zero());
+    let answer = filtered(builder, (&[one], &denominator), input, start)?;
+    builder.answer(answer, dimension);
     Ok(())
 }

@@ -4,6 +4,7 @@
 //! `kardan-rt`: its lines write themselves down as expressions ([`Traced`](crate::expr::Traced)), so that what a run evaluates, what a design
 //! linearises and what firmware runs are one thing. Without a sample time it is a differential equation, part of that of the loop.
 
+mod builder;
 mod dead_zone;
 mod delay;
 mod estimate;
@@ -22,8 +23,8 @@ mod saturation;
 mod state_machine;
 mod table;
 mod transfer_function;
-mod wiring;
 
+pub use builder::{Answer, BlockBuilder, BlockKind, Expressions, Guard, List, Remembered, Rule};
 pub use dead_zone::DeadZone;
 pub use delay::Delay;
 pub use gain::Gain;
@@ -40,7 +41,6 @@ pub use saturation::Saturation;
 pub use state_machine::{StateMachine, StateMachineTransition};
 pub use table::TableBlock;
 pub use transfer_function::TransferFunction;
-pub use wiring::{Answer, BlockKind, Expressions, Guard, List, Remembered, Rule, Wiring};
 
 /// All kinds of blocks.
 pub const REGISTRY: &[BlockKind] = &[

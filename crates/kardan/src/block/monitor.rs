@@ -1,5 +1,5 @@
-use super::wiring::{BlockKind, Wiring, mistake};
-use crate::element::Mistake;
+use super::builder::{BlockBuilder, BlockKind, key_error};
+use crate::element::KeyError;
 use crate::expr::Traced;
 use crate::schema::{BlockKeys, Keys, Sign, keys};
 use crate::units::{Dimension, Exact};
@@ -39,26 +39,26 @@ sample_time = \"1 ms\"
 /// More samples than are ever counted.
 const NEVER: usize = 1 << 25;
 
-fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
-    let (residual, of) = wiring.input("residual")?;
-    wiring.period("it counts in samples")?;
-    let threshold = wiring.needed("threshold", of)?;
-    wiring.not_negative("threshold", of, "every residual is beyond that, so there always is an alarm")?;
-    if let Some(value) = wiring.constant(residual) {
+fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
+    let (residual, of) = builder.input("residual")?;
+    builder.period("it counts in samples")?;
+    let threshold = builder.needed("threshold", of)?;
+    builder.not_negative("threshold", of, "every residual is beyond that, so there always is an alarm")?;
+    if let Some(value) = builder.constant(residual) {
         let message = format!("`residual` never changes: it is {value} in SI units, whatever happens");
-        return Err(mistake("residual", message, "write the difference of two things that should agree"));
+        return Err(key_error("residual", message, "write the difference of two things that should agree"));
     }
     // As many samples as fill the time, the first at its begin.
-    let count = |key, left_out: usize| -> Traced<'_> {
+    let count = |key, fallback: usize| -> Traced<'_> {
         let samples = |time: &Exact, period: &Exact| (time.to_rational() / period.to_rational()).ceil();
-        let found = match (wiring.values.exact(key), &wiring.sample_time) {
+        let found = match (builder.values.exact(key), &builder.sample_time) {
             (Some(time), Some(period)) => usize::try_from(samples(time, period)).unwrap_or(NEVER),
-            _ => left_out,
+            _ => fallback,
         };
         Traced::Fraction(found.clamp(1, NEVER) as i64, 1)
     };
     let watch = kardan_rt::Monitor { threshold, debounce: count("debounce", 1), hold: count("hold", NEVER) };
-    let [alarm, _] = wiring.go_on(|memory| watch.step(residual, memory), [Wiring::zero(); 2]);
-    wiring.answer(alarm, Dimension::NONE);
+    let [alarm, _] = builder.go_on(|memory| watch.step(residual, memory), [BlockBuilder::zero(); 2]);
+    builder.answer(alarm, Dimension::NONE);
     Ok(())
 }

@@ -1,8 +1,8 @@
+use super::builder::{BlockBuilder, BlockKind, List, key_error, rational};
 use super::estimate::{Plant, of_poles, rounded, settled, staying};
-use super::wiring::{BlockKind, List, Wiring, mistake, rational};
-use crate::element::Mistake;
+use crate::element::KeyError;
 use crate::expr::{Rationals, Symbol, Traced, lower};
-use crate::num::{Matrix, Polynomial, Rational, held, rational_to_f64};
+use crate::num::{Matrix, Polynomial, Rational, exact_zoh, rational_to_f64};
 use crate::schema::{BlockKeys, Keys, keys};
 use crate::units::Dimension;
 
@@ -56,47 +56,48 @@ fn names<'a>(names: impl Iterator<Item = &'a str>) -> String {
 }
 
 /// The states of a list with one start for each.
-fn states<'g>(wiring: &Wiring<'g>) -> Result<Vec<State<'g>>, Mistake> {
+fn states<'g>(builder: &BlockBuilder<'g>) -> Result<Vec<State<'g>>, KeyError> {
     let mut found = Vec::new();
-    for List { name, values, .. } in wiring.lists_of("states") {
+    for List { name, values, .. } in builder.lists_of("states") {
         let [(start, dimension)] = values.as_slice() else {
             let message = format!("`states`: `{name}` has {} values, one is what it starts at", values.len());
-            return Err(mistake("states", message, "write `{ speed = \"0 rad/s\", load = \"0 N m\" }`"));
+            return Err(key_error("states", message, "write `{ speed = \"0 rad/s\", load = \"0 N m\" }`"));
         };
-        found.push((name.clone(), wiring.exact(start), *dimension));
+        found.push((name.clone(), builder.exact(start), *dimension));
     }
     if found.is_empty() {
         let help = "name them, each with what it is at the start: `{ speed = \"0 rad/s\", load = \"0 N m\" }`";
-        return Err(mistake("states", "`states` is empty: there is nothing to estimate", help));
+        return Err(key_error("states", "`states` is empty: there is nothing to estimate", help));
     }
     Ok(found)
 }
 
 /// Refuses the name of something that is not there.
-fn check_name(key: &'static str, name: &str, known: &[State<'_>], besides: &str) -> Result<(), Mistake> {
-    if known.iter().any(|(state, ..)| state == name) {
+fn check_name(key: &'static str, name: &str, states: &[State<'_>], besides: &str) -> Result<(), KeyError> {
+    if states.iter().any(|(state, ..)| state == name) {
         return Ok(());
     }
     let message = format!("`{key}`: `{name}` is no state{besides}");
-    Err(mistake(key, message, format!("its states are {}", names(known.iter().map(|(state, ..)| state.as_str())))))
+    Err(key_error(key, message, format!("its states are {}", names(states.iter().map(|(state, ..)| state.as_str())))))
 }
 
 /// The rate of each state, 0 where none is given.
-fn rates<'g>(wiring: &Wiring<'g>, states: &[State<'g>]) -> Result<Vec<Traced<'g>>, Mistake> {
-    for (name, ..) in wiring.expressions("rates") {
+fn rates<'g>(builder: &BlockBuilder<'g>, states: &[State<'g>]) -> Result<Vec<Traced<'g>>, KeyError> {
+    for (name, ..) in builder.expressions("rates") {
         check_name("rates", name, states, "")?;
     }
     let mut all = Vec::new();
     for (state, _, of) in states {
-        let wanted = wiring.over("rates", *of, Dimension::TIME, -1)?;
-        let given = wiring.expressions("rates").iter().find(|(name, ..)| name == state);
-        all.push(match given {
-            None => Wiring::zero(),
-            Some((_, rate, found)) if wanted.is_like(found) => *rate,
+        let expected = builder.over("rates", *of, Dimension::TIME, -1)?;
+        let entry = builder.expressions("rates").iter().find(|(name, ..)| name == state);
+        all.push(match entry {
+            None => BlockBuilder::zero(),
+            Some((_, rate, found)) if expected.is_like(found) => *rate,
             Some((.., found)) => {
-                let message = format!("`rates`: that of `{state}`: expected {}, found {}", wanted.noun(), found.noun());
-                let help = format!("`{state}` starts in {}, so its rate comes out in {}", of.si(), wanted.si());
-                return Err(mistake("rates", message, help));
+                let message =
+                    format!("`rates`: that of `{state}`: expected {}, found {}", expected.noun(), found.noun());
+                let help = format!("`{state}` starts in {}, so its rate comes out in {}", of.si(), expected.si());
+                return Err(key_error("rates", message, help));
             }
         });
     }
@@ -104,100 +105,101 @@ fn rates<'g>(wiring: &Wiring<'g>, states: &[State<'g>]) -> Result<Vec<Traced<'g>
 }
 
 /// What is measured beside what the states say of it.
-fn measured<'g>(wiring: &Wiring<'g>, states: &[State<'g>]) -> Result<Vec<Measured<'g>>, Mistake> {
-    let predicted = wiring.expressions("predicted");
+fn measured<'g>(builder: &BlockBuilder<'g>, states: &[State<'g>]) -> Result<Vec<Measured<'g>>, KeyError> {
+    let predicted = builder.expressions("predicted");
     let mut all = Vec::new();
-    for (name, value, found) in wiring.expressions("measured") {
-        let (said, wanted) = match predicted.iter().find(|(other, ..)| other == name) {
-            Some((_, said, wanted)) => (*said, *wanted),
+    for (name, value, found) in builder.expressions("measured") {
+        let (prediction, expected) = match predicted.iter().find(|(candidate, ..)| candidate == name) {
+            Some((_, prediction, expected)) => (*prediction, *expected),
             None => {
                 check_name("measured", name, states, ", and `predicted` says nothing of it")?;
-                let own = states.iter().zip(&wiring.own).find(|((state, ..), _)| state == name);
-                own.map_or((Wiring::zero(), Dimension::NONE), |((.., of), [symbol, _])| (*symbol, *of))
+                let own = states.iter().zip(&builder.own).find(|((state, ..), _)| state == name);
+                own.map_or((BlockBuilder::zero(), Dimension::NONE), |((.., of), [symbol, _])| (*symbol, *of))
             }
         };
-        if !wanted.is_like(found) {
-            let message = format!("`measured`: `{name}`: expected {}, found {}", wanted.noun(), found.noun());
-            let help = format!("what is measured comes out in a unit such as {}", wanted.example());
-            return Err(mistake("measured", message, help));
+        if !expected.is_like(found) {
+            let message = format!("`measured`: `{name}`: expected {}, found {}", expected.noun(), found.noun());
+            let help = format!("what is measured comes out in a unit such as {}", expected.example());
+            return Err(key_error("measured", message, help));
         }
-        let follows = |both: &[Traced<'g>; 2]| both.iter().any(|symbol| wiring.depends(*value, *symbol));
-        if let Some(((state, ..), _)) = states.iter().zip(&wiring.own).find(|(_, both)| follows(both)) {
+        let follows = |both: &[Traced<'g>; 2]| both.iter().any(|symbol| builder.depends(*value, *symbol));
+        if let Some(((state, ..), _)) = states.iter().zip(&builder.own).find(|(_, both)| follows(both)) {
             let message = format!("`measured`: `{name}` follows from the estimate of `{state}` itself");
             let help = "write the sensor alone; what the states say of it is `predicted`";
-            return Err(mistake("measured", message, help));
+            return Err(key_error("measured", message, help));
         }
-        all.push((name.clone(), *value, said, wanted));
+        all.push((name.clone(), *value, prediction, expected));
     }
     if all.is_empty() {
         let help = "name a sensor for a state: `{ speed = \"encoder.w\" }`";
-        return Err(mistake("measured", "`measured` is empty: nothing corrects the estimate", help));
+        return Err(key_error("measured", "`measured` is empty: nothing corrects the estimate", help));
     }
-    match predicted.iter().find(|(name, ..)| all.iter().all(|(other, ..)| other != name)) {
+    match predicted.iter().find(|(name, ..)| all.iter().all(|(candidate, ..)| candidate != name)) {
         None => Ok(all),
         Some((name, ..)) => {
             let message = format!("`predicted`: `{name}` is not measured, so nothing is compared with it");
-            Err(mistake("predicted", message, "add it to `measured`, or take it out"))
+            Err(key_error("predicted", message, "add it to `measured`, or take it out"))
         }
     }
 }
 
 /// Expressions as a matrix times the states and what is left without them.
 fn linear<'g, 's>(
-    wiring: &Wiring<'g>,
+    builder: &BlockBuilder<'g>,
     states: &'s [State<'g>],
     (key, of): (&'static str, &[&str]),
     values: &[Traced<'g>],
-) -> Result<(Matrix<Rational>, Vec<Traced<'g>>), Mistake> {
+) -> Result<(Matrix<Rational>, Vec<Traced<'g>>), KeyError> {
     let symbol =
-        |(state, both): (&'s State<'g>, &[Traced<'g>; 2])| Some((state.0.as_str(), wiring.symbol_of(both[0])?));
-    let own: Vec<(&str, Symbol)> = states.iter().zip(&wiring.own).filter_map(symbol).collect();
+        |(state, both): (&'s State<'g>, &[Traced<'g>; 2])| Some((state.0.as_str(), builder.symbol_of(both[0])?));
+    let own: Vec<(&str, Symbol)> = states.iter().zip(&builder.own).filter_map(symbol).collect();
     let mut matrix = Matrix::<Rational>::zeros(values.len(), own.len());
     let mut rest = Vec::new();
     for (i, value) in values.iter().enumerate() {
-        let expr = value.expr(wiring.graph);
+        let expr = value.expr(builder.graph);
         for (j, (state, symbol)) in own.iter().enumerate() {
-            let mut graph = wiring.graph.borrow_mut();
+            let mut graph = builder.graph.borrow_mut();
             let slope = graph.derivative(expr, *symbol);
             let Some(slope) = lower(&graph, &[slope], &mut Rationals, |_| None).pop().flatten() else {
                 let what = if key == "rates" { "the rate of" } else { "what is said of" };
                 let message =
                     format!("`{key}`: {what} `{}` is not linear in `{state}` with a constant coefficient", of[i]);
                 let help = "this observer is linear: write the slope at the operating point, and put what bends into a signal of what is measured";
-                return Err(mistake(key, message, help));
+                return Err(key_error(key, message, help));
             };
             matrix[(i, j)] = slope;
         }
-        let mut graph = wiring.graph.borrow_mut();
+        let mut graph = builder.graph.borrow_mut();
         let zero = graph.number(Rational::ZERO);
         let at_zero: Vec<_> = own.iter().map(|(_, symbol)| (*symbol, zero)).collect();
-        let alone = graph.substitute(&[expr], &at_zero)[0];
+        let constant_part = graph.substitute(&[expr], &at_zero)[0];
         drop(graph);
-        rest.push(Traced::new(wiring.graph, alone));
+        rest.push(Traced::new(builder.graph, constant_part));
     }
     Ok((matrix, rest))
 }
 
 /// Refuses states that measurements do not show, by name.
-fn check_seen(plant: &Plant, states: &[State<'_>]) -> Result<(), Mistake> {
-    let unseen = plant.unseen();
-    if unseen.columns() == 0 {
+fn check_observable(plant: &Plant, states: &[State<'_>]) -> Result<(), KeyError> {
+    let unobservable = plant.unobservable();
+    if unobservable.columns() == 0 {
         return Ok(());
     }
-    let parts = |k: usize| (0..states.len()).filter(|i| !unseen[(*i, k)].is_zero()).collect::<Vec<usize>>();
-    let alone = (0..unseen.columns()).map(parts).min_by_key(Vec::len).unwrap_or_default();
+    let parts = |k: usize| (0..states.len()).filter(|i| !unobservable[(*i, k)].is_zero()).collect::<Vec<usize>>();
+    let constant_part = (0..unobservable.columns()).map(parts).min_by_key(Vec::len).unwrap_or_default();
     let name = |i: &usize| states[*i].0.as_str();
-    let message = match alone.as_slice() {
+    let message = match constant_part.as_slice() {
         [one] => format!("not observable: nothing that is measured depends on `{}`", name(one)),
         several => {
-            let k = (0..unseen.columns()).find(|k| parts(*k) == *several).unwrap_or(0);
-            let share =
-                |i: &usize| format!("`{}` by {} {}", name(i), rational_to_f64(&unseen[(*i, k)]), states[*i].2.si());
+            let k = (0..unobservable.columns()).find(|k| parts(*k) == *several).unwrap_or(0);
+            let share = |i: &usize| {
+                format!("`{}` by {} {}", name(i), rational_to_f64(&unobservable[(*i, k)]), states[*i].2.si())
+            };
             let shares: Vec<String> = several.iter().map(|i| share(i).trim_end().to_string()).collect();
             format!("not observable: {} may change together, and nothing that is measured shows it", shares.join(", "))
         }
     };
-    Err(mistake(
+    Err(key_error(
         "measured",
         message,
         "measure more, or take a state out of `states` and put what is known of it into `rates`",
@@ -205,19 +207,19 @@ fn check_seen(plant: &Plant, states: &[State<'_>]) -> Result<(), Mistake> {
 }
 
 /// The polynomial of the poles, checked.
-fn polynomial(wiring: &Wiring<'_>, states: usize) -> Result<Polynomial, Mistake> {
-    let poles = wiring.values.poles("poles").unwrap_or_default();
+fn polynomial(builder: &BlockBuilder<'_>, states: usize) -> Result<Polynomial, KeyError> {
+    let poles = builder.values.poles("poles").unwrap_or_default();
     if poles.len() != states {
         let message = format!("{} `poles` for {states} states", poles.len());
-        return Err(mistake("poles", message, "write one for each state; `\"-14 ± 14.3j\"` are two"));
+        return Err(key_error("poles", message, "write one for each state; `\"-14 ± 14.3j\"` are two"));
     }
-    let time = wiring.sample_time.as_ref().map(|time| time.to_rational());
+    let time = builder.sample_time.as_ref().map(|time| time.to_rational());
     for (re, im) in poles {
         let (re, im) = (re.to_f64(), im.to_f64());
         if re >= 0.0 {
             let message =
                 format!("`poles`: the error of the estimate does not decay at a pole with the real part {re} 1/s");
-            return Err(mistake("poles", message, "write poles left of 0, such as `-50`"));
+            return Err(key_error("poles", message, "write poles left of 0, such as `-50`"));
         }
         if let Some(half) =
             time.as_ref().map(|time| std::f64::consts::PI / rational_to_f64(time)).filter(|half| im.abs() >= *half)
@@ -226,27 +228,27 @@ fn polynomial(wiring: &Wiring<'_>, states: usize) -> Result<Polynomial, Mistake>
                 "`poles`: {} 1/s is not below the half of the sampling, {half} 1/s: samples do not show that",
                 im.abs()
             );
-            return Err(mistake("poles", message, "make the imaginary part smaller, or the sample time shorter"));
+            return Err(key_error("poles", message, "make the imaginary part smaller, or the sample time shorter"));
         }
     }
-    let alone =
-        || mistake("poles", "`poles`: a complex one stands without its conjugate", "write a pair, `-14 ± 14.3j`");
-    of_poles(poles, time.as_ref()).ok_or_else(alone)
+    let constant_part =
+        || key_error("poles", "`poles`: a complex one stands without its conjugate", "write a pair, `-14 ± 14.3j`");
+    of_poles(poles, time.as_ref()).ok_or_else(constant_part)
 }
 
 /// L as it is given: a row for each state.
-fn given_gain(
-    wiring: &Wiring<'_>,
+fn gain_from_file(
+    builder: &BlockBuilder<'_>,
     states: &[State<'_>],
     measured: &[Measured<'_>],
-) -> Result<Matrix<Rational>, Mistake> {
-    for List { name, .. } in wiring.lists_of("gains") {
+) -> Result<Matrix<Rational>, KeyError> {
+    for List { name, .. } in builder.lists_of("gains") {
         check_name("gains", name, states, "")?;
     }
     let mut out = Matrix::<Rational>::zeros(states.len(), measured.len());
     for (i, (state, _, of)) in states.iter().enumerate() {
-        let Some(row) = wiring.lists_of("gains").find(|list| list.name == *state) else {
-            return Err(mistake(
+        let Some(row) = builder.lists_of("gains").find(|list| list.name == *state) else {
+            return Err(key_error(
                 "gains",
                 format!("`gains`: there are none for `{state}`"),
                 "write one for each measurement, 0 in its unit where there is none",
@@ -254,26 +256,26 @@ fn given_gain(
         };
         if row.values.len() != measured.len() {
             let message = format!("`gains`: `{state}` has {} for {} measurements", row.values.len(), measured.len());
-            return Err(mistake("gains", message, "write one for each, in the order of `measured`"));
+            return Err(key_error("gains", message, "write one for each, in the order of `measured`"));
         }
         for (k, ((value, found), (name, .., by))) in row.values.iter().zip(measured).enumerate() {
-            let mut wanted = wiring.over("gains", *of, *by, -1)?;
-            if wiring.sample_time.is_none() {
-                wanted = wiring.over("gains", wanted, Dimension::TIME, -1)?;
+            let mut expected = builder.over("gains", *of, *by, -1)?;
+            if builder.sample_time.is_none() {
+                expected = builder.over("gains", expected, Dimension::TIME, -1)?;
             }
-            if !wanted.is_like(found) {
+            if !expected.is_like(found) {
                 let message = format!(
                     "`gains`: that of `{state}` for `{name}`: expected {}, found {}",
-                    wanted.noun(),
+                    expected.noun(),
                     found.noun()
                 );
-                let help = match wiring.sample_time {
+                let help = match builder.sample_time {
                     Some(_) => {
-                        format!("what the estimate changes by at a sample, in a unit such as {}", wanted.example())
+                        format!("what the estimate changes by at a sample, in a unit such as {}", expected.example())
                     }
-                    None => format!("a rate, in a unit such as {}", wanted.example()),
+                    None => format!("a rate, in a unit such as {}", expected.example()),
                 };
-                return Err(mistake("gains", message, help));
+                return Err(key_error("gains", message, help));
             }
             out[(i, k)] = value.to_rational();
         }
@@ -283,15 +285,15 @@ fn given_gain(
 
 /// L of a plant that is sampled if it has a sample time, with what is checked of it.
 fn gain(
-    wiring: &Wiring<'_>,
+    builder: &BlockBuilder<'_>,
     plant: &Plant,
     states: &[State<'_>],
     measured: &[Measured<'_>],
-) -> Result<Matrix<Rational>, Mistake> {
-    let sampled = wiring.sample_time.is_some();
-    let gain = match (wiring.values.has("poles"), wiring.values.has("gains")) {
+) -> Result<Matrix<Rational>, KeyError> {
+    let sampled = builder.sample_time.is_some();
+    let gain = match (builder.values.has("poles"), builder.values.has("gains")) {
         (true, true) => {
-            return Err(mistake(
+            return Err(key_error(
                 "gains",
                 "`gains` and `poles` are given: one of them says how fast the estimate follows",
                 "take one of them out",
@@ -299,21 +301,21 @@ fn gain(
         }
         (false, false) => {
             let message = "neither `poles` nor `gains` say how fast the estimate follows";
-            return Err(mistake("kind", message, "write `poles = [\"-60 ± 60j\"]`, as many as there are states"));
+            return Err(key_error("kind", message, "write `poles = [\"-60 ± 60j\"]`, as many as there are states"));
         }
-        (false, true) => given_gain(wiring, states, measured)?,
+        (false, true) => gain_from_file(builder, states, measured)?,
         (true, false) => {
             if let [first, second, ..] = measured {
                 let message = format!(
                     "`poles` place gains of one measurement, and there are several: `{}`, `{}`",
                     first.0, second.0
                 );
-                return Err(mistake("poles", message, "write `gains`, or measure one thing alone"));
+                return Err(key_error("poles", message, "write `gains`, or measure one thing alone"));
             }
-            let polynomial = polynomial(wiring, states.len())?;
+            let polynomial = polynomial(builder, states.len())?;
             let blind = || {
                 let message = "at this sample time two motions look alike in all samples, so no gain tells them apart";
-                mistake("poles", message, "make the sample time shorter")
+                key_error("poles", message, "make the sample time shorter")
             };
             plant.gain(&polynomial).ok_or_else(blind)?
         }
@@ -325,74 +327,75 @@ fn gain(
 }
 
 /// Refuses gains with which the error stays or grows.
-fn check_decays(wiring: &Wiring<'_>, error: &Matrix<Rational>) -> Result<(), Mistake> {
-    let sampled = wiring.sample_time.is_some();
+fn check_decays(builder: &BlockBuilder<'_>, error: &Matrix<Rational>) -> Result<(), KeyError> {
+    let sampled = builder.sample_time.is_some();
     let Some((re, im)) = staying(error, sampled).first().copied() else { return Ok(()) };
-    let key = if wiring.values.has("gains") { "gains" } else { "poles" };
+    let key = if builder.values.has("gains") { "gains" } else { "poles" };
     let at = if im == 0.0 { format!("{re}") } else { format!("{re} ± {}j", im.abs()) };
     let why = match sampled {
         true => format!("z = {at} is not within the unit circle"),
         false => format!("the pole {at} 1/s is not left of 0"),
     };
     let message = format!("the error of the estimate does not decay: {why}");
-    Err(mistake(key, message, "check the signs of `gains`, or write `poles`"))
+    Err(key_error(key, message, "check the signs of `gains`, or write `poles`"))
 }
 
-fn too_fast() -> Mistake {
+fn too_fast() -> KeyError {
     let message = "within one sample the states grow or decay beyond what numbers hold";
-    mistake("rates", message, "make the sample time shorter, or check the units in `rates`")
+    key_error("rates", message, "make the sample time shorter, or check the units in `rates`")
 }
 
-fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
-    wiring.idle("unit", "each state has the unit in which it starts", "take it out")?;
-    let states = states(wiring)?;
-    let measured = measured(wiring, &states)?;
-    let answers: Vec<String> = measured.iter().map(|(name, ..)| format!("residual_{name}")).collect();
-    if let Some((state, ..)) = states.iter().find(|(state, ..)| answers.contains(state)) {
+fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
+    builder.idle("unit", "each state has the unit in which it starts", "take it out")?;
+    let states = states(builder)?;
+    let measured = measured(builder, &states)?;
+    let outputs: Vec<String> = measured.iter().map(|(name, ..)| format!("residual_{name}")).collect();
+    if let Some((state, ..)) = states.iter().find(|(state, ..)| outputs.contains(state)) {
         let message = format!("`states`: `{state}` is what is left of a measurement, so no state is called like that");
-        return Err(mistake("states", message, "choose another name"));
+        return Err(key_error("states", message, "choose another name"));
     }
     let of_states: Vec<&str> = states.iter().map(|(name, ..)| name.as_str()).collect();
     let of_measured: Vec<&str> = measured.iter().map(|(name, ..)| name.as_str()).collect();
-    let (a, known) = linear(wiring, &states, ("rates", &of_states), &rates(wiring, &states)?)?;
-    let said: Vec<Traced<'_>> = measured.iter().map(|(_, _, said, _)| *said).collect();
-    let (c, offsets) = linear(wiring, &states, ("predicted", &of_measured), &said)?;
+    let (a, rate_terms) = linear(builder, &states, ("rates", &of_states), &rates(builder, &states)?)?;
+    let prediction: Vec<Traced<'_>> = measured.iter().map(|(_, _, prediction, _)| *prediction).collect();
+    let (c, offsets) = linear(builder, &states, ("predicted", &of_measured), &prediction)?;
     let mut plant = Plant { a, c };
-    if wiring.values.has("poles") {
-        check_seen(&plant, &states)?;
+    if builder.values.has("poles") {
+        check_observable(&plant, &states)?;
     }
-    let seen: Vec<Traced<'_>> = measured.iter().zip(offsets).map(|((_, value, ..), offset)| *value - offset).collect();
+    let deviations: Vec<Traced<'_>> =
+        measured.iter().zip(offsets).map(|((_, value, ..), offset)| *value - offset).collect();
     let mut b = Matrix::<Rational>::identity(states.len());
-    if let Some(time) = &wiring.sample_time {
-        let [transition, integral] = held(&plant.a, &time.to_rational()).ok_or_else(too_fast)?;
+    if let Some(time) = &builder.sample_time {
+        let [transition, integral] = exact_zoh(&plant.a, &time.to_rational()).ok_or_else(too_fast)?;
         // What kardan places is placed for all digits, and rounded once.
         plant.a = settled(transition, &plant.a, &time.to_rational());
         b = rounded(&integral).ok_or_else(too_fast)?;
     }
-    let gain = gain(wiring, &plant, &states, &measured)?;
-    if wiring.sample_time.is_some() {
+    let gain = gain(builder, &plant, &states, &measured)?;
+    if builder.sample_time.is_some() {
         plant.a = rounded(&plant.a).ok_or_else(too_fast)?;
     }
-    check_decays(wiring, &plant.error(&gain))?;
+    check_decays(builder, &plant.error(&gain))?;
     let numbers = |matrix: &Matrix<Rational>| -> Vec<Traced<'_>> {
-        matrix.as_slice().iter().map(|x| rational(wiring.graph, x.clone())).collect()
+        matrix.as_slice().iter().map(|x| rational(builder.graph, x.clone())).collect()
     };
     let [a, b, c, gain] = [&plant.a, &b, &plant.c, &gain].map(numbers);
     let block = kardan_rt::Observer { a: &a, b: &b, c: &c, gain: &gain };
-    let first = wiring.memory.len();
-    let mut memory = vec![Wiring::zero(); states.len()];
-    memory.extend(states.iter().map(|(_, start, _)| wiring.remember(*start)));
+    let first = builder.memory.len();
+    let mut memory = vec![BlockBuilder::zero(); states.len()];
+    memory.extend(states.iter().map(|(_, start, _)| builder.remember(*start)));
     // A step of the block is the rate of its states where it runs at every instant: the same sum, of other matrices.
-    let _ = block.step(&known, &seen, &mut memory);
+    let _ = block.step(&rate_terms, &deviations, &mut memory);
     let (now, next) = memory.split_at(states.len());
-    wiring.next(first, next);
+    builder.next(first, next);
     for ((name, _, dimension), value) in states.iter().zip(now) {
-        wiring.answer_as(name, *value, *dimension);
+        builder.answer_as(name, *value, *dimension);
     }
-    for (k, ((.., dimension), name)) in measured.iter().zip(&answers).enumerate() {
+    for (k, ((.., dimension), name)) in measured.iter().zip(&outputs).enumerate() {
         let row = c.iter().skip(k * states.len());
-        let said = row.zip(now).fold(Wiring::zero(), |sum, (c, x)| sum + *c * *x);
-        wiring.answer_as(name, seen[k] - said, *dimension);
+        let prediction = row.zip(now).fold(BlockBuilder::zero(), |sum, (c, x)| sum + *c * *x);
+        builder.answer_as(name, deviations[k] - prediction, *dimension);
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 use kardan_rt::Manual;
 
-use super::wiring::{BlockKind, Wiring, mistake};
-use crate::element::Mistake;
+use super::builder::{BlockBuilder, BlockKind, key_error};
+use crate::element::KeyError;
 use crate::expr::Traced;
 use crate::schema::{BlockKeys, Keys, keys};
 use crate::units::Dimension;
@@ -64,41 +64,41 @@ struct Read<'g> {
     dimension: Dimension,
 }
 
-fn read<'g>(wiring: &Wiring<'g>) -> Result<Read<'g>, Mistake> {
-    let (measured, of) = wiring.input("measured")?;
-    let reference = wiring.needed("reference", of)?;
-    let (proportional, gain) = wiring.input("proportional")?;
-    let dimension = wiring.over("proportional", of, gain, 1)?;
+fn read<'g>(builder: &BlockBuilder<'g>) -> Result<Read<'g>, KeyError> {
+    let (measured, of) = builder.input("measured")?;
+    let reference = builder.needed("reference", of)?;
+    let (proportional, gain) = builder.input("proportional")?;
+    let dimension = builder.over("proportional", of, gain, 1)?;
     let (by_time, times) =
-        (wiring.over("integral", gain, Dimension::TIME, -1)?, wiring.over("derivative", gain, Dimension::TIME, 1)?);
-    let (zero, one) = (Wiring::zero(), Wiring::one());
-    let integral = wiring.of("integral", by_time)?;
-    let derivative = wiring.of("derivative", times)?;
-    let filter = match &wiring.sample_time {
-        Some(_) => wiring.not_negative("filter", Dimension::TIME, "it is a time constant")?,
-        None => wiring.positive("filter", Dimension::TIME, "at every instant a derivative needs a filter")?,
+        (builder.over("integral", gain, Dimension::TIME, -1)?, builder.over("derivative", gain, Dimension::TIME, 1)?);
+    let (zero, one) = (BlockBuilder::zero(), BlockBuilder::one());
+    let integral = builder.of("integral", by_time)?;
+    let derivative = builder.of("derivative", times)?;
+    let filter = match &builder.sample_time {
+        Some(_) => builder.not_negative("filter", Dimension::TIME, "it is a time constant")?,
+        None => builder.positive("filter", Dimension::TIME, "at every instant a derivative needs a filter")?,
     };
     if derivative.is_none() {
         for key in ["filter", "rate_weight"] {
-            wiring.idle(key, "there is no `derivative`", "take it out, or add `derivative`")?;
+            builder.idle(key, "there is no `derivative`", "take it out, or add `derivative`")?;
         }
     }
-    if let (Some(_), None, None) = (derivative, filter, &wiring.sample_time) {
-        return Err(mistake(
+    if let (Some(_), None, None) = (derivative, filter, &builder.sample_time) {
+        return Err(key_error(
             "derivative",
             "a derivative at every instant needs a filter",
             "add `filter = \"5 ms\"`, or a `sample_time`",
         ));
     }
-    let weight = |key, left_out| Ok(wiring.of(key, Dimension::NONE)?.unwrap_or(left_out));
+    let weight = |key, fallback| Ok(builder.of(key, Dimension::NONE)?.unwrap_or(fallback));
     let weights = [weight("reference_weight", one)?, weight("rate_weight", zero)?];
-    let bounds = wiring.bounds(dimension)?;
-    let on = wiring.of("on", Dimension::NONE)?;
-    let integral = integral.filter(|integral| !wiring.is_zero(*integral));
-    let tracking = tracking(wiring, (proportional, integral), &bounds, on.is_some())?;
-    let value = wiring.of("manual", dimension)?;
+    let bounds = builder.bounds(dimension)?;
+    let on = builder.of("on", Dimension::NONE)?;
+    let integral = integral.filter(|integral| !builder.is_zero(*integral));
+    let tracking = tracking(builder, (proportional, integral), &bounds, on.is_some())?;
+    let value = builder.of("manual", dimension)?;
     if on.is_none() && value.is_some() {
-        return Err(mistake("manual", "`manual` is answered while it is not `on`, which is not given", "add `on`"));
+        return Err(key_error("manual", "`manual` is answered while it is not `on`, which is not given", "add `on`"));
     }
     Ok(Read {
         pid: kardan_rt::Pid {
@@ -120,105 +120,105 @@ fn read<'g>(wiring: &Wiring<'g>) -> Result<Read<'g>, Mistake> {
 
 /// Tt, with its sense checked.
 fn tracking<'g>(
-    wiring: &Wiring<'g>,
+    builder: &BlockBuilder<'g>,
     (proportional, integral): (Traced<'g>, Option<Traced<'g>>),
     bounds: &[Option<Traced<'g>>; 2],
     switched: bool,
-) -> Result<Traced<'g>, Mistake> {
-    let (one, bounded) = (Wiring::one(), bounds.iter().any(Option::is_some));
-    let given = wiring.positive("tracking_time", Dimension::TIME, "the integral would run away from a bound")?;
+) -> Result<Traced<'g>, KeyError> {
+    let (one, bounded) = (BlockBuilder::one(), bounds.iter().any(Option::is_some));
+    let explicit = builder.positive("tracking_time", Dimension::TIME, "the integral would run away from a bound")?;
     match integral {
         Some(_) if !bounded => {
-            wiring.idle("tracking_time", "no bound holds the answer", "take it out, or add `high`")?;
+            builder.idle("tracking_time", "no bound holds the answer", "take it out, or add `high`")?;
             return Ok(one);
         }
         None if !switched => {
-            wiring.idle(
+            builder.idle(
                 "tracking_time",
                 "there is no `integral` that would follow",
                 "take it out, or add `integral`",
             )?;
             return Ok(one);
         }
-        None if given.is_none() => {
+        None if explicit.is_none() => {
             let message = "without an `integral` what bridges a switching from `manual` would stay for ever";
-            return Err(mistake("on", message, "say how fast it is to fade: `tracking_time = \"0.2 s\"`"));
+            return Err(key_error("on", message, "say how fast it is to fade: `tracking_time = \"0.2 s\"`"));
         }
         _ => {}
     }
-    let found = match (given, integral) {
-        (Some(given), _) => given,
+    let found = match (explicit, integral) {
+        (Some(explicit), _) => explicit,
         // Without a proportional part K/Ki is no time.
-        (None, Some(_)) if wiring.is_zero(proportional) => match &wiring.sample_time {
-            Some(time) => wiring.exact(time),
+        (None, Some(_)) if builder.is_zero(proportional) => match &builder.sample_time {
+            Some(time) => builder.exact(time),
             None => {
                 let message = "`tracking_time` is missing: with a `proportional` of 0, K/Ki is no time";
-                return Err(mistake("proportional", message, "say how fast the integral is to follow at a bound"));
+                return Err(key_error("proportional", message, "say how fast the integral is to follow at a bound"));
             }
         },
         (None, Some(integral)) => proportional / integral,
         (None, None) => one,
     };
-    let shortest = wiring.sample_time.as_ref().map_or(0.0, |time| time.to_f64() / 2.0);
-    match wiring.constant(found) {
+    let shortest = builder.sample_time.as_ref().map_or(0.0, |time| time.to_f64() / 2.0);
+    match builder.constant(found) {
         Some(time) if time <= shortest => {
-            let key = if given.is_some() { "tracking_time" } else { "integral" };
-            let what = if given.is_some() {
+            let key = if explicit.is_some() { "tracking_time" } else { "integral" };
+            let what = if explicit.is_some() {
                 "`tracking_time`"
             } else {
                 "`proportional`/`integral`, which stands for `tracking_time`,"
             };
-            let message = match &wiring.sample_time {
+            let message = match &builder.sample_time {
                 Some(_) => format!(
                     "{what} is {time} s, not above half of the sample time: at a bound the integral would swing up"
                 ),
                 None => format!("{what} is {time} s: at a bound the integral would run away"),
             };
-            Err(mistake(key, message, "write a longer `tracking_time`"))
+            Err(key_error(key, message, "write a longer `tracking_time`"))
         }
         _ => Ok(found),
     }
 }
 
-fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
-    let Read { mut pid, reference, measured, manual, dimension } = read(wiring)?;
-    let (zero, one) = (Wiring::zero(), Wiring::one());
-    let answer = match wiring.sample_time.clone() {
+fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
+    let Read { mut pid, reference, measured, manual, dimension } = read(builder)?;
+    let (zero, one) = (BlockBuilder::zero(), BlockBuilder::one());
+    let answer = match builder.sample_time.clone() {
         Some(time) => {
-            pid.sample_time = wiring.exact(&time);
+            pid.sample_time = builder.exact(&time);
             let manual = manual.unwrap_or(Manual { on: one, value: zero });
-            wiring.step(|memory| pid.step(reference, measured, manual, memory), [zero; 5])
+            builder.step(|memory| pid.step(reference, measured, manual, memory), [zero; 5])
         }
         None if manual.is_some() => {
-            return Err(mistake("on", "switching needs a `sample_time`", "write `sample_time = \"1 ms\"`"));
+            return Err(key_error("on", "switching needs a `sample_time`", "write `sample_time = \"1 ms\"`"));
         }
-        None => flowing(wiring, &pid, [reference, measured]),
+        None => flowing(builder, &pid, [reference, measured]),
     };
-    wiring.answer(answer, dimension);
+    builder.answer(answer, dimension);
     Ok(())
 }
 
 /// At every instant: two states, the integral and the filtered e.
 fn flowing<'g>(
-    wiring: &mut Wiring<'g>,
+    builder: &mut BlockBuilder<'g>,
     pid: &kardan_rt::Pid<Traced<'g>>,
     [reference, measured]: [Traced<'g>; 2],
 ) -> Traced<'g> {
-    let zero = Wiring::zero();
+    let zero = BlockBuilder::zero();
     let [b, c] = pid.weights;
     let mut direct = pid.proportional * (b * reference - measured);
-    if !wiring.is_zero(pid.derivative) {
-        let first = wiring.memory.len();
-        let [filtered] = wiring.zeros();
+    if !builder.is_zero(pid.derivative) {
+        let first = builder.memory.len();
+        let [filtered] = builder.zeros();
         let late = (c * reference - measured - filtered) / pid.filter;
-        wiring.next(first, &[late]);
+        builder.next(first, &[late]);
         direct = direct + pid.derivative * late;
     }
-    let Some(by_time) = pid.integral else { return wiring.within(direct, pid.bounds) };
-    let first = wiring.memory.len();
-    let integral = wiring.remember(zero);
+    let Some(by_time) = pid.integral else { return builder.clamped(direct, pid.bounds) };
+    let first = builder.memory.len();
+    let integral = builder.remember(zero);
     let free = direct + integral;
-    let answer = wiring.within(free, pid.bounds);
-    wiring.next(first, &[by_time * (reference - measured) + (answer - free) / pid.tracking]);
+    let answer = builder.clamped(free, pid.bounds);
+    builder.next(first, &[by_time * (reference - measured) + (answer - free) / pid.tracking]);
     answer
 }

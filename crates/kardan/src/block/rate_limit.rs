@@ -1,5 +1,5 @@
-use super::wiring::{BlockKind, Wiring};
-use crate::element::Mistake;
+use super::builder::{BlockBuilder, BlockKind};
+use crate::element::KeyError;
 use crate::schema::{BlockKeys, Keys, keys};
 use crate::units::Dimension;
 
@@ -37,15 +37,15 @@ frequency = \"1 Hz\"
     write,
 };
 
-fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
-    let (input, dimension) = wiring.input("input")?;
-    let h = wiring.period("how far it may go from one sample to the next follows from that")?;
-    let rate = wiring.over("rise", dimension, Dimension::TIME, -1)?;
-    let rise = wiring.needed("rise", rate)?;
-    wiring.positive("rise", rate, "it is the fastest rise, and nothing would rise")?;
-    let fall = wiring.positive("fall", rate, "it is the size of the fastest fall, without a sign")?.unwrap_or(rise);
+fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
+    let (input, dimension) = builder.input("input")?;
+    let h = builder.period("how far it may go from one sample to the next follows from that")?;
+    let rate = builder.over("rise", dimension, Dimension::TIME, -1)?;
+    let rise = builder.needed("rise", rate)?;
+    builder.positive("rise", rate, "it is the fastest rise, and nothing would rise")?;
+    let fall = builder.positive("fall", rate, "it is the size of the fastest fall, without a sign")?.unwrap_or(rise);
     let limit = kardan_rt::RateLimit { rise: rise * h, fall: fall * h };
-    let [answer, _] = wiring.go_on(|memory| limit.step(input, memory), [Wiring::zero(); 2]);
-    wiring.answer(answer, dimension);
+    let [answer, _] = builder.go_on(|memory| limit.step(input, memory), [BlockBuilder::zero(); 2]);
+    builder.answer(answer, dimension);
     Ok(())
 }

@@ -2,13 +2,13 @@
 
 use kardan_rt::TransferFunction;
 
-use super::Wiring;
-use crate::element::Mistake;
+use super::BlockBuilder;
+use crate::element::KeyError;
 use crate::expr::Traced;
 
 /// A product of polynomials, constant first.
 pub(super) fn product<'g>(a: &[Traced<'g>], b: &[Traced<'g>]) -> Vec<Traced<'g>> {
-    let mut out = vec![Wiring::zero(); a.len() + b.len() - 1];
+    let mut out = vec![BlockBuilder::zero(); a.len() + b.len() - 1];
     for (i, x) in a.iter().enumerate() {
         for (j, y) in b.iter().enumerate() {
             out[i + j] = out[i + j] + *x * *y;
@@ -19,8 +19,8 @@ pub(super) fn product<'g>(a: &[Traced<'g>], b: &[Traced<'g>]) -> Vec<Traced<'g>>
 
 /// `s = (2/h)(1 − z⁻¹)/(1 + z⁻¹)` in a polynomial of s, times `(1 + z⁻¹)ⁿ`: coefficients of powers of z⁻¹.
 fn bilinear<'g>(polynomial: &[Traced<'g>], order: usize, h: Traced<'g>) -> Vec<Traced<'g>> {
-    let one = Wiring::one();
-    let mut out = vec![Wiring::zero(); order + 1];
+    let one = BlockBuilder::one();
+    let mut out = vec![BlockBuilder::zero(); order + 1];
     for (k, coefficient) in polynomial.iter().enumerate() {
         let mut term = vec![*coefficient];
         for _ in 0..k {
@@ -40,51 +40,51 @@ fn bilinear<'g>(polynomial: &[Traced<'g>], order: usize, h: Traced<'g>) -> Vec<T
 ///
 /// The denominator is no shorter than the numerator; its last coefficient is not zero.
 pub(super) fn filtered<'g>(
-    wiring: &mut Wiring<'g>,
+    builder: &mut BlockBuilder<'g>,
     (numerator, denominator): (&[Traced<'g>], &[Traced<'g>]),
     input: Traced<'g>,
     start: Traced<'g>,
-) -> Result<Traced<'g>, Mistake> {
+) -> Result<Traced<'g>, KeyError> {
     let order = denominator.len() - 1;
-    let Some(time) = wiring.sample_time.clone() else {
-        return Ok(flowing(wiring, (numerator, denominator), input, start));
+    let Some(time) = builder.sample_time.clone() else {
+        return Ok(flowing(builder, (numerator, denominator), input, start));
     };
-    let h = wiring.exact(&time);
+    let h = builder.exact(&time);
     let (b, a) = (bilinear(numerator, order, h), bilinear(denominator, order, h));
     let scale = a[0];
     let list = |list: &[Traced<'g>]| list.iter().map(|x| *x / scale).collect::<Vec<_>>();
     let (b, a) = (list(&b), list(&a[1..]));
     // At rest at an answer y the input is y over the gain at rest, `Σ b/(1 + Σ a)`, and the states are what that leaves.
-    let first = wiring.memory.len();
+    let first = builder.memory.len();
     let rest = resting((&b, &a), start);
-    let states: Vec<Traced<'g>> = rest.into_iter().map(|start| wiring.remember(start)).collect();
-    let mut memory = vec![Wiring::zero()];
+    let states: Vec<Traced<'g>> = rest.into_iter().map(|start| builder.remember(start)).collect();
+    let mut memory = vec![BlockBuilder::zero()];
     memory.extend(states);
     let _ = TransferFunction { numerator: &b, denominator: &a }.step(input, &mut memory);
-    wiring.next(first, &memory[1..]);
+    builder.next(first, &memory[1..]);
     Ok(memory[0])
 }
 
 /// The states of the sampled form at rest at an answer y, as far as the gain at rest is a number: `s_k = Σ_{j≥k} (b_j u − a_j y)`.
 fn resting<'g>((b, a): (&[Traced<'g>], &[Traced<'g>]), y: Traced<'g>) -> Vec<Traced<'g>> {
-    let zero = Wiring::zero();
+    let zero = BlockBuilder::zero();
     if let Traced::Fraction(0, _) = y {
         return vec![zero; a.len()];
     }
     let sum = |list: &[Traced<'g>]| list.iter().fold(zero, |sum, x| sum + *x);
-    let u = y * (Wiring::one() + sum(a)) / sum(b);
+    let u = y * (BlockBuilder::one() + sum(a)) / sum(b);
     let share = |k: usize| b[k + 1] * u - a[k] * y;
     (0..a.len()).map(|k| (k..a.len()).fold(zero, |sum, j| sum + share(j))).collect()
 }
 
 /// The same as differential equations, in the observer's form: `y = β_n u + x_n`, `ẋ_k = x_{k−1} + β_{k−1} u − α_{k−1} y`.
 fn flowing<'g>(
-    wiring: &mut Wiring<'g>,
+    builder: &mut BlockBuilder<'g>,
     (numerator, denominator): (&[Traced<'g>], &[Traced<'g>]),
     input: Traced<'g>,
     start: Traced<'g>,
 ) -> Traced<'g> {
-    let (zero, order) = (Wiring::zero(), denominator.len() - 1);
+    let (zero, order) = (BlockBuilder::zero(), denominator.len() - 1);
     let scale = denominator[order];
     let alpha = |k: usize| denominator[k] / scale;
     let beta = |k: usize| numerator.get(k).map_or(zero, |x| *x / scale);
@@ -97,11 +97,11 @@ fn flowing<'g>(
             if k == order { y - beta(order) * u } else { alpha(k) * y - beta(k) * u }
         }
     };
-    let first = wiring.memory.len();
-    let states: Vec<Traced<'g>> = (1..=order).map(|k| wiring.remember(at_rest(k))).collect();
+    let first = builder.memory.len();
+    let states: Vec<Traced<'g>> = (1..=order).map(|k| builder.remember(at_rest(k))).collect();
     let answer = beta(order) * input + states.last().map_or(zero, |x| *x);
     let rate = |k: usize| if k == 0 { zero } else { states[k - 1] } + beta(k) * input - alpha(k) * answer;
     let rates: Vec<Traced<'g>> = (0..order).map(rate).collect();
-    wiring.next(first, &rates);
+    builder.next(first, &rates);
     answer
 }

@@ -1,5 +1,5 @@
-use super::wiring::{BlockKind, Wiring, mistake};
-use crate::element::Mistake;
+use super::builder::{BlockBuilder, BlockKind, key_error};
+use crate::element::KeyError;
 use crate::schema::{BlockKeys, Keys, keys};
 
 keys! {
@@ -30,13 +30,13 @@ high = \"4 N m\"
     write,
 };
 
-fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
-    let (input, dimension) = wiring.input("input")?;
-    let bounds = wiring.bounds(dimension)?;
+fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
+    let (input, dimension) = builder.input("input")?;
+    let bounds = builder.bounds(dimension)?;
     if bounds.iter().all(Option::is_none) {
-        return Err(mistake("high", "there is no bound", "add `high`, `low` or both"));
+        return Err(key_error("high", "there is no bound", "add `high`, `low` or both"));
     }
-    let answer = wiring.within(input, bounds);
-    wiring.answer(answer, dimension);
+    let answer = builder.clamped(input, bounds);
+    builder.answer(answer, dimension);
     Ok(())
 }

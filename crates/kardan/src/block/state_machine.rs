@@ -1,7 +1,7 @@
 use kardan_rt::{Arithmetic, Transition};
 
-use super::wiring::{BlockKind, List, Wiring, mistake};
-use crate::element::Mistake;
+use super::builder::{BlockBuilder, BlockKind, List, key_error};
+use crate::element::KeyError;
 use crate::expr::Traced;
 use crate::schema::{BlockKeys, Keys, keys};
 use crate::units::{Dimension, Exact};
@@ -23,7 +23,7 @@ keys! {
     /// A machine that is in one of its states.
     block StateMachine("state_machine") {
         required {
-            states: Words, "Names of its states; it starts in the first.";
+            states: Names, "Names of its states; it starts in the first.";
             transitions: Tables(StateMachineTransition), "The ways between them; of two that may be taken, the first in this list is.";
         }
         optional {
@@ -62,58 +62,61 @@ sample_time = \"1 ms\"
 /// The answer that is the time in the state.
 const SINCE: &str = "since";
 
-fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
-    let h = wiring.period("it changes its state at samples")?;
-    let states = wiring.values.words("states").unwrap_or_default().to_vec();
+fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
+    let h = builder.period("it changes its state at samples")?;
+    let states = builder.values.names("states").unwrap_or_default().to_vec();
     if states.iter().any(|state| state == SINCE) {
         let message = format!("`states`: `{SINCE}` is the time in a state, so no state is called like that");
-        return Err(mistake("states", message, "choose another name"));
+        return Err(key_error("states", message, "choose another name"));
     }
-    let outputs = std::mem::take(&mut wiring.lists);
+    let outputs = std::mem::take(&mut builder.lists);
     for List { name, values, .. } in &outputs {
         if name == SINCE || states.contains(name) {
             let message = format!("`outputs`: `{name}` is the name of a state, or of the time in it");
-            return Err(mistake("outputs", message, "choose another name"));
+            return Err(key_error("outputs", message, "choose another name"));
         }
         if values.len() != states.len() {
             let message = format!("`outputs`: `{name}` has {} values for {} states", values.len(), states.len());
-            return Err(mistake("outputs", message, "write one for each state, in their order"));
+            return Err(key_error("outputs", message, "write one for each state, in their order"));
         }
-        if let Some((_, other)) = values.iter().find(|(_, found)| !values[0].1.is_like(found)) {
-            let message =
-                format!("`outputs`: `{name}` is {} in one state and {} in another", values[0].1.noun(), other.noun());
-            return Err(mistake("outputs", message, "write them in units of one kind"));
+        if let Some((_, different)) = values.iter().find(|(_, found)| !values[0].1.is_like(found)) {
+            let message = format!(
+                "`outputs`: `{name}` is {} in one state and {} in another",
+                values[0].1.noun(),
+                different.noun()
+            );
+            return Err(key_error("outputs", message, "write them in units of one kind"));
         }
     }
     let (transitions, guards): (Vec<Transition>, Vec<Traced<'_>>) =
-        wiring.guards.iter().map(|guard| (guard.transition, guard.when)).unzip();
-    let first = wiring.memory.len();
+        builder.guards.iter().map(|guard| (guard.transition, guard.when)).unzip();
+    let first = builder.memory.len();
     // No time has passed at the first sample.
-    let starts = [Wiring::zero(), -Wiring::one()];
+    let starts = [BlockBuilder::zero(), -BlockBuilder::one()];
     let machine = kardan_rt::StateMachine { transitions: &transitions };
-    let [now, _] = wiring.go_on(|memory| machine.step(&guards, memory), starts);
-    let since = wiring.memory[first + 1].symbol;
-    wiring.answer(now, Dimension::NONE);
+    let [now, _] = builder.go_on(|memory| machine.step(&guards, memory), starts);
+    let since = builder.memory[first + 1].symbol;
+    builder.answer(now, Dimension::NONE);
     // When a sample begins: guards may read it.
-    wiring.answer_as(SINCE, (since + Wiring::one()) * h, Dimension::TIME);
-    let half = Wiring::one() / Traced::whole(2);
+    builder.answer_as(SINCE, (since + BlockBuilder::one()) * h, Dimension::TIME);
+    let half = BlockBuilder::one() / Traced::whole(2);
     // Of each state 1, else 0: |state − k| < 1/2.
     let is = |k: usize| {
         let away = now - Traced::whole(k);
-        let away = away.select(Wiring::zero(), -away, away);
-        away.select(half, Wiring::one(), Wiring::zero())
+        let away = away.select(BlockBuilder::zero(), -away, away);
+        away.select(half, BlockBuilder::one(), BlockBuilder::zero())
     };
     for (k, name) in states.iter().enumerate() {
-        wiring.answer_as(name, is(k), Dimension::NONE);
+        builder.answer_as(name, is(k), Dimension::NONE);
     }
     for List { name, values, .. } in &outputs {
-        let value = |(value, _): &(Exact, Dimension)| wiring.exact(value);
+        let value = |(value, _): &(Exact, Dimension)| builder.exact(value);
         let chosen = values
             .iter()
             .enumerate()
             .skip(1)
-            .fold(value(&values[0]), |so_far, (k, other)| half.select(is(k), value(other), so_far));
-        wiring.answer_as(name, chosen, values[0].1);
+            .fold(value(&values[0]), |so_far, (k, different)| half.select(is(k), value(different), so_far));
+        builder.answer_as(name, chosen, values[0].1);
     }
     Ok(())
 }

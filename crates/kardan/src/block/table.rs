@@ -1,5 +1,5 @@
-use super::wiring::{BlockKind, Wiring, mistake};
-use crate::element::Mistake;
+use super::builder::{BlockBuilder, BlockKind, key_error};
+use crate::element::KeyError;
 use crate::expr::Traced;
 use crate::schema::{BlockKeys, Keys, keys};
 
@@ -34,21 +34,21 @@ input = \"torque_sensor.tau\"
     write,
 };
 
-fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
-    let Some(table) = wiring.table.clone() else {
-        let name = wiring.values.word_or_default("table");
+fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
+    let Some(table) = builder.table.clone() else {
+        let name = builder.values.word_or_default("table");
         let help = "declare it by its points, or by a file";
-        return Err(mistake("table", format!("there is no table `{name}`"), help));
+        return Err(key_error("table", format!("there is no table `{name}`"), help));
     };
-    let wanted = table.arguments().to_vec();
-    if wanted.len() == 1 && wiring.given.contains_key("input_2") {
-        return Err(mistake("input_2", "the table is over one quantity", "take out `input_2`"));
+    let expected = table.arguments().to_vec();
+    if expected.len() == 1 && builder.inputs.contains_key("input_2") {
+        return Err(key_error("input_2", "the table is over one quantity", "take out `input_2`"));
     }
     let mut at = Vec::new();
-    for (key, wanted) in ["input", "input_2"].into_iter().zip(wanted) {
-        at.push(wiring.needed(key, wanted)?.expr(wiring.graph));
+    for (key, expected) in ["input", "input_2"].into_iter().zip(expected) {
+        at.push(builder.needed(key, expected)?.expr(builder.graph));
     }
-    let value = table.write_into(&mut wiring.graph.borrow_mut(), &at);
-    wiring.answer(Traced::new(wiring.graph, value), table.dimension());
+    let value = table.write_into(&mut builder.graph.borrow_mut(), &at);
+    builder.answer(Traced::new(builder.graph, value), table.dimension());
     Ok(())
 }

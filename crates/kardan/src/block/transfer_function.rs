@@ -1,8 +1,8 @@
 use kardan_rt::functions::hypot;
 
+use super::builder::{BlockBuilder, BlockKind, key_error, rational};
 use super::rational::{filtered, product};
-use super::wiring::{BlockKind, Wiring, mistake, rational};
-use crate::element::Mistake;
+use crate::element::KeyError;
 use crate::expr::Traced;
 use crate::schema::{BlockKeys, ExactPole, Keys, keys};
 use crate::units::{Dimension, Exact};
@@ -44,8 +44,8 @@ sample_time = \"1 ms\"
 type Factor<'g> = Vec<Traced<'g>>;
 
 /// The factors of roots, the slow ones first; none if a root stands without its conjugate.
-fn factors<'g>(wiring: &Wiring<'g>, roots: &[ExactPole]) -> Option<Vec<Factor<'g>>> {
-    let (graph, one, zero) = (wiring.graph, Wiring::one(), Wiring::zero());
+fn factors<'g>(builder: &BlockBuilder<'g>, roots: &[ExactPole]) -> Option<Vec<Factor<'g>>> {
+    let (graph, one, zero) = (builder.graph, BlockBuilder::one(), BlockBuilder::zero());
     let number = |x: &Exact| rational(graph, x.to_rational());
     let size = |(re, im): &&ExactPole| hypot(re.to_f64(), im.to_f64());
     let mut open: Vec<&ExactPole> = roots.iter().collect();
@@ -83,11 +83,12 @@ fn sections<'g>(zeros: Vec<Factor<'g>>, poles: Vec<Factor<'g>>) -> Vec<[Factor<'
         second.push(two);
     }
     let (mut pairs, mut single) = (pairs.into_iter(), single.into_iter());
-    let one = || vec![Wiring::one()];
-    let taken: Vec<[Factor<'g>; 2]> = second.into_iter().map(|pole| [pairs.next().unwrap_or_else(one), pole]).collect();
+    let one = || vec![BlockBuilder::one()];
+    let matched: Vec<[Factor<'g>; 2]> =
+        second.into_iter().map(|pole| [pairs.next().unwrap_or_else(one), pole]).collect();
     let mut out: Vec<[Factor<'g>; 2]> =
         first.into_iter().map(|pole| [single.next().unwrap_or_else(one), pole]).collect();
-    out.extend(taken.into_iter().map(|[mut zero, pole]| {
+    out.extend(matched.into_iter().map(|[mut zero, pole]| {
         while zero.len() < pole.len()
             && let Some(more) = single.next()
         {
@@ -98,41 +99,45 @@ fn sections<'g>(zeros: Vec<Factor<'g>>, poles: Vec<Factor<'g>>) -> Vec<[Factor<'
     out
 }
 
-fn write(wiring: &mut Wiring<'_>) -> Result<(), Mistake> {
-    let (input, of) = wiring.input("input")?;
-    let (gain, by) = wiring.given.get("gain").copied().unwrap_or((Wiring::one(), Dimension::NONE));
+fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
+    let (input, of) = builder.input("input")?;
+    let (gain, by) = builder.inputs.get("gain").copied().unwrap_or((BlockBuilder::one(), Dimension::NONE));
     let (zeros, poles) =
-        (wiring.values.poles("zeros").unwrap_or_default(), wiring.values.poles("poles").unwrap_or_default());
+        (builder.values.poles("zeros").unwrap_or_default(), builder.values.poles("poles").unwrap_or_default());
     if zeros.len() > poles.len() {
         let message =
             format!("there are {} zeros and {} poles: what it answers would depend on rates", zeros.len(), poles.len());
-        return Err(mistake("zeros", message, "add fast poles, as many as are missing"));
+        return Err(key_error("zeros", message, "add fast poles, as many as are missing"));
     }
     let of_roots = |key, roots| {
-        let alone = || {
-            mistake(key, format!("`{key}`: a complex one stands without its conjugate"), "write a pair, `-14 ± 14.3j`")
+        let not_factored = || {
+            key_error(
+                key,
+                format!("`{key}`: a complex one stands without its conjugate"),
+                "write a pair, `-14 ± 14.3j`",
+            )
         };
-        factors(wiring, roots).ok_or_else(alone)
+        factors(builder, roots).ok_or_else(not_factored)
     };
     let sections = sections(of_roots("zeros", zeros)?, of_roots("poles", poles)?);
     let at_zero = |roots: &[ExactPole]| roots.iter().filter(|(re, im)| re.is_zero() && im.is_zero()).count() as i32;
     let power = at_zero(poles) - at_zero(zeros);
-    let dimension = wiring.over("gain", of, by, 1)?;
+    let dimension = builder.over("gain", of, by, 1)?;
     let dimension =
-        (0..power.abs()).try_fold(dimension, |all, _| wiring.over("poles", all, Dimension::TIME, power.signum()))?;
-    let start = wiring.of("initial", dimension)?;
+        (0..power.abs()).try_fold(dimension, |all, _| builder.over("poles", all, Dimension::TIME, power.signum()))?;
+    let start = builder.of("initial", dimension)?;
     if start.is_some() && power != 0 {
         let message = "`initial`: with a pole or a zero at 0 it is at rest at no one answer";
-        return Err(mistake("initial", message, "take it out"));
+        return Err(key_error("initial", message, "take it out"));
     }
-    if start.is_some() && wiring.is_zero(gain) {
-        return Err(mistake("initial", "`initial`: with a `gain` of 0 it is at rest at 0 alone", "take it out"));
+    if start.is_some() && builder.is_zero(gain) {
+        return Err(key_error("initial", "`initial`: with a `gain` of 0 it is at rest at 0 alone", "take it out"));
     }
-    let start = start.unwrap_or(Wiring::zero());
+    let start = start.unwrap_or(BlockBuilder::zero());
     let mut answer = gain * input;
     for [numerator, denominator] in sections {
-        answer = filtered(wiring, (&numerator, &denominator), answer, start)?;
+        answer = filtered(builder, (&numerator, &denominator), answer, start)?;
     }
-    wiring.answer(answer, dimension);
+    builder.answer(answer, dimension);
     Ok(())
 }

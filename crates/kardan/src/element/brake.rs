@@ -1,6 +1,6 @@
 use super::clutch::{STATIC_FACTOR, check_static_factor, pressed};
-use super::shared::mesh::check_rubs;
-use super::{Element, Mistake, Values};
+use super::shared::gear_loss::check_rubs;
+use super::{Element, KeyError, Values};
 use crate::equations::{Direction, Term};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, keys};
@@ -41,7 +41,7 @@ static_factor = 1.2
     terms,
 };
 
-fn check(values: &Values) -> Vec<Mistake> {
+fn check(values: &Values) -> Vec<KeyError> {
     check_static_factor(values).into_iter().chain(check_rubs(values, "torque")).collect()
 }
 

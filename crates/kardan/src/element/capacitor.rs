@@ -48,7 +48,7 @@ fn terms(name: &str, values: &Values) -> Vec<Term> {
     let capacitance = values.exact("capacitance");
     if let (Some(capacitance), Some(stiffness)) = (capacitance, capacitance.and_then(|c| c.recip())) {
         let rest = -&(capacitance * &values.exact_or_default("initial_voltage"));
-        out.push(Term::Spring { along: Direction::shaft(name), stiffness, rest });
+        out.push(Term::Spring { direction: Direction::shaft(name), stiffness, rest });
     }
     out
 }

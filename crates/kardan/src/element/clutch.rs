@@ -1,6 +1,6 @@
-use super::shared::mesh::check_rubs;
-use super::{Element, Mistake, Values, gear};
-use crate::equations::{Direction, Hold, Term};
+use super::shared::gear_loss::check_rubs;
+use super::{Element, KeyError, Values, gear};
+use crate::equations::{Direction, Term, UnilateralConstraint};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Field, Keys, Kind, Sign, keys};
 use crate::units::{Dimension, Exact};
@@ -47,23 +47,26 @@ torque = \"200 N m * (1 - exp(-t/(0.2 s)))\"
     terms,
 };
 
-fn check(values: &Values) -> Vec<Mistake> {
+fn check(values: &Values) -> Vec<KeyError> {
     let own = [gear::check(values), check_static_factor(values)].concat();
     own.into_iter().chain(check_rubs(values, "torque")).collect()
 }
 
-pub(super) fn check_static_factor(values: &Values) -> Vec<Mistake> {
+pub(super) fn check_static_factor(values: &Values) -> Vec<KeyError> {
     let low = values.exact("static_factor").is_some_and(|factor| factor.to_f64() < 1.0);
-    let mistake =
-        || Mistake::new("static_factor", "below 1 it would hold less at rest than in motion", "give at least 1");
-    low.then(mistake).into_iter().collect()
+    let key_error =
+        || KeyError::new("static_factor", "below 1 it would hold less at rest than in motion", "give at least 1");
+    low.then(key_error).into_iter().collect()
 }
 
 /// Friction of a commanded torque along a direction.
-pub(super) fn pressed(along: Direction, values: &Values) -> Vec<Term> {
+pub(super) fn pressed(direction: Direction, values: &Values) -> Vec<Term> {
     let Some(torque) = values.formula("torque") else { return Vec::new() };
     let at_rest = values.exact("static_factor").cloned().unwrap_or_else(Exact::one);
-    vec![Term::Hold { along, hold: Hold::Friction { torque: torque.clone(), at_rest } }]
+    vec![Term::UnilateralConstraint {
+        direction,
+        unilateral: UnilateralConstraint::Friction { torque: torque.clone(), at_rest },
+    }]
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {

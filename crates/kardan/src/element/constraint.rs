@@ -1,8 +1,8 @@
 use std::sync::Arc;
 
 use super::shared::prescribed::right_side;
-use super::{Element, Mistake, Values};
-use crate::equations::{Direction, Domain, Kept, Term};
+use super::{Element, KeyError, Values};
+use crate::equations::{Direction, Domain, MultiplierLaw, Term};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, keys};
 use crate::units::Dimension;
@@ -51,33 +51,33 @@ coefficients = { pulley_1 = 2, pulley_2 = -3 }
     terms,
 };
 
-fn check(values: &Values) -> Vec<Mistake> {
-    let given: Vec<&'static str> =
+fn check(values: &Values) -> Vec<KeyError> {
+    let present: Vec<&'static str> =
         ["coefficients", "expression", "rates"].into_iter().filter(|key| values.has(key)).collect();
-    match given[..] {
+    match present[..] {
         [] => {
             let help = "add `coefficients = { ... }`, or an `expression` that is zero, or `rates`";
-            return vec![Mistake::new("coefficients", "nothing says what is constrained", help)];
+            return vec![KeyError::new("coefficients", "nothing says what is constrained", help)];
         }
         [_] => {}
         [_, second, ..] => {
-            let message = format!("{} are different constraints", given.join(" and "));
-            return vec![Mistake::new(second, message, "give each a `[constraint.NAME]` of its own")];
+            let message = format!("{} are different constraints", present.join(" and "));
+            return vec![KeyError::new(second, message, "give each a `[constraint.NAME]` of its own")];
         }
     }
-    if given != ["coefficients"] && values.has("offset") {
+    if present != ["coefficients"] && values.has("offset") {
         let help = "take it out; an angle that an expression is to have stands in the expression";
-        return vec![Mistake::new("offset", "it belongs to `coefficients`", help)];
+        return vec![KeyError::new("offset", "it belongs to `coefficients`", help)];
     }
     if values.formulas("rates").is_some_and(|row| row.is_empty()) {
         let help = "give the coefficient of at least one speed, as in { x = 1, roll = \"-r\" }";
-        return vec![Mistake::new("rates", "no coefficients, so nothing is constrained", help)];
+        return vec![KeyError::new("rates", "no coefficients, so nothing is constrained", help)];
     }
     let all_zero = values.map("coefficients").is_some_and(|map| map.iter().all(|(_, x)| x.is_zero()));
     if !all_zero {
         return Vec::new();
     }
-    vec![Mistake::new(
+    vec![KeyError::new(
         "coefficients",
         "all coefficients are zero, so nothing is constrained",
         "give at least one coefficient that is not zero",
@@ -86,17 +86,17 @@ fn check(values: &Values) -> Vec<Mistake> {
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     if let Some(row) = values.formulas("rates").or_else(|| values.formulas("expression")) {
-        let kept = match row.as_slice() {
-            [(name, formula)] if name.is_empty() => Kept::Surface(Arc::clone(formula)),
-            row => Kept::Rates(row.to_vec()),
+        let law = match row.as_slice() {
+            [(name, formula)] if name.is_empty() => MultiplierLaw::Surface(Arc::clone(formula)),
+            row => MultiplierLaw::Rates(row.to_vec()),
         };
-        return vec![Term::Kept(kept)];
+        return vec![Term::MultiplierLaw(law)];
     }
     if !values.has("coefficients") {
         return Vec::new();
     }
-    let along = Direction { entries: values.map("coefficients").unwrap_or_default().to_vec() };
+    let direction = Direction { entries: values.map("coefficients").unwrap_or_default().to_vec() };
     let measure = values.measure("coefficients").filter(|domain| *domain == Domain::Translation).map(Term::Measure);
     let (offset, moving) = right_side(values, "offset");
-    measure.into_iter().chain([Term::Constraint { along, offset }]).chain(moving).collect()
+    measure.into_iter().chain([Term::Constraint { direction, offset }]).chain(moving).collect()
 }

@@ -1,5 +1,5 @@
 use super::shared::branch::{branch, check_ends};
-use super::{Element, Mistake, Values};
+use super::{Element, KeyError, Values};
 use crate::equations::{Direction, Term};
 use crate::num::{Rational, Scalar};
 use crate::results::Symbol;
@@ -56,25 +56,27 @@ mutual_inductance = \"60 mH\"
     terms,
 };
 
-fn check(values: &Values) -> Vec<Mistake> {
+fn check(values: &Values) -> Vec<KeyError> {
     let mut out = [check_ends(values, ["from_1", "to_1"]), check_ends(values, ["from_2", "to_2"])].concat();
     match (values.has("mutual_inductance"), values.has("coupling")) {
         (false, false) => {
             let help = "add `mutual_inductance` or `coupling`; coils without it are two elements `inductor`";
-            out.push(Mistake::new("inductance_1", "nothing says how the coils are coupled", help));
+            out.push(KeyError::new("inductance_1", "nothing says how the coils are coupled", help));
         }
-        (true, true) => out.push(Mistake::new(
+        (true, true) => out.push(KeyError::new(
             "coupling",
             "`mutual_inductance` and `coupling` both say how the coils are coupled",
             "take out one of the two",
         )),
-        (given, _) => out.extend(check_coupling(values, if given { "mutual_inductance" } else { "coupling" })),
+        (has_mutual, _) => {
+            out.extend(check_coupling(values, if has_mutual { "mutual_inductance" } else { "coupling" }))
+        }
     }
     out
 }
 
 /// The energy of the coils must be positive whatever their currents are.
-fn check_coupling(values: &Values, key: &'static str) -> Option<Mistake> {
+fn check_coupling(values: &Values, key: &'static str) -> Option<KeyError> {
     let ideal = "windings that share all of their flux are a `transformer`, with an `inductor` beside winding 1";
     let one = Rational::ONE;
     if let Some(factor) = values.exact("coupling").map(Exact::to_rational) {
@@ -82,12 +84,12 @@ fn check_coupling(values: &Values, key: &'static str) -> Option<Mistake> {
         let message = format!("the windings share more than all of their flux: k = {}", values.number_or_default(key));
         return match square.cmp(&one) {
             std::cmp::Ordering::Less => None,
-            std::cmp::Ordering::Equal => Some(Mistake::new(
+            std::cmp::Ordering::Equal => Some(KeyError::new(
                 key,
                 "the windings share all of their flux, so a motion of both has no inductance",
                 ideal,
             )),
-            std::cmp::Ordering::Greater => Some(Mistake::new(key, message, "give a k above -1 and below 1")),
+            std::cmp::Ordering::Greater => Some(KeyError::new(key, message, "give a k above -1 and below 1")),
         };
     }
     let (first, second) = (values.exact("inductance_1")?.to_rational(), values.exact("inductance_2")?.to_rational());
@@ -97,7 +99,7 @@ fn check_coupling(values: &Values, key: &'static str) -> Option<Mistake> {
         return None;
     }
     if square == most {
-        return Some(Mistake::new(
+        return Some(KeyError::new(
             key,
             "the windings share all of their flux (M^2 = L1 L2), so a motion of both has no inductance",
             ideal,
@@ -111,7 +113,7 @@ fn check_coupling(values: &Values, key: &'static str) -> Option<Mistake> {
     let most = (first * second).sqrt();
     let message =
         format!("M = {mutual:?} H is more than sqrt(L1 L2) = {most:?} H, so currents would have a negative energy");
-    Some(Mistake::new(key, message, "give M with M^2 < L1 L2"))
+    Some(KeyError::new(key, message, "give M with M^2 < L1 L2"))
 }
 
 /// M, exact but for a root that is no fraction.
@@ -119,13 +121,13 @@ fn mutual(values: &Values) -> Option<Exact> {
     if let Some(mutual) = values.exact("mutual_inductance") {
         return Some(mutual.clone());
     }
-    let given = |name: &str| match name {
+    let lookup = |name: &str| match name {
         "k" => Some((values.exact("coupling")?.clone(), Dimension::NONE)),
         "a" => Some((values.exact("inductance_1")?.clone(), Dimension::INDUCTANCE)),
         _ => Some((values.exact("inductance_2")?.clone(), Dimension::INDUCTANCE)),
     };
     let factor = Expression::parse("k * sqrt(a * b)").ok()?;
-    Some(factor.evaluate(&given).ok()?.value)
+    Some(factor.evaluate(&lookup).ok()?.value)
 }
 
 /// `½ L1 (i1 + M/L1 i2)² + ½ (L2 − M²/L1) i2²`
@@ -138,7 +140,7 @@ fn terms(name: &str, values: &Values) -> Vec<Term> {
     let Some(share) = first.recip().map(|inverse| &mutual * &inverse) else { return out };
     let leakage = second.plus(&-&(&mutual * &share));
     let shared = Direction { entries: vec![(one, Exact::one()), (two.clone(), share)] };
-    out.push(Term::Inertia { along: shared, inertia: first.clone() });
-    out.push(Term::Inertia { along: Direction::shaft(&two), inertia: leakage });
+    out.push(Term::Inertia { direction: shared, inertia: first.clone() });
+    out.push(Term::Inertia { direction: Direction::shaft(&two), inertia: leakage });
     out
 }

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use super::shared::branch::{FROM, branch, check_branch};
 use super::{Element, Values};
-use crate::equations::{Direction, Kept, Term};
+use crate::equations::{Direction, MultiplierLaw, Term};
 use crate::expr::OfTime;
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, keys};
@@ -54,10 +54,10 @@ fn terms(name: &str, values: &Values) -> Vec<Term> {
     // The charge, where it is known at every time, is solved for; else a run keeps the current.
     match function.integral() {
         Some(charge) => {
-            out.push(Term::Constraint { along: Direction::shaft(name), offset: Exact::zero() });
+            out.push(Term::Constraint { direction: Direction::shaft(name), offset: Exact::zero() });
             out.push(Term::Moving(Arc::new(charge)));
         }
-        None => out.push(Term::Kept(Kept::Speed(vec![(name.to_string(), Exact::one())], function))),
+        None => out.push(Term::MultiplierLaw(MultiplierLaw::Speed(vec![(name.to_string(), Exact::one())], function))),
     }
     out
 }

@@ -1,6 +1,6 @@
 use super::shared::branch::{FROM, TO, branch, check_branch};
 use super::shared::straight::check_moves;
-use super::{Element, Mistake, Values};
+use super::{Element, KeyError, Values};
 use crate::equations::{Direction, Domain, Formula, Meaning, Term};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
@@ -57,11 +57,11 @@ rotor_inertia = \"40 g cm^2\"
     terms,
 };
 
-fn check(values: &Values) -> Vec<Mistake> {
+fn check(values: &Values) -> Vec<KeyError> {
     let mut out = [check_branch(values), check_moves(values, &["shaft"])].concat();
     if values.word("shaft").is_some() && values.word("shaft") == values.word("reaction") {
         let message = format!("it pushes against `{}` itself, so it does nothing", values.word_or_default("shaft"));
-        out.push(Mistake::new("reaction", message, "name another shaft, or remove `reaction` for the housing"));
+        out.push(KeyError::new("reaction", message, "name another shaft, or remove `reaction` for the housing"));
     }
     out
 }
@@ -70,14 +70,14 @@ fn terms(name: &str, values: &Values) -> Vec<Term> {
     let mut out = branch(name, values, ["from", "to"]);
     let current = Direction::shaft(name);
     if let Some(resistance) = values.exact("resistance").filter(|x| !x.is_zero()) {
-        out.push(Term::Damper { along: current.clone(), damping: resistance.clone() });
+        out.push(Term::Damper { direction: current.clone(), damping: resistance.clone() });
     }
     if let Some(inductance) = values.exact("inductance").filter(|x| !x.is_zero()) {
-        out.push(Term::Inertia { along: current, inertia: inductance.clone() });
+        out.push(Term::Inertia { direction: current, inertia: inductance.clone() });
     }
     let (Some(shaft), Some(constant)) = (values.word("shaft"), values.exact("torque_constant")) else { return out };
     if let Some(inertia) = values.exact("rotor_inertia").filter(|x| !x.is_zero()) {
-        out.push(Term::Inertia { along: Direction::shaft(shaft), inertia: inertia.clone() });
+        out.push(Term::Inertia { direction: Direction::shaft(shaft), inertia: inertia.clone() });
     }
     out.extend(gyrator(name, values, shaft, constant));
     out
@@ -85,7 +85,7 @@ fn terms(name: &str, values: &Values) -> Vec<Term> {
 
 /// `tau = k i` along the shaft and `−k w` along the charge: the powers `k i w` and `−k w i` sum to zero.
 fn gyrator(name: &str, values: &Values, shaft: &str, constant: &Exact) -> Vec<Term> {
-    let (domain, dimension, effort) = match values.along_masses {
+    let (domain, dimension, effort) = match values.translational {
         true => (Domain::Translation, Dimension::FORCE_CONSTANT, Dimension::FORCE),
         false => (Domain::Rotation, Dimension::TORQUE_CONSTANT, Dimension::TORQUE),
     };
@@ -104,7 +104,7 @@ fn gyrator(name: &str, values: &Values, shaft: &str, constant: &Exact) -> Vec<Te
     let emf = Formula::of(relative, speeds, Dimension::VOLTAGE);
     let against = Direction { entries: vec![(name.to_string(), Exact::from_integer(-1))] };
     vec![
-        Term::Torque { along: Direction::difference(shaft, stator), law: torque },
-        Term::Torque { along: against, law: emf },
+        Term::Torque { direction: Direction::difference(shaft, stator), law: torque },
+        Term::Torque { direction: against, law: emf },
     ]
 }

@@ -33,5 +33,5 @@ shaft = \"rk\"
 };
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
-    vec![Term::Input { along: Direction::shaft(values.word_or_default("shaft")), kind: InputKind::Disturbance }]
+    vec![Term::Input { direction: Direction::shaft(values.word_or_default("shaft")), kind: InputKind::Disturbance }]
 }

@@ -1,6 +1,6 @@
 use super::shared::car_checks::least;
-use super::{Element, Mistake, Values};
-use crate::entries::{Entries, Written};
+use super::{Element, KeyError, Values};
+use crate::entries::{Entries, RawValue};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
@@ -8,7 +8,7 @@ use crate::units::Dimension;
 /// Of a wheel for each metre beside the path, rad/m.
 const TURN: Dimension = Dimension::mechanical(0, -1, 0, 1);
 /// Of a wheel for the curvature of the path, rad m.
-const BEND: Dimension = Dimension::mechanical(0, 1, 0, 1);
+const ANGLE_PER_CURVATURE: Dimension = Dimension::mechanical(0, 1, 0, 1);
 /// What the curvature of a path is taken from: so far before and behind.
 const STEP: &str = "3 m";
 
@@ -30,7 +30,7 @@ keys! {
             gain: Formula(TURN), "Angle of the wheel for each metre that the car would be beside the path (\"20 deg/m\"), which they need too.";
             preview: Quantity(Dimension::TIME, Sign::Positive) = "1 s",
                 "How far ahead the driver looks; of `two_level` how far ahead car and path are compared, both going straight on.";
-            bend_gain: Formula(BEND), "Angle of the wheel for the curvature of the path, the ratio of the steering times l + K u^2 (\"60 rad m\"); \
+            bend_gain: Formula(ANGLE_PER_CURVATURE), "Angle of the wheel for the curvature of the path, the ratio of the steering times l + K u^2 (\"60 rad m\"); \
                                        `two_level` needs it.";
             anticipation: Quantity(Dimension::TIME, Sign::NonNegative) = "0.2 s", "By how much earlier the wheel is turned for it, of `two_level`.";
             reaction: Quantity(Dimension::TIME, Sign::NonNegative) = "0.15 s", "Time until what is seen moves the hands.";
@@ -73,7 +73,7 @@ const PATH: (&str, &str) = ("path", "path = \"lane\"");
 const CAR: (&str, &str) = ("car", "car = \"car\"");
 const GAIN: (&str, &str) = ("gain", "gain = \"20 deg/m\"");
 
-fn check(values: &Values) -> Vec<Mistake> {
+fn check(values: &Values) -> Vec<KeyError> {
     let kind = values.word("kind").unwrap_or_default();
     let mut out = Vec::new();
     let needed: &[(&'static str, &str)] = match kind {
@@ -84,7 +84,7 @@ fn check(values: &Values) -> Vec<Mistake> {
     };
     for (key, example) in needed.iter().filter(|(key, _)| !values.has(key)) {
         let message = format!("a driver of the kind `{kind}` needs `{key}`");
-        out.push(Mistake::new("kind", message, format!("add `{example}`")));
+        out.push(KeyError::new("kind", message, format!("add `{example}`")));
     }
     let idle: &[&'static str] = match kind {
         "open_loop" => &["path", "car", "gain", "bend_gain"],
@@ -94,33 +94,33 @@ fn check(values: &Values) -> Vec<Mistake> {
     };
     for key in idle.iter().filter(|key| values.has(key)) {
         let message = format!("`{key}` says nothing for the kind `{kind}`");
-        out.push(Mistake::new(key, message, "remove it, or choose another kind"));
+        out.push(KeyError::new(key, message, "remove it, or choose another kind"));
     }
     if let Some((what, hold)) = values.formula("hold").and_then(|formula| least(formula))
         && !(0.0..=1.0).contains(&hold)
     {
         let message = format!("{what} is {hold}: hands hold from 0 (off) to 1 (firmly)");
-        out.push(Mistake::new("hold", message, "write a part from 0 to 1, or a signal that stays there"));
+        out.push(KeyError::new("hold", message, "write a part from 0 to 1, or a signal that stays there"));
     }
     out
 }
 
 /// A driver in the making: its name and what is given.
-struct Person<'a> {
+struct DriverBuilder<'a> {
     name: &'a str,
-    given: &'a Entries,
+    entries: &'a Entries,
 }
 
 /// The tables that a driver is put together of; nothing while it lacks a key that it needs.
-pub(super) fn parts(name: &str, given: &Entries) -> Option<Entries> {
-    let driver = Person { name, given };
+pub(super) fn parts(name: &str, entries: &Entries) -> Option<Entries> {
+    let driver = DriverBuilder { name, entries };
     let mut out = Entries::default();
     let (wheel, kind) = (driver.text("wheel")?, driver.text("kind")?);
     let reference = match kind.as_str() {
         "open_loop" => format!("({})", driver.formula("angle")?),
         "preview" | "two_level" => {
-            let seen = driver.look(&mut out, kind == "two_level")?;
-            driver.formula("angle").map_or(seen.clone(), |angle| format!("({angle}) + {seen}"))
+            let preview = driver.look(&mut out, kind == "two_level")?;
+            driver.formula("angle").map_or(preview.clone(), |angle| format!("({angle}) + {preview}"))
         }
         "hands_off" => return Some(out),
         _ => return None,
@@ -149,16 +149,16 @@ fn with_word(text: &str, word: &str, by: &str) -> String {
     out + rest
 }
 
-impl Person<'_> {
+impl DriverBuilder<'_> {
     fn text(&self, key: &str) -> Option<String> {
-        if let Some(Written::Text(text)) = self.given.get(key) { Some(text.clone()) } else { None }
+        if let Some(RawValue::Text(text)) = self.entries.get(key) { Some(text.clone()) } else { None }
     }
 
     /// An expression that is given.
     fn formula(&self, key: &str) -> Option<String> {
-        match self.given.get(key)? {
-            Written::Text(text) | Written::Number(text) => Some(text.clone()),
-            Written::Quantity(value, dimension) => Some(crate::units::written_quantity(value, *dimension)),
+        match self.entries.get(key)? {
+            RawValue::Text(text) | RawValue::Number(text) => Some(text.clone()),
+            RawValue::Quantity(value, dimension) => Some(crate::units::format_quantity(value, *dimension)),
             _ => None,
         }
     }
@@ -175,8 +175,8 @@ impl Person<'_> {
 
     fn add(&self, out: &mut Entries, group: &str, part: &str, keys: &[(&str, String)]) {
         let mut table = Entries::default();
-        keys.iter().for_each(|(key, text)| table.set(key, Written::Text(text.clone())));
-        out.table_mut(group).set(&self.part(part), Written::Table(table));
+        keys.iter().for_each(|(key, text)| table.set(key, RawValue::Text(text.clone())));
+        out.table_mut(group).set(&self.part(part), RawValue::Table(table));
     }
 
     /// The path at an x.
@@ -208,17 +208,17 @@ impl Person<'_> {
             false => at(&ahead),
         };
         block(out, "target", target);
-        let there = format!("{y} + {time} * ({u} * sin({heading}) + {v} * cos({heading}))");
-        let beside = format!("({gain}) * ({} - ({there}))", quoted(self.part("target")));
+        let preview = format!("{y} + {time} * ({u} * sin({heading}) + {v} * cos({heading}))");
+        let beside = format!("({gain}) * ({} - ({preview}))", quoted(self.part("target")));
         self.react(out, beside);
-        let seen = quoted(self.part("seen"));
+        let preview = quoted(self.part("seen"));
         if !two_level {
-            return Some(seen);
+            return Some(preview);
         }
         let bend_gain = self.formula("bend_gain")?;
         let [before, behind] = ["-", "+"].map(|sign| at(&format!("({ahead} {sign} {STEP})")));
         block(out, "bend", format!("({behind} - 2 * {} + {before}) / ({STEP})^2", at(&ahead)));
-        Some(format!("({bend_gain}) * {} + {seen}", quoted(self.part("bend"))))
+        Some(format!("({bend_gain}) * {} + {preview}", quoted(self.part("bend"))))
     }
 
     /// What is seen of something, when it has got to the muscles.

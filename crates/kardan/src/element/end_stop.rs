@@ -1,5 +1,5 @@
 use super::shared::contact::{Side, check_contact, contact};
-use super::{Element, Mistake, Values, gear};
+use super::{Element, KeyError, Values, gear};
 use crate::equations::{Direction, Term};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
@@ -48,13 +48,13 @@ damping = \"10 N m s/rad\"
     terms,
 };
 
-fn check(values: &Values) -> Vec<Mistake> {
+fn check(values: &Values) -> Vec<KeyError> {
     let mut out = [gear::check(values), check_contact(values, "lower")].concat();
     match (values.exact("lower"), values.exact("upper")) {
         (None, None) if !values.has("lower") && !values.has("upper") => {
-            out.push(Mistake::new("shaft_1", "it has no stop on either side", "give `lower`, `upper` or both"))
+            out.push(KeyError::new("shaft_1", "it has no stop on either side", "give `lower`, `upper` or both"))
         }
-        (Some(lower), Some(upper)) if lower.to_f64() >= upper.to_f64() => out.push(Mistake::new(
+        (Some(lower), Some(upper)) if lower.to_f64() >= upper.to_f64() => out.push(KeyError::new(
             "upper",
             "the upper stop is not above the lower one, so nothing fits between them",
             "make `upper` larger than `lower`; what never moves is a `constraint`",
@@ -65,6 +65,6 @@ fn check(values: &Values) -> Vec<Mistake> {
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
-    let along = Direction::difference(values.word_or_default("shaft_1"), values.word("shaft_2"));
-    contact(&along, [values.exact("lower").cloned(), values.exact("upper").cloned()], &Side::of(values))
+    let direction = Direction::difference(values.word_or_default("shaft_1"), values.word("shaft_2"));
+    contact(&direction, [values.exact("lower").cloned(), values.exact("upper").cloned()], &Side::of(values))
 }

@@ -1,6 +1,6 @@
 use super::shared::contact::{RESTITUTION, Side, check_play, play, play_of};
-use super::shared::mesh::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_mesh, mesh};
-use super::{Element, Mistake, Values};
+use super::shared::gear_loss::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_gear_loss, gear_loss};
+use super::{Element, KeyError, Values};
 use crate::equations::{Direction, Term};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
@@ -50,14 +50,14 @@ ratio = \"51/5\"
     terms,
 };
 
-fn check_gear(values: &Values) -> Vec<Mistake> {
-    [check(values), check_play(values), check_mesh(values)].concat()
+fn check_gear(values: &Values) -> Vec<KeyError> {
+    [check(values), check_play(values), check_gear_loss(values)].concat()
 }
 
 /// Both ends are not the same body.
-pub(super) fn check(values: &Values) -> Vec<Mistake> {
+pub(super) fn check(values: &Values) -> Vec<KeyError> {
     if values.word("shaft_1").is_some() && values.word("shaft_1") == values.word("shaft_2") {
-        return vec![Mistake::new(
+        return vec![KeyError::new(
             "shaft_2",
             format!("both ends are `{}`", values.word_or_default("shaft_1")),
             "name two different ones",
@@ -68,17 +68,17 @@ pub(super) fn check(values: &Values) -> Vec<Mistake> {
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let ratio = values.ratio();
-    let along = Direction {
+    let direction = Direction {
         entries: vec![
             (values.word_or_default("shaft_1").into(), Exact::one()),
             (values.word_or_default("shaft_2").into(), -&ratio),
         ],
     };
     let offset = -&values.exact_or_default("offset");
-    let loss = mesh(Direction::shaft(values.word_or_default("shaft_1")), values);
+    let loss = gear_loss(Direction::shaft(values.word_or_default("shaft_1")), values);
     let teeth = match play_of(values) {
-        Some(backlash) => play(&along, &offset, backlash, &Side::of(values)),
-        None => vec![Term::Constraint { along, offset }],
+        Some(backlash) => play(&direction, &offset, backlash, &Side::of(values)),
+        None => vec![Term::Constraint { direction, offset }],
     };
     teeth.into_iter().chain(loss).collect()
 }

@@ -1,7 +1,7 @@
 use super::shared::contact::{RESTITUTION, Side, check_play, play, play_of};
-use super::shared::mesh::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_mesh, mesh};
+use super::shared::gear_loss::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_gear_loss, gear_loss};
 use super::shared::shafts::check_different;
-use super::{Element, Mistake, Values};
+use super::{Element, KeyError, Values};
 use crate::equations::{Direction, Term};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
@@ -61,24 +61,24 @@ ratio = 50
     terms,
 };
 
-fn check(values: &Values) -> Vec<Mistake> {
+fn check(values: &Values) -> Vec<KeyError> {
     let mut out = check_different(values, &["wave_generator", "circular_spline", "flexspline"]);
     if values.has("damping") && !values.has("stiffness") {
         let message = "without `stiffness` nothing can twist, so this damping does nothing";
-        out.push(Mistake::new(
+        out.push(KeyError::new(
             "damping",
             message,
             "add `stiffness`, or remove `damping`; that of a shaft belongs to the shaft",
         ));
     }
-    out.extend([check_play(values), check_mesh(values)].concat());
+    out.extend([check_play(values), check_gear_loss(values)].concat());
     out
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let ratio = values.ratio();
     let circular = -&ratio.plus(&Exact::one());
-    let along = Direction {
+    let direction = Direction {
         entries: vec![
             (values.word_or_default("wave_generator").into(), Exact::one()),
             (values.word_or_default("circular_spline").into(), circular),
@@ -87,14 +87,14 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
     };
     let offset = -&values.exact_or_default("offset");
     let [wave_generator, circular] = ["wave_generator", "circular_spline"].map(|key| values.word_or_default(key));
-    let loss = mesh(Direction::difference(wave_generator, Some(circular)), values);
+    let loss = gear_loss(Direction::difference(wave_generator, Some(circular)), values);
     let teeth = match (values.exact("stiffness").cloned(), play_of(values)) {
-        (_, Some(backlash)) => play(&along, &offset, &(&ratio * backlash), &side(values, &ratio)),
+        (_, Some(backlash)) => play(&direction, &offset, &(&ratio * backlash), &side(values, &ratio)),
         (Some(stiffness), None) => {
             let damping = values.exact_or_default("damping");
-            vec![Term::Compliance { along, offset, scale: ratio, stiffness, damping }]
+            vec![Term::Compliance { direction, offset, scale: ratio, stiffness, damping }]
         }
-        (None, None) => vec![Term::Constraint { along, offset }],
+        (None, None) => vec![Term::Constraint { direction, offset }],
     };
     teeth.into_iter().chain(loss).collect()
 }
@@ -122,8 +122,8 @@ mod tests {
         }
         values.insert("ratio", Resolved::Exact(Exact::from_integer(50)));
         let terms = terms("hd", &values);
-        let [Term::Constraint { along, offset }] = terms.as_slice() else { panic!("one constraint expected") };
-        let row: Vec<(&str, f64)> = along.entries.iter().map(|(name, x)| (name.as_str(), x.to_f64())).collect();
+        let [Term::Constraint { direction, offset }] = terms.as_slice() else { panic!("one constraint expected") };
+        let row: Vec<(&str, f64)> = direction.entries.iter().map(|(name, x)| (name.as_str(), x.to_f64())).collect();
         assert_eq!(row, [("wg", 1.0), ("cs", -51.0), ("fs", 50.0)]);
         assert!(offset.is_zero());
     }

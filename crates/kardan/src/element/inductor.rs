@@ -44,7 +44,7 @@ inductance = \"2 mH\"
 fn terms(name: &str, values: &Values) -> Vec<Term> {
     let mut out = branch(name, values, ["from", "to"]);
     if let Some(inductance) = values.exact("inductance") {
-        out.push(Term::Inertia { along: Direction::shaft(name), inertia: inductance.clone() });
+        out.push(Term::Inertia { direction: Direction::shaft(name), inertia: inductance.clone() });
     }
     out
 }

@@ -1,5 +1,5 @@
-use super::{Element, Mistake, Values, gear};
-use crate::equations::{Direction, Hold, Term};
+use super::{Element, KeyError, Values, gear};
+use crate::equations::{Direction, Term, UnilateralConstraint};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, keys};
 use crate::units::Dimension;
@@ -38,12 +38,12 @@ engaged = \"t/(1 s)\"
     terms,
 };
 
-fn check(values: &Values) -> Vec<Mistake> {
+fn check(values: &Values) -> Vec<KeyError> {
     gear::check(values)
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let Some(engaged) = values.formula("engaged") else { return Vec::new() };
-    let along = Direction::difference(values.word_or_default("shaft_1"), values.word("shaft_2"));
-    vec![Term::Hold { along, hold: Hold::Lock { engaged: engaged.clone() } }]
+    let direction = Direction::difference(values.word_or_default("shaft_1"), values.word("shaft_2"));
+    vec![Term::UnilateralConstraint { direction, unilateral: UnilateralConstraint::Lock { engaged: engaged.clone() } }]
 }

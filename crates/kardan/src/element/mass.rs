@@ -49,11 +49,11 @@ friction = \"120 N\"
 };
 
 fn terms(name: &str, values: &Values) -> Vec<Term> {
-    let along = Direction::shaft(name);
+    let direction = Direction::shaft(name);
     let mut out = vec![Term::Position { name: name.to_string() }];
     if let Some(mass) = values.exact("mass").filter(|x| !x.is_zero()) {
-        out.push(Term::Inertia { along: along.clone(), inertia: mass.clone() });
+        out.push(Term::Inertia { direction: direction.clone(), inertia: mass.clone() });
     }
-    out.extend(losses(&along, values));
+    out.extend(losses(&direction, values));
     out
 }

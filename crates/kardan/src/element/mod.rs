@@ -62,8 +62,8 @@ pub use resistor::Resistor;
 pub use screw::Screw;
 pub use sensor::Sensor;
 pub use shaft::Shaft;
-pub use shared::kind::{Element, Mistake};
-pub(crate) use shared::mesh::{LOAD, LOSS, SPEED};
+pub(crate) use shared::gear_loss::{LOAD, LOSS, SPEED};
+pub use shared::kind::{Element, KeyError};
 pub use shared::values::{Resolved, Values};
 pub use spring_damper::SpringDamper;
 pub use state::State;
@@ -119,10 +119,10 @@ pub fn find(keyword: &str) -> Option<&'static Element> {
 }
 
 /// The tables that an element is put together of, where it is none of its own: by its keyword, its name, what is given, and whether that names a mass.
-pub fn parts(keyword: &str, name: &str, given: &Entries, along_masses: bool) -> Option<Entries> {
+pub fn parts(keyword: &str, name: &str, entries: &Entries, translational: bool) -> Option<Entries> {
     match keyword {
-        _ if keyword == VEHICLE.keyword => vehicle::parts(name, given, along_masses),
-        _ if keyword == DRIVER.keyword => driver::parts(name, given),
+        _ if keyword == VEHICLE.keyword => vehicle::parts(name, entries, translational),
+        _ if keyword == DRIVER.keyword => driver::parts(name, entries),
         _ => None,
     }
 }

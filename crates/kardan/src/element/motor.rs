@@ -1,5 +1,5 @@
 use super::shared::straight::check_moves;
-use super::{Element, Mistake, Values};
+use super::{Element, KeyError, Values};
 use crate::equations::{self, Direction, InputKind, Ripple, Term};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
@@ -48,20 +48,20 @@ lag = \"160 us\"
     terms,
 };
 
-fn check(values: &Values) -> Vec<Mistake> {
+fn check(values: &Values) -> Vec<KeyError> {
     let mut out = [check_shafts(values), check_moves(values, &["shaft"])].concat();
     match (values.has("ripple"), values.has("ripple_order")) {
-        (true, false) => out.push(Mistake::new(
+        (true, false) => out.push(KeyError::new(
             "ripple",
             "a ripple needs its order",
             "add `ripple_order`, the periods in one turn of the shaft",
         )),
-        (false, true) => out.push(Mistake::new(
+        (false, true) => out.push(KeyError::new(
             "ripple_order",
             "the order of a ripple stands without a ripple",
             "add `ripple`, its amplitude, or remove `ripple_order`",
         )),
-        (true, true) if values.along_masses => out.push(Mistake::new(
+        (true, true) if values.translational => out.push(KeyError::new(
             "ripple",
             "a ripple has periods in a turn, and a mass does not turn",
             "remove `ripple` and `ripple_order`",
@@ -71,18 +71,18 @@ fn check(values: &Values) -> Vec<Mistake> {
     out
 }
 
-fn check_shafts(values: &Values) -> Vec<Mistake> {
+fn check_shafts(values: &Values) -> Vec<KeyError> {
     if values.word("shaft").is_none() || values.word("shaft") != values.word("reaction") {
         return Vec::new();
     }
     let message = format!("it pushes against `{}` itself, so it does nothing", values.word_or_default("shaft"));
-    vec![Mistake::new("reaction", message, "name another shaft, or remove `reaction` for the housing")]
+    vec![KeyError::new("reaction", message, "name another shaft, or remove `reaction` for the housing")]
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let ripple = values.exact("ripple").filter(|x| !x.is_zero()).zip(values.exact("ripple_order"));
     vec![Term::Input {
-        along: Direction::difference(values.word_or_default("shaft"), values.word("reaction")),
+        direction: Direction::difference(values.word_or_default("shaft"), values.word("reaction")),
         kind: InputKind::Motor(equations::Motor {
             torque_limit: values.exact("torque_limit").cloned(),
             rate_limit: values.exact("rate_limit").cloned(),

@@ -1,5 +1,5 @@
-use super::{Element, Mistake, Values};
-use crate::equations::{Direction, Hold, Term};
+use super::{Element, KeyError, Values};
+use crate::equations::{Direction, Term, UnilateralConstraint};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, keys};
 
@@ -33,13 +33,13 @@ driven = \"wheel\"
     terms,
 };
 
-fn check(values: &Values) -> Vec<Mistake> {
+fn check(values: &Values) -> Vec<KeyError> {
     let same = values.word("driving").is_some() && values.word("driving") == values.word("driven");
     let message = || format!("both ends are `{}`", values.word_or_default("driven"));
-    same.then(|| Mistake::new("driven", message(), "name two different ones")).into_iter().collect()
+    same.then(|| KeyError::new("driven", message(), "name two different ones")).into_iter().collect()
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
-    let along = Direction::difference(values.word_or_default("driven"), values.word("driving"));
-    vec![Term::Hold { along, hold: Hold::OneWay }]
+    let direction = Direction::difference(values.word_or_default("driven"), values.word("driving"));
+    vec![Term::UnilateralConstraint { direction, unilateral: UnilateralConstraint::OneWay }]
 }

@@ -1,5 +1,5 @@
 use super::shared::shafts::check_different;
-use super::{Element, Mistake, Values};
+use super::{Element, KeyError, Values};
 use crate::equations::{Direction, Domain, Term};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
@@ -53,10 +53,10 @@ ring_teeth = 70
     terms,
 };
 
-fn check(values: &Values) -> Vec<Mistake> {
+fn check(values: &Values) -> Vec<KeyError> {
     let named: Vec<&'static str> = SHAFTS.into_iter().chain(TEETH).filter(|key| values.has(key)).collect();
     match (values.map("coefficients"), named.first()) {
-        (Some(_), None) if values.measure("coefficients") == Some(Domain::Translation) => vec![Mistake::new(
+        (Some(_), None) if values.measure("coefficients") == Some(Domain::Translation) => vec![KeyError::new(
             "coefficients",
             "a planetary gear joins shafts by numbers without a unit",
             "write numbers of teeth, or use `[constraint.NAME]` for masses and lengths",
@@ -64,7 +64,7 @@ fn check(values: &Values) -> Vec<Mistake> {
         (Some(coefficients), None) => check_coefficients(coefficients),
         (Some(_), Some(key)) => {
             let message = format!("`{key}` and `coefficients` both say how the gear turns");
-            vec![Mistake::new(
+            vec![KeyError::new(
                 key,
                 message,
                 "keep `coefficients` alone, or the shafts and teeth of sun, ring and carrier",
@@ -74,23 +74,23 @@ fn check(values: &Values) -> Vec<Mistake> {
     }
 }
 
-fn check_coefficients(coefficients: &[(String, Exact)]) -> Vec<Mistake> {
+fn check_coefficients(coefficients: &[(String, Exact)]) -> Vec<KeyError> {
     let zeros = coefficients.iter().filter(|(_, x)| x.is_zero()).map(|(shaft, _)| {
         let message = format!("the coefficient of `{shaft}` is zero, so the gear does not act on it");
-        Mistake::new("coefficients", message, "give three coefficients other than zero, or use `gear` for two shafts")
+        KeyError::new("coefficients", message, "give three coefficients other than zero, or use `gear` for two shafts")
     });
     let count = coefficients.len();
     if count == 3 {
         return zeros.collect();
     }
-    vec![Mistake::new(
+    vec![KeyError::new(
         "coefficients",
         format!("a planetary gear joins three shafts, here are {count}"),
         "give three coefficients; use `gear` for two shafts or `constraint` for any other number",
     )]
 }
 
-fn check_named(values: &Values) -> Vec<Mistake> {
+fn check_named(values: &Values) -> Vec<KeyError> {
     let missing = |key: &&'static str| !values.has(key);
     let missing: Vec<&'static str> = SHAFTS.into_iter().chain(TEETH).filter(missing).collect();
     if let Some(first) = missing.first() {
@@ -98,20 +98,20 @@ fn check_named(values: &Values) -> Vec<Mistake> {
         let help = "name the three shafts and the teeth: `sun = \"...\"`, `ring = \"...\"`, `carrier = \"...\"`, `sun_teeth = 30`, \
                     `ring_teeth = 70`; a part that stands still has a shaft too, held by `[constraint.NAME]` with \
                     `coefficients = { SHAFT = 1 }`";
-        return vec![Mistake::new(first, format!("it needs {}", keys.join(", ")), help)];
+        return vec![KeyError::new(first, format!("it needs {}", keys.join(", ")), help)];
     }
     let mut out = check_different(values, &SHAFTS);
     let [sun, ring] = TEETH.map(|key| values.exact_or_default(key));
     if ring.to_rational() <= sun.to_rational() {
         let message = format!("no planet fits between a sun of {} teeth and a ring of {}", sun.to_f64(), ring.to_f64());
         let help = "the ring has more teeth than the sun: were they swapped? For a differential use `coefficients`";
-        out.push(Mistake::new("ring_teeth", message, help));
+        out.push(KeyError::new("ring_teeth", message, help));
     }
     out
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
-    let along = match values.map("coefficients") {
+    let direction = match values.map("coefficients") {
         Some(coefficients) => coefficients.to_vec(),
         None => {
             let [sun, ring] = TEETH.map(|key| values.exact_or_default(key));
@@ -120,7 +120,7 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
             shafts.into_iter().zip([sun, ring, carrier]).collect()
         }
     };
-    vec![Term::Constraint { along: Direction { entries: along }, offset: values.exact_or_default("offset") }]
+    vec![Term::Constraint { direction: Direction { entries: direction }, offset: values.exact_or_default("offset") }]
 }
 
 #[cfg(test)]
@@ -138,19 +138,19 @@ mod tests {
         }
         assert_eq!(check(&values), []);
         let named = terms("p", &values);
-        let [Term::Constraint { along, .. }] = named.as_slice() else { panic!("one constraint expected") };
+        let [Term::Constraint { direction, .. }] = named.as_slice() else { panic!("one constraint expected") };
         for (ring, carrier) in [(3.0, 0.0), (0.0, 2.0), (-5.0, 7.0)] {
             let sun = carrier - 61.0 / 17.0 * (ring - carrier);
             let speed =
                 |shaft: &str| [("sun", sun), ("ring", ring), ("carrier", carrier)].into_iter().find(|x| x.0 == shaft);
             let sum: f64 =
-                along.entries.iter().map(|(name, x)| x.to_f64() * speed(name).map_or(f64::NAN, |x| x.1)).sum();
+                direction.entries.iter().map(|(name, x)| x.to_f64() * speed(name).map_or(f64::NAN, |x| x.1)).sum();
             assert!(sum.abs() < 1e-12, "{sum}");
         }
         let mut by_hand = Values::default();
-        by_hand.insert("coefficients", Resolved::Map(along.entries.clone()));
+        by_hand.insert("coefficients", Resolved::Map(direction.entries.clone()));
         let again = terms("p", &by_hand);
         assert!(check(&by_hand).is_empty());
-        assert!(matches!(&again[..], [Term::Constraint { along: same, .. }] if same == along));
+        assert!(matches!(&again[..], [Term::Constraint { direction: same, .. }] if same == direction));
     }
 }

@@ -2,8 +2,8 @@ use std::sync::Arc;
 
 use super::shared::prescribed::right_side;
 use super::shared::straight::check_moves;
-use super::{Element, Mistake, Values};
-use crate::equations::{Direction, Domain, Kept, Term};
+use super::{Element, KeyError, Values};
+use crate::equations::{Direction, Domain, MultiplierLaw, Term};
 use crate::expr::OfTime;
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, keys};
@@ -52,48 +52,51 @@ const MOTIONS: [&str; 4] = ["angle", "position", "speed", "acceleration"];
 
 /// The key of where it is, and that of what moves the other way.
 fn places(values: &Values) -> [&'static str; 2] {
-    if values.along_masses { ["position", "angle"] } else { ["angle", "position"] }
+    if values.translational { ["position", "angle"] } else { ["angle", "position"] }
 }
 
-fn check(values: &Values) -> Vec<Mistake> {
+fn check(values: &Values) -> Vec<KeyError> {
     let mut out = check_moves(values, &["shaft"]);
-    let [own, other] = places(values);
-    if values.has(other) {
-        let body = if values.along_masses { "mass" } else { "shaft" };
+    let [own, wrong_key] = places(values);
+    if values.has(wrong_key) {
+        let body = if values.translational { "mass" } else { "shaft" };
         let article = if own == "angle" { "an" } else { "a" };
-        let message = format!("a {body} has {article} {own}, no {other}");
-        out.push(Mistake::new(other, message, format!("write `{own} = \"...\"`")));
+        let message = format!("a {body} has {article} {own}, no {wrong_key}");
+        out.push(KeyError::new(wrong_key, message, format!("write `{own} = \"...\"`")));
     }
-    let given: Vec<&'static str> = MOTIONS.into_iter().filter(|key| values.has(key)).collect();
-    match given[..] {
+    let present: Vec<&'static str> = MOTIONS.into_iter().filter(|key| values.has(key)).collect();
+    match present[..] {
         [] => {
             let help = format!("add `{own}`, `speed` or `acceleration`");
-            out.push(Mistake::new("shaft", "nothing says how it moves", help));
+            out.push(KeyError::new("shaft", "nothing says how it moves", help));
         }
         [_] => {}
         [first, second, ..] => {
             let message = format!("`{first}` and `{second}` both say how it moves");
-            out.push(Mistake::new(second, message, "take out one of the two"));
+            out.push(KeyError::new(second, message, "take out one of the two"));
         }
     }
     if values.word("shaft") == values.word("reference") {
         let message = format!("`{}` does not move against itself", values.word_or_default("shaft"));
-        out.push(Mistake::new("reference", message, "name another shaft, or remove `reference` for the housing"));
+        out.push(KeyError::new("reference", message, "name another shaft, or remove `reference` for the housing"));
     }
     out
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
-    let along = Direction::difference(values.word_or_default("shaft"), values.word("reference"));
-    let measure = values.along_masses.then_some(Term::Measure(Domain::Translation));
+    let direction = Direction::difference(values.word_or_default("shaft"), values.word("reference"));
+    let measure = values.translational.then_some(Term::Measure(Domain::Translation));
     if let Some(key) = ["speed", "acceleration"].into_iter().find(|key| values.has(key)) {
         let function = match values.of_time(key) {
             Some(function) => Arc::clone(function),
             None => Arc::new(OfTime::constant(&values.exact_or_default(key), Dimension::NONE)),
         };
-        let kept = if key == "speed" { Kept::Speed } else { Kept::Acceleration }(along.entries, function);
-        return measure.into_iter().chain([Term::Kept(kept)]).collect();
+        let law = if key == "speed" { MultiplierLaw::Speed } else { MultiplierLaw::Acceleration }(
+            direction.entries,
+            function,
+        );
+        return measure.into_iter().chain([Term::MultiplierLaw(law)]).collect();
     }
     let (offset, moving) = right_side(values, places(values)[0]);
-    measure.into_iter().chain([Term::Constraint { along, offset }]).chain(moving).collect()
+    measure.into_iter().chain([Term::Constraint { direction, offset }]).chain(moving).collect()
 }

@@ -1,10 +1,10 @@
 use std::sync::Arc;
 
 use super::shared::contact::{RESTITUTION, Side, check_play, play, play_of};
-use super::shared::mesh::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_mesh, mesh};
+use super::shared::gear_loss::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_gear_loss, gear_loss};
 use super::shared::spline::{Spline, check_points};
 use super::shared::straight::{check_moves, straight};
-use super::{Element, Mistake, Values};
+use super::{Element, KeyError, Values};
 use crate::equations::{Direction, Domain, Term};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
@@ -74,14 +74,14 @@ fn points(values: &Values) -> Option<Vec<(f64, f64)>> {
     values.tables("curve")?.iter().map(point).collect()
 }
 
-fn check(values: &Values) -> Vec<Mistake> {
+fn check(values: &Values) -> Vec<KeyError> {
     let mut out = check_moves(values, &["pinion", "rack"]);
     let ways: Vec<&'static str> = ["radius", "travel", "curve"].into_iter().filter(|key| values.has(key)).collect();
     match ways[..] {
         [first, second, ..] => {
-            out.push(Mistake::new(second, format!("both `{first}` and `{second}` are given"), "keep one of them"));
+            out.push(KeyError::new(second, format!("both `{first}` and `{second}` are given"), "keep one of them"));
         }
-        [] => out.push(Mistake::new(
+        [] => out.push(KeyError::new(
             "radius",
             "it needs the radius of the pinion, or the travel of the rack for a turn",
             "add `radius = \"7 mm\"` or `travel = \"44 mm/rev\"`, or points of a `curve`",
@@ -91,16 +91,16 @@ fn check(values: &Values) -> Vec<Mistake> {
     if let Some(points) = points(values) {
         out.extend(check_points("curve", &points));
         if values.has("offset") {
-            out.push(Mistake::new("offset", "a curve gives positions itself", "add it to the positions of the curve"));
+            out.push(KeyError::new("offset", "a curve gives positions itself", "add it to the positions of the curve"));
         }
     }
-    out.extend([check_play(values), check_mesh(values)].concat());
+    out.extend([check_play(values), check_gear_loss(values)].concat());
     out
 }
 
 fn terms(name: &str, values: &Values) -> Vec<Term> {
     let ends = ["pinion", "rack"].map(|key| values.word_or_default(key));
-    let loss = mesh(Direction::shaft(ends[0]), values);
+    let loss = gear_loss(Direction::shaft(ends[0]), values);
     let curve = points(values).filter(|points| check_points("curve", points).is_empty());
     if let Some(spline) = curve.and_then(|points| Spline::new(&points)) {
         return bent(name, ends, spline, values).into_iter().chain(loss).collect();
@@ -117,7 +117,7 @@ fn bent(name: &str, [driving, rack]: [&str; 2], spline: Spline, values: &Values)
     };
     let Some(backlash) = play_of(values) else { return moves(rack).into() };
     // The position that the rack would have without play follows from the pinion; the play is between these two.
-    let along = Direction::difference(rack, Some(name));
+    let direction = Direction::difference(rack, Some(name));
     let behind = [Term::Position { name: name.into() }].into_iter().chain(moves(name));
-    behind.chain(play(&along, &Exact::zero(), backlash, &Side::of(values))).collect()
+    behind.chain(play(&direction, &Exact::zero(), backlash, &Side::of(values))).collect()
 }

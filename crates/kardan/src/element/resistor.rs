@@ -44,7 +44,7 @@ resistance = \"50 Ohm\"
 fn terms(name: &str, values: &Values) -> Vec<Term> {
     let mut out = branch(name, values, ["from", "to"]);
     if let Some(resistance) = values.exact("resistance").filter(|x| !x.is_zero()) {
-        out.push(Term::Damper { along: Direction::shaft(name), damping: resistance.clone() });
+        out.push(Term::Damper { direction: Direction::shaft(name), damping: resistance.clone() });
     }
     out
 }

@@ -1,5 +1,5 @@
 use super::shared::contact::{RESTITUTION, check_play};
-use super::shared::mesh::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_mesh, mesh};
+use super::shared::gear_loss::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_gear_loss, gear_loss};
 use super::shared::straight::{check_moves, straight};
 use super::{Element, Values};
 use crate::equations::{Direction, Term};
@@ -45,13 +45,13 @@ shaft = \"motor\"
 nut = \"table\"
 lead = \"5 mm/rev\"
 ",
-    check: |values| [check_moves(values, &["shaft", "nut"]), check_play(values), check_mesh(values)].concat(),
+    check: |values| [check_moves(values, &["shaft", "nut"]), check_play(values), check_gear_loss(values)].concat(),
     terms,
 };
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let lead = values.exact("lead").cloned().unwrap_or_else(Exact::one);
     let ends = ["shaft", "nut"].map(|key| values.word_or_default(key));
-    let loss = mesh(Direction::shaft(ends[0]), values);
+    let loss = gear_loss(Direction::shaft(ends[0]), values);
     straight(ends, &lead, values).into_iter().chain(loss).collect()
 }

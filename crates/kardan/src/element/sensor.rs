@@ -1,7 +1,7 @@
 use std::f64::consts::TAU;
 
 use super::shared::straight::check_moves;
-use super::{Element, Mistake, Values};
+use super::{Element, KeyError, Values};
 use crate::equations::{self, Measured, Term};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
@@ -63,30 +63,30 @@ sample_time = \"1 ms\"
     terms,
 };
 
-fn check(values: &Values) -> Vec<Mistake> {
+fn check(values: &Values) -> Vec<KeyError> {
     let mut out = check_moves(values, &["shaft"]);
     let measures = values.word("measures");
     if measures == Some("signal") {
         check_signal(values, &mut out);
     } else if values.has("signal") {
         let help = "remove `signal`, or set `measures = \"signal\"`";
-        out.push(Mistake::new("signal", "the sensor measures what moves, not a signal", help));
+        out.push(KeyError::new("signal", "the sensor measures what moves, not a signal", help));
     }
     match measures {
         Some(kind @ ("angle" | "speed" | "net_torque")) => {
             let kind = kind.replace('_', " ");
             if !values.has("shaft") {
-                out.push(Mistake::new("shaft", format!("a sensor of {kind} needs a shaft"), "add `shaft = \"...\"`"));
+                out.push(KeyError::new("shaft", format!("a sensor of {kind} needs a shaft"), "add `shaft = \"...\"`"));
             }
             if values.has("element") {
-                out.push(Mistake::new(
+                out.push(KeyError::new(
                     "element",
                     format!("a sensor of {kind} measures a shaft, not an element"),
                     "remove `element`, or set `measures = \"torque\"`",
                 ));
             }
         }
-        Some("torque") if !values.has("element") => out.push(Mistake::new(
+        Some("torque") if !values.has("element") => out.push(KeyError::new(
             "element",
             "a torque sensor needs the element whose torque it measures",
             "add `element = \"...\"`: a spring_damper, or a gear together with `shaft`",
@@ -94,29 +94,29 @@ fn check(values: &Values) -> Vec<Mistake> {
         _ => {}
     }
     if values.has("noise") && !values.has("sample_time") {
-        out.push(Mistake::new(
+        out.push(KeyError::new(
             "noise",
             "noise is drawn for each reading, and a sensor without a sample time reads at every instant",
             "add `sample_time`, such as \"1 ms\"",
         ));
     }
-    if values.has("lines") && values.along_masses {
+    if values.has("lines") && values.translational {
         let help = "give the smallest step of the position as `resolution`";
-        out.push(Mistake::new("lines", "lines are counted in a turn, and a mass does not turn", help));
+        out.push(KeyError::new("lines", "lines are counted in a turn, and a mass does not turn", help));
     }
     if values.has("lines") && values.has("resolution") {
-        out.push(Mistake::new("resolution", "both `lines` and `resolution` are given", "keep one of them"));
+        out.push(KeyError::new("resolution", "both `lines` and `resolution` are given", "keep one of them"));
     }
     let coarse = values.has("lines") || values.has("resolution");
     if measures == Some("speed") && coarse && !values.has("sample_time") {
-        out.push(Mistake::new(
+        out.push(KeyError::new(
             "sample_time",
             "a speed from an encoder of finite resolution needs a sample time",
             "add `sample_time`: the speed is the difference of two rounded angles over it",
         ));
     }
     if values.has("phase") && !coarse {
-        out.push(Mistake::new(
+        out.push(KeyError::new(
             "phase",
             "a phase within a step needs a step",
             "add `lines` or `resolution`, or remove `phase`",
@@ -124,7 +124,7 @@ fn check(values: &Values) -> Vec<Mistake> {
     }
     if let Some(phase) = values.number("phase").filter(|phase| *phase >= 1.0) {
         let message = format!("the phase {phase} lies outside the step");
-        out.push(Mistake::new("phase", message, "give it as a part of a step, from 0 to below 1"));
+        out.push(KeyError::new("phase", message, "give it as a part of a step, from 0 to below 1"));
     }
     let no_twist = match measures {
         Some("torque") => values.has("shaft").then_some("constraint torque"),
@@ -132,7 +132,7 @@ fn check(values: &Values) -> Vec<Mistake> {
         _ => None,
     };
     if let (true, Some(what)) = (coarse, no_twist) {
-        out.push(Mistake::new(
+        out.push(KeyError::new(
             if values.has("lines") { "lines" } else { "resolution" },
             format!("a resolution is an angle, and a {what} has no twist to round"),
             "remove it, or measure the torque of a `spring_damper`",
@@ -142,18 +142,18 @@ fn check(values: &Values) -> Vec<Mistake> {
 }
 
 /// The keys of a sensor of a signal.
-fn check_signal(values: &Values, out: &mut Vec<Mistake>) {
+fn check_signal(values: &Values, out: &mut Vec<KeyError>) {
     if !values.has("signal") {
         let help = "add `signal = \"...\"`: what a vehicle tells such as `car.a_y`, a block, or a signal of the file";
-        out.push(Mistake::new("signal", "a sensor of a signal needs its name", help));
+        out.push(KeyError::new("signal", "a sensor of a signal needs its name", help));
     }
     for key in ["shaft", "element"].into_iter().filter(|key| values.has(key)) {
         let help = format!("remove `{key}`, or say what is measured of it: \"angle\", \"speed\", \"torque\"");
-        out.push(Mistake::new(key, "a sensor of a signal measures no shaft and no element", help));
+        out.push(KeyError::new(key, "a sensor of a signal measures no shaft and no element", help));
     }
     if values.has("lines") {
         let help = "give the smallest step of the signal as `resolution`";
-        out.push(Mistake::new("lines", "lines are counted in a turn, and a signal does not turn", help));
+        out.push(KeyError::new("lines", "lines are counted in a turn, and a signal does not turn", help));
     }
 }
 

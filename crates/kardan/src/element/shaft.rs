@@ -48,11 +48,11 @@ friction = \"0.2 N m\"
 };
 
 fn terms(name: &str, values: &Values) -> Vec<Term> {
-    let along = Direction::shaft(name);
+    let direction = Direction::shaft(name);
     let mut out = Vec::new();
     if let Some(inertia) = values.exact("inertia").filter(|x| !x.is_zero()) {
-        out.push(Term::Inertia { along: along.clone(), inertia: inertia.clone() });
+        out.push(Term::Inertia { direction: direction.clone(), inertia: inertia.clone() });
     }
-    out.extend(losses(&along, values));
+    out.extend(losses(&direction, values));
     out
 }

@@ -1,6 +1,6 @@
-use super::shared::contact::{Side, around, contact, play_of};
+use super::shared::contact::{Side, centred_limits, contact, play_of};
 use super::shared::losses::{BREAKAWAY, STRIBECK_SPEED, check_losses, losses};
-use super::{Element, Mistake, Values, gear};
+use super::{Element, KeyError, Values, gear};
 use crate::equations::{Direction, Term};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
@@ -51,37 +51,40 @@ damping = \"0.02 N m s/rad\"
     terms,
 };
 
-fn check(values: &Values) -> Vec<Mistake> {
-    let mut out = [gear::check(values), check_losses(values, values.along_masses)].concat();
+fn check(values: &Values) -> Vec<KeyError> {
+    let mut out = [gear::check(values), check_losses(values, values.translational)].concat();
     if values.has("backlash") && !values.exact("stiffness").is_some_and(|s| s.to_f64() > 0.0) {
-        out.push(Mistake::new(
+        out.push(KeyError::new(
             "backlash",
             "beyond the play nothing would press, as there is no spring",
             "add `stiffness`; rigid stops are an `end_stop`",
         ));
     }
     if values.has("backlash") && values.exact("damping").is_some_and(|d| d.to_f64() < 0.0) {
-        out.push(Mistake::new("damping", "behind play it cannot be negative", "give zero or more"));
+        out.push(KeyError::new("damping", "behind play it cannot be negative", "give zero or more"));
     }
     out
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
-    let along = Direction::difference(values.word_or_default("shaft_1"), values.word("shaft_2"));
+    let direction = Direction::difference(values.word_or_default("shaft_1"), values.word("shaft_2"));
     let mut out = Vec::new();
     if let Some(backlash) = play_of(values) {
         let rest = values.exact_or_default("rest");
-        let mut friction = losses(&along, values);
+        let mut friction = losses(&direction, values);
         friction.retain(|term| matches!(term, Term::Friction { .. }));
-        return contact(&along, around(&rest, backlash), &Side::of(values)).into_iter().chain(friction).collect();
+        return contact(&direction, centred_limits(&rest, backlash), &Side::of(values))
+            .into_iter()
+            .chain(friction)
+            .collect();
     }
     if let Some(stiffness) = values.exact("stiffness").filter(|x| !x.is_zero()) {
         out.push(Term::Spring {
-            along: along.clone(),
+            direction: direction.clone(),
             stiffness: stiffness.clone(),
             rest: values.exact_or_default("rest"),
         });
     }
-    out.extend(losses(&along, values));
+    out.extend(losses(&direction, values));
     out
 }

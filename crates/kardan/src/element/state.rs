@@ -37,9 +37,9 @@ rate = \"(1 m/s - 20 m/s * slip.z) / 0.6 m\"
 
 /// The state is the rate of a coordinate of inertia one, and what changes it a law along that.
 fn terms(name: &str, values: &Values) -> Vec<Term> {
-    let along = || Direction::shaft(name);
+    let direction = || Direction::shaft(name);
     let one = Exact::one();
-    let own = [Term::State { name: name.to_string() }, Term::Inertia { along: along(), inertia: one }];
-    let law = values.formula("rate").map(|law| Term::Torque { along: along(), law: law.clone() });
+    let own = [Term::State { name: name.to_string() }, Term::Inertia { direction: direction(), inertia: one }];
+    let law = values.formula("rate").map(|law| Term::Torque { direction: direction(), law: law.clone() });
     own.into_iter().chain(law).collect()
 }

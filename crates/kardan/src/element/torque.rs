@@ -1,4 +1,4 @@
-use super::{Element, Mistake, Values};
+use super::{Element, KeyError, Values};
 use crate::equations::{Direction, Domain, Term};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, keys};
@@ -40,31 +40,31 @@ law = \"-2 kg * 9.81 m/s^2 * 0.3 m * sin(arm.phi)\"
     terms,
 };
 
-fn check(values: &Values) -> Vec<Mistake> {
+fn check(values: &Values) -> Vec<KeyError> {
     let (shaft, coefficients) = (values.has("shaft"), values.has("coefficients"));
     if shaft && coefficients {
-        return vec![Mistake::new(
+        return vec![KeyError::new(
             "coefficients",
             "`shaft` and `coefficients` both say what it acts on",
             "take out one of the two",
         )];
     }
     if !shaft && !coefficients {
-        return vec![Mistake::new(
+        return vec![KeyError::new(
             "law",
             "nothing says what the torque acts on",
             "add `shaft = \"...\"`, or `coefficients = { ... }`",
         )];
     }
     if coefficients && values.has("reaction") {
-        return vec![Mistake::new(
+        return vec![KeyError::new(
             "reaction",
             "`coefficients` say all that it acts on",
             "put the reaction into them: `{ arm = 1, base = -1 }`",
         )];
     }
     if coefficients && values.map("coefficients").is_some_and(|map| map.iter().all(|(_, x)| x.is_zero())) {
-        return vec![Mistake::new(
+        return vec![KeyError::new(
             "coefficients",
             "all coefficients are zero, so it acts on nothing",
             "give at least one that is not zero",
@@ -72,17 +72,17 @@ fn check(values: &Values) -> Vec<Mistake> {
     }
     if shaft && values.word("shaft") == values.word("reaction") {
         let message = format!("it pushes against `{}` itself, so it does nothing", values.word_or_default("shaft"));
-        return vec![Mistake::new("reaction", message, "name another shaft, or remove `reaction` for the housing")];
+        return vec![KeyError::new("reaction", message, "name another shaft, or remove `reaction` for the housing")];
     }
     Vec::new()
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let Some(law) = values.formula("law") else { return Vec::new() };
-    let along = match values.map("coefficients") {
+    let direction = match values.map("coefficients") {
         Some(map) => Direction { entries: map.to_vec() },
         None => Direction::difference(values.word_or_default("shaft"), values.word("reaction")),
     };
     let measure = values.measure("coefficients").filter(|domain| *domain == Domain::Translation).map(Term::Measure);
-    measure.into_iter().chain([Term::Torque { along, law: law.clone() }]).collect()
+    measure.into_iter().chain([Term::Torque { direction, law: law.clone() }]).collect()
 }

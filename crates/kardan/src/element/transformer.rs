@@ -1,5 +1,5 @@
 use super::shared::branch::{branch, check_ends};
-use super::{Element, Mistake, Values};
+use super::{Element, KeyError, Values};
 use crate::equations::{Direction, Term};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
@@ -48,7 +48,7 @@ ratio = \"10/3\"
     terms,
 };
 
-fn check(values: &Values) -> Vec<Mistake> {
+fn check(values: &Values) -> Vec<KeyError> {
     [check_ends(values, ["from_1", "to_1"]), check_ends(values, ["from_2", "to_2"])].concat()
 }
 
@@ -57,7 +57,7 @@ fn terms(name: &str, values: &Values) -> Vec<Term> {
     let ratio = values.ratio();
     let mut out = branch(&first, values, ["from_1", "to_1"]);
     out.extend(branch(&second, values, ["from_2", "to_2"]));
-    let along = Direction { entries: vec![(first, ratio), (second, Exact::one())] };
-    out.push(Term::Constraint { along, offset: Exact::zero() });
+    let direction = Direction { entries: vec![(first, ratio), (second, Exact::one())] };
+    out.push(Term::Constraint { direction, offset: Exact::zero() });
     out
 }

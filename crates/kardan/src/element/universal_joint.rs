@@ -5,7 +5,7 @@ use kardan_rt::functions::{atan2, cos, sin_cos};
 
 use super::shared::contact::{RESTITUTION, Side, check_play, play, play_of};
 use super::shared::straight::check_moves;
-use super::{Element, Mistake, Values, gear};
+use super::{Element, KeyError, Values, gear};
 use crate::equations::{Curve, CurveFormulas, Direction, Term};
 use crate::expr::{Expr, Function, Graph, Surd};
 use crate::num::{Rational, rational_from_f64, rational_to_f64};
@@ -57,18 +57,18 @@ angle = \"20 deg\"
     terms,
 };
 
-fn check(values: &Values) -> Vec<Mistake> {
+fn check(values: &Values) -> Vec<KeyError> {
     let mut out = [gear::check(values), check_moves(values, &["shaft_1", "shaft_2"]), check_play(values)].concat();
     let single = values.has("angle");
     let double = (values.has("angle_1"), values.has("angle_2"));
     if single && double != (false, false) {
-        out.push(Mistake::new(
+        out.push(KeyError::new(
             "angle",
             "both the bend angle of a single joint and of a double joint are given",
             "keep `angle` for a single joint, or `angle_1` and `angle_2` for a double joint",
         ));
     } else if !single && double != (true, true) {
-        out.push(Mistake::new(
+        out.push(KeyError::new(
             "angle",
             "the bend angle is missing",
             "give `angle` for a single joint, or both `angle_1` and `angle_2` for a double joint",
@@ -78,7 +78,7 @@ fn check(values: &Values) -> Vec<Mistake> {
         if let Some(angle) = values.number(key)
             && angle.abs() > FRAC_PI_2 - 1e-3
         {
-            out.push(Mistake::new(
+            out.push(KeyError::new(
                 key,
                 format!("a universal joint cannot turn at a bend angle of {:.6} deg", angle.to_degrees()),
                 "the bend angle must lie below 90 deg either way",
@@ -90,7 +90,7 @@ fn check(values: &Values) -> Vec<Mistake> {
 
 /// The cosine of an angle, if it is a fraction.
 fn exact_cosine(angle: f64) -> Option<f64> {
-    Some(rational_to_f64(&Surd::meant_by_double(angle)?.cosine()?.to_rational()?))
+    Some(rational_to_f64(&Surd::recognise_double(angle)?.cosine()?.to_rational()?))
 }
 
 fn terms(name: &str, values: &Values) -> Vec<Term> {
@@ -107,7 +107,7 @@ fn terms(name: &str, values: &Values) -> Vec<Term> {
         ANGLES.into_iter().filter_map(|key| Some((key, values.exact(key)?.clone()))).collect();
     let named = angles.iter().any(|(_, angle)| angle.in_names().is_some());
     let curve: Arc<dyn Curve> = match named {
-        true => Arc::new(NamedJoint { joint, angles, phase: values.exact_or_default("phase"), turned: false }),
+        true => Arc::new(NamedJoint { joint, angles, phase: values.exact_or_default("phase"), inverted: false }),
         false => Arc::new(joint),
     };
     let [first, driving] = ["shaft_1", "shaft_2"].map(|key| values.word_or_default(key).to_string());
@@ -133,7 +133,7 @@ struct NamedJoint {
     angles: Vec<(&'static str, Exact)>,
     phase: Exact,
     /// From shaft_1 to shaft_2.
-    turned: bool,
+    inverted: bool,
 }
 
 impl Curve for NamedJoint {
@@ -155,7 +155,7 @@ impl Curve for NamedJoint {
             phase_in: self.joint.phase_out,
             phase_out: self.joint.phase_in,
         };
-        Some(Arc::new(Self { joint, turned: !self.turned, ..self.clone() }))
+        Some(Arc::new(Self { joint, inverted: !self.inverted, ..self.clone() }))
     }
 
     fn shifted_identity(&self) -> Option<f64> {
@@ -173,11 +173,11 @@ impl Curve for NamedJoint {
             _ => "cos(angle_1)/cos(angle_2)".to_string(),
         };
         let has_phase = !self.phase.is_zero() || self.phase.in_names().is_some();
-        let before = if has_phase && !self.turned { "(x + phase)" } else { "x" };
-        let after = if has_phase && self.turned { " - phase" } else { "" };
-        let [first, second, sign] = if self.turned { ["sin", "cos", ""] } else { ["cos", "sin", "-"] };
-        let lead = if self.turned { "1 - C" } else { "C - 1" };
-        let below = if self.turned {
+        let before = if has_phase && !self.inverted { "(x + phase)" } else { "x" };
+        let after = if has_phase && self.inverted { " - phase" } else { "" };
+        let [first, second, sign] = if self.inverted { ["sin", "cos", ""] } else { ["cos", "sin", "-"] };
+        let lead = if self.inverted { "1 - C" } else { "C - 1" };
+        let below = if self.inverted {
             format!("sin({before})^2 + C*cos({before})^2")
         } else {
             format!("cos({before})^2 + C*sin({before})^2")

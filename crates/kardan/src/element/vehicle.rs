@@ -2,8 +2,8 @@ use super::shared::car::Car;
 use super::shared::car_checks::{check_tyres, check_wheels, least};
 use super::shared::spline::check_points;
 use super::shared::straight::check_moves;
-use super::{Element, Mistake, Values};
-use crate::entries::{Entries, Written};
+use super::{Element, KeyError, Values};
+use crate::entries::{Entries, RawValue};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
@@ -141,49 +141,49 @@ pneumatic_trail = \"35 mm\"
     terms: |_, _| Vec::new(),
 };
 
-fn check(values: &Values) -> Vec<Mistake> {
+fn check(values: &Values) -> Vec<KeyError> {
     let mut out =
         [check_moves(values, &["steers"]), check_steering(values), check_tyres(values), check_wheels(values)].concat();
     match values.formula("speed").and_then(|formula| least(formula)) {
         Some((what, least)) if least < 0.0 => {
             let message = format!("{what} is {least} m/s: this car does not drive backwards");
-            out.push(Mistake::new("speed", message, "keep the speed at zero or more, `max(0 m/s, ...)`"));
+            out.push(KeyError::new("speed", message, "keep the speed at zero or more, `max(0 m/s, ...)`"));
         }
         Some((what, 0.0)) if !values.has("relaxation_length") => {
             let message =
                 format!("{what} is 0 m/s, and a tyre whose force follows at once has no slip angle at standstill");
-            out.push(Mistake::new("speed", message, "give the tyres a `relaxation_length`, such as \"0.5 m\""));
+            out.push(KeyError::new("speed", message, "give the tyres a `relaxation_length`, such as \"0.5 m\""));
         }
         _ => {}
     }
     out
 }
 
-fn check_steering(values: &Values) -> Vec<Mistake> {
+fn check_steering(values: &Values) -> Vec<KeyError> {
     let all: &[&'static str] = &["steering_arm", "steering_ratio", "curve"];
     let ways: Vec<&'static str> = all.iter().copied().filter(|key| values.has(key)).collect();
-    let mass = values.along_masses;
+    let mass = values.translational;
     let mut out = match ways[..] {
         [first, second, ..] => {
-            vec![Mistake::new(second, format!("both `{first}` and `{second}` are given"), "keep one of them")]
+            vec![KeyError::new(second, format!("both `{first}` and `{second}` are given"), "keep one of them")]
         }
-        [] if mass => vec![Mistake::new(
+        [] if mass => vec![KeyError::new(
             "steers",
             "nothing says how far the rack moves for an angle of the wheels",
             "add `steering_arm = \"140 mm\"`, or points of a `curve`",
         )],
-        [] => vec![Mistake::new(
+        [] => vec![KeyError::new(
             "steers",
             "nothing says how far the shaft turns for an angle of the wheels",
             "add `steering_ratio = 16`",
         )],
-        ["steering_ratio"] if mass => vec![Mistake::new(
+        ["steering_ratio"] if mass => vec![KeyError::new(
             "steering_ratio",
             "a ratio is between two angles, and a mass steers",
             "write `steering_arm`, the travel of the rack for a radian at the wheels",
         )],
         [key] if !mass && key != "steering_ratio" => {
-            vec![Mistake::new(key, "a shaft steers, which has no travel", "write `steering_ratio`")]
+            vec![KeyError::new(key, "a shaft steers, which has no travel", "write `steering_ratio`")]
         }
         _ => Vec::new(),
     };
@@ -196,12 +196,12 @@ fn check_steering(values: &Values) -> Vec<Mistake> {
 }
 
 /// The tables that a car is put together of, by the keys of a model file; nothing while it lacks a key that it needs.
-pub(super) fn parts(name: &str, given: &Entries, steered_by_mass: bool) -> Option<Entries> {
+pub(super) fn parts(name: &str, entries: &Entries, steered_by_mass: bool) -> Option<Entries> {
     let needed = Vehicle::FIELDS.iter().filter(|field| field.required);
-    if needed.into_iter().any(|field| given.keyed(field.name).is_none()) {
+    if needed.into_iter().any(|field| entries.keyed(field.name).is_none()) {
         return None;
     }
-    let car = Car { name, given };
+    let car = Car { name, entries };
     let mut out = Entries::default();
     car.body(&mut out);
     car.steering(&mut out, steered_by_mass);
@@ -241,8 +241,8 @@ impl Car<'_> {
     }
 
     fn steering(&self, out: &mut Entries, by_mass: bool) {
-        let text = |key: &str| match self.given.get(key) {
-            Some(Written::Text(text)) => text.clone(),
+        let text = |key: &str| match self.entries.get(key) {
+            Some(RawValue::Text(text)) => text.clone(),
             _ => String::new(),
         };
         let (steers, wheel) = (text("steers"), self.part("wheel"));
@@ -255,7 +255,7 @@ impl Car<'_> {
             keys.push(("radius", self.own("steering_arm")));
         }
         self.add(out, "rack_and_pinion", "steering", &keys);
-        if let Some(points) = self.given.get("curve") {
+        if let Some(points) = self.entries.get("curve") {
             let tables = out.table_mut("rack_and_pinion");
             tables.table_mut(&self.part("steering")).set("curve", points.clone());
         }
@@ -339,8 +339,8 @@ impl Car<'_> {
             let arms = [("yaw", format!("{a} - {pneumatic}")), ("wheel", format!("-({trail} + {pneumatic})"))];
             self.push(out, "side", &[self.at_tyres(), arms.to_vec()].concat(), front);
         }
-        let along = [self.at_tyres(), vec![("yaw", format!("-{}", self.own("rear_axle")))]].concat();
-        self.push(out, "side_rear", &along, self.force("rear").0);
+        let direction = [self.at_tyres(), vec![("yaw", format!("-{}", self.own("rear_axle")))]].concat();
+        self.push(out, "side_rear", &direction, self.force("rear").0);
         self.bore(out);
     }
 
@@ -389,8 +389,8 @@ impl Car<'_> {
             // Of a slip angle nothing is left in its unit.
             let unit = (name == "a_y").then(|| ("unit", "m/s^2".to_string()));
             let keys = [("kind", kind.to_string()), ("input", input)].into_iter().chain(gain).chain(unit);
-            keys.for_each(|(key, text)| table.set(key, Written::Text(text)));
-            out.table_mut("block").set(&format!("{}.{name}", self.name), Written::Table(table));
+            keys.for_each(|(key, text)| table.set(key, RawValue::Text(text)));
+            out.table_mut("block").set(&format!("{}.{name}", self.name), RawValue::Table(table));
         };
         add("yaw_rate", "gain", r.clone());
         add("heading", "gain", psi.clone());
@@ -400,12 +400,12 @@ impl Car<'_> {
             add("roll", "gain", self.of("roll", "phi"));
             add("roll_rate", "gain", self.of("roll", "w"));
         }
-        let turned = if self.slides() { format!(" * cos({delta})") } else { String::new() };
+        let cosine = if self.slides() { format!(" * cos({delta})") } else { String::new() };
         let mut more: String =
             self.formula("wind").into_iter().chain(self.downhill()).map(|x| format!(" + {x}")).collect();
         more.extend(self.braked_aside().map(|x| format!(" - {x}")));
         let [front, rear] = ["front", "rear"].map(|axle| self.force(axle).0);
-        add("a_y", "gain", format!("({front}{turned} + {rear}{more}) / {}", self.own("mass")));
+        add("a_y", "gain", format!("({front}{cosine} + {rear}{more}) / {}", self.own("mass")));
         self.frictions().into_iter().for_each(|(name, input)| add(name, "gain", input));
         self.braking_readings().into_iter().for_each(|(name, input)| add(name, "gain", input));
         add("x", "integrator", format!("{u} * cos({psi}) - {v} * sin({psi})"));

@@ -43,6 +43,6 @@ to = \"in\"
 fn terms(name: &str, values: &Values) -> Vec<Term> {
     let mut out = branch(name, values, ["from", "to"]);
     let motor = Motor { torque_limit: values.exact("voltage_limit").cloned(), ..Motor::default() };
-    out.push(Term::Input { along: Direction::shaft(name), kind: InputKind::Motor(motor) });
+    out.push(Term::Input { direction: Direction::shaft(name), kind: InputKind::Motor(motor) });
     out
 }

@@ -12,7 +12,7 @@ use crate::results::{BenchPlan, BenchStudy, Experiment, Outcome, PlannedParamete
 
 /// A log: its name, how it ended, its files.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
-pub struct WrittenLog {
+pub struct LogFiles {
     /// Its name.
     pub name: String,
     /// How it ended.
@@ -34,7 +34,7 @@ pub(super) struct BenchView<'a> {
     /// What the plant has and the model does not know.
     truth: &'a [TrueValue],
     /// One log for each repetition.
-    logs: &'a [WrittenLog],
+    logs: &'a [LogFiles],
     /// What the reader must know.
     notes: &'a [String],
 }
@@ -50,7 +50,7 @@ pub(super) struct StudyView<'a> {
     /// What the plant has and the model does not know.
     truth: &'a [TrueValue],
     /// One log for each repetition.
-    logs: &'a [WrittenLog],
+    logs: &'a [LogFiles],
     /// Paths of the files that were written.
     files: &'a [String],
     /// What was found in its logs.
@@ -74,7 +74,7 @@ struct PlanView<'a> {
     /// What it is to tell.
     parameters: &'a [PlannedParameter],
     /// Coefficients that this kind of motion, or the choice of the file, leaves to the model.
-    known: &'a [String],
+    fixed: &'a [String],
     /// The parts chosen, in the order of the log.
     points: Vec<PointView<'a>>,
     /// Candidates that keep the limits.
@@ -180,7 +180,7 @@ pub fn bench_json(
     model: &str,
     plan: Option<&BenchPlan>,
     truth: &[TrueValue],
-    logs: &[WrittenLog],
+    logs: &[LogFiles],
     notes: &[String],
 ) -> String {
     printed(BenchView { model, plan: plan.map(planned), truth, logs, notes })
@@ -189,7 +189,7 @@ pub fn bench_json(
 /// Gives a study on the bench as one JSON object on one line, in SI.
 ///
 /// What its keys are says [`schema`](super::schema()) of `bench-study`.
-pub fn bench_study_json(study: &BenchStudy, logs: &[WrittenLog], files: &[String]) -> String {
+pub fn bench_study_json(study: &BenchStudy, logs: &[LogFiles], files: &[String]) -> String {
     let found = &study.closed_loop;
     printed(StudyView {
         model: &study.model,
@@ -235,7 +235,7 @@ fn planned(plan: &BenchPlan) -> PlanView<'_> {
     PlanView {
         kind: &plan.kind,
         parameters: &plan.parameters,
-        known: &plan.known,
+        fixed: &plan.fixed,
         points: points.collect(),
         candidates: plan.candidates,
         log_det: plan.log_det,

@@ -10,8 +10,8 @@ use super::printed::printed;
 use crate::diagnostics::{Diagnostic, Lines, Severity};
 use crate::results::serial::by_name;
 use crate::results::{
-    Accuracy, Effort, Energy, Event, FigureResult, Mechanism, Outcome, ParameterValue, Physical, RequirementResult,
-    Run, RunVerdict, Signal, StrainView, Study, extremes,
+    Accuracy, Effort, Energy, Event, FigureResult, Mechanism, MotorLoadView, Outcome, ParameterValue, Physical,
+    RequirementResult, Run, RunVerdict, Signal, Study, extremes,
 };
 
 /// The files that were written for a study.
@@ -83,7 +83,7 @@ struct RunView<'a> {
     /// What speaks against its numbers.
     warnings: &'a [String],
     /// What the run asked of each motor that has limits.
-    motors: Vec<StrainView<'a>>,
+    motors: Vec<MotorLoadView<'a>>,
     /// What the integrator did.
     effort: Effort,
     /// How far the integration may be wrong, estimated by a second run; null with `--runs-only`, and where one of both ended early.
@@ -206,8 +206,8 @@ pub fn json_error(message: &str, source: &str, diagnostics: &[Diagnostic]) -> St
 pub(super) fn places<'a>(source: &str, diagnostics: &'a [Diagnostic]) -> Vec<Place<'a>> {
     let lines = Lines::new(source);
     let places = diagnostics.iter().map(|d| {
-        let written = d.labels.iter().find(|label| label.place.path().is_none());
-        let place = written.map(|label| lines.line_column(source, label.place.start()));
+        let in_source = d.labels.iter().find(|label| label.place.path().is_none());
+        let place = in_source.map(|label| lines.line_column(source, label.place.start()));
         Place {
             severity: match d.severity {
                 Severity::Error => Word::Error,
@@ -240,7 +240,7 @@ fn variant<'a>(run: &'a Run, files: &'a [String]) -> RunView<'a> {
         events: &run.events,
         notes: &run.notes,
         warnings: &run.warnings,
-        motors: run.strains.iter().map(|strain| StrainView::of(strain, run.length())).collect(),
+        motors: run.motor_loads.iter().map(|motor_load| MotorLoadView::of(motor_load, run.length())).collect(),
         effort: run.effort,
         accuracy: run.accuracy.as_ref(),
         files,

@@ -37,7 +37,7 @@ mod tables;
 mod truth;
 
 pub use analysis::analysis_json;
-pub use bench::{WrittenLog, bench_json, bench_study_json};
+pub use bench::{LogFiles, bench_json, bench_study_json};
 pub use design::{controller_json, design_json};
 pub use identification::identification_json;
 pub use json::{Files, json, json_error};

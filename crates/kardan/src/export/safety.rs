@@ -26,12 +26,12 @@ pub fn safety_csv(table: &Safety) -> String {
     let values = table.rows.first().map(|row| row.values.iter().map(|value| value.name.clone()).collect::<Vec<_>>());
     let values = values.unwrap_or_default();
     let effects = table.effects.iter().map(|effect| format!("{} [{}]", effect.name, effect.unit));
-    let words = |all: &[&str]| all.iter().map(ToString::to_string).collect::<Vec<_>>();
-    let mut header = words(&["faults", "variant"]);
+    let strings = |all: &[&str]| all.iter().map(ToString::to_string).collect::<Vec<_>>();
+    let mut header = strings(&["faults", "variant"]);
     header.extend(values);
-    header.extend(words(&["begins [s]", "detected after [s]", "reaction"]));
+    header.extend(strings(&["begins [s]", "detected after [s]", "reaction"]));
     header.extend(effects);
-    header.extend(words(&["worst effect", "verdict", "note", "command"]));
+    header.extend(strings(&["worst effect", "verdict", "note", "command"]));
     let mut out = line(&header);
     table.rows.iter().for_each(|row| out += &line(&cells(table, row)));
     out
@@ -46,7 +46,7 @@ fn cells(table: &Safety, row: &SafetyRow) -> Vec<String> {
     cells.push(states.join("; "));
     cells.extend((0..table.effects.len()).map(|k| number(row.effects.get(k).and_then(|effect| effect.measured))));
     cells.push(row.worst.and_then(|k| table.effects.get(k)).map(|effect| effect.name.clone()).unwrap_or_default());
-    cells.push(row.verdict.words().to_string());
+    cells.push(row.verdict.label().to_string());
     cells.extend([row.note.clone().unwrap_or_default(), row.command.clone()]);
     cells
 }

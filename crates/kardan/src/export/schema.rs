@@ -42,7 +42,7 @@ pub const SCHEMAS: [(&str, &str); 17] = [
 /// assert_eq!(kardan::export::schema("nothing"), None);
 /// ```
 pub fn schema(name: &str) -> Option<String> {
-    let (name, what) = SCHEMAS.iter().find(|(other, _)| *other == name)?;
+    let (name, what) = SCHEMAS.iter().find(|(candidate, _)| *candidate == name)?;
     let mut schema = match *name {
         "run" => of::<study::StudyView>(),
         "analyze" => of::<analysis::AnalysisView>(),

@@ -61,7 +61,7 @@ pub fn sweep_rows(head: &SweepHead, rows: &[SweepRow]) -> Result<Vec<u8>, write:
         named.zip(&values).map(|((name, unit), values)| Column { name, unit, description: "", values }).collect();
     let variants: Vec<String> = rows.iter().map(|row| head.variants[row.variant].clone()).collect();
     let reasons: Vec<String> = rows.iter().map(|row| row.reason.clone()).collect();
-    let words: Vec<(String, &str)> = head
+    let texts: Vec<(String, &str)> = head
         .requirements
         .iter()
         .enumerate()
@@ -69,7 +69,7 @@ pub fn sweep_rows(head: &SweepHead, rows: &[SweepRow]) -> Result<Vec<u8>, write:
         .collect();
     let [samples, seed] = [head.samples, head.seed].map(|number| number.to_string());
     let mut metadata = vec![(IDENTITY, head.identity.as_str()), (SAMPLES, &samples), (SEED, &seed)];
-    metadata.extend(words.iter().map(|(key, text)| (key.as_str(), *text)));
+    metadata.extend(texts.iter().map(|(key, text)| (key.as_str(), *text)));
     write::rows(&numbers, &[(VARIANT, &variants), (REASON, &reasons)], &metadata)
 }
 
@@ -79,7 +79,7 @@ pub enum RowsError {
     /// It is not what was written, in words.
     Damaged(String),
     /// It is of another sweep, which follows from this.
-    OtherSweep(String),
+    SweepMismatch(String),
 }
 
 /// The pairs of the metadata with the rows, if no bit of them has changed; what they follow from.
@@ -91,7 +91,7 @@ fn read(bytes: Vec<u8>) -> Result<(String, write::Rows), String> {
 
 /// A value of the metadata.
 fn value<'r>(read: &'r write::Rows, key: &str) -> Option<&'r str> {
-    read.metadata.iter().find(|(other, _)| other == key).map(|(_, value)| value.as_str())
+    read.metadata.iter().find(|(candidate, _)| candidate == key).map(|(_, value)| value.as_str())
 }
 
 /// How many samples the sweep of a file of rows has, and its seed.
@@ -134,15 +134,15 @@ pub fn read_sweep_rows(head: &SweepHead, bytes: Vec<u8>) -> Result<Vec<SweepRow>
     let (identity, read) = read(bytes).map_err(RowsError::Damaged)?;
     match identity == head.identity {
         true => own_rows(head, &read).map_err(RowsError::Damaged),
-        false => Err(RowsError::OtherSweep(identity)),
+        false => Err(RowsError::SweepMismatch(identity)),
     }
 }
 
 /// The rows of this sweep.
 fn own_rows(head: &SweepHead, read: &write::Rows) -> Result<Vec<SweepRow>, String> {
     let columns = columns(head);
-    let number = |name: &str| read.numbers.iter().find(|(other, _)| other == name).map(|(_, values)| values);
-    let text = |name: &str| read.texts.iter().find(|(other, _)| other == name).map(|(_, values)| values);
+    let number = |name: &str| read.numbers.iter().find(|(candidate, _)| candidate == name).map(|(_, values)| values);
+    let text = |name: &str| read.texts.iter().find(|(candidate, _)| candidate == name).map(|(_, values)| values);
     let lost = |name: &str| format!("it has no column `{name}`");
     let samples = number(SAMPLE).ok_or_else(|| lost(SAMPLE))?;
     let [variants, reasons] = [VARIANT, REASON].map(text);

@@ -34,7 +34,7 @@ pub type Together = (Vec<Symbol>, Rational);
 /// let mut graph = Graph::default();
 /// let mut written = |text: &str| {
 ///     let mut names = |graph: &mut Graph, name: &str| Some(Named::Varying(graph.symbol(name, Dimension::NONE), Dimension::NONE));
-///     graph.written(&Expression::parse_law(text).unwrap(), &mut names).unwrap().0
+///     graph.lowered(&Expression::parse_law(text).unwrap(), &mut names).unwrap().0
 /// };
 /// let [a, b, c] = ["x + y > 3", "2*x + 2*y < 6 and z > 0", "abs(x) < 1"].map(&mut written);
 /// assert_eq!(at_once(&graph, &[a, b], &[], &[]), AtOnce::Never);
@@ -43,18 +43,18 @@ pub type Together = (Vec<Symbol>, Rational);
 pub fn at_once(graph: &Graph, exprs: &[Expr], not_negative: &[Symbol], together: &[Together]) -> AtOnce {
     let symbols = graph.symbols(exprs);
     let mut cases = Cases { variables: symbols.len() };
-    let number = |symbol: &Symbol| symbols.iter().position(|other| other == symbol);
+    let number = |symbol: &Symbol| symbols.iter().position(|candidate| candidate == symbol);
     let values = lower(graph, exprs, &mut cases, |symbol| Cases::variable(number(&symbol).unwrap_or_default()));
-    let mut known: Vec<Above> = Vec::new();
+    let mut conditions: Vec<Above> = Vec::new();
     for symbol in not_negative.iter().filter_map(number) {
-        known.push(Above { sum: Affine::variable(symbol), strict: false });
+        conditions.push(Above { sum: Affine::variable(symbol), strict: false });
     }
     for (all, bound) in together {
         let terms = all.iter().filter_map(number).map(|symbol| (symbol, Rational::from(-1))).collect();
-        known.push(Above { sum: Affine { constant: bound.clone(), terms }, strict: false });
+        conditions.push(Above { sum: Affine { constant: bound.clone(), terms }, strict: false });
     }
     let half = Affine::constant(Rational::ONE / Rational::from(2));
-    let mut all = vec![Case { holds: known, value: Affine::default() }];
+    let mut all = vec![Case { conditions: conditions, value: Affine::default() }];
     for value in &values {
         let Some(next) = product(&all, value, |_, own| Some((Above::of(&own.minus(&half), true)?, Affine::default())))
         else {
@@ -64,7 +64,7 @@ pub fn at_once(graph: &Graph, exprs: &[Expr], not_negative: &[Symbol], together:
     }
     let mut found = AtOnce::Never;
     for case in &all {
-        match point(&case.holds) {
+        match point(&case.conditions) {
             Point::None => {}
             Point::TooMany => found = AtOnce::Unknown,
             Point::At(at) => {
@@ -141,7 +141,7 @@ impl Above {
 /// What a number is where some sums are above zero.
 #[derive(Debug, Clone, PartialEq)]
 struct Case {
-    holds: Vec<Above>,
+    conditions: Vec<Above>,
     value: Affine,
 }
 
@@ -161,21 +161,21 @@ fn product(a: &[Case], b: &[Case], both: impl Fn(&Affine, &Affine) -> Option<(Ab
     let mut out = Vec::new();
     for (a, b) in a.iter().flat_map(|a| b.iter().map(move |b| (a, b))) {
         let Some((above, value)) = both(&a.value, &b.value) else { continue };
-        let mut holds: Vec<Above> = a.holds.clone();
-        let new = b.holds.iter().cloned().chain([above]).filter(|above| !above.sum.terms.is_empty());
+        let mut conditions: Vec<Above> = a.conditions.clone();
+        let new = b.conditions.iter().cloned().chain([above]).filter(|above| !above.sum.terms.is_empty());
         for above in new {
-            if !holds.contains(&above) {
-                holds.push(above);
+            if !conditions.contains(&above) {
+                conditions.push(above);
             }
         }
-        out.push(Case { holds, value });
+        out.push(Case { conditions, value });
     }
     Some(out)
 }
 
 impl Cases {
     fn variable(number: usize) -> Rc<Vec<Case>> {
-        Rc::new(vec![Case { holds: Vec::new(), value: Affine::variable(number) }])
+        Rc::new(vec![Case { conditions: Vec::new(), value: Affine::variable(number) }])
     }
 
     /// Something that may be anything.
@@ -193,9 +193,9 @@ impl Cases {
     /// Products and quotients by what is constant.
     fn scaled(&mut self, a: &[Case], b: &[Case], divides: bool) -> Rc<Vec<Case>> {
         let constant = |x: &Affine| x.terms.is_empty();
-        let known = |cases: &[Case]| cases.iter().all(|case| constant(&case.value));
+        let is_constant = |cases: &[Case]| cases.iter().all(|case| constant(&case.value));
         let zero = b.iter().any(|case| constant(&case.value) && case.value.constant.is_zero());
-        if !(known(b) && !(divides && zero) || known(a) && !divides) {
+        if !(is_constant(b) && !(divides && zero) || is_constant(a) && !divides) {
             return self.anything();
         }
         let always = || Above { sum: Affine::constant(Rational::ONE), strict: true };
@@ -214,9 +214,9 @@ impl Cases {
     fn select(&mut self, [a, b, c, d]: [&[Case]; 4]) -> Rc<Vec<Case>> {
         let below = product(a, b, |a, b| Some((Above::of(&b.minus(a), true)?, Affine::default())));
         let rest = product(a, b, |a, b| Some((Above::of(&a.minus(b), false)?, Affine::default())));
-        let value = |holds: Option<Vec<Case>>, value: &[Case]| {
+        let value = |conditions: Option<Vec<Case>>, value: &[Case]| {
             let always = || Above { sum: Affine::constant(Rational::ONE), strict: true };
-            product(&holds?, value, |_, value| Some((always(), value.clone())))
+            product(&conditions?, value, |_, value| Some((always(), value.clone())))
         };
         match (value(below, c), value(rest, d)) {
             (Some(then), Some(otherwise)) if then.len() + otherwise.len() <= MOST => {
@@ -231,7 +231,7 @@ impl Domain for Cases {
     type Value = Rc<Vec<Case>>;
 
     fn constant(&mut self, value: &Rational) -> Self::Value {
-        Rc::new(vec![Case { holds: Vec::new(), value: Affine::constant(value.clone()) }])
+        Rc::new(vec![Case { conditions: Vec::new(), value: Affine::constant(value.clone()) }])
     }
 
     fn operation(&mut self, operator: Operator, x: &[Self::Value]) -> Self::Value {
@@ -273,13 +273,13 @@ enum Point {
 }
 
 /// By elimination of one variable after the other (Fourier and Motzkin).
-fn point(holds: &[Above]) -> Point {
-    let mut left: Vec<Above> = holds.to_vec();
-    let variables: BTreeSet<usize> = holds.iter().flat_map(|above| above.sum.terms.keys().copied()).collect();
+fn point(conditions: &[Above]) -> Point {
+    let mut remaining: Vec<Above> = conditions.to_vec();
+    let variables: BTreeSet<usize> = conditions.iter().flat_map(|above| above.sum.terms.keys().copied()).collect();
     let mut steps: Vec<(usize, Vec<Above>)> = Vec::new();
     for variable in variables {
         let (with, mut rest): (Vec<Above>, Vec<Above>) =
-            left.into_iter().partition(|above| above.sum.terms.contains_key(&variable));
+            remaining.into_iter().partition(|above| above.sum.terms.contains_key(&variable));
         let (lower, upper): (Vec<&Above>, Vec<&Above>) =
             with.iter().partition(|above| above.sum.terms[&variable] > Rational::ZERO);
         for (a, b) in lower.iter().flat_map(|a| upper.iter().map(move |b| (a, b))) {
@@ -296,9 +296,9 @@ fn point(holds: &[Above]) -> Point {
             return Point::TooMany;
         }
         steps.push((variable, with));
-        left = rest;
+        remaining = rest;
     }
-    if left.iter().any(|above| Above::of(&above.sum, above.strict).is_none()) {
+    if remaining.iter().any(|above| Above::of(&above.sum, above.strict).is_none()) {
         return Point::None;
     }
     let mut at: BTreeMap<usize, Rational> = BTreeMap::new();
@@ -306,8 +306,9 @@ fn point(holds: &[Above]) -> Point {
         let [mut low, mut high]: [Option<(Rational, bool)>; 2] = [None, None];
         for above in &with {
             let factor = &above.sum.terms[&variable];
-            let others = above.sum.terms.iter().filter(|(other, _)| **other != variable);
-            let rest = others.fold(above.sum.constant.clone(), |sum, (other, factor)| sum + factor * &at[other]);
+            let remaining_terms = above.sum.terms.iter().filter(|(other, _)| **other != variable);
+            let rest =
+                remaining_terms.fold(above.sum.constant.clone(), |sum, (other, factor)| sum + factor * &at[other]);
             let bound = -rest / factor;
             let side = if *factor > Rational::ZERO { &mut low } else { &mut high };
             let tighter = side.as_ref().is_none_or(|(so_far, strict)| {

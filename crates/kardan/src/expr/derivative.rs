@@ -30,11 +30,11 @@ impl Graph {
         let mut found = Found { zero: self.integer(0), slopes: HashMap::new() };
         let exprs = &self.above(exprs, by)[..];
         for expr in self.moved(exprs, by) {
-            let mut stands = true;
-            self.each_part(expr, |part| stands &= found.of(&part) == found.zero);
+            let mut is_constant = true;
+            self.each_part(expr, |part| is_constant &= found.of(&part) == found.zero);
             let slope = match self.symbol_of(expr) {
                 Some(_) => self.integer(1),
-                None if stands => continue,
+                None if is_constant => continue,
                 None => self.slope(expr, &found),
             };
             found.slopes.insert(expr, slope);
@@ -61,10 +61,10 @@ impl Graph {
                         terms.push((self.multiply(expr, relative), Rational::from(*power)));
                         continue;
                     }
-                    let mut others = factors.clone();
-                    others[k].1 -= 1;
-                    others.push((of(factor), 1));
-                    terms.push((self.product(&others), Rational::from(*power)));
+                    let mut cofactors = factors.clone();
+                    cofactors[k].1 -= 1;
+                    cofactors.push((of(factor), 1));
+                    terms.push((self.product(&cofactors), Rational::from(*power)));
                 }
                 self.sum(Rational::ZERO, &terms)
             }

@@ -116,8 +116,8 @@ impl<D: Domain> Forward<D> {
             let [first, second] = [one.get(i), other.get(j)].map(|next| next.map_or(usize::MAX, |(place, _)| *place));
             let place = first.min(second);
             let own = (first == place).then(|| &one[i].1);
-            let others = (second == place).then(|| &other[j].1);
-            out.push((place, rule(self, [own, others])));
+            let second_slope = (second == place).then(|| &other[j].1);
+            out.push((place, rule(self, [own, second_slope])));
             (i, j) = (i + usize::from(first == place), j + usize::from(second == place));
         }
         out
@@ -191,8 +191,8 @@ impl<D: Domain> Forward<D> {
         let one = self.0.constant(&Rational::ONE);
         match operator {
             Operator::SquareRoot => {
-                let twice = self.op(Operator::Add, [value, value]);
-                self.op(Operator::Divide, [&one, &twice])
+                let doubled = self.op(Operator::Add, [value, value]);
+                self.op(Operator::Divide, [&one, &doubled])
             }
             Operator::Tangent => self.op(Operator::AddProduct, [value, value, &one]),
             Operator::ArcSine | Operator::ArcCosine => {

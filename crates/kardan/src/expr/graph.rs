@@ -233,8 +233,8 @@ impl Graph {
     }
 
     fn put(&mut self, node: Node) -> Expr {
-        if let Some(known) = self.index.get(&node) {
-            return *known;
+        if let Some(existing) = self.index.get(&node) {
+            return *existing;
         }
         let expr = Expr(u32::try_from(self.nodes.len()).expect("below four thousand million nodes"));
         self.nodes.push(node.clone());
@@ -281,7 +281,7 @@ impl Graph {
     /// The symbol of a name; a new one if there is none.
     pub fn symbol(&mut self, name: &str, dimension: Dimension) -> Expr {
         match self.names.get(name) {
-            Some(known) => self.put(Node::Symbol(*known)),
+            Some(existing) => self.put(Node::Symbol(*existing)),
             None => self.new_symbol(name.to_owned(), dimension),
         }
     }
@@ -472,8 +472,8 @@ impl Graph {
             _ => false,
         };
         if negative && (function.is_odd() || function.is_even()) {
-            let turned = self.negate(a);
-            let value = self.put(Node::Apply(function, turned));
+            let negated = self.negate(a);
+            let value = self.put(Node::Apply(function, negated));
             return if function.is_odd() { self.negate(value) } else { value };
         }
         self.put(Node::Apply(function, a))
@@ -511,7 +511,7 @@ impl Graph {
         if table.pieces.iter().all(|(_, coefficients)| coefficients.iter().all(Rational::is_zero)) {
             return self.integer(0);
         }
-        let number = self.tables.iter().position(|other| *other == table).unwrap_or_else(|| {
+        let number = self.tables.iter().position(|candidate| *candidate == table).unwrap_or_else(|| {
             self.tables.push(table);
             self.tables.len() - 1
         });
@@ -543,13 +543,13 @@ impl Graph {
     }
 
     /// The same without what is known already, and what that is made of.
-    fn needed_besides(&self, exprs: &[Expr], known: impl Fn(Expr) -> bool) -> Vec<Expr> {
+    fn needed_besides(&self, exprs: &[Expr], excluded: impl Fn(Expr) -> bool) -> Vec<Expr> {
         // One bit each: most often few of many are needed.
-        let mut seen = vec![0u64; self.nodes.len() / 64 + 1];
+        let mut visited = vec![0u64; self.nodes.len() / 64 + 1];
         let (mut open, mut needed) = (exprs.to_vec(), Vec::new());
         while let Some(expr) = open.pop() {
-            let (word, bit) = (&mut seen[expr.0 as usize / 64], 1 << (expr.0 % 64));
-            if *word & bit == 0 && !known(expr) {
+            let (word, bit) = (&mut visited[expr.0 as usize / 64], 1 << (expr.0 % 64));
+            if *word & bit == 0 && !excluded(expr) {
                 *word |= bit;
                 needed.push(expr);
                 self.each_part(expr, |part| open.push(part));
@@ -610,18 +610,18 @@ impl Graph {
         for expr in self.needed(exprs) {
             let mut own = self.symbol_of(expr).map_or_else(|| Arc::clone(&none), |symbol| Arc::from([symbol]));
             // Most parts depend on the same ones.
-            let mut others: Vec<&Arc<[Symbol]>> = Vec::new();
+            let mut further_parts: Vec<&Arc<[Symbol]>> = Vec::new();
             self.each_part(expr, |part| {
                 let of_part = &found[&part];
                 if own.is_empty() {
                     own = Arc::clone(of_part);
                 } else if !of_part.is_empty() && **of_part != *own {
-                    others.push(of_part);
+                    further_parts.push(of_part);
                 }
             });
-            if !others.is_empty() {
+            if !further_parts.is_empty() {
                 let mut all: Vec<Symbol> =
-                    own.iter().chain(others.into_iter().flat_map(|other| other.iter())).copied().collect();
+                    own.iter().chain(further_parts.into_iter().flat_map(|other| other.iter())).copied().collect();
                 all.sort();
                 all.dedup();
                 own = all.into();
@@ -738,10 +738,10 @@ impl Graph {
     }
 
     /// Expressions with others in place of some within them.
-    pub fn replace(&mut self, exprs: &[Expr], others: &[(Expr, Expr)]) -> Vec<Expr> {
+    pub fn replace(&mut self, exprs: &[Expr], replacements: &[(Expr, Expr)]) -> Vec<Expr> {
         let mut new: HashMap<Expr, Expr> = HashMap::new();
         for expr in self.needed(exprs) {
-            let value = match others.iter().find(|(own, _)| *own == expr) {
+            let value = match replacements.iter().find(|(own, _)| *own == expr) {
                 Some((_, value)) => *value,
                 None => self.rebuilt(expr, |part| new[&part]),
             };

@@ -23,7 +23,7 @@ impl Part {
             }
         }
         let dimension = self.dimension.times(&Dimension::TIME, 1)?;
-        Some(Self { name: format!("{}.integral", self.name), dimension, pieces: Pieces::new(pieces), told: false })
+        Some(Self { name: format!("{}.integral", self.name), dimension, pieces: Pieces::new(pieces), reported: false })
     }
 }
 
@@ -127,7 +127,7 @@ mod tests {
         let time = graph.symbol("t", Dimension::NONE);
         let mut names =
             |graph: &mut Graph, name: &str| Some(Named::Varying(graph.symbol(name, Dimension::NONE), Dimension::NONE));
-        let (value, _) = graph.written(&Expression::parse_law(text).unwrap(), &mut names).unwrap();
+        let (value, _) = graph.lowered(&Expression::parse_law(text).unwrap(), &mut names).unwrap();
         OfTime::new(graph, time, parts, value, Dimension::NONE).unwrap()
     }
 
@@ -152,7 +152,7 @@ mod tests {
     fn pieces_are_summed_up() {
         let rise = (1.0, [0.0, 2.0, 0.0, 0.0]);
         let pieces = Pieces::new([rise, (2.0, [2.0, -2.0, 0.0, 0.0]), (3.0, [0.0; 4]), (4.0, [1.0, 0.0, 0.0, 0.0])]);
-        let part = Arc::new(Part { name: "p".into(), dimension: Dimension::NONE, pieces, told: false });
+        let part = Arc::new(Part { name: "p".into(), dimension: Dimension::NONE, pieces, reported: false });
         let mut graph = Graph::default();
         let symbol = graph.symbol("p", Dimension::NONE);
         let integral = of("3 * p", vec![(symbol, part)], graph).integral().unwrap();

@@ -33,7 +33,7 @@ impl Interval {
         self.low <= value && value <= self.high
     }
 
-    fn around(values: &[f64], units: usize) -> Self {
+    fn enclosing(values: &[f64], units: usize) -> Self {
         if values.iter().any(|value| value.is_nan()) {
             return Self::ALL;
         }
@@ -48,12 +48,12 @@ impl Interval {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    fn within(self, low: f64, high: f64) -> Self {
+    fn clamped(self, low: f64, high: f64) -> Self {
         Self { low: self.low.max(low), high: self.high.min(high) }
     }
 
     fn plus(self, other: Self) -> Self {
-        Self::around(&[self.low + other.low, self.high + other.high], 1)
+        Self::enclosing(&[self.low + other.low, self.high + other.high], 1)
     }
 
     fn negative(self) -> Self {
@@ -64,16 +64,16 @@ impl Interval {
         // Zero times infinity is zero here: the end stands for numbers, however large.
         let product = |a: f64, b: f64| if a == 0.0 || b == 0.0 { 0.0 } else { a * b };
         let ends = [(self.low, other.low), (self.low, other.high), (self.high, other.low), (self.high, other.high)];
-        Self::around(&ends.map(|(a, b)| product(a, b)), 1)
+        Self::enclosing(&ends.map(|(a, b)| product(a, b)), 1)
     }
 
     fn inverse(self) -> Self {
-        if self.contains(0.0) { Self::ALL } else { Self::around(&[1.0 / self.low, 1.0 / self.high], 1) }
+        if self.contains(0.0) { Self::ALL } else { Self::enclosing(&[1.0 / self.low, 1.0 / self.high], 1) }
     }
 
     /// A function that rises.
     fn rising(self, function: impl Fn(f64) -> f64) -> Self {
-        Self::around(&[function(self.low), function(self.high)], UNITS)
+        Self::enclosing(&[function(self.low), function(self.high)], UNITS)
     }
 
     /// Sine shifted by quarter turns: extremes where the angle passes them.
@@ -83,7 +83,7 @@ impl Interval {
             return Self { low: -1.0, high: 1.0 };
         }
         let value = |x: f64| if quarter == 0.0 { sin_cos(x).0 } else { sin_cos(x).1 };
-        let mut found = Self::around(&[value(self.low), value(self.high)], UNITS);
+        let mut found = Self::enclosing(&[value(self.low), value(self.high)], UNITS);
         // Extremes lie at odd quarters of the shifted angle; a little more is passed than there is, never less.
         let slack = 1e-9 + 1e-15 * self.low.abs().max(self.high.abs());
         let count = |x: f64| (x / FRAC_PI_2 + quarter - 1.0) / 2.0;
@@ -98,7 +98,7 @@ impl Interval {
                 found.low = -1.0;
             }
         }
-        found.within(-1.0, 1.0)
+        found.clamped(-1.0, 1.0)
     }
 }
 
@@ -114,7 +114,7 @@ impl Domain for Intervals {
         if rational_from_f64(near).as_ref() == Some(value) {
             Interval::point(near)
         } else {
-            Interval::around(&[near], 1)
+            Interval::enclosing(&[near], 1)
         }
     }
 
@@ -132,20 +132,20 @@ impl Domain for Intervals {
             Operator::Absolute if a.contains(0.0) => Interval { low: 0.0, high: a.high.max(-a.low) },
             Operator::Absolute if a.low < 0.0 => a.negative(),
             Operator::Absolute => a,
-            Operator::SquareRoot => a.within(0.0, f64::INFINITY).rising(Real::sqrt).within(0.0, f64::INFINITY),
+            Operator::SquareRoot => a.clamped(0.0, f64::INFINITY).rising(Real::sqrt).clamped(0.0, f64::INFINITY),
             Operator::SineCosine => a.sine(0.0),
             Operator::Tangent => {
                 let cosine = a.sine(1.0);
                 if cosine.contains(0.0) { Interval::ALL } else { a.rising(tan) }
             }
-            Operator::ArcSine => a.within(-1.0, 1.0).rising(asin),
-            Operator::ArcCosine => a.within(-1.0, 1.0).rising(acos),
+            Operator::ArcSine => a.clamped(-1.0, 1.0).rising(asin),
+            Operator::ArcCosine => a.clamped(-1.0, 1.0).rising(acos),
             Operator::ArcTangent => a.rising(atan),
             Operator::ArcTangent2 if x[1].low > 0.0 => a.times(x[1].inverse()).rising(atan),
-            Operator::ArcTangent2 => Interval::around(&[-PI, PI], 1),
-            Operator::Exponential => a.rising(exp).within(0.0, f64::INFINITY),
+            Operator::ArcTangent2 => Interval::enclosing(&[-PI, PI], 1),
+            Operator::Exponential => a.rising(exp).clamped(0.0, f64::INFINITY),
             Operator::Logarithm if a.high < 0.0 => Interval::ALL,
-            Operator::Logarithm => a.within(0.0, f64::INFINITY).rising(ln),
+            Operator::Logarithm => a.clamped(0.0, f64::INFINITY).rising(ln),
             Operator::Minimum => Interval { low: a.low.min(x[1].low), high: a.high.min(x[1].high) },
             Operator::Maximum => Interval { low: a.low.max(x[1].low), high: a.high.max(x[1].high) },
             Operator::Select if a.high < x[1].low => x[2],
@@ -164,7 +164,7 @@ impl Domain for Intervals {
         for (k, (origin, coefficients)) in table.pieces.iter().enumerate() {
             let from = if k == 0 { Interval::point(f64::NEG_INFINITY) } else { self.constant(&table.knots[k - 1]) };
             let until = table.knots.get(k).map_or(Interval::point(f64::INFINITY), |knot| self.constant(knot));
-            let part = x.within(from.low, until.high);
+            let part = x.clamped(from.low, until.high);
             if part.low > part.high {
                 continue;
             }

@@ -92,8 +92,8 @@ impl<D: Domain> Lowering<'_, D> {
     }
 
     fn get(&mut self, expr: Expr) -> D::Value {
-        if let Some(known) = self.values.get(&expr) {
-            return known.clone();
+        if let Some(cached) = self.values.get(&expr) {
+            return cached.clone();
         }
         // Not asked for where it stands in a product or a sum, whose constants are rounded together.
         let constant = self.constant(expr).unwrap_or(Rational::ZERO);
@@ -210,9 +210,9 @@ impl<D: Domain> Lowering<'_, D> {
                 Some(value) => number *= raised(&value, *power),
                 None => {
                     let value = self.get(*factor);
-                    let turned = *power < 0 && self.is_shared_divisor(factor);
-                    let value = if turned { self.reciprocal(*factor, value) } else { value };
-                    let side = if *power > 0 || turned { &mut above } else { &mut below };
+                    let inverted = *power < 0 && self.is_shared_divisor(factor);
+                    let value = if inverted { self.reciprocal(*factor, value) } else { value };
+                    let side = if *power > 0 || inverted { &mut above } else { &mut below };
                     let raised = self.raised(value, power.unsigned_abs());
                     *side = Some(match side.take() {
                         Some(product) => self.domain.operation(Operator::Multiply, &[product, raised]),
@@ -233,8 +233,8 @@ impl<D: Domain> Lowering<'_, D> {
     }
 
     fn reciprocal(&mut self, factor: Expr, value: D::Value) -> D::Value {
-        if let Some(known) = self.reciprocals.get(&factor) {
-            return known.clone();
+        if let Some(cached) = self.reciprocals.get(&factor) {
+            return cached.clone();
         }
         let one = self.domain.constant(&Rational::ONE);
         let reciprocal = self.domain.operation(Operator::Divide, &[one, value]);

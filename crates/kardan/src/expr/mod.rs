@@ -13,13 +13,13 @@ mod integral;
 mod interval;
 mod lookup;
 mod lower;
+mod lowering;
 mod of_time;
 mod one_sided;
 mod print;
 mod sides;
 mod surds;
 mod traced;
-mod written;
 
 pub use at_once::{AtOnce, Together, at_once};
 pub use domains::{Domain, Floating, Rationals};
@@ -28,6 +28,7 @@ pub use graph::{Expr, Function, Graph, PiecewisePolynomial, Substitution, Symbol
 pub use interval::{Interval, Intervals};
 pub use lookup::{Beyond, Lookup};
 pub use lower::lower;
+pub use lowering::Named;
 pub use of_time::{OfTime, Part, Pieces, polynomial};
 pub use one_sided::{Linear, Number, SidesOf, bending, kinked, linear_sides};
 pub use print::{Style, parenthesised, printed};
@@ -35,4 +36,3 @@ pub(crate) use print::{bare, raised};
 pub use sides::{Direction, Place, Side, Sided, exactly};
 pub use surds::{Surd, Surds};
 pub use traced::Traced;
-pub use written::Named;

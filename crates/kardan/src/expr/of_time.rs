@@ -95,7 +95,7 @@ pub struct Part {
     /// Its pieces, SI.
     pub pieces: Pieces,
     /// Whether a run tells of each of its breakpoints.
-    pub told: bool,
+    pub reported: bool,
 }
 
 impl Part {
@@ -111,7 +111,7 @@ impl Part {
             name: format!("{}.rate", self.name),
             dimension: self.dimension.times(&Dimension::TIME, -1).unwrap_or(self.dimension),
             pieces: Pieces::new(pieces),
-            told: false,
+            reported: false,
         }
     }
 }
@@ -158,8 +158,8 @@ impl OfTime {
         let symbol = |(expr, part): (Expr, Arc<Part>)| Some((graph.symbol_of(expr)?, part));
         let parts: Vec<(Symbol, Arc<Part>)> =
             parts.into_iter().filter_map(symbol).filter(|(symbol, _)| used.contains(symbol)).collect();
-        let known = |symbol: &Symbol| *symbol == time || parts.iter().any(|(part, _)| part == symbol);
-        let complete = used.iter().all(known);
+        let is_bound = |symbol: &Symbol| *symbol == time || parts.iter().any(|(part, _)| part == symbol);
+        let complete = used.iter().all(is_bound);
         complete.then_some(Self { graph, time, parts, value, dimension })
     }
 
@@ -231,10 +231,12 @@ impl OfTime {
             if graph.is_zero(slope) || rate.is_zero() {
                 continue;
             }
-            let known =
-                parts.iter().find(|(_, other)| **other == rate).and_then(|(symbol, _)| graph.of_symbol(*symbol));
-            let moved = known.unwrap_or_else(|| graph.new_symbol(rate.name.clone(), rate.dimension));
-            parts.extend(graph.symbol_of(moved).filter(|_| known.is_none()).map(|symbol| (symbol, Arc::new(rate))));
+            let existing = parts
+                .iter()
+                .find(|(_, candidate)| **candidate == rate)
+                .and_then(|(symbol, _)| graph.of_symbol(*symbol));
+            let moved = existing.unwrap_or_else(|| graph.new_symbol(rate.name.clone(), rate.dimension));
+            parts.extend(graph.symbol_of(moved).filter(|_| existing.is_none()).map(|symbol| (symbol, Arc::new(rate))));
             terms.push((graph.multiply(slope, moved), Rational::ONE));
         }
         let value = graph.sum(Rational::ZERO, &terms);
@@ -246,11 +248,11 @@ impl OfTime {
 
     /// As a person would write it; parts by their names.
     pub fn text(&self) -> String {
-        self.written(Style::Text, &|name| name.into())
+        self.formatted(Style::Text, &|name| name.into())
     }
 
     /// The same in either style; `name` writes the names of parts and of the time.
-    pub fn written(&self, style: Style, name: &dyn Fn(&str) -> String) -> String {
+    pub fn formatted(&self, style: Style, name: &dyn Fn(&str) -> String) -> String {
         printed(&self.graph, self.value, style, name)
     }
 
@@ -271,7 +273,7 @@ impl OfTime {
     ) -> Expr {
         let mut values = Vec::new();
         for symbol in self.graph.symbols(&[self.value]) {
-            let value = match self.parts.iter().find(|(other, _)| *other == symbol) {
+            let value = match self.parts.iter().find(|(candidate, _)| *candidate == symbol) {
                 Some((_, own)) => part(graph, own),
                 None => time(graph),
             };
@@ -306,13 +308,13 @@ mod tests {
     fn a_function_is_the_same_in_another_graph() {
         let mut graph = Graph::default();
         let [time, gate] = ["t", "gate"].map(|name| graph.symbol(name, Dimension::NONE));
-        let turned = graph.apply(Function::Sin, time);
+        let sine_of_time = graph.apply(Function::Sin, time);
         let pi = graph.pi();
-        let least = graph.min(turned, gate);
-        let product = graph.product(&[(pi, 1), (least, 2), (turned, -1)]);
+        let least = graph.min(sine_of_time, gate);
+        let product = graph.product(&[(pi, 1), (least, 2), (sine_of_time, -1)]);
         let value = graph.sum(Rational::ONE, &[(product, Rational::from(3)), (gate, Rational::ONE)]);
         let pieces = Pieces::new([(0.0, [0.5, 0.0, 0.0, 0.0])]);
-        let part = Arc::new(Part { name: "gate".into(), dimension: Dimension::NONE, pieces, told: false });
+        let part = Arc::new(Part { name: "gate".into(), dimension: Dimension::NONE, pieces, reported: false });
         let text = printed(&graph, value, Style::Text, &|name| name.into());
         let function = OfTime::new(graph, time, vec![(gate, part)], value, Dimension::NONE).unwrap();
         let mut other = Graph::default();

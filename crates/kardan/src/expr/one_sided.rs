@@ -13,7 +13,7 @@ pub struct Number {
     pub exact: Option<Rational>,
     /// Rounded.
     pub value: f64,
-    around: Interval,
+    enclosure: Interval,
 }
 
 impl Number {
@@ -24,17 +24,17 @@ impl Number {
 
     /// By how much rounding may move it.
     pub fn rounding(&self) -> f64 {
-        let width = if self.exact.is_none() { self.around.high - self.around.low } else { 0.0 };
+        let width = if self.exact.is_none() { self.enclosure.high - self.enclosure.low } else { 0.0 };
         if width.is_finite() { width } else { 0.0 }
     }
 
     /// Whether two are the same, as far as rounding tells.
     fn is_same(&self, other: &Self, exactly: bool) -> bool {
-        let finite = |one: &Self| one.around.low.is_finite() && one.around.high.is_finite();
+        let finite = |one: &Self| one.enclosure.low.is_finite() && one.enclosure.high.is_finite();
         match (&self.exact, &other.exact) {
             (Some(one), Some(other)) if exactly || one == other => one == other,
             _ if finite(self) && finite(other) => {
-                self.around.low <= other.around.high && other.around.low <= self.around.high
+                self.enclosure.low <= other.enclosure.high && other.enclosure.low <= self.enclosure.high
             }
             _ => self.value == other.value || self.value.is_nan() && other.value.is_nan(),
         }
@@ -84,7 +84,7 @@ impl Linear {
 
     /// Whether all expressions have the derivatives of another side.
     pub fn same_slopes(&self, other: &Self) -> bool {
-        let zero = || Number { exact: Some(Rational::ZERO), value: 0.0, around: Interval::point(0.0) };
+        let zero = || Number { exact: Some(Rational::ZERO), value: 0.0, enclosure: Interval::point(0.0) };
         let of = |slopes: &[(usize, Number)], place: usize| {
             slopes.iter().find(|(own, _)| *own == place).map_or_else(zero, |(_, slope)| slope.clone())
         };
@@ -144,7 +144,7 @@ pub fn kinked(graph: &mut Graph, exprs: &[Expr], place: &dyn Place, direction: D
     // All of these at once, as they share most of their parts.
     let members: Vec<usize> = rest.iter().flat_map(|(_, members)| members.clone()).collect();
     if !members.is_empty() {
-        let exprs = graph.side_along(&of(&members), place, direction).exprs;
+        let exprs = graph.one_sided_slope(&of(&members), place, direction).exprs;
         let side = Sided { guards: Vec::new(), exprs };
         let side = linear(graph, vec![side], place, &mut names).swap_remove(0);
         for (guards, exprs) in rest {
@@ -187,17 +187,17 @@ fn to_first_order(
     if exactly && exact.iter().all(|one| one.all().all(Option::is_some)) {
         let number = |exact: Option<Rational>| {
             let value = exact.as_ref().map_or(f64::NAN, rational_to_f64);
-            Number { exact, value, around: Interval::point(value) }
+            Number { exact, value, enclosure: Interval::point(value) }
         };
         return exact.into_iter().map(|one| one.map(number).split()).unzip();
     }
-    let around = forward(graph, exprs, Intervals, |symbol| (place.around(symbol), place.place(symbol)));
+    let enclosure = forward(graph, exprs, Intervals, |symbol| (place.enclosure(symbol), place.place(symbol)));
     let rounded =
         forward(graph, exprs, Floating::<f64>::default(), |symbol| (place.value(symbol), place.place(symbol)));
     let mut found = Vec::new();
-    for (((exact, around), rounded), expr) in exact.into_iter().zip(around).zip(rounded).zip(exprs) {
-        let own = |((exact, around), value)| Number { exact, value, around };
-        let (value, mut slopes) = exact.zip(around).zip(rounded).map(own).split();
+    for (((exact, enclosure), rounded), expr) in exact.into_iter().zip(enclosure).zip(rounded).zip(exprs) {
+        let own = |((exact, enclosure), value)| Number { exact, value, enclosure };
+        let (value, mut slopes) = exact.zip(enclosure).zip(rounded).map(own).split();
         // Behind what overflows there may be a slope that does not, as an expression.
         for (own, slope) in slopes.iter_mut().filter(|(_, slope)| !slope.is_number()) {
             let symbol = graph.symbols(&[*expr]).into_iter().find(|symbol| place.place(*symbol) == Some(*own));
@@ -214,7 +214,7 @@ fn number(graph: &Graph, expr: Expr, place: &dyn Place) -> Number {
     Number {
         exact: sides::exactly(graph, &[expr], place).swap_remove(0),
         value: lower(graph, &[expr], &mut Floating::<f64>::default(), |symbol| place.value(symbol))[0],
-        around: lower(graph, &[expr], &mut Intervals, |symbol| place.around(symbol))[0],
+        enclosure: lower(graph, &[expr], &mut Intervals, |symbol| place.enclosure(symbol))[0],
     }
 }
 
@@ -229,7 +229,7 @@ pub fn bending(sides: &[Linear], same: &dyn Fn(&Linear, &Linear) -> bool) -> Vec
         };
         one.guards.iter().filter(differs).map(|(guard, _)| guard.clone()).collect()
     };
-    let (mut alone, mut all) = (Vec::new(), Vec::new());
+    let (mut single, mut all) = (Vec::new(), Vec::new());
     for one in sides {
         for (guard, _) in &one.guards {
             if !all.contains(guard) {
@@ -238,12 +238,12 @@ pub fn bending(sides: &[Linear], same: &dyn Fn(&Linear, &Linear) -> bool) -> Vec
         }
         for other in sides.iter().filter(|other| !same(one, other)) {
             let guards = apart(one, other);
-            if guards.len() == 1 && !alone.contains(&guards[0]) {
-                alone.extend(guards);
+            if guards.len() == 1 && !single.contains(&guards[0]) {
+                single.extend(guards);
             }
         }
     }
-    let mut named = if alone.is_empty() { all } else { alone };
+    let mut named = if single.is_empty() { all } else { single };
     named.sort();
     named
 }

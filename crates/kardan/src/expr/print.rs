@@ -38,8 +38,8 @@ enum Strength {
 /// assert_eq!(printed(&graph, all, Style::Latex, &|name| name.into()), r"1 - 3\frac{\sin(x)}{x^{2}}");
 /// ```
 pub fn printed(graph: &Graph, expr: Expr, style: Style, name: &dyn Fn(&str) -> String) -> String {
-    let (depth, left) = (Cell::new(0), Cell::new(MOST_PARTS));
-    Printer { graph, style, name, depth, left }.written(expr).0
+    let (depth, budget) = (Cell::new(0), Cell::new(MOST_PARTS));
+    Printer { graph, style, name, depth, budget }.rendered(expr).0
 }
 
 /// LaTeX within parentheses that are as high as it is; around long sums they have a fixed height, so that these can go on in another line.
@@ -91,7 +91,7 @@ struct Printer<'a> {
     name: &'a dyn Fn(&str) -> String,
     /// Parts within each other that are being written, and how many may still be.
     depth: Cell<usize>,
-    left: Cell<usize>,
+    budget: Cell<usize>,
 }
 
 /// Parts within each other, and all parts, of an expression that is written; what is beyond is dots: nobody reads it.
@@ -103,8 +103,8 @@ impl Printer<'_> {
         self.style == Style::Latex
     }
 
-    fn within(&self, expr: Expr, least: Strength) -> String {
-        let (text, strength) = self.written(expr);
+    fn bracketed(&self, expr: Expr, least: Strength) -> String {
+        let (text, strength) = self.rendered(expr);
         self.enclosed(text, strength < least)
     }
 
@@ -126,33 +126,33 @@ impl Printer<'_> {
         (text, Strength::Product)
     }
 
-    fn written(&self, expr: Expr) -> (String, Strength) {
-        let (depth, left) = (self.depth.get(), self.left.get());
-        if depth == MOST_WITHIN || left == 0 {
+    fn rendered(&self, expr: Expr) -> (String, Strength) {
+        let (depth, budget) = (self.depth.get(), self.budget.get());
+        if depth == MOST_WITHIN || budget == 0 {
             return (if self.latex() { r"\dots" } else { "..." }.into(), Strength::Atom);
         }
         self.depth.set(depth + 1);
-        self.left.set(left - 1);
-        let written = self.written_node(expr);
+        self.budget.set(budget - 1);
+        let rendered = self.render_node(expr);
         self.depth.set(depth);
-        written
+        rendered
     }
 
-    fn written_node(&self, expr: Expr) -> (String, Strength) {
+    fn render_node(&self, expr: Expr) -> (String, Strength) {
         let call = |name: &str, parts: &[Expr]| {
-            let parts: Vec<String> = parts.iter().map(|part| self.written(*part).0).collect();
+            let parts: Vec<String> = parts.iter().map(|part| self.rendered(*part).0).collect();
             let name = if self.latex() { format!(r"\operatorname{{{name}}}") } else { name.to_owned() };
             (name + &self.enclosed(parts.join(", "), true), Strength::Atom)
         };
         match self.graph.node(expr) {
             Node::Number(value) => self.number(value),
-            Node::Group(a) => self.written(*a),
+            Node::Group(a) => self.rendered(*a),
             Node::Pi => (if self.latex() { r"\pi" } else { "pi" }.into(), Strength::Atom),
             Node::Symbol(symbol) => ((self.name)(self.graph.name(*symbol).0), Strength::Atom),
             Node::Sum { constant, terms } => self.sum(constant, terms),
             Node::Product(factors) => self.product(factors),
             Node::Apply(function, a) if self.latex() => {
-                let inner = self.written(*a).0;
+                let inner = self.rendered(*a).0;
                 let text = match function {
                     Function::Sqrt => format!(r"\sqrt{{{inner}}}"),
                     Function::Abs => format!(r"\left|{inner}\right|"),
@@ -168,7 +168,7 @@ impl Printer<'_> {
             Node::Min(a, b) => call("min", &[*a, *b]),
             Node::Max(a, b) => call("max", &[*a, *b]),
             Node::Select([a, b, then, otherwise]) => {
-                let [a, b, then, otherwise] = [a, b, then, otherwise].map(|part| self.written(*part).0);
+                let [a, b, then, otherwise] = [a, b, then, otherwise].map(|part| self.rendered(*part).0);
                 let text = if self.latex() {
                     format!(
                         r"\begin{{cases}} {then} & \text{{if }} {a} < {b} \\ {otherwise} & \text{{else}} \end{{cases}}"
@@ -199,18 +199,18 @@ impl Printer<'_> {
                 let _ = strength;
                 text += if self.latex() { "" } else { "*" };
             }
-            text += &self.within(*term, Strength::Product);
+            text += &self.bracketed(*term, Strength::Product);
         }
-        let alone = constant.is_zero() && terms.len() == 1;
-        (text, if alone { Strength::Product } else { Strength::Sum })
+        let is_single = constant.is_zero() && terms.len() == 1;
+        (text, if is_single { Strength::Product } else { Strength::Sum })
     }
 
     fn product(&self, factors: &[(Expr, i32)]) -> (String, Strength) {
         let times = if self.latex() { r"\," } else { "*" };
         let side = |positive: bool| {
             let own = factors.iter().filter(|(_, power)| (*power > 0) == positive);
-            let written: Vec<String> = own.map(|(factor, power)| self.power(*factor, power.unsigned_abs())).collect();
-            written
+            let rendered: Vec<String> = own.map(|(factor, power)| self.power(*factor, power.unsigned_abs())).collect();
+            rendered
         };
         let (above, below) = (side(true), side(false));
         let numerator = if above.is_empty() { "1".to_owned() } else { above.join(times) };
@@ -225,9 +225,9 @@ impl Printer<'_> {
 
     fn power(&self, factor: Expr, power: u32) -> String {
         match (power, self.latex()) {
-            (1, _) => self.within(factor, Strength::Power),
-            (_, false) => format!("{}^{power}", self.within(factor, Strength::Atom)),
-            (_, true) => raised(&self.within(factor, Strength::Atom), power),
+            (1, _) => self.bracketed(factor, Strength::Power),
+            (_, false) => format!("{}^{power}", self.bracketed(factor, Strength::Atom)),
+            (_, true) => raised(&self.bracketed(factor, Strength::Atom), power),
         }
     }
 }

@@ -19,7 +19,7 @@ pub trait Place {
     /// Its value.
     fn value(&self, symbol: Symbol) -> f64;
     /// Between which numbers it is.
-    fn around(&self, symbol: Symbol) -> Interval;
+    fn enclosure(&self, symbol: Symbol) -> Interval;
     /// How it moves with each of the directions in which the place may be left; nothing where it stands still.
     fn moves(&self, symbol: Symbol) -> SparseRow;
     /// Its value just beside the place.
@@ -102,7 +102,7 @@ pub type Direction<'a> = &'a dyn Fn(usize) -> f64;
 type Gradients = HashMap<Expr, Option<SparseRow>>;
 
 /// Of each node that may bend at a place its guards, whether each was turned, and the pieces.
-type Bends = HashMap<Expr, Vec<(Expr, bool, Pieces)>>;
+type GuardedKinks = HashMap<Expr, Vec<(Expr, bool, Pieces)>>;
 
 impl Graph {
     /// A guard as it is named, and whether it was turned for that.
@@ -112,14 +112,14 @@ impl Graph {
             Node::Product(factors) if factors.len() == 1 && factors[0].1 % 2 != 0 => self.guard(factors[0].0),
             Node::Sum { constant, terms } => {
                 let first = terms[0].1.clone();
-                let turned = first < Rational::ZERO;
+                let flipped = first < Rational::ZERO;
                 let scaled = self.scale(Rational::ONE / first, guard);
                 match constant.is_zero() && terms.len() == 1 {
                     true => {
                         let (inner, again) = self.guard(scaled);
-                        (inner, turned != again)
+                        (inner, flipped != again)
                     }
-                    false => (scaled, turned),
+                    false => (scaled, flipped),
                 }
             }
             _ => (guard, false),
@@ -176,7 +176,7 @@ impl Graph {
 
     /// The guards of a node, with its pieces below and above.
     fn guards_of(&mut self, part: Expr) -> Vec<(Expr, bool, Pieces)> {
-        let ((guard, turned), pieces) = match self.node(part).clone() {
+        let ((guard, flipped), pieces) = match self.node(part).clone() {
             Node::Apply(Function::Abs, a) => (self.guard(a), Pieces::Size(a)),
             Node::Min(a, b) => (self.difference_guard(a, b), Pieces::Of([a, b])),
             Node::Max(a, b) => (self.difference_guard(a, b), Pieces::Of([b, a])),
@@ -187,23 +187,23 @@ impl Graph {
                 let knots = table.knots.iter().enumerate().filter(|(_, knot)| kinks.contains(knot));
                 let of = |(k, knot): (usize, &Rational)| {
                     let distance = self.sum(-knot, &[(x, Rational::ONE)]);
-                    let (guard, turned) = self.guard(distance);
-                    (guard, turned, Pieces::Table([table.pieces[k].clone(), table.pieces[k + 1].clone()], x))
+                    let (guard, flipped) = self.guard(distance);
+                    (guard, flipped, Pieces::Table([table.pieces[k].clone(), table.pieces[k + 1].clone()], x))
                 };
                 return knots.map(of).collect();
             }
             _ => return Vec::new(),
         };
-        vec![(guard, turned, pieces)]
+        vec![(guard, flipped, pieces)]
     }
 
     /// Expressions where guards are on chosen sides.
-    fn on_side(&mut self, exprs: &[Expr], bends: &Bends, chosen: &[(Expr, bool)]) -> Vec<Expr> {
+    fn on_side(&mut self, exprs: &[Expr], guarded_kinks: &GuardedKinks, chosen: &[(Expr, bool)]) -> Vec<Expr> {
         let mut new: HashMap<Expr, Expr> = HashMap::new();
         for part in self.needed(exprs) {
-            let of = bends.get(&part).into_iter().flatten().find_map(|(guard, turned, pieces)| {
+            let of = guarded_kinks.get(&part).into_iter().flatten().find_map(|(guard, flipped, pieces)| {
                 let (_, above) = chosen.iter().find(|(own, _)| own == guard)?;
-                Some((above != turned, pieces))
+                Some((above != flipped, pieces))
             });
             let own = match of {
                 Some((true, Pieces::Size(a))) => new[a],
@@ -227,9 +227,10 @@ impl Graph {
 
     /// What expressions are on all sides of guards that vanish by this: sides that do not exist may be among them. `None`: too many.
     pub fn all_sides(&mut self, exprs: &[Expr], vanishes: &dyn Fn(Expr) -> bool) -> Option<Vec<Sided>> {
-        let (guards, bends) = self.bends(exprs, &mut |_, guards| guards.iter().map(|guard| vanishes(*guard)).collect());
+        let (guards, guarded_kinks) =
+            self.guarded_kinks(exprs, &mut |_, guards| guards.iter().map(|guard| vanishes(*guard)).collect());
         // Guards of what jumps are not known to vanish as well.
-        self.on_all_sides(exprs, (&guards, &bends), &mut |_, guards| {
+        self.on_all_sides(exprs, (&guards, &guarded_kinks), &mut |_, guards| {
             [guards.last().is_some_and(|(guard, _)| vanishes(*guard)); 2]
         })
     }
@@ -237,24 +238,28 @@ impl Graph {
     /// What expressions are on the sides of a place. Where guards vanish to first order there are those sides alone that can be reached from it; the first
     /// is that of the highest guards. `None`: too many.
     pub fn sides(&mut self, exprs: &[Expr], place: &dyn Place) -> Option<Vec<Sided>> {
-        let (guards, bends) = self.bends(exprs, &mut |graph, guards| graph.vanish(guards, place));
+        let (guards, guarded_kinks) = self.guarded_kinks(exprs, &mut |graph, guards| graph.vanish(guards, place));
         let mut gradients = Gradients::new();
         let mut reachable = |graph: &mut Self, guards: &[(Expr, bool)]| graph.reachable(guards, place, &mut gradients);
-        self.on_all_sides(exprs, (&guards, &bends), &mut reachable)
+        self.on_all_sides(exprs, (&guards, &guarded_kinks), &mut reachable)
     }
 
     /// What expressions are on the side of a place that a direction leads to.
-    pub fn side_along(&mut self, exprs: &[Expr], place: &dyn Place, direction: Direction<'_>) -> Sided {
-        let (guards, bends) = self.bends(exprs, &mut |graph, guards| graph.vanish(guards, place));
+    pub fn one_sided_slope(&mut self, exprs: &[Expr], place: &dyn Place, direction: Direction<'_>) -> Sided {
+        let (guards, guarded_kinks) = self.guarded_kinks(exprs, &mut |graph, guards| graph.vanish(guards, place));
         let values = lower(self, &guards, &mut Floating::<f64>::default(), |symbol| place.beside(symbol, direction));
         let moves = |guard: Expr| self.symbols(&[guard]).into_iter().any(|symbol| !place.moves(symbol).is_empty());
         let moving = guards.into_iter().zip(values).filter(|(guard, _)| moves(*guard));
         let guards: Chosen = moving.map(|(guard, value)| (guard, value >= 0.0)).collect();
-        Sided { exprs: self.on_side(exprs, &bends, &guards), guards }
+        Sided { exprs: self.on_side(exprs, &guarded_kinks, &guards), guards }
     }
 
     /// Guards that may vanish, inner ones first, each once, and what has them.
-    fn bends(&mut self, exprs: &[Expr], vanish: &mut dyn FnMut(&mut Self, &[Expr]) -> Vec<bool>) -> (Vec<Expr>, Bends) {
+    fn guarded_kinks(
+        &mut self,
+        exprs: &[Expr],
+        vanish: &mut dyn FnMut(&mut Self, &[Expr]) -> Vec<bool>,
+    ) -> (Vec<Expr>, GuardedKinks) {
         let parts = self.needed(exprs);
         let all: Vec<_> = parts.iter().map(|part| (*part, self.guards_of(*part))).collect();
         let mut guards: Vec<Expr> = all.iter().flat_map(|(_, own)| own.iter().map(|(guard, ..)| *guard)).collect();
@@ -266,7 +271,7 @@ impl Graph {
             return Default::default();
         }
         // What jumps there may be anything on the sides, so that guards of it may vanish on one of them.
-        let (mut jumps, mut order, mut bends) = (HashMap::new(), Vec::new(), Bends::new());
+        let (mut jumps, mut order, mut guarded_kinks) = (HashMap::new(), Vec::new(), GuardedKinks::new());
         for (part, own) in all {
             let inner = self.parts(part).iter().any(|part| jumps[part]);
             let jump = matches!(self.node(part), Node::Select(_));
@@ -278,17 +283,17 @@ impl Graph {
                 }
             }
             if !own.is_empty() {
-                bends.insert(part, own);
+                guarded_kinks.insert(part, own);
             }
         }
-        (order, bends)
+        (order, guarded_kinks)
     }
 
     /// The sides of guards, one after the other, as far as they can be reached.
     fn on_all_sides(
         &mut self,
         exprs: &[Expr],
-        (guards, bends): (&[Expr], &Bends),
+        (guards, guarded_kinks): (&[Expr], &GuardedKinks),
         reachable: &mut Reachable<'_>,
     ) -> Option<Vec<Sided>> {
         // Chosen so far, with what each guard is on the side that was chosen before.
@@ -296,14 +301,14 @@ impl Graph {
         let mut out = Vec::new();
         while let Some((first, chosen, here)) = open.pop() {
             let next = (first..guards.len()).find_map(|k| {
-                let guard = self.on_side(&[guards[k]], bends, &chosen)[0];
+                let guard = self.on_side(&[guards[k]], guarded_kinks, &chosen)[0];
                 let mut tried = here.clone();
                 tried.push((guard, true));
                 let sides = reachable(self, &tried);
                 (sides != [false; 2]).then_some((k, guard, sides))
             });
             let Some((k, guard, sides)) = next else {
-                out.push(Sided { exprs: self.on_side(exprs, bends, &chosen), guards: chosen });
+                out.push(Sided { exprs: self.on_side(exprs, guarded_kinks, &chosen), guards: chosen });
                 if out.len() > MOST_SIDES {
                     return None;
                 }
@@ -323,16 +328,16 @@ impl Graph {
 
     /// The symbols whose values expressions have in them, and not only as guards.
     pub fn carried(&self, exprs: &[Expr]) -> Vec<Symbol> {
-        let (mut open, mut seen) = (exprs.to_vec(), BTreeSet::new());
+        let (mut open, mut visited) = (exprs.to_vec(), BTreeSet::new());
         while let Some(part) = open.pop() {
-            if seen.insert(part) {
+            if visited.insert(part) {
                 match self.node(part) {
                     Node::Select([.., then, otherwise]) => open.extend([then, otherwise]),
                     _ => open.extend(self.parts(part)),
                 }
             }
         }
-        seen.into_iter().filter_map(|part| self.symbol_of(part)).collect()
+        visited.into_iter().filter_map(|part| self.symbol_of(part)).collect()
     }
 
     /// Of symbols that stand for expressions those that [carry](Self::carried) one of some symbols, by way of whatever others; these are among them.
@@ -350,14 +355,14 @@ impl Graph {
         for (symbol, expr) in stand_for {
             above.entry(*expr).or_default().extend(self.of_symbol(*symbol));
         }
-        let (mut open, mut seen): (Vec<Expr>, HashSet<Expr>) =
+        let (mut open, mut visited): (Vec<Expr>, HashSet<Expr>) =
             (carried.iter().filter_map(|symbol| self.of_symbol(*symbol)).collect(), HashSet::new());
         while let Some(expr) = open.pop() {
-            if seen.insert(expr) {
+            if visited.insert(expr) {
                 open.extend(above.get(&expr).into_iter().flatten());
             }
         }
-        seen.into_iter().filter_map(|expr| self.symbol_of(expr)).collect()
+        visited.into_iter().filter_map(|expr| self.symbol_of(expr)).collect()
     }
 
     /// Of each expression the guards that vanish at a place.
@@ -386,24 +391,24 @@ impl Graph {
     /// Whether expressions vanish at a place, or are so near to it that it is rounded by as much.
     fn vanish(&self, exprs: &[Expr], place: &dyn Place) -> Vec<bool> {
         // An interval has the exact value in it.
-        let around = lower(self, exprs, &mut Intervals, |symbol| place.around(symbol));
-        around.into_iter().map(|around| around.contains(0.0)).collect()
+        let enclosure = lower(self, exprs, &mut Intervals, |symbol| place.enclosure(symbol));
+        enclosure.into_iter().map(|enclosure| enclosure.contains(0.0)).collect()
     }
 
     /// Whether a place can be left to below and to above zero of the last of some guards, with the others on their sides; neither where the last one does
     /// not vanish there, or stands still.
-    fn reachable(&mut self, guards: &[(Expr, bool)], place: &dyn Place, known: &mut Gradients) -> [bool; 2] {
-        let Some(((last, _), others)) = guards.split_last() else { return [false; 2] };
+    fn reachable(&mut self, guards: &[(Expr, bool)], place: &dyn Place, gradients: &mut Gradients) -> [bool; 2] {
+        let Some(((last, _), further_guards)) = guards.split_last() else { return [false; 2] };
         let moving = self.symbols(&[*last]).into_iter().any(|symbol| !place.moves(symbol).is_empty());
         if !moving || !self.vanish(&[*last], place)[0] {
             return [false; 2];
         }
         for (guard, _) in guards {
-            if !known.contains_key(guard) {
-                known.insert(*guard, self.gradient(*guard, place));
+            if !gradients.contains_key(guard) {
+                gradients.insert(*guard, self.gradient(*guard, place));
             }
         }
-        let Some(row) = known[last].clone() else { return [true; 2] };
+        let Some(row) = gradients[last].clone() else { return [true; 2] };
         if row.is_empty() {
             // To first order it stands still.
             let opposite = self.negate(*last);
@@ -412,13 +417,13 @@ impl Graph {
         let signed = |row: SparseRow, above: bool| -> SparseRow {
             row.into_iter().map(|(k, x)| (k, if above { x } else { -x })).collect()
         };
-        let others: Vec<SparseRow> = others
+        let further_guards: Vec<SparseRow> = further_guards
             .iter()
-            .filter_map(|(guard, above)| Some(signed(known[guard].clone()?, *above)))
+            .filter_map(|(guard, above)| Some(signed(gradients[guard].clone()?, *above)))
             .filter(|row| !row.is_empty())
             .collect();
         [false, true].map(|above| {
-            let mut rows = others.clone();
+            let mut rows = further_guards.clone();
             rows.push(signed(row.clone(), above));
             is_open(rows)
         })

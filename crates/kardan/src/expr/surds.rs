@@ -33,7 +33,7 @@ impl Surd {
     }
 
     /// What a number stands for: one that is as near to a multiple of 15° as a double can be is that multiple, all others are themselves.
-    pub fn meant_by(value: &Rational) -> Self {
+    pub fn recognise(value: &Rational) -> Self {
         let near = rational_to_f64(value);
         let parts = (near / PI * PARTS as f64).round();
         let multiple = parts * PI / PARTS as f64;
@@ -47,14 +47,14 @@ impl Surd {
     }
 
     /// The same of a double; `None` if it is not finite.
-    pub fn meant_by_double(value: f64) -> Option<Self> {
-        Some(Self::meant_by(&rational_from_f64(value)?))
+    pub fn recognise_double(value: f64) -> Option<Self> {
+        Some(Self::recognise(&rational_from_f64(value)?))
     }
 
     /// Itself, if it is a fraction.
     pub fn to_rational(&self) -> Option<Rational> {
-        let [a, others @ ..] = &self.roots;
-        (others.iter().chain([&self.pi]).all(Scalar::is_zero)).then(|| a.clone())
+        let [a, irrational @ ..] = &self.roots;
+        (irrational.iter().chain([&self.pi]).all(Scalar::is_zero)).then(|| a.clone())
     }
 
     /// Cosine of an angle, if that is known.
@@ -158,7 +158,7 @@ impl Surd {
 
 /// The place of the root of a product of squares, and what comes out of it.
 fn root_of(square: i64) -> (usize, i64) {
-    let place = |rest: i64| SQUARES.iter().position(|known| *known == rest);
+    let place = |rest: i64| SQUARES.iter().position(|square| *square == rest);
     let factor = [6, 3, 2, 1].into_iter().find(|factor| square % (factor * factor) == 0).unwrap_or(1);
     (place(square / (factor * factor)).unwrap_or(0), factor)
 }
@@ -172,7 +172,7 @@ impl Domain for Surds {
     type Value = Option<Surd>;
 
     fn constant(&mut self, value: &Rational) -> Option<Surd> {
-        Some(Surd::meant_by(value))
+        Some(Surd::recognise(value))
     }
 
     fn operation(&mut self, operator: Operator, operands: &[Option<Surd>]) -> Option<Surd> {
@@ -239,7 +239,7 @@ mod tests {
     fn sines_of_multiples_of_fifteen_degrees() {
         for k in -50i32..50 {
             let angle = f64::from(k) * PI / 12.0;
-            let exact = Surd::meant_by_double(angle).unwrap();
+            let exact = Surd::recognise_double(angle).unwrap();
             let [s, c] = Surds.sine_cosine(&Some(exact)).map(Option::unwrap);
             assert!((value(&s) - sin(angle)).abs() < 1e-14 && (value(&c) - cos(angle)).abs() < 1e-14, "{k}");
             let one = s.times(&s).unwrap().plus(&c.times(&c).unwrap());
@@ -251,7 +251,7 @@ mod tests {
             assert_eq!(s.to_rational().is_some(), [0, 2, 6, 10].contains(&k.rem_euclid(12)), "{k}");
         }
         // Numbers that somebody wrote are no angles.
-        assert_eq!(Surd::meant_by_double(1.57).unwrap().cosine(), None);
+        assert_eq!(Surd::recognise_double(1.57).unwrap().cosine(), None);
         assert_eq!(Surd::rational(Rational::ONE).cosine(), None);
     }
 }

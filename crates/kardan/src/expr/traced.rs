@@ -34,7 +34,7 @@ impl<'g> Traced<'g> {
     }
 
     /// The operation on expressions, in the graph that one of them stands in; `None` if both are fractions.
-    fn written<const N: usize>(
+    fn recorded<const N: usize>(
         parts: [Self; N],
         operation: impl FnOnce(&mut Graph, [Expr; N]) -> Expr,
     ) -> Option<Self> {
@@ -59,7 +59,7 @@ impl Add for Traced<'_> {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
-        Self::written([self, other], |graph, [a, b]| graph.add(a, b)).unwrap_or_else(|| {
+        Self::recorded([self, other], |graph, [a, b]| graph.add(a, b)).unwrap_or_else(|| {
             let ((a, b), (c, d)) = (self.fraction(), other.fraction());
             Self::Fraction(a * d + c * b, b * d)
         })
@@ -78,7 +78,7 @@ impl Mul for Traced<'_> {
     type Output = Self;
 
     fn mul(self, other: Self) -> Self {
-        Self::written([self, other], |graph, [a, b]| graph.multiply(a, b)).unwrap_or_else(|| {
+        Self::recorded([self, other], |graph, [a, b]| graph.multiply(a, b)).unwrap_or_else(|| {
             let ((a, b), (c, d)) = (self.fraction(), other.fraction());
             Self::Fraction(a * c, b * d)
         })
@@ -89,7 +89,7 @@ impl Div for Traced<'_> {
     type Output = Self;
 
     fn div(self, other: Self) -> Self {
-        Self::written([self, other], |graph, [a, b]| graph.divide(a, b)).unwrap_or_else(|| {
+        Self::recorded([self, other], |graph, [a, b]| graph.divide(a, b)).unwrap_or_else(|| {
             let ((a, b), (c, d)) = (self.fraction(), other.fraction());
             Self::Fraction(a * d, b * c)
         })
@@ -100,7 +100,7 @@ impl Neg for Traced<'_> {
     type Output = Self;
 
     fn neg(self) -> Self {
-        Self::written([self], |graph, [a]| graph.negate(a)).unwrap_or_else(|| {
+        Self::recorded([self], |graph, [a]| graph.negate(a)).unwrap_or_else(|| {
             let (a, b) = self.fraction();
             Self::Fraction(-a, b)
         })
@@ -117,8 +117,8 @@ impl Arithmetic for Traced<'_> {
         if let (Self::Fraction(a, b), Self::Fraction(c, d)) = (self, than) {
             return if (a * d < c * b) == (b * d > 0) { then } else { otherwise };
         }
-        let written = Self::written([self, than, then, otherwise], |graph, [a, b, c, d]| graph.select(a, b, c, d));
-        written.unwrap_or(otherwise)
+        let recorded = Self::recorded([self, than, then, otherwise], |graph, [a, b, c, d]| graph.select(a, b, c, d));
+        recorded.unwrap_or(otherwise)
     }
 
     fn finite_or(self, _: Self) -> Self {

@@ -6,7 +6,7 @@ use toml::Spanned as Toml;
 use toml::de::{DeTable, DeValue};
 
 use crate::diagnostics::{Diagnostic, shortened};
-use crate::entries::{Entries, Entry, KeyedEntry, Written};
+use crate::entries::{Entries, Entry, KeyedEntry, RawValue};
 use crate::units::parse_quantity;
 
 /// Reads the text of a model file as TOML; what is broken is reported and the rest is still there.
@@ -68,8 +68,8 @@ pub fn syntax(source: &str) -> (Entries, Vec<Diagnostic>) {
 
 /// What to write for the value of a line, if it is a number with a decimal comma.
 fn with_point(line: &str) -> Option<String> {
-    let mistake = parse_quantity(line.split_once('=')?.1.trim()).err()?;
-    mistake.help.filter(|_| mistake.message.starts_with("unexpected `,`"))
+    let diagnostic = parse_quantity(line.split_once('=')?.1.trim()).err()?;
+    diagnostic.help.filter(|_| diagnostic.message.starts_with("unexpected `,`"))
 }
 
 /// A table of the reader as entries, in the order of the file.
@@ -89,15 +89,15 @@ fn table(read: &DeTable<'_>) -> Entries {
 fn entry(read: &Toml<DeValue<'_>>) -> Entry {
     let value = match read.get_ref() {
         // What the reader put in place of something broken.
-        _ if read.span().is_empty() => Written::Broken,
-        DeValue::String(text) => Written::Text(text.to_string()),
-        DeValue::Integer(number) if number.radix() == 10 => Written::Number(number.as_str().into()),
-        DeValue::Float(number) => Written::Number(number.as_str().into()),
-        DeValue::Integer(number) => Written::Other("a number", number.to_string()),
-        DeValue::Boolean(flag) => Written::Other("a boolean", flag.to_string()),
-        DeValue::Datetime(time) => Written::Other("a date or time", time.to_string()),
-        DeValue::Array(list) => Written::List(list.iter().map(entry).collect()),
-        DeValue::Table(inner) => Written::Table(table(inner)),
+        _ if read.span().is_empty() => RawValue::Broken,
+        DeValue::String(text) => RawValue::Text(text.to_string()),
+        DeValue::Integer(number) if number.radix() == 10 => RawValue::Number(number.as_str().into()),
+        DeValue::Float(number) => RawValue::Number(number.as_str().into()),
+        DeValue::Integer(number) => RawValue::Other("a number", number.to_string()),
+        DeValue::Boolean(flag) => RawValue::Other("a boolean", flag.to_string()),
+        DeValue::Datetime(time) => RawValue::Other("a date or time", time.to_string()),
+        DeValue::Array(list) => RawValue::List(list.iter().map(entry).collect()),
+        DeValue::Table(inner) => RawValue::Table(table(inner)),
     };
     Entry { value, place: read.span().into() }
 }

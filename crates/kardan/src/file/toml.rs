@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use toml_writer::TomlWrite;
 
-use crate::entries::{Entries, KeyedEntry, Written};
-use crate::units::written_quantity;
+use crate::entries::{Entries, KeyedEntry, RawValue};
+use crate::units::format_quantity;
 
 /// Longer tables of numbers and texts are written below a header of their own, not in one line.
 const LINE: usize = 100;
@@ -24,9 +24,9 @@ pub fn to_toml(entries: &Entries) -> String {
 }
 
 /// A value as it stands in a file.
-pub fn value_to_toml(written: &Written) -> String {
+pub fn value_to_toml(raw: &RawValue) -> String {
     let mut out = String::new();
-    value(written, &mut out);
+    value(raw, &mut out);
     out
 }
 
@@ -42,15 +42,15 @@ fn table(entries: &Entries, path: &[&str], out: &mut String) {
     for entry in below {
         let path = [path, &[entry.key.as_str()]].concat();
         match &entry.entry.value {
-            Written::List(list) => {
+            RawValue::List(list) => {
                 for one in list {
                     header(&path, ["[[", "]]"], out);
-                    if let Written::Table(inner) = &one.value {
+                    if let RawValue::Table(inner) = &one.value {
                         table(inner, &path, out);
                     }
                 }
             }
-            Written::Table(inner) => {
+            RawValue::Table(inner) => {
                 // A table of tables alone needs no header of its own.
                 if inner.is_empty() || inner.iter().any(|entry| !has_header(entry, inner, path.len())) {
                     header(&path, ["[", "]"], out);
@@ -64,12 +64,12 @@ fn table(entries: &Entries, path: &[&str], out: &mut String) {
 
 /// Whether an entry of a table at this depth is written below a header, not in one line.
 fn has_header(entry: &KeyedEntry, among: &Entries, depth: usize) -> bool {
-    let is_table = |written: &Written| matches!(written, Written::Table(_));
+    let is_table = |raw: &RawValue| matches!(raw, RawValue::Table(_));
     match &entry.entry.value {
-        Written::Table(inner) => {
+        RawValue::Table(inner) => {
             let named = depth == 1 && among.iter().all(|entry| is_table(&entry.entry.value));
-            let nested = |written: &Written| match written {
-                Written::List(list) => list.iter().any(|entry| is_table(&entry.value)),
+            let nested = |raw: &RawValue| match raw {
+                RawValue::List(list) => list.iter().any(|entry| is_table(&entry.value)),
                 other => is_table(other),
             };
             depth == 0
@@ -77,13 +77,13 @@ fn has_header(entry: &KeyedEntry, among: &Entries, depth: usize) -> bool {
                 || inner.iter().any(|entry| nested(&entry.entry.value))
                 || length(&entry.entry.value) > LINE
         }
-        Written::List(list) => !list.is_empty() && list.iter().all(|entry| is_table(&entry.value)),
+        RawValue::List(list) => !list.is_empty() && list.iter().all(|entry| is_table(&entry.value)),
         _ => false,
     }
 }
 
-fn length(written: &Written) -> usize {
-    value_to_toml(written).len()
+fn length(raw: &RawValue) -> usize {
+    value_to_toml(raw).len()
 }
 
 fn header(path: &[&str], [open, close]: [&str; 2], out: &mut String) {
@@ -106,13 +106,13 @@ fn key(text: &str, out: &mut String) {
     let _ = out.key(text);
 }
 
-fn value(written: &Written, out: &mut String) {
-    match written {
-        Written::Text(text) => drop(out.value(text.as_str())),
-        Written::Number(text) | Written::Other(_, text) => out.push_str(text),
-        Written::Quantity(number, dimension) => drop(out.value(written_quantity(number, *dimension).as_str())),
-        Written::Broken => out.push_str("\"\""),
-        Written::List(list) => {
+fn value(raw: &RawValue, out: &mut String) {
+    match raw {
+        RawValue::Text(text) => drop(out.value(text.as_str())),
+        RawValue::Number(text) | RawValue::Other(_, text) => out.push_str(text),
+        RawValue::Quantity(number, dimension) => drop(out.value(format_quantity(number, *dimension).as_str())),
+        RawValue::Broken => out.push_str("\"\""),
+        RawValue::List(list) => {
             out.push('[');
             for (number, entry) in list.iter().enumerate() {
                 if number > 0 {
@@ -122,7 +122,7 @@ fn value(written: &Written, out: &mut String) {
             }
             out.push(']');
         }
-        Written::Table(table) => {
+        RawValue::Table(table) => {
             out.push('{');
             for (number, entry) in table.iter().enumerate() {
                 out.push_str(if number > 0 { ", " } else { " " });

@@ -10,55 +10,55 @@ const APART: f64 = 1e-6;
 fn complement<'a>(directions: impl Iterator<Item = &'a [f64]>, size: usize) -> Vec<f64> {
     let mut basis: Vec<f64> = Vec::new();
     let add = |basis: &mut Vec<f64>, own: &[f64]| {
-        let mut left = own.to_vec();
+        let mut remainder = own.to_vec();
         // Twice is enough for rounding.
         for _ in 0..2 {
             for one in basis.chunks_exact(size) {
-                let share = dot(one, &left);
-                left.iter_mut().zip(one).for_each(|(x, b)| *x -= share * b);
+                let share = dot(one, &remainder);
+                remainder.iter_mut().zip(one).for_each(|(x, b)| *x -= share * b);
             }
         }
-        let length = dot(&left, &left).sqrt();
+        let length = dot(&remainder, &remainder).sqrt();
         if length > APART * dot(own, own).sqrt() {
-            basis.extend(left.iter().map(|x| x / length));
+            basis.extend(remainder.iter().map(|x| x / length));
         }
     };
     directions.for_each(|own| add(&mut basis, own));
-    let taken = basis.len();
+    let basis_len = basis.len();
     let mut unit = vec![0.0; size];
     for k in 0..size {
         unit.fill(0.0);
         unit[k] = 1.0;
         add(&mut basis, &unit);
     }
-    basis.split_off(taken)
+    basis.split_off(basis_len)
 }
 
 impl Samples {
     /// The samples with the errors of the motion taken out that rows without a measured torque tell at some values, so that what is
-    /// `left` of each sample and row stays; and with the covariances at these values. The same where there are no such rows.
+    /// `residual` of each sample and row stays; and with the covariances at these values. The same where there are no such rows.
     ///
     /// Such a row is `0 = Xθ + e` with an error that is as large as θ: least squares make θ small, and weights from its own residuals make
     /// it nothing. The likelihood of the errors `ε` of what was measured, `e = Gε`, has no such minimum: it is stationary where
     /// `Σ X̂ᵀS⁻¹(y − Xθ) = 0` with X̂ the signals less their most likely errors, `ε = ΛGᵀS⁻¹(y − Xθ)` \[Fuller 1987, 3.1; Britt, Luecke
     /// 1973\]. Of a row in which nothing is known X̂θ is zero: no scale of θ fits it better than another.
-    pub(super) fn corrected(&self, values: &[f64], left: &dyn Fn(usize, usize) -> f64) -> Option<Self> {
+    pub(super) fn corrected(&self, values: &[f64], residual: &dyn Fn(usize, usize) -> f64) -> Option<Self> {
         let errors = self.errors.as_ref()?;
         let mut out = self.clone();
         let (rows, m, r, p) = (self.rows, self.inputs, self.degrees_of_freedom, self.columns);
         let (size, slopes, variances) = (m + 3 * r, errors.slopes_of(rows, m, r), Errors::variances_of(m, r));
-        let mut work = Work { g: vec![0.0; rows * size], spread: vec![0.0; rows * size], left: vec![0.0; rows] };
+        let mut work = Work { g: vec![0.0; rows * size], spread: vec![0.0; rows * size], residual: vec![0.0; rows] };
         for sample in 0..self.len() {
             let slopes = &errors.slopes[sample * slopes..(sample + 1) * slopes];
             let variances = &errors.variances[sample * variances..(sample + 1) * variances];
-            let (known, of_columns) = slopes.split_at(rows * size);
-            work.g.copy_from_slice(known);
+            let (of_fixed, of_columns) = slopes.split_at(rows * size);
+            work.g.copy_from_slice(of_fixed);
             for ((column, part), own) in errors.columns.iter().zip(of_columns.chunks_exact((rows * r).max(1))) {
                 for (i, j) in (0..rows).flat_map(|i| (0..r).map(move |j| (i, j))) {
                     work.g[i * size + m + part * r + j] += values[*column] * own[i * r + j];
                 }
             }
-            (0..rows).for_each(|row| work.left[row] = left(sample, row));
+            (0..rows).for_each(|row| work.residual[row] = residual(sample, row));
             let Some((covariance, likely)) = work.likely(variances, (rows, m, r)) else { continue };
             out.covariance[sample * rows * rows..(sample + 1) * rows * rows].copy_from_slice(&covariance);
             for ((column, part), own) in errors.columns.iter().zip(of_columns.chunks_exact((rows * r).max(1))) {
@@ -81,7 +81,7 @@ struct Work {
     /// GΛ
     spread: Vec<f64>,
     /// y − Xθ
-    left: Vec<f64>,
+    residual: Vec<f64>,
 }
 
 impl Work {
@@ -107,13 +107,13 @@ impl Work {
             .collect();
         let silent = complement(acting.iter().map(Vec::as_slice), rows);
         let count = silent.len() / rows;
-        let along = |k: usize, of: &[f64]| dot(&silent[k * rows..(k + 1) * rows], of);
-        let mut solved: Vec<f64> = (0..count).map(|k| along(k, &self.left)).collect();
+        let project = |k: usize, of: &[f64]| dot(&silent[k * rows..(k + 1) * rows], of);
+        let mut solved: Vec<f64> = (0..count).map(|k| project(k, &self.residual)).collect();
         let block: Vec<f64> = (0..count * count)
             .map(|at| {
                 let column: Vec<f64> =
-                    (0..rows).map(|i| along(at % count, &covariance[i * rows..(i + 1) * rows])).collect();
-                along(at / count, &column)
+                    (0..rows).map(|i| project(at % count, &covariance[i * rows..(i + 1) * rows])).collect();
+                project(at / count, &column)
             })
             .collect();
         let mut factor = Cholesky::new(count);

@@ -38,7 +38,7 @@ const POSITIONS: (usize, u64) = (6, 1);
 /// ```
 pub fn undetermined(
     reduced: &Reduced,
-    wanted: &[Coefficient],
+    coefficients: &[Coefficient],
     unmeasured: &[usize],
     excitation: Excitation,
 ) -> Vec<Vec<Rational>> {
@@ -51,13 +51,13 @@ pub fn undetermined(
     let features: Vec<Vec<Rational>> = positions
         .iter()
         .flat_map(|position| {
-            let there = Position::new(reduced, position, unmeasured, excitation);
-            let mut features = there.of_squares(wanted);
-            features.extend(there.of_frictions(wanted));
+            let sample_position = Position::new(reduced, position, unmeasured, excitation);
+            let mut features = sample_position.of_squares(coefficients);
+            features.extend(sample_position.of_frictions(coefficients));
             features
         })
         .collect();
-    let p = wanted.len();
+    let p = coefficients.len();
     let matrix = Matrix::from_fn(features.len(), p, |i, j| features[i][j].clone());
     let found = null_space(&matrix);
     (0..found.columns()).map(|k| (0..p).map(|j| found[(j, k)].clone()).collect()).collect()
@@ -75,9 +75,9 @@ struct Position<'a> {
 }
 
 /// What of a direction is along the columns of a basis.
-fn along(g: &[Rational], basis: &Matrix<Rational>) -> Vec<Rational> {
-    let along = |k: usize| (0..g.len()).fold(Rational::ZERO, |sum, j| sum.plus(&g[j].times(&basis[(j, k)])));
-    (0..basis.columns()).map(along).collect()
+fn projection(g: &[Rational], basis: &Matrix<Rational>) -> Vec<Rational> {
+    let projection = |k: usize| (0..g.len()).fold(Rational::ZERO, |sum, j| sum.plus(&g[j].times(&basis[(j, k)])));
+    (0..basis.columns()).map(projection).collect()
 }
 
 impl<'a> Position<'a> {
@@ -98,9 +98,9 @@ impl<'a> Position<'a> {
 
     /// A row over the reduced coordinates.
     fn direction(&self, row: &[(usize, Rational)]) -> Vec<Rational> {
-        let along =
+        let component =
             |j: usize| row.iter().fold(Rational::ZERO, |sum, (shaft, a)| sum.plus(&a.times(&self.basis[(*shaft, j)])));
-        (0..self.basis.columns()).map(along).collect()
+        (0..self.basis.columns()).map(component).collect()
     }
 
     /// The direction of a term.
@@ -114,7 +114,7 @@ impl<'a> Position<'a> {
     }
 
     /// What inertias, dampings and stiffnesses add to the torques: their directions squared.
-    fn of_squares(&self, wanted: &[Coefficient]) -> Vec<Vec<Rational>> {
+    fn of_squares(&self, coefficients: &[Coefficient]) -> Vec<Vec<Rational>> {
         let (r, rows) = (self.basis.columns(), self.across.columns());
         let mut features = Vec::new();
         for kind in [Kind::Inertia, Kind::Damping, Kind::Stiffness] {
@@ -126,15 +126,15 @@ impl<'a> Position<'a> {
                     let mut sum = vec![Rational::ZERO; rows * r];
                     for &term in &one.terms {
                         let g = self.of_term(kind, term);
-                        let mut signal = if kind == Kind::Damping { along(&g, &self.speeds) } else { g.clone() };
+                        let mut signal = if kind == Kind::Damping { projection(&g, &self.speeds) } else { g.clone() };
                         signal.resize(r, Rational::ZERO);
-                        let torque = along(&g, &self.across);
+                        let torque = projection(&g, &self.across);
                         (0..rows * r).for_each(|k| sum[k] = sum[k].plus(&torque[k / r].times(&signal[k % r])));
                     }
                     sum
                 })
             };
-            let squares: Vec<Option<Vec<Rational>>> = wanted.iter().map(square).collect();
+            let squares: Vec<Option<Vec<Rational>>> = coefficients.iter().map(square).collect();
             for k in 0..rows * r {
                 let entry = |square: &Option<Vec<Rational>>| square.as_ref().map_or(Rational::ZERO, |s| s[k].clone());
                 features.push(squares.iter().map(entry).collect());
@@ -144,19 +144,20 @@ impl<'a> Position<'a> {
     }
 
     /// Frictions along one line (g = t ĝ, first entry of ĝ one) share a sign: they add |t| ĝ sgn(ĝᵀq̇).
-    fn of_frictions(&self, wanted: &[Coefficient]) -> Vec<Vec<Rational>> {
+    fn of_frictions(&self, coefficients: &[Coefficient]) -> Vec<Vec<Rational>> {
         let mut lines: Vec<(Vec<Rational>, Vec<Rational>)> = Vec::new();
-        for (column, one) in wanted.iter().enumerate().filter(|(_, one)| one.kind == Kind::Friction) {
+        for (column, one) in coefficients.iter().enumerate().filter(|(_, one)| one.kind == Kind::Friction) {
             for &term in &one.terms {
                 let g = self.of_term(Kind::Friction, term);
                 // Of a friction that rests nobody knows the sign; one along a torque that nobody measured does nothing else.
-                if [&self.speeds, &self.across].iter().any(|basis| along(&g, basis).iter().all(Rational::is_zero)) {
+                if [&self.speeds, &self.across].iter().any(|basis| projection(&g, basis).iter().all(Rational::is_zero))
+                {
                     continue;
                 }
                 let Some(first) = g.iter().find(|x| !x.is_zero()).cloned() else { continue };
                 let line: Vec<Rational> = g.iter().map(|x| x.over(&first)).collect();
-                let place = lines.iter().position(|(other, _)| *other == line).unwrap_or_else(|| {
-                    lines.push((line, vec![Rational::ZERO; wanted.len()]));
+                let place = lines.iter().position(|(candidate, _)| *candidate == line).unwrap_or_else(|| {
+                    lines.push((line, vec![Rational::ZERO; coefficients.len()]));
                     lines.len() - 1
                 });
                 let size = if first < Rational::ZERO { Rational::ZERO.minus(&first) } else { first };

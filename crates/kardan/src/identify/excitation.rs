@@ -64,31 +64,31 @@ pub fn d_optimal(candidates: &[Matrix<f64>], count: usize) -> Option<Selection> 
         }
         log_det(&mut factor, &tried)
     };
-    let mut taken = vec![false; candidates.len()];
+    let mut selected = vec![false; candidates.len()];
     for _ in 0..count {
-        let free = (0..candidates.len()).filter(|&k| !taken[k]);
+        let free = (0..candidates.len()).filter(|&k| !selected[k]);
         let rated = free.map(|k| (k, with(&sum, None, &squares[k])));
         let best = rated.fold(None, |best: Option<(usize, f64)>, one| match best {
             Some(best) if one.1 <= best.1 + IMPROVEMENT => Some(best),
             _ => Some(one),
         });
         let (k, _) = best?;
-        taken[k] = true;
+        selected[k] = true;
         add(&mut sum, &squares[k], 1.0);
     }
     let mut exchanges = 0;
-    let total = |taken: &[bool]| {
+    let total = |selected: &[bool]| {
         let mut sum = vec![0.0; p * p];
-        (0..taken.len()).filter(|&k| taken[k]).for_each(|k| add(&mut sum, &squares[k], 1.0));
+        (0..selected.len()).filter(|&k| selected[k]).for_each(|k| add(&mut sum, &squares[k], 1.0));
         sum
     };
     loop {
         // Summed anew, so that rounding does not gather.
-        let sum = total(&taken);
+        let sum = total(&selected);
         let now = log_det(&mut Cholesky::new(p), &sum);
         let mut best: Option<(usize, usize, f64)> = None;
-        for out in (0..taken.len()).filter(|&k| taken[k]) {
-            for enter in (0..taken.len()).filter(|&k| !taken[k]) {
+        for out in (0..selected.len()).filter(|&k| selected[k]) {
+            for enter in (0..selected.len()).filter(|&k| !selected[k]) {
                 let value = with(&sum, Some(&squares[out]), &squares[enter]);
                 if value > best.map_or(now, |best| best.2) + IMPROVEMENT {
                     best = Some((out, enter, value));
@@ -97,10 +97,10 @@ pub fn d_optimal(candidates: &[Matrix<f64>], count: usize) -> Option<Selection> 
         }
         let Some((out, enter, _)) = best.filter(|_| exchanges < MOST_EXCHANGES) else {
             let scale: f64 = scales.iter().map(|scale| 2.0 * ln(*scale)).sum();
-            let chosen: Vec<usize> = (0..taken.len()).filter(|&k| taken[k]).collect();
+            let chosen: Vec<usize> = (0..selected.len()).filter(|&k| selected[k]).collect();
             return now.is_finite().then_some(Selection { chosen, log_det: now + scale, exchanges });
         };
-        (taken[out], taken[enter]) = (false, true);
+        (selected[out], selected[enter]) = (false, true);
         exchanges += 1;
     }
 }
@@ -189,9 +189,9 @@ mod tests {
             best_found += usize::from(found.log_det > best - 1e-6);
             for out in 0..5 {
                 for enter in (0..12).filter(|k| !found.chosen.contains(k)) {
-                    let mut other = found.chosen.clone();
-                    other[out] = enter;
-                    assert!(value(&candidates, &other) <= own + 1e-6, "an exchange improves it");
+                    let mut exchanged = found.chosen.clone();
+                    exchanged[out] = enter;
+                    assert!(value(&candidates, &exchanged) <= own + 1e-6, "an exchange improves it");
                 }
             }
         }
@@ -220,8 +220,8 @@ mod tests {
     fn what_cannot_be_determined_is_refused() {
         let same = vec![Matrix::from_fn(1, 2, |_, _| 1.0); 4];
         assert_eq!(d_optimal(&same, 2), None);
-        let unseen = vec![Matrix::from_fn(1, 2, |_, j| j as f64); 4];
-        assert_eq!(d_optimal(&unseen, 2), None);
+        let regressors = vec![Matrix::from_fn(1, 2, |_, j| j as f64); 4];
+        assert_eq!(d_optimal(&regressors, 2), None);
         assert_eq!(d_optimal(&same, 5), None);
         assert_eq!(d_optimal(&[], 1), None);
     }

@@ -89,7 +89,7 @@ pub enum Extra {
 
 /// What has the direction of an extra column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Along {
+pub(super) enum ExtraDirection {
     Friction(usize),
     Input(usize),
     Spring(usize),
@@ -98,7 +98,7 @@ pub(super) enum Along {
 }
 
 impl Extra {
-    pub(super) fn along(&self) -> Along {
+    pub(super) fn direction(&self) -> ExtraDirection {
         match *self {
             Self::Stribeck { friction }
             | Self::Load { friction, .. }
@@ -108,11 +108,11 @@ impl Extra {
             | Self::Recording { friction, .. }
             | Self::Drift { friction }
             | Self::Cogging { friction, .. }
-            | Self::Ripple { friction, .. } => Along::Friction(friction),
-            Self::Offset { input } => Along::Input(input),
-            Self::Backlash { spring, .. } => Along::Spring(spring),
-            Self::Teeth { teeth, .. } => Along::Teeth(teeth),
-            Self::Law { .. } => Along::Laws,
+            | Self::Ripple { friction, .. } => ExtraDirection::Friction(friction),
+            Self::Offset { input } => ExtraDirection::Input(input),
+            Self::Backlash { spring, .. } => ExtraDirection::Spring(spring),
+            Self::Teeth { teeth, .. } => ExtraDirection::Teeth(teeth),
+            Self::Law { .. } => ExtraDirection::Laws,
         }
     }
 

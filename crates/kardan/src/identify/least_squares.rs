@@ -127,24 +127,24 @@ impl LeastSquares {
             free[next] = true;
             // Each pass holds at least one of those free.
             for _ in 0..=p {
-                let Some(wanted) = solved(&free) else { return numbers(&free) };
-                let stops = |k: &usize| bounded[*k] && free[*k] && wanted[*k] <= 0.0;
+                let Some(solution) = solved(&free) else { return numbers(&free) };
+                let stops = |k: &usize| bounded[*k] && free[*k] && solution[*k] <= 0.0;
                 let step = (0..p)
                     .filter(stops)
-                    .map(|k| values[k] / (values[k] - wanted[k]))
+                    .map(|k| values[k] / (values[k] - solution[k]))
                     .filter(|step| step.is_finite())
                     .fold(1.0, f64::min);
                 let blocked: Vec<usize> = (0..p).filter(stops).collect();
                 for k in 0..p {
-                    values[k] += step * (wanted[k] - values[k]);
+                    values[k] += step * (solution[k] - values[k]);
                 }
                 if blocked.is_empty() {
                     break;
                 }
-                let held = |k: &usize| !(values[*k] > 1e-14 * wanted[*k].abs());
+                let at_bound = |k: &usize| !(values[*k] > 1e-14 * solution[*k].abs());
                 let nearest = blocked.iter().copied().min_by(|&a, &b| values[a].total_cmp(&values[b]));
-                let held: Vec<usize> = blocked.iter().copied().filter(held).collect();
-                for k in if held.is_empty() { nearest.into_iter().collect() } else { held } {
+                let at_bound: Vec<usize> = blocked.iter().copied().filter(at_bound).collect();
+                for k in if at_bound.is_empty() { nearest.into_iter().collect() } else { at_bound } {
                     values[k] = 0.0;
                     free[k] = false;
                 }
@@ -157,10 +157,10 @@ impl LeastSquares {
     fn slopes(&self, values: &[f64]) -> Vec<(f64, f64)> {
         let mut out = vec![(0.0, 0.0); self.columns];
         for row in self.rows.chunks_exact(self.columns + 1) {
-            let left = row[self.columns] - crate::num::dot(&row[..self.columns], values);
+            let residual = row[self.columns] - crate::num::dot(&row[..self.columns], values);
             for (sum, x) in out.iter_mut().zip(row) {
-                sum.0 += x * left;
-                sum.1 += x.abs() * (row[self.columns].abs() + left.abs());
+                sum.0 += x * residual;
+                sum.1 += x.abs() * (row[self.columns].abs() + residual.abs());
             }
         }
         out
@@ -203,11 +203,11 @@ impl LeastSquares {
         // What the factor leaves over, and the part of y that undetermined directions would have taken.
         let mut square = powi(entry(p, p), 2);
         for k in 0..p {
-            let along: f64 = (0..p).map(|i| left[(i, k)] * entry(i, p)).sum();
+            let projection: f64 = (0..p).map(|i| left[(i, k)] * entry(i, p)).sum();
             if is_determined(k) {
-                (0..p).for_each(|j| values[j] += right[(j, k)] * along / singular[k]);
+                (0..p).for_each(|j| values[j] += right[(j, k)] * projection / singular[k]);
             } else {
-                square += along * along;
+                square += projection * projection;
             }
         }
         let freedom = self.count.saturating_sub(rank);

@@ -1,7 +1,7 @@
 use kardan_rt::functions::exp;
 
 use super::Coefficient;
-use super::extra::{Along, Extra};
+use super::extra::{Extra, ExtraDirection};
 use super::teeth::Teeth;
 use crate::assemble::CoefficientKind as Kind;
 use crate::num::{Matrix, dot, echelon};
@@ -38,7 +38,7 @@ struct Term {
 }
 
 impl Term {
-    fn along(&self, of: &[f64]) -> f64 {
+    fn projection(&self, of: &[f64]) -> f64 {
         self.row.iter().map(|(shaft, a)| a * of[*shaft]).sum()
     }
 }
@@ -52,9 +52,9 @@ pub struct Regressor {
     degrees_of_freedom: usize,
     /// Terms of each kind.
     terms: [Vec<Term>; 4],
-    wanted: Vec<(usize, Vec<usize>)>,
+    coefficients: Vec<(usize, Vec<usize>)>,
     /// Coefficients that are known: kind, term, value.
-    known: Vec<(usize, usize, f64)>,
+    fixed: Vec<(usize, usize, f64)>,
     /// Stribeck friction that is known: friction, c_b − c, v_s.
     stribeck: Vec<(usize, f64, f64)>,
     inputs: Vec<Vec<(usize, f64)>>,
@@ -95,7 +95,7 @@ pub struct Regressor {
     /// Half the time over which the sign must stay the same, s.
     half: f64,
     /// Columns whose errors are told, with the part of the motion that they multiply.
-    told: Option<Vec<(usize, usize)>>,
+    error_columns: Option<Vec<(usize, usize)>>,
 }
 
 impl Regressor {
@@ -105,7 +105,7 @@ impl Regressor {
     ///
     /// # Panics
     /// If a number is not that of an input.
-    pub fn new(reduced: &Reduced, wanted: &[Coefficient], unmeasured: &[usize], rest_speed: f64) -> Self {
+    pub fn new(reduced: &Reduced, coefficients: &[Coefficient], unmeasured: &[usize], rest_speed: f64) -> Self {
         let equations = &reduced.equations;
         let input = linearise(reduced, &vec![0.0; reduced.degrees_of_freedom()]).input;
         let columns = Matrix::from_fn(input.rows(), unmeasured.len(), |i, j| input[(i, unmeasured[j])].clone());
@@ -122,12 +122,13 @@ impl Regressor {
                 .collect::<Vec<_>>(),
             equations.frictions.iter().map(|term| plain(term.row_f64())).collect(),
         ];
-        let known = super::coefficients(reduced).into_iter().flat_map(|one| {
+        let fixed = super::coefficients(reduced).into_iter().flat_map(|one| {
             let Coefficient { kind, terms, value, .. } = one;
             terms.into_iter().map(move |term| (kind as usize, term, value))
         });
-        let asked =
-            |kind: usize, term: usize| wanted.iter().any(|one| one.kind as usize == kind && one.terms.contains(&term));
+        let is_fitted = |kind: usize, term: usize| {
+            coefficients.iter().any(|one| one.kind as usize == kind && one.terms.contains(&term))
+        };
         let values = |kind: Kind, count: usize| {
             let mut out = vec![0.0; count];
             super::coefficients(reduced)
@@ -142,9 +143,9 @@ impl Regressor {
             values(Kind::Stiffness, equations.springs.len()),
             values(Kind::Friction, equations.frictions.len()),
         ];
-        let width = wanted.len() + 1 + equations.inputs.len() + 3 * reduced.degrees_of_freedom();
+        let width = coefficients.len() + 1 + equations.inputs.len() + 3 * reduced.degrees_of_freedom();
         Self {
-            known: known.filter(|(kind, term, value)| *value != 0.0 && !asked(*kind, *term)).collect(),
+            fixed: fixed.filter(|(kind, term, value)| *value != 0.0 && !is_fitted(*kind, *term)).collect(),
             stribeck: equations
                 .frictions
                 .iter()
@@ -154,13 +155,13 @@ impl Regressor {
                     Some((k, found.breakaway.to_f64() - term.value.torque.to_f64(), found.speed.to_f64()))
                 })
                 .collect(),
-            wanted: wanted.iter().map(|one| (one.kind as usize, one.terms.clone())).collect(),
+            coefficients: coefficients.iter().map(|one| (one.kind as usize, one.terms.clone())).collect(),
             inputs: equations.inputs.iter().map(|input| input.row_f64()).collect(),
             degrees_of_freedom: reduced.degrees_of_freedom(),
             reflections: vec![vec![0.0; reduced.degrees_of_freedom()]; unmeasured.len()],
             unmeasured,
             laws: equations.laws.iter().map(|law| law.row_f64()).collect(),
-            law_torques: known_laws(reduced),
+            law_torques: law_torques_of(reduced),
             law_values: Vec::new(),
             law_harmonics: Vec::new(),
             law_waves: Vec::new(),
@@ -182,7 +183,7 @@ impl Regressor {
             terms,
             rest_speeds: vec![rest_speed; equations.frictions.len()],
             half: 0.0,
-            told: None,
+            error_columns: None,
         }
     }
 
@@ -192,16 +193,16 @@ impl Regressor {
         let motion = |(column, (kind, _)): (usize, &(usize, Vec<usize>))| {
             (*kind != Kind::Friction as usize).then_some((column, *kind))
         };
-        let told: Vec<(usize, usize)> = self.wanted.iter().enumerate().filter_map(motion).collect();
-        self.width += self.inputs.len() + (3 + told.len()) * self.degrees_of_freedom;
+        let error_columns: Vec<(usize, usize)> = self.coefficients.iter().enumerate().filter_map(motion).collect();
+        self.width += self.inputs.len() + (3 + error_columns.len()) * self.degrees_of_freedom;
         self.all = vec![0.0; self.degrees_of_freedom * self.width];
-        self.told = Some(told);
+        self.error_columns = Some(error_columns);
         self
     }
 
     /// The columns whose errors are told.
-    pub fn told(&self) -> Option<&[(usize, usize)]> {
-        self.told.as_deref()
+    pub fn error_columns(&self) -> Option<&[(usize, usize)]> {
+        self.error_columns.as_deref()
     }
 
     /// Slopes of the errors at the motion of the last [`Self::fill_weighted`], in the order of [`super::Errors::slopes`].
@@ -209,16 +210,16 @@ impl Regressor {
     /// # Panics
     /// If the length does not fit.
     pub fn errors(&self, slopes: &mut [f64]) {
-        let Some(told) = &self.told else { return };
+        let Some(error_columns) = &self.error_columns else { return };
         let (r, n, rows) = (self.degrees_of_freedom, self.width, self.rows());
-        let known = self.inputs.len() + 3 * r;
-        let first = self.columns() + 1 + known;
-        let (of_known, of_columns) = slopes.split_at_mut(rows * known);
+        let fixed_columns = self.inputs.len() + 3 * r;
+        let first = self.columns() + 1 + fixed_columns;
+        let (of_fixed, of_columns) = slopes.split_at_mut(rows * fixed_columns);
         for i in 0..rows {
             let row = &self.all[(r - rows + i) * n + first..(r - rows + i + 1) * n];
-            of_known[i * known..(i + 1) * known].copy_from_slice(&row[..known]);
-            for k in 0..told.len() {
-                of_columns[(k * rows + i) * r..][..r].copy_from_slice(&row[known + k * r..][..r]);
+            of_fixed[i * fixed_columns..(i + 1) * fixed_columns].copy_from_slice(&row[..fixed_columns]);
+            for k in 0..error_columns.len() {
+                of_columns[(k * rows + i) * r..][..r].copy_from_slice(&row[fixed_columns + k * r..][..r]);
             }
         }
     }
@@ -229,14 +230,14 @@ impl Regressor {
     /// If a number is not that of a friction, a spring or an input.
     pub fn with_extras(mut self, extras: &[Extra]) -> Self {
         for extra in extras {
-            let known = match extra.along() {
-                Along::Friction(k) => k < self.terms[Kind::Friction as usize].len(),
-                Along::Spring(k) => k < self.terms[Kind::Stiffness as usize].len(),
-                Along::Input(k) => k < self.inputs.len(),
-                Along::Teeth(k) => k < self.teeth.len(),
-                Along::Laws => true,
+            let exists = match extra.direction() {
+                ExtraDirection::Friction(k) => k < self.terms[Kind::Friction as usize].len(),
+                ExtraDirection::Spring(k) => k < self.terms[Kind::Stiffness as usize].len(),
+                ExtraDirection::Input(k) => k < self.inputs.len(),
+                ExtraDirection::Teeth(k) => k < self.teeth.len(),
+                ExtraDirection::Laws => true,
             };
-            assert!(known, "a friction, a spring, an input or teeth of the model");
+            assert!(exists, "a friction, a spring, an input or teeth of the model");
             assert!(
                 !matches!(extra, Extra::Load { input, .. } if *input >= self.inputs.len()),
                 "an input of the model"
@@ -291,40 +292,40 @@ impl Regressor {
     pub fn play(&self, play: usize, torques: &[f64], parts: &mut [f64]) -> Option<[f64; 2]> {
         assert!(parts.len() == self.columns(), "a part for each column");
         let own = &self.plays[play];
-        let along = |row: &[(usize, f64)]| row.iter().map(|(shaft, x)| x * own.cut[*shaft]).sum::<f64>();
-        let mut known = self.cut(own, torques)?;
+        let projection = |row: &[(usize, f64)]| row.iter().map(|(shaft, x)| x * own.cut[*shaft]).sum::<f64>();
+        let mut fixed = self.cut(own, torques)?;
         parts.fill(0.0);
-        let (of_terms, of_extras) = parts.split_at_mut(self.wanted.len());
-        for (part, (kind, terms)) in of_terms.iter_mut().zip(&self.wanted) {
+        let (of_terms, of_extras) = parts.split_at_mut(self.coefficients.len());
+        for (part, (kind, terms)) in of_terms.iter_mut().zip(&self.coefficients) {
             for &term in terms {
-                let lever = self.terms[*kind][term].along(&own.cut);
+                let lever = self.terms[*kind][term].projection(&own.cut);
                 if lever != 0.0 {
                     let share = lever * self.signal(*kind, term)?;
                     *part += share;
-                    known -= self.nominal[*kind][term] * share;
+                    fixed -= self.nominal[*kind][term] * share;
                 }
             }
         }
         for (part, extra) in of_extras.iter_mut().zip(&self.extras) {
-            let lever = match extra.along() {
-                Along::Friction(k) => self.terms[Kind::Friction as usize][k].along(&own.cut),
-                Along::Spring(k) => self.terms[Kind::Stiffness as usize][k].along(&own.cut),
-                Along::Input(k) => along(&self.inputs[k]),
-                Along::Teeth(k) => along(&self.teeth[k].row),
-                Along::Laws => 0.0,
+            let lever = match extra.direction() {
+                ExtraDirection::Friction(k) => self.terms[Kind::Friction as usize][k].projection(&own.cut),
+                ExtraDirection::Spring(k) => self.terms[Kind::Stiffness as usize][k].projection(&own.cut),
+                ExtraDirection::Input(k) => projection(&self.inputs[k]),
+                ExtraDirection::Teeth(k) => projection(&self.teeth[k].row),
+                ExtraDirection::Laws => 0.0,
             };
             if lever != 0.0 {
                 *part = lever * self.extra_signal(extra, torques)?;
             }
             if let Extra::Law { parameter } = *extra {
                 for (law, row) in self.laws.iter().enumerate() {
-                    let share = -along(row) * self.law_torques.share(law, parameter);
+                    let share = -projection(row) * self.law_torques.share(law, parameter);
                     *part += share;
-                    known -= self.law_values[parameter] * share;
+                    fixed -= self.law_values[parameter] * share;
                 }
             }
         }
-        Some([own.along(&self.kinematics.angles), known])
+        Some([own.projection(&self.kinematics.angles), fixed])
     }
 
     /// The same with a speed of its own for each friction of the equations below which its sign is not known, rad/s.
@@ -361,7 +362,7 @@ impl Regressor {
 
     /// Number of columns: the coefficients asked for, and what was added to them.
     pub fn columns(&self) -> usize {
-        self.wanted.len() + self.extras.len()
+        self.coefficients.len() + self.extras.len()
     }
 
     /// Fills X (rows × columns, row by row) and y at a motion under torques of all inputs, N m, in the order of the equations;
@@ -413,8 +414,10 @@ impl Regressor {
             }
         }
         for (speed, extra) in speeds.iter_mut().zip(&self.extras) {
-            *speed = match extra.along() {
-                Along::Friction(k) => self.terms[Kind::Friction as usize][k].along(&self.kinematics.speeds).abs(),
+            *speed = match extra.direction() {
+                ExtraDirection::Friction(k) => {
+                    self.terms[Kind::Friction as usize][k].projection(&self.kinematics.speeds).abs()
+                }
                 _ => 0.0,
             };
         }
@@ -423,7 +426,7 @@ impl Regressor {
 
     /// Fills [`Self::all`] and turns its rows; whether all signs are known.
     fn collect(&mut self, motion: Motion<'_>, torques: &[f64], variances: Option<Variances<'_>>) -> bool {
-        let (r, n, w) = (self.degrees_of_freedom, self.width, self.wanted.len());
+        let (r, n, w) = (self.degrees_of_freedom, self.width, self.coefficients.len());
         let p = w + self.extras.len();
         assert!(torques.len() == self.inputs.len(), "a torque for each input");
         self.kinematics.update(motion.position, motion.speed);
@@ -445,7 +448,7 @@ impl Regressor {
         self.carry(torques);
         certain &= self.fill_terms();
         certain &= self.fill_extras(torques);
-        certain &= self.fill_known();
+        certain &= self.fill_fixed();
         if let Some(variances) = variances {
             self.fill_spreads(variances);
             self.fill_slopes();
@@ -458,7 +461,7 @@ impl Regressor {
     fn fill_terms(&mut self) -> bool {
         let (r, n) = (self.degrees_of_freedom, self.width);
         let mut certain = true;
-        for (column, (kind, terms)) in self.wanted.iter().enumerate() {
+        for (column, (kind, terms)) in self.coefficients.iter().enumerate() {
             for &term in terms {
                 let signal = self.signal(*kind, term);
                 let term = &self.terms[*kind][term];
@@ -472,7 +475,7 @@ impl Regressor {
 
     /// The extra columns.
     fn fill_extras(&mut self, torques: &[f64]) -> bool {
-        let (r, n, w) = (self.degrees_of_freedom, self.width, self.wanted.len());
+        let (r, n, w) = (self.degrees_of_freedom, self.width, self.coefficients.len());
         let mut certain = true;
         for (column, extra) in self.extras.iter().enumerate() {
             let mut signal = self.extra_signal(extra, torques);
@@ -488,12 +491,12 @@ impl Regressor {
                 }
                 continue;
             }
-            let row = match extra.along() {
-                Along::Friction(k) => &self.terms[Kind::Friction as usize][k].row,
-                Along::Spring(k) => &self.terms[Kind::Stiffness as usize][k].row,
-                Along::Input(k) => &self.inputs[k],
-                Along::Teeth(k) => &self.teeth[k].row,
-                Along::Laws => continue,
+            let row = match extra.direction() {
+                ExtraDirection::Friction(k) => &self.terms[Kind::Friction as usize][k].row,
+                ExtraDirection::Spring(k) => &self.terms[Kind::Stiffness as usize][k].row,
+                ExtraDirection::Input(k) => &self.inputs[k],
+                ExtraDirection::Teeth(k) => &self.teeth[k].row,
+                ExtraDirection::Laws => continue,
             };
             project(row, &self.kinematics, &mut self.direction);
             (0..r).for_each(|i| self.all[i * n + w + column] = self.direction[i] * signal.unwrap_or(0.0));
@@ -502,10 +505,10 @@ impl Regressor {
     }
 
     /// What is known, in y.
-    fn fill_known(&mut self) -> bool {
+    fn fill_fixed(&mut self) -> bool {
         let (r, n, p) = (self.degrees_of_freedom, self.width, self.columns());
         let mut certain = true;
-        for &(kind, term, value) in &self.known {
+        for &(kind, term, value) in &self.fixed {
             let signal = self.signal(kind, term);
             let term = &self.terms[kind][term];
             certain &= signal.is_some();
@@ -517,7 +520,7 @@ impl Regressor {
             let sign = self.signal(Kind::Friction as usize, friction);
             let term = &self.terms[Kind::Friction as usize][friction];
             certain &= sign.is_some();
-            let ratio = term.along(&self.kinematics.speeds) / scale;
+            let ratio = term.projection(&self.kinematics.speeds) / scale;
             project(&term.row, &self.kinematics, &mut self.direction);
             let torque = excess * exp(-ratio * ratio) * sign.unwrap_or(0.0);
             (0..r).for_each(|i| self.all[i * n + p] -= torque * self.direction[i]);
@@ -564,19 +567,19 @@ impl Regressor {
 
     /// What errors of the torques and of the motion add to y − Xθ, by what is known and by each column.
     fn fill_slopes(&mut self) {
-        let Some(told) = &self.told else { return };
+        let Some(error_columns) = &self.error_columns else { return };
         let (r, n, m) = (self.degrees_of_freedom, self.width, self.inputs.len());
         let first = self.columns() + 1 + m + 3 * r;
         for input in (0..m).filter(|input| !self.unmeasured.contains(input)) {
             project(&self.inputs[input], &self.kinematics, &mut self.direction);
             (0..r).for_each(|i| self.all[i * n + first + input] = self.direction[i]);
         }
-        let known = self.known.iter().filter(|(kind, ..)| *kind != Kind::Friction as usize);
-        let known = known.map(|(kind, term, value)| (m + kind * r, *kind, *term, *value));
-        let sought = told.iter().enumerate().flat_map(|(k, (column, kind))| {
-            self.wanted[*column].1.iter().map(move |term| (m + (3 + k) * r, *kind, *term, 1.0))
+        let fixed = self.fixed.iter().filter(|(kind, ..)| *kind != Kind::Friction as usize);
+        let fixed = fixed.map(|(kind, term, value)| (m + kind * r, *kind, *term, *value));
+        let sought = error_columns.iter().enumerate().flat_map(|(k, (column, kind))| {
+            self.coefficients[*column].1.iter().map(move |term| (m + (3 + k) * r, *kind, *term, 1.0))
         });
-        for (place, kind, term, value) in known.chain(sought) {
+        for (place, kind, term, value) in fixed.chain(sought) {
             project(&self.terms[kind][term].row, &self.kinematics, &mut self.direction);
             for (i, k) in (0..r).flat_map(|i| (0..r).map(move |k| (i, k))) {
                 self.all[i * n + first + place + k] -= value * self.direction[i] * self.direction[k];
@@ -606,8 +609,8 @@ impl Regressor {
     fn carry(&mut self, torques: &[f64]) {
         for k in 0..self.teeth.len() {
             let own = &self.teeth[k];
-            let speed = own.along(&self.kinematics.speeds);
-            let certain = speed.abs() > own.rest_speed + self.half * own.along(&self.accelerations).abs();
+            let speed = own.projection(&self.kinematics.speeds);
+            let certain = speed.abs() > own.rest_speed + self.half * own.projection(&self.accelerations).abs();
             self.carried[k] = match own.row.is_empty() {
                 true => Some([0.0, 1.0]),
                 false => self.cut(own, torques).filter(|_| certain).map(|carried| [carried, speed.signum()]),
@@ -620,19 +623,19 @@ impl Regressor {
         let mut carried = 0.0;
         for (kind, terms) in self.terms.iter().enumerate() {
             for (number, term) in terms.iter().enumerate() {
-                let (lever, value) = (term.along(&own.cut), self.nominal[kind][number]);
+                let (lever, value) = (term.projection(&own.cut), self.nominal[kind][number]);
                 if lever != 0.0 && value != 0.0 {
                     carried += lever * value * self.signal(kind, number)?;
                 }
             }
         }
-        let along = |row: &[(usize, f64)]| row.iter().map(|(shaft, x)| x * own.cut[*shaft]).sum::<f64>();
+        let projection = |row: &[(usize, f64)]| row.iter().map(|(shaft, x)| x * own.cut[*shaft]).sum::<f64>();
         for (input, row) in self.inputs.iter().enumerate().filter(|(input, _)| !self.unmeasured.contains(input)) {
-            carried -= along(row) * torques[input];
+            carried -= projection(row) * torques[input];
         }
         for (law, row) in self.laws.iter().enumerate() {
             let open = self.law_values.iter().enumerate().map(|(k, value)| value * self.law_torques.share(law, k));
-            carried -= along(row) * (self.law_torques.torque(law) + open.sum::<f64>());
+            carried -= projection(row) * (self.law_torques.torque(law) + open.sum::<f64>());
         }
         Some(carried)
     }
@@ -648,10 +651,10 @@ impl Regressor {
             return Some(0.0);
         }
         let [carried, sign] = self.carried[teeth]?;
-        let speed = self.teeth[teeth].along(&self.kinematics.speeds).abs();
+        let speed = self.teeth[teeth].projection(&self.kinematics.speeds).abs();
         let own = &mut self.teeth[teeth];
         let back = carried * sign > 0.0;
-        let part = own.share_of_cut(own.known[usize::from(back)], back) * carried.abs();
+        let part = own.share_of_cut(own.fixed[usize::from(back)], back) * carried.abs();
         let Kinematics { angles, speeds, .. } = &self.kinematics;
         let besides = own.loss.as_mut().map_or(0.0, |loss| {
             loss.update(angles, speeds, self.clock, [carried.abs(), speed], &[]);
@@ -688,7 +691,7 @@ impl Regressor {
     /// s of an extra column; `None` where a sign that it needs is not known.
     fn extra_signal(&self, extra: &Extra, torques: &[f64]) -> Option<f64> {
         let sign = |friction: usize| self.signal(Kind::Friction as usize, friction);
-        let speed = |friction: usize| self.terms[Kind::Friction as usize][friction].along(&self.kinematics.speeds);
+        let speed = |friction: usize| self.terms[Kind::Friction as usize][friction].projection(&self.kinematics.speeds);
         Some(match *extra {
             Extra::Stribeck { friction } => sign(friction)?,
             Extra::Load { friction, input } => sign(friction)? * torques[input].abs(),
@@ -704,8 +707,8 @@ impl Regressor {
             Extra::Ripple { friction, harmonic } => sign(friction)? * self.harmonics[harmonic],
             Extra::Backlash { spring, clear } => {
                 let term = &self.terms[Kind::Stiffness as usize][spring];
-                let twist = term.along(&self.kinematics.angles) - term.rest;
-                let change = self.half * term.along(&self.kinematics.speeds).abs();
+                let twist = term.projection(&self.kinematics.angles) - term.rest;
+                let change = self.half * term.projection(&self.kinematics.speeds).abs();
                 (twist.abs() > clear + change).then(|| -twist.signum())?
             }
             Extra::Teeth { teeth, back } => {
@@ -719,24 +722,24 @@ impl Regressor {
     /// s of a term; `None` for a friction whose sign is not known.
     fn signal(&self, kind: usize, number: usize) -> Option<f64> {
         let term = &self.terms[kind][number];
-        let along = |of: &[f64]| term.along(of);
+        let projection = |of: &[f64]| term.projection(of);
         if kind == Kind::Inertia as usize {
-            return Some(along(&self.accelerations));
+            return Some(projection(&self.accelerations));
         }
         if kind == Kind::Stiffness as usize {
-            return Some(along(&self.kinematics.angles) - term.rest);
+            return Some(projection(&self.kinematics.angles) - term.rest);
         }
-        let speed = along(&self.kinematics.speeds);
+        let speed = projection(&self.kinematics.speeds);
         if kind == Kind::Damping as usize {
             return Some(speed);
         }
-        let change = self.half * along(&self.accelerations).abs();
+        let change = self.half * projection(&self.accelerations).abs();
         (speed.abs() > self.rest_speeds[number] + change).then(|| speed.signum())
     }
 }
 
 /// The laws of torques of a model, with all parameters known.
-fn known_laws(reduced: &Reduced) -> LawTorques {
+fn law_torques_of(reduced: &Reduced) -> LawTorques {
     let formulas: Vec<_> = reduced.equations.laws.iter().map(|law| law.value.as_ref()).collect();
     LawTorques::new(reduced, &formulas, &[], &[]).expect("no parameter is open")
 }

@@ -171,9 +171,9 @@ impl Samples {
     fn errors_of(&self, errors: &Errors, columns: &[usize]) -> Errors {
         let (all, own) =
             (errors.slopes_of(self.rows, self.inputs, self.degrees_of_freedom), self.rows * self.degrees_of_freedom);
-        let known = all - errors.columns.len() * own;
+        let fixed = all - errors.columns.len() * own;
         // Where each is among those told, and its new number.
-        let kept: Vec<(usize, (usize, usize))> = columns
+        let retained: Vec<(usize, (usize, usize))> = columns
             .iter()
             .enumerate()
             .filter_map(|(number, column)| {
@@ -183,11 +183,11 @@ impl Samples {
             .collect();
         let mut slopes = Vec::with_capacity(errors.slopes.len());
         for sample in errors.slopes.chunks_exact(all.max(1)) {
-            slopes.extend_from_slice(&sample[..known]);
-            kept.iter().for_each(|(place, _)| slopes.extend_from_slice(&sample[known + place * own..][..own]));
+            slopes.extend_from_slice(&sample[..fixed]);
+            retained.iter().for_each(|(place, _)| slopes.extend_from_slice(&sample[fixed + place * own..][..own]));
         }
         Errors {
-            columns: kept.into_iter().map(|(_, column)| column).collect(),
+            columns: retained.into_iter().map(|(_, column)| column).collect(),
             slopes,
             variances: errors.variances.clone(),
         }
@@ -275,11 +275,11 @@ pub fn steady_segments(samples: &Samples, noise: &[f64], of: Steadiness) -> Vec<
     for sample in 0..samples.len() {
         largest.iter_mut().zip(samples.motion(sample, 1)).for_each(|(max, w)| *max = max.max(w.abs()));
     }
-    let within =
+    let is_noise =
         |k: usize, change: f64, length: f64| change.abs() <= (of.tolerance * largest[k]).max(3.0 * noise[k] * length);
     let calm = |sample: usize| {
         let (length, a) = (samples.places[sample].duration, samples.motion(sample, 2));
-        (0..r).all(|k| within(k, a[k] * length, length))
+        (0..r).all(|k| is_noise(k, a[k] * length, length))
     };
     let follows = |sample: usize, most: f64| {
         let (before, after) = (samples.places[sample - 1], samples.places[sample]);
@@ -299,7 +299,7 @@ pub fn steady_segments(samples: &Samples, noise: &[f64], of: Steadiness) -> Vec<
         let (w, length) = (samples.motion(sample, 1), samples.places[sample].duration);
         let open = sample > begin;
         let stays =
-            calm(sample) && (!open || (follows(sample, 1.0) && (0..r).all(|k| within(k, w[k] - mean[k], length))));
+            calm(sample) && (!open || (follows(sample, 1.0) && (0..r).all(|k| is_noise(k, w[k] - mean[k], length))));
         if !stays {
             close(begin..sample, &mean, &mut pieces);
             begin = if calm(sample) { sample } else { sample + 1 };
@@ -315,17 +315,20 @@ pub fn steady_segments(samples: &Samples, noise: &[f64], of: Steadiness) -> Vec<
     close(begin..samples.len(), &mean, &mut pieces);
     let mut joined: Vec<(Range<usize>, Vec<f64>)> = Vec::new();
     for (piece, mean) in pieces {
-        let Some((before, known)) = joined.last_mut() else {
+        let Some((before, joined_speed)) = joined.last_mut() else {
             joined.push((piece, mean));
             continue;
         };
         let length = samples.places[piece.start].duration;
-        let near = |w: &[f64], times: f64| (0..r).all(|k| within(k, (w[k] - known[k]) / times, length));
+        let near = |w: &[f64], times: f64| (0..r).all(|k| is_noise(k, (w[k] - joined_speed[k]) / times, length));
         let between = (before.end..piece.start).all(|sample| near(samples.motion(sample, 1), WOBBLE));
         let lasting = (before.end..=piece.start).all(|sample| follows(sample, of.windows as f64));
         if near(&mean, 1.0) && between && lasting {
             let (n, more) = (before.len() as f64, piece.len() as f64);
-            known.iter_mut().zip(&mean).for_each(|(known, w)| *known += (w - *known) * more / (n + more));
+            joined_speed
+                .iter_mut()
+                .zip(&mean)
+                .for_each(|(joined_speed, w)| *joined_speed += (w - *joined_speed) * more / (n + more));
             *before = before.start..piece.end;
         } else {
             joined.push((piece, mean));

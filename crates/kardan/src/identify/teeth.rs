@@ -12,7 +12,7 @@ pub struct Teeth {
     /// z
     pub cut: Vec<f64>,
     /// The parts of the torque that the file says are lost while the first body drives, and while it is driven.
-    pub known: [f64; 2],
+    pub fixed: [f64; 2],
     /// What is lost besides, over the sizes of torque and speed; z then does not move the first body.
     pub loss: Option<LawTorques>,
     /// Speed below which the sign along them is not taken, rad/s.
@@ -22,15 +22,15 @@ pub struct Teeth {
 impl Teeth {
     /// Whether nothing is known of what they lose.
     pub fn loses_nothing(&self) -> bool {
-        self.loss.is_none() && self.known == [0.0; 2]
+        self.loss.is_none() && self.fixed == [0.0; 2]
     }
 
     /// `zᵀa`
     pub fn lever(&self) -> f64 {
-        self.along(&self.cut)
+        self.projection(&self.cut)
     }
 
-    pub(super) fn along(&self, of: &[f64]) -> f64 {
+    pub(super) fn projection(&self, of: &[f64]) -> f64 {
         self.row.iter().map(|(shaft, a)| a * of[*shaft]).sum()
     }
 

@@ -35,7 +35,7 @@ const FEWEST: usize = 6;
 /// A hole as wide as this part of the window makes it useless.
 const HOLE: f64 = 0.25;
 /// Sum over the orthonormal polynomials up to the third of `⟨u p, p⟩`, u = 1 − x²: freedom that the fit for the noise takes.
-const TAKEN: f64 = 80.0 / 33.0;
+const WINDOW_PARAMETERS: f64 = 80.0 / 33.0;
 /// Sums of a channel: weights u³ with 1, x, x²; u² with 1 … x⁴; u with 1 … x⁶; then the same times y (2, 3, 4); u y².
 const SUMS: usize = 3 + 5 + 7;
 const MOMENTS: usize = 2 + 3 + 4 + 1;
@@ -261,14 +261,14 @@ impl Channel {
             }
             factor.solve(right);
         }
-        let left = m[9] - (0..4).map(|i| cubic[i] * m[5 + i]).sum::<f64>();
+        let residual = m[9] - (0..4).map(|i| cubic[i] * m[5 + i]).sum::<f64>();
         // Below what sums of squares can tell.
-        let left = if left > 1e-13 * m[9] { left } else { 0.0 };
+        let residual = if residual > 1e-13 * m[9] { residual } else { 0.0 };
         Reading {
             value: self.reference + line[0],
             first: parabola[1] * 2.0 / width,
             second: 2.0 * cubic[2] * powi(2.0 / width, 2),
-            noise: (left / (a[0] - TAKEN).max(0.1 * a[0])).sqrt(),
+            noise: (residual / (a[0] - WINDOW_PARAMETERS).max(0.1 * a[0])).sqrt(),
             samples: self.samples,
         }
     }
@@ -327,7 +327,7 @@ mod tests {
 
     /// The stated gains: variances over many windows of white noise, and the noise told by each.
     #[test]
-    fn noise_is_told_and_passed_on_as_stated() {
+    fn noise_is_reported_and_passed_on_as_stated() {
         let mut random = crate::num::Random::new(7);
         let (n, count, width) = (50, 4000, 0.05);
         let times: Vec<f64> = (0..n * count).map(|k| 0.001 * (f64::from(k) + 0.5)).collect();

@@ -1,4 +1,4 @@
-use super::kind::{Given, Made, ManoeuvreKind};
+use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec};
 use super::path::{KEYS, lane_change};
 
 /// The double lane change of ISO 3888-1.
@@ -11,6 +11,6 @@ pub(super) const DOUBLE_LANE_CHANGE: ManoeuvreKind = ManoeuvreKind {
     write,
 };
 
-fn write(given: &Given<'_>, made: &mut Made) {
-    lane_change(given, made, "iso_3888_1");
+fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
+    lane_change(spec, made, "iso_3888_1");
 }

@@ -1,4 +1,4 @@
-use super::kind::{Given, Made, ManoeuvreKind, Need};
+use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
 /// A manoeuvre of one's own.
 pub(super) const FREE: ManoeuvreKind = ManoeuvreKind {
@@ -9,7 +9,7 @@ pub(super) const FREE: ManoeuvreKind = ManoeuvreKind {
     write,
 };
 
-fn write(given: &Given<'_>, made: &mut Made) {
-    made.duration = given.value("duration");
-    made.angle = given.value("course");
+fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
+    made.duration = spec.value("duration");
+    made.angle = spec.value("course");
 }

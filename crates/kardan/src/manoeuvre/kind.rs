@@ -1,6 +1,6 @@
 //! What a kind of manoeuvre is, and what it writes itself into.
 
-use crate::entries::{Entries, Entry, Written};
+use crate::entries::{Entries, Entry, RawValue};
 use crate::schema::{Sign, keys};
 use crate::units::Dimension;
 
@@ -67,7 +67,7 @@ pub struct ManoeuvreKind {
     /// The keys that it takes beside those that all take.
     pub keys: &'static [(&'static str, Need)],
     /// Writes what it is.
-    pub write: fn(&Given<'_>, &mut Made),
+    pub write: fn(&ManoeuvreSpec<'_>, &mut Made),
 }
 
 /// Whether a key is needed.
@@ -85,7 +85,7 @@ pub enum Need {
 pub const COMMON: [&str; 7] = ["kind", "steers", "car", "wheel", "torque", "set", "measures"];
 
 /// What is given for a manoeuvre.
-pub struct Given<'a> {
+pub struct ManoeuvreSpec<'a> {
     /// Its name.
     pub name: &'a str,
     /// Its kind.
@@ -142,16 +142,16 @@ pub fn quoted(name: &str) -> String {
 /// A table of texts.
 pub fn table(keys: &[(&str, &str)]) -> Entries {
     let mut out = Entries::default();
-    keys.iter().for_each(|(key, text)| out.set(key, Written::Text((*text).into())));
+    keys.iter().for_each(|(key, text)| out.set(key, RawValue::Text((*text).into())));
     out
 }
 
-impl Given<'_> {
+impl ManoeuvreSpec<'_> {
     /// A value as an expression: what is written, or what holds where it is left out.
     pub fn value(&self, key: &str) -> Option<String> {
         match self.keys.get(key) {
-            Some(Written::Text(text) | Written::Number(text)) => Some(format!("({text})")),
-            Some(Written::Quantity(value, dimension)) => Some(crate::units::written_quantity(value, *dimension)),
+            Some(RawValue::Text(text) | RawValue::Number(text)) => Some(format!("({text})")),
+            Some(RawValue::Quantity(value, dimension)) => Some(crate::units::format_quantity(value, *dimension)),
             Some(_) => None,
             None => self.kind.keys.iter().find(|(name, _)| *name == key).and_then(|(_, need)| match need {
                 Need::Default(text) => Some(format!("({text})")),
@@ -167,7 +167,7 @@ impl Given<'_> {
 
     /// A word that is given.
     pub fn word(&self, key: &str) -> Option<&str> {
-        if let Some(Written::Text(word)) = self.keys.get(key) { Some(word) } else { None }
+        if let Some(RawValue::Text(word)) = self.keys.get(key) { Some(word) } else { None }
     }
 
     /// The name of something of it.
@@ -183,35 +183,35 @@ impl Given<'_> {
 
 impl Made {
     /// Adds a figure: the name behind that of the manoeuvre, and its keys.
-    pub fn figure(&mut self, given: &Given<'_>, name: &str, keys: &[(&str, &str)]) {
-        let own = given.own(name);
+    pub fn figure(&mut self, spec: &ManoeuvreSpec<'_>, name: &str, keys: &[(&str, &str)]) {
+        let own = spec.own(name);
         let mut out = table(&[("name", own.as_str())]);
-        keys.iter().for_each(|(key, text)| out.set(key, Written::Text((*text).into())));
+        keys.iter().for_each(|(key, text)| out.set(key, RawValue::Text((*text).into())));
         self.figures.push(out);
     }
 
     /// Adds a criterion: a figure of the manoeuvre with a bound.
-    pub fn criterion(&mut self, given: &Given<'_>, figure: &str, bound: (&str, &str)) {
-        let own = given.own(figure);
+    pub fn criterion(&mut self, spec: &ManoeuvreSpec<'_>, figure: &str, bound: (&str, &str)) {
+        let own = spec.own(figure);
         self.requirements.push(table(&[("figure", own.as_str()), bound]));
     }
 
     /// Adds a signal that manoeuvres share, by the key that names it and what is its name where it is left out, with its own part.
-    pub fn share(&mut self, given: &Given<'_>, (key, usual): (&str, &str), keys: &[(&str, &str)]) {
-        let name = given.own(usual);
+    pub fn share(&mut self, spec: &ManoeuvreSpec<'_>, (key, usual): (&str, &str), keys: &[(&str, &str)]) {
+        let name = spec.own(usual);
         self.tables.push(("signal", name.clone(), table(keys)));
-        self.shared.push((given.word(key).unwrap_or(usual).to_string(), quoted(&name)));
+        self.shared.push((spec.word(key).unwrap_or(usual).to_string(), quoted(&name)));
     }
 
     /// Adds the angle of the wheel as a signal of a kind.
-    pub fn steer(&mut self, given: &Given<'_>, keys: &[(&str, &str)]) {
-        let name = given.own("steer");
+    pub fn steer(&mut self, spec: &ManoeuvreSpec<'_>, keys: &[(&str, &str)]) {
+        let name = spec.own("steer");
         self.tables.push(("signal", name.clone(), table(keys)));
         self.angle = Some(quoted(&name));
     }
 }
 
 /// A list of names.
-pub fn list(names: &[String]) -> Written {
-    Written::List(names.iter().map(|name| Entry::from(Written::Text(name.clone()))).collect())
+pub fn list(names: &[String]) -> RawValue {
+    RawValue::List(names.iter().map(|name| Entry::from(RawValue::Text(name.clone()))).collect())
 }

@@ -1,4 +1,4 @@
-use super::kind::{Given, Made, ManoeuvreKind};
+use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec};
 use super::path::{KEYS, lane_change};
 
 /// The obstacle avoidance of ISO 3888-2.
@@ -10,6 +10,6 @@ pub(super) const OBSTACLE_AVOIDANCE: ManoeuvreKind = ManoeuvreKind {
     write,
 };
 
-fn write(given: &Given<'_>, made: &mut Made) {
-    lane_change(given, made, "iso_3888_2");
+fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
+    lane_change(spec, made, "iso_3888_2");
 }

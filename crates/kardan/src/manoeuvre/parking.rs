@@ -1,4 +1,4 @@
-use super::kind::{Given, Made, ManoeuvreKind, Need};
+use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
 /// Steering at standstill.
 pub(super) const PARKING: ManoeuvreKind = ManoeuvreKind {
@@ -15,17 +15,17 @@ pub(super) const PARKING: ManoeuvreKind = ManoeuvreKind {
     write,
 };
 
-fn write(given: &Given<'_>, made: &mut Made) {
-    let [amplitude, start, frequency] = ["amplitude", "start", "frequency"].map(|key| given.text(key));
+fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
+    let [amplitude, start, frequency] = ["amplitude", "start", "frequency"].map(|key| spec.text(key));
     let wave = [("kind", "sine"), ("amplitude", amplitude.as_str())];
-    made.steer(given, &[&wave[..], &[("start", start.as_str()), ("frequency", frequency.as_str())]].concat());
-    made.duration = given.value("duration").or(Some(format!("{start} + 1.25 / {frequency}")));
-    let Some(torque) = &given.torque else { return };
-    made.figure(given, "torque", &[("signal", torque), ("measure", "max_abs")]);
-    if let Some(wheel) = &given.wheel {
+    made.steer(spec, &[&wave[..], &[("start", start.as_str()), ("frequency", frequency.as_str())]].concat());
+    made.duration = spec.value("duration").or(Some(format!("{start} + 1.25 / {frequency}")));
+    let Some(torque) = &spec.torque else { return };
+    made.figure(spec, "torque", &[("signal", torque), ("measure", "max_abs")]);
+    if let Some(wheel) = &spec.wheel {
         let [phi, w] = ["phi", "w"].map(|word| super::quoted(&format!("{wheel}.{word}")));
         let over = [("measure", "hysteresis"), ("over", phi.as_str()), ("from", start.as_str())];
-        made.figure(given, "hysteresis", &[&[("signal", torque.as_str())][..], &over].concat());
-        made.figure(given, "power", &[("signal", &format!("({torque}) * {w}")), ("measure", "max")]);
+        made.figure(spec, "hysteresis", &[&[("signal", torque.as_str())][..], &over].concat());
+        made.figure(spec, "power", &[("signal", &format!("({torque}) * {w}")), ("measure", "max")]);
     }
 }

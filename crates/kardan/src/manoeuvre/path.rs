@@ -1,7 +1,7 @@
 //! Lanes between cones.
 
-use super::kind::{Cones, Given, Made, Need, quoted};
-use crate::entries::{Entries, Entry, Written};
+use super::kind::{Cones, Made, ManoeuvreSpec, Need, quoted};
+use crate::entries::{Entries, Entry, RawValue};
 use crate::schema::{Sign, keys};
 use crate::units::Dimension;
 
@@ -44,14 +44,14 @@ const PART_2: Track = Track {
 /// A curve through points, as the table of a model.
 fn curve(points: &[(String, String)], interpolation: &str) -> Entries {
     let texts = |of: &dyn Fn(&(String, String)) -> String| {
-        Written::List(points.iter().map(|point| Entry::from(Written::Text(of(point)))).collect())
+        RawValue::List(points.iter().map(|point| Entry::from(RawValue::Text(of(point)))).collect())
     };
     let mut lists = Entries::default();
     lists.set("x", texts(&|point| point.0.clone()));
     lists.set("value", texts(&|point| point.1.clone()));
     let mut out = Entries::default();
-    out.set("points", Written::Table(lists));
-    out.set("interpolation", Written::Text(interpolation.into()));
+    out.set("points", RawValue::Table(lists));
+    out.set("interpolation", RawValue::Text(interpolation.into()));
     out
 }
 
@@ -91,9 +91,10 @@ pub fn lanes(kind: &str, width: &str, offset: Option<&str>, start: &str, side: &
         let lanes = [half(&first), format!("{middle} + ({})", half(&second)), half(&third)];
         let choice = if outer { "max" } else { "min" };
         let between = |a: &str, b: &str| format!("{choice}({a}, {b})");
-        let (there, back) = (between(&lanes[0], &lanes[1]), between(&lanes[1], &lanes[2]));
+        let (outbound, back) = (between(&lanes[0], &lanes[1]), between(&lanes[1], &lanes[2]));
         let mut points = Vec::new();
-        for (from, until, y) in [(0, 1, &lanes[0]), (1, 2, &there), (2, 3, &lanes[1]), (3, 4, &back), (4, 5, &lanes[2])]
+        for (from, until, y) in
+            [(0, 1, &lanes[0]), (1, 2, &outbound), (2, 3, &lanes[1]), (3, 4, &back), (4, 5, &lanes[2])]
         {
             // A millimetre from one to the next: a table has no steps.
             let inside = from % 2 == 1;
@@ -120,47 +121,47 @@ pub(super) const KEYS: &[(&str, Need)] = &[
 ];
 
 /// A double lane change: its path, how far the corners of the car stay within its lanes, and what that takes.
-pub(super) fn lane_change(given: &Given<'_>, made: &mut Made, kind: &str) {
-    let (width, start) = (given.text("width"), given.text("start"));
-    let side = given.text("side");
-    let (path, offset) = (given.own("path"), given.value("offset"));
+pub(super) fn lane_change(spec: &ManoeuvreSpec<'_>, made: &mut Made, kind: &str) {
+    let (width, start) = (spec.text("width"), spec.text("start"));
+    let side = spec.text("side");
+    let (path, offset) = (spec.own("path"), spec.value("offset"));
     for (part, table) in lanes(kind, &width, offset.as_deref(), &start, side.trim_matches(['(', ')'])) {
         made.tables.push(("table", format!("{path}{part}"), table));
     }
     made.path = Some(format!("{}(ahead)", quoted(&path)));
-    made.duration = given.value("duration");
-    let [x, y, heading] = ["x", "y", "heading"].map(|word| given.of_car(word));
+    made.duration = spec.value("duration");
+    let [x, y, heading] = ["x", "y", "heading"].map(|word| spec.of_car(word));
     let [left, right] = ["_left", "_right"].map(|part| quoted(&format!("{path}{part}")));
     let mut room = String::new();
-    for (along, axle) in [("", "front_axle"), ("-", "rear_axle")] {
-        for across in ["", "-"] {
-            let (a, b) = (format!("{along}{}", given.of_car(axle)), format!("{across}{width} / 2"));
+    for (sign_forward, axle) in [("", "front_axle"), ("-", "rear_axle")] {
+        for sign_sideways in ["", "-"] {
+            let (a, b) = (format!("{sign_forward}{}", spec.of_car(axle)), format!("{sign_sideways}{width} / 2"));
             let at = format!("{x} + ({a}) * cos({heading}) - ({b}) * sin({heading})");
             let beside = format!("{y} + ({a}) * sin({heading}) + ({b}) * cos({heading})");
             let own = format!("min({left}({at}) - ({beside}), {beside} - {right}({at}))");
             room = if room.is_empty() { own } else { format!("min({room}, {own})") };
         }
     }
-    let signal = given.own("room");
+    let signal = spec.own("room");
     made.tables.push(("signal", signal.clone(), super::table(&[("kind", "expression"), ("value", &room)])));
     let signal = quoted(&signal);
-    made.figure(given, "room", &[("signal", &signal), ("measure", "min")]);
-    made.criterion(given, "room", ("above", "0 m"));
+    made.figure(spec, "room", &[("signal", &signal), ("measure", "min")]);
+    made.criterion(spec, "room", ("above", "0 m"));
     made.cones = Track::of(kind).ends(&start).pop().map(|end| Cones {
-        manoeuvre: given.name.into(),
-        figure: given.own("room"),
-        reached: format!("{x} - {} * cos({heading})", given.of_car("rear_axle")),
+        manoeuvre: spec.name.into(),
+        figure: spec.own("room"),
+        reached: format!("{x} - {} * cos({heading})", spec.of_car("rear_axle")),
         end,
     });
     for (name, word) in [("a_y", "a_y"), ("yaw_rate", "yaw_rate")] {
-        made.figure(given, name, &[("signal", &given.of_car(word)), ("measure", "max_abs")]);
+        made.figure(spec, name, &[("signal", &spec.of_car(word)), ("measure", "max_abs")]);
     }
-    if let Some(wheel) = &given.wheel {
+    if let Some(wheel) = &spec.wheel {
         let [phi, w] = ["phi", "w"].map(|word| quoted(&format!("{wheel}.{word}")));
-        made.figure(given, "angle", &[("signal", &phi), ("measure", "max_abs"), ("display", "deg")]);
-        made.figure(given, "rate", &[("signal", &w), ("measure", "max_abs"), ("display", "deg/s")]);
+        made.figure(spec, "angle", &[("signal", &phi), ("measure", "max_abs"), ("display", "deg")]);
+        made.figure(spec, "rate", &[("signal", &w), ("measure", "max_abs"), ("display", "deg/s")]);
     }
-    if let Some(torque) = &given.torque {
-        made.figure(given, "torque", &[("signal", torque), ("measure", "max_abs")]);
+    if let Some(torque) = &spec.torque {
+        made.figure(spec, "torque", &[("signal", torque), ("measure", "max_abs")]);
     }
 }

@@ -1,4 +1,4 @@
-use super::kind::{Given, Made, ManoeuvreKind, Need};
+use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
 /// The sine of ISO 7401.
 pub(super) const SINE_STEER: ManoeuvreKind = ManoeuvreKind {
@@ -15,23 +15,23 @@ pub(super) const SINE_STEER: ManoeuvreKind = ManoeuvreKind {
     write,
 };
 
-fn write(given: &Given<'_>, made: &mut Made) {
-    let [amplitude, start, frequency] = ["amplitude", "start", "frequency"].map(|key| given.text(key));
+fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
+    let [amplitude, start, frequency] = ["amplitude", "start", "frequency"].map(|key| spec.text(key));
     let wave = [("kind", "sine_with_dwell"), ("dwell", "0 s"), ("amplitude", amplitude.as_str())];
-    made.steer(given, &[&wave[..], &[("start", start.as_str()), ("frequency", frequency.as_str())]].concat());
-    made.duration = given.value("duration").or(Some(format!("{start} + 1 / {frequency} + 2 s")));
+    made.steer(spec, &[&wave[..], &[("start", start.as_str()), ("frequency", frequency.as_str())]].concat());
+    made.duration = spec.value("duration").or(Some(format!("{start} + 1 / {frequency} + 2 s")));
     for (word, name) in [("yaw_rate", "yaw"), ("a_y", "a_y")] {
-        let signal = given.of_car(word);
-        let turned = format!("{signal} / {amplitude}");
+        let signal = spec.of_car(word);
+        let normalised = format!("{signal} / {amplitude}");
         for (number, measure, part) in [(1, "time_of_max", "0.25"), (2, "time_of_min", "0.75")] {
             let peak = format!("{name}_peak_{number}");
-            made.figure(given, &peak, &[("signal", &turned), ("measure", measure), ("from", &start)]);
-            let own = super::quoted(&given.own(&peak));
+            made.figure(spec, &peak, &[("signal", &normalised), ("measure", measure), ("from", &start)]);
+            let own = super::quoted(&spec.own(&peak));
             let lag = format!("{own} - {part} / {frequency}");
-            made.figure(given, &format!("{name}_lag_{number}"), &[("value", &lag), ("display", "ms")]);
+            made.figure(spec, &format!("{name}_lag_{number}"), &[("value", &lag), ("display", "ms")]);
         }
     }
     for name in ["yaw_rate", "a_y"] {
-        made.figure(given, name, &[("signal", &given.of_car(name)), ("measure", "max_abs")]);
+        made.figure(spec, name, &[("signal", &spec.of_car(name)), ("measure", "max_abs")]);
     }
 }

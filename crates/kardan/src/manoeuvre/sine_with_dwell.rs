@@ -1,4 +1,4 @@
-use super::kind::{Given, Made, ManoeuvreKind, Need};
+use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
 /// The sine with dwell of FMVSS 126 and UN R140.
 pub(super) const SINE_WITH_DWELL: ManoeuvreKind = ManoeuvreKind {
@@ -17,27 +17,27 @@ pub(super) const SINE_WITH_DWELL: ManoeuvreKind = ManoeuvreKind {
     write,
 };
 
-fn write(given: &Given<'_>, made: &mut Made) {
-    let [amplitude, start, frequency] = ["amplitude", "start", "frequency"].map(|key| given.text(key));
-    let dwell = given.text("dwell");
+fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
+    let [amplitude, start, frequency] = ["amplitude", "start", "frequency"].map(|key| spec.text(key));
+    let dwell = spec.text("dwell");
     let wave = [("kind", "sine_with_dwell"), ("amplitude", amplitude.as_str()), ("dwell", dwell.as_str())];
-    made.steer(given, &[&wave[..], &[("start", start.as_str()), ("frequency", frequency.as_str())]].concat());
+    made.steer(spec, &[&wave[..], &[("start", start.as_str()), ("frequency", frequency.as_str())]].concat());
     let end = format!("{start} + 1 / {frequency} + {dwell}");
-    made.duration = given.value("duration").or(Some(format!("{end} + 2 s")));
-    let against = format!("-{} / {amplitude}", given.of_car("yaw_rate"));
+    made.duration = spec.value("duration").or(Some(format!("{end} + 2 s")));
+    let against = format!("-{} / {amplitude}", spec.of_car("yaw_rate"));
     let middle = format!("{start} + 0.5 / {frequency}");
     let window = [("from", middle.as_str()), ("until", end.as_str())];
-    made.figure(given, "peak", &[&[("signal", against.as_str()), ("measure", "max")][..], &window].concat());
-    let peak = super::quoted(&given.own("peak"));
+    made.figure(spec, "peak", &[&[("signal", against.as_str()), ("measure", "max")][..], &window].concat());
+    let peak = super::quoted(&spec.own("peak"));
     for (number, later, bound) in [(1, "1 s", "0.35"), (2, "1.75 s", "0.2")] {
         let (rest, at) = (format!("rest_{number}"), format!("{end} + {later}"));
-        made.figure(given, &rest, &[("signal", &against), ("measure", "at"), ("at", &at)]);
-        let ratio = format!("{} / {peak}", super::quoted(&given.own(&rest)));
+        made.figure(spec, &rest, &[("signal", &against), ("measure", "at"), ("at", &at)]);
+        let ratio = format!("{} / {peak}", super::quoted(&spec.own(&rest)));
         let name = format!("ratio_{number}");
-        made.figure(given, &name, &[("value", &ratio)]);
-        made.criterion(given, &name, ("below", bound));
+        made.figure(spec, &name, &[("value", &ratio)]);
+        made.criterion(spec, &name, ("below", bound));
     }
-    let way = format!("abs({})", given.of_car("y"));
-    made.figure(given, "way", &[("signal", &way), ("measure", "at"), ("at", &format!("{start} + 1.07 s"))]);
-    made.criterion(given, "way", ("above", "1.83 m"));
+    let way = format!("abs({})", spec.of_car("y"));
+    made.figure(spec, "way", &[("signal", &way), ("measure", "at"), ("at", &format!("{start} + 1.07 s"))]);
+    made.criterion(spec, "way", ("above", "1.83 m"));
 }

@@ -1,4 +1,4 @@
-use super::kind::{Given, Made, ManoeuvreKind, Need};
+use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
 /// Braking straight ahead on a road that sticks differently left and right.
 pub(super) const SPLIT_BRAKING: ManoeuvreKind = ManoeuvreKind {
@@ -19,38 +19,38 @@ pub(super) const SPLIT_BRAKING: ManoeuvreKind = ManoeuvreKind {
     write,
 };
 
-fn write(given: &Given<'_>, made: &mut Made) {
-    let [speed, deceleration, start] = ["speed", "deceleration", "start"].map(|key| given.text(key));
+fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
+    let [speed, deceleration, start] = ["speed", "deceleration", "start"].map(|key| spec.text(key));
     let over = format!("{speed} / {deceleration}");
-    let force = format!("{} * {deceleration}", given.of_car("mass"));
+    let force = format!("{} * {deceleration}", spec.of_car("mass"));
     // One pulse: the next one is far behind the end.
     let period = format!("1000 * {over}");
     let pulse = [("kind", "pulses"), ("high", force.as_str()), ("width", &over), ("period", &period)];
-    made.share(given, ("brakes", "braking"), &[&pulse[..], &[("start", start.as_str())]].concat());
+    made.share(spec, ("brakes", "braking"), &[&pulse[..], &[("start", start.as_str())]].concat());
     let ramp = [("kind", "ramp"), ("to", speed.as_str()), ("start", &start), ("over", &over)];
-    made.share(given, ("slows", "slowed"), &ramp);
-    let corrects = given.word("corrects") == Some("yes");
+    made.share(spec, ("slows", "slowed"), &ramp);
+    let corrects = spec.word("corrects") == Some("yes");
     let straight = if corrects { &mut made.path } else { &mut made.angle };
     *straight = Some(if corrects { "0 m" } else { "0 deg" }.into());
-    made.duration = given.value("duration").or(Some(format!("{start} + {over}")));
+    made.duration = spec.value("duration").or(Some(format!("{start} + {over}")));
     for (name, word, display) in [
         ("yaw_rate", "yaw_rate", "deg/s"),
         ("heading", "heading", "deg"),
         ("offset", "y", "m"),
         ("lack", "braking_lack", "N"),
     ] {
-        let signal = given.of_car(word);
-        made.figure(given, name, &[("signal", &signal), ("measure", "max_abs"), ("display", display)]);
+        let signal = spec.of_car(word);
+        made.figure(spec, name, &[("signal", &signal), ("measure", "max_abs"), ("display", display)]);
     }
-    if let Some(wheel) = &given.wheel {
+    if let Some(wheel) = &spec.wheel {
         let angle = super::quoted(&format!("{wheel}.phi"));
-        made.figure(given, "correction", &[("signal", &angle), ("measure", "max_abs"), ("display", "deg")]);
+        made.figure(spec, "correction", &[("signal", &angle), ("measure", "max_abs"), ("display", "deg")]);
     }
-    if let Some(torque) = &given.torque {
-        made.figure(given, "torque", &[("signal", torque), ("measure", "max_abs")]);
+    if let Some(torque) = &spec.torque {
+        made.figure(spec, "torque", &[("signal", torque), ("measure", "max_abs")]);
     }
-    let signal = given.of_car("v_x");
-    made.figure(given, "speed", &[("signal", &signal), ("measure", "min")]);
-    made.criterion(given, "lack", ("below", "1 N"));
-    made.criterion(given, "speed", ("above", "-1e-6 m/s"));
+    let signal = spec.of_car("v_x");
+    made.figure(spec, "speed", &[("signal", &signal), ("measure", "min")]);
+    made.criterion(spec, "lack", ("below", "1 N"));
+    made.criterion(spec, "speed", ("above", "-1e-6 m/s"));
 }

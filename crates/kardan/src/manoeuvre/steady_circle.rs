@@ -1,4 +1,4 @@
-use super::kind::{Given, Made, ManoeuvreKind, Need};
+use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
 /// The steady circle of ISO 4138.
 pub(super) const STEADY_CIRCLE: ManoeuvreKind = ManoeuvreKind {
@@ -16,24 +16,24 @@ pub(super) const STEADY_CIRCLE: ManoeuvreKind = ManoeuvreKind {
     write,
 };
 
-fn write(given: &Given<'_>, made: &mut Made) {
-    let [amplitude, start, over] = ["amplitude", "start", "over"].map(|key| given.text(key));
-    made.steer(given, &[("kind", "ramp"), ("to", &amplitude), ("start", &start), ("over", &over)]);
-    made.duration = given.value("duration").or(Some(format!("{start} + {over}")));
-    let [a_y, r, u, v] = ["a_y", "yaw_rate", "v_x", "v_y"].map(|word| given.of_car(word));
-    let [front, rear] = ["front_axle", "rear_axle"].map(|key| given.of_car(key));
-    let wheels = super::quoted(&format!("{}_wheel.phi", given.car.as_deref().unwrap_or("car")));
+fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
+    let [amplitude, start, over] = ["amplitude", "start", "over"].map(|key| spec.text(key));
+    made.steer(spec, &[("kind", "ramp"), ("to", &amplitude), ("start", &start), ("over", &over)]);
+    made.duration = spec.value("duration").or(Some(format!("{start} + {over}")));
+    let [a_y, r, u, v] = ["a_y", "yaw_rate", "v_x", "v_y"].map(|word| spec.of_car(word));
+    let [front, rear] = ["front_axle", "rear_axle"].map(|key| spec.of_car(key));
+    let wheels = super::quoted(&format!("{}_wheel.phi", spec.car.as_deref().unwrap_or("car")));
     let (from, until) = (format!("{start} + {over} / 4"), format!("{start} + {over}"));
     let window = [("from", from.as_str()), ("until", until.as_str())];
     let beyond = format!("{wheels} - ({front} + {rear}) * {r} / {u}");
     let slope = |signal: &str, made: &mut Made, name: &str, display: &str| {
         let keys = [("signal", signal), ("measure", "slope"), ("over", &a_y), ("display", display)];
-        made.figure(given, name, &[&keys[..], &window[..]].concat());
+        made.figure(spec, name, &[&keys[..], &window[..]].concat());
     };
     slope(&beyond, made, "understeer", "deg s^2/m");
     slope(&format!("atan2({v}, {u})"), made, "sideslip", "deg s^2/m");
-    made.figure(given, "a_y", &[&[("signal", a_y.as_str()), ("measure", "max_abs")][..], &window].concat());
-    if let Some(torque) = &given.torque {
-        made.figure(given, "torque", &[&[("signal", torque.as_str()), ("measure", "max_abs")][..], &window].concat());
+    made.figure(spec, "a_y", &[&[("signal", a_y.as_str()), ("measure", "max_abs")][..], &window].concat());
+    if let Some(torque) = &spec.torque {
+        made.figure(spec, "torque", &[&[("signal", torque.as_str()), ("measure", "max_abs")][..], &window].concat());
     }
 }

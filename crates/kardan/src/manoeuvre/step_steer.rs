@@ -1,4 +1,4 @@
-use super::kind::{Given, Made, ManoeuvreKind, Need};
+use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
 /// The step of ISO 7401.
 pub(super) const STEP_STEER: ManoeuvreKind = ManoeuvreKind {
@@ -15,29 +15,25 @@ pub(super) const STEP_STEER: ManoeuvreKind = ManoeuvreKind {
     write,
 };
 
-fn write(given: &Given<'_>, made: &mut Made) {
-    let [amplitude, start, rate] = ["amplitude", "start", "rate"].map(|key| given.text(key));
+fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
+    let [amplitude, start, rate] = ["amplitude", "start", "rate"].map(|key| spec.text(key));
     let over = format!("abs({amplitude}) / {rate}");
-    made.steer(given, &[("kind", "ramp"), ("to", &amplitude), ("start", &start), ("over", &over)]);
-    made.duration = given.value("duration").or(Some(format!("{start} + {over} + 4 s")));
+    made.steer(spec, &[("kind", "ramp"), ("to", &amplitude), ("start", &start), ("over", &over)]);
+    made.duration = spec.value("duration").or(Some(format!("{start} + {over} + 4 s")));
     let half = format!("{start} + {over} / 2");
-    let [a_y, r, u, v] = ["a_y", "yaw_rate", "v_x", "v_y"].map(|word| given.of_car(word));
+    let [a_y, r, u, v] = ["a_y", "yaw_rate", "v_x", "v_y"].map(|word| spec.of_car(word));
     // To the left whatever the sign of the angle is.
     let rise = format!("{r} / {amplitude}");
     let rising = [("signal", rise.as_str()), ("from", half.as_str())];
-    made.figure(given, "peak_time", &[&[("measure", "time_of_max"), ("display", "ms")][..], &rising].concat());
-    made.figure(given, "overshoot", &[("signal", &r), ("measure", "overshoot"), ("display", "%")]);
-    made.figure(given, "yaw_gain", &[("signal", &rise), ("measure", "final")]);
+    made.figure(spec, "peak_time", &[&[("measure", "time_of_max"), ("display", "ms")][..], &rising].concat());
+    made.figure(spec, "overshoot", &[("signal", &r), ("measure", "overshoot"), ("display", "%")]);
+    made.figure(spec, "yaw_gain", &[("signal", &rise), ("measure", "final")]);
     let rises = [("signal", rise.as_str()), ("measure", "rise_time"), ("band", "0.1"), ("from", start.as_str())];
-    made.figure(given, "rise", &[&rises[..], &[("display", "ms")]].concat());
-    let rise = super::quoted(&given.own("rise"));
-    made.figure(given, "response_time", &[("value", &format!("{rise} - {over} / 2")), ("display", "ms")]);
-    made.figure(
-        given,
-        "sideslip",
-        &[("signal", &format!("atan2({v}, {u})")), ("measure", "final"), ("display", "deg")],
-    );
-    let [peak, slip] = ["peak_time", "sideslip"].map(|name| super::quoted(&given.own(name)));
-    made.figure(given, "tb", &[("value", &format!("{peak} * abs({slip})")), ("display", "deg s")]);
-    made.figure(given, "a_y", &[("signal", &a_y), ("measure", "final")]);
+    made.figure(spec, "rise", &[&rises[..], &[("display", "ms")]].concat());
+    let rise = super::quoted(&spec.own("rise"));
+    made.figure(spec, "response_time", &[("value", &format!("{rise} - {over} / 2")), ("display", "ms")]);
+    made.figure(spec, "sideslip", &[("signal", &format!("atan2({v}, {u})")), ("measure", "final"), ("display", "deg")]);
+    let [peak, slip] = ["peak_time", "sideslip"].map(|name| super::quoted(&spec.own(name)));
+    made.figure(spec, "tb", &[("value", &format!("{peak} * abs({slip})")), ("display", "deg s")]);
+    made.figure(spec, "a_y", &[("signal", &a_y), ("measure", "final")]);
 }

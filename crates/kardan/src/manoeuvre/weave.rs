@@ -1,4 +1,4 @@
-use super::kind::{Given, Made, ManoeuvreKind, Need};
+use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
 /// The weave of ISO 13674-1.
 pub(super) const WEAVE: ManoeuvreKind = ManoeuvreKind {
@@ -18,21 +18,21 @@ pub(super) const WEAVE: ManoeuvreKind = ManoeuvreKind {
     write,
 };
 
-fn write(given: &Given<'_>, made: &mut Made) {
-    let [amplitude, start, frequency] = ["amplitude", "start", "frequency"].map(|key| given.text(key));
-    let periods = given.text("periods");
+fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
+    let [amplitude, start, frequency] = ["amplitude", "start", "frequency"].map(|key| spec.text(key));
+    let periods = spec.text("periods");
     let wave = [("kind", "sine"), ("amplitude", amplitude.as_str())];
-    made.steer(given, &[&wave[..], &[("start", start.as_str()), ("frequency", frequency.as_str())]].concat());
-    let end = given.value("duration").unwrap_or(format!("{start} + ({periods} + 1.5) / {frequency}"));
+    made.steer(spec, &[&wave[..], &[("start", start.as_str()), ("frequency", frequency.as_str())]].concat());
+    let end = spec.value("duration").unwrap_or(format!("{start} + ({periods} + 1.5) / {frequency}"));
     made.duration = Some(end.clone());
     let from = format!("{end} - {periods} / {frequency}");
-    let [a_y, r] = ["a_y", "yaw_rate"].map(|word| given.of_car(word));
-    let angle = given.wheel.as_ref().map(|wheel| super::quoted(&format!("{wheel}.phi")));
+    let [a_y, r] = ["a_y", "yaw_rate"].map(|word| spec.of_car(word));
+    let angle = spec.wheel.as_ref().map(|wheel| super::quoted(&format!("{wheel}.phi")));
     let mut over = |name: &str, signal: &str, measure: &str, other: &str, more: &[(&str, &str)]| {
         let keys = [("signal", signal), ("measure", measure), ("over", other), ("from", from.as_str())];
-        made.figure(given, name, &[&keys[..], more].concat());
+        made.figure(spec, name, &[&keys[..], more].concat());
     };
-    if let Some(torque) = &given.torque {
+    if let Some(torque) = &spec.torque {
         over("torque_gradient", torque, "gradient", &a_y, &[("display", "N m s^2/m")]);
         over("torque_hysteresis", torque, "hysteresis", &a_y, &[]);
         over("a_y_hysteresis", &a_y, "hysteresis", torque, &[]);
@@ -45,5 +45,5 @@ fn write(given: &Given<'_>, made: &mut Made) {
             over(&format!("{name}_lag"), signal, "lag", angle, &[at, ("display", "ms")]);
         }
     }
-    made.figure(given, "a_y", &[("signal", &a_y), ("measure", "max_abs"), ("from", &from)]);
+    made.figure(spec, "a_y", &[("signal", &a_y), ("measure", "max_abs"), ("from", &from)]);
 }

@@ -1,7 +1,7 @@
 //! One value of a model written anew, as on a command line: `beta=10 deg`, `wg.inertia=2 kg cm^2`.
 
 use crate::diagnostics::Diagnostic;
-use crate::entries::{Entries, Entry, Written};
+use crate::entries::{Entries, Entry, RawValue};
 use crate::file::syntax;
 use crate::names::{did_you_mean, nearest, quoted, shortened, unknown_name};
 
@@ -23,19 +23,19 @@ enum Step {
 /// # Errors
 /// No `=`, no such table or parameter, a key that several tables may mean. What the value is wrong in tells the model.
 pub(crate) fn assign(model: &mut Entries, text: &str) -> Result<Option<String>, Diagnostic> {
-    let Some((path, written)) = text.split_once('=') else {
+    let Some((path, value_text)) = text.split_once('=') else {
         let help = "write the key, `=` and the value, such as --set beta=\"10 deg\" or --set wg.inertia=\"2 kg cm^2\"";
-        return Err(mistake("set::no-value", format!("`--set {}` has no `=`", shortened(text))).help(help));
+        return Err(assign_error("set::no-value", format!("`--set {}` has no `=`", shortened(text))).help(help));
     };
-    let (path, written) = (path.trim(), written.trim());
-    if written.is_empty() {
-        return Err(mistake("set::no-value", format!("`--set {}=` has no value", shortened(path)))
+    let (path, value_text) = (path.trim(), value_text.trim());
+    if value_text.is_empty() {
+        return Err(assign_error("set::no-value", format!("`--set {}=` has no value", shortened(path)))
             .help("write the value behind the `=`, with its unit"));
     }
     let steps = from_the_top(model, steps(path)?, path)?;
-    put(model, &steps, value(written), path)?;
+    put(model, &steps, value(value_text), path)?;
     Ok(match steps.as_slice() {
-        [Step::Key(table), Step::Key(name)] if table == "parameters" => hold(model, name),
+        [Step::Key(table), Step::Key(name)] if table == "parameters" => unvary(model, name),
         [Step::Key(table), Step::Key(key)] if table == "scenario" && key == "duration" => {
             let own = manoeuvres(model, |_| true);
             let list = quoted(own.iter().map(String::as_str));
@@ -45,14 +45,14 @@ pub(crate) fn assign(model: &mut Entries, text: &str) -> Result<Option<String>, 
     })
 }
 
-fn mistake(code: &'static str, message: String) -> Diagnostic {
+fn assign_error(code: &'static str, message: String) -> Diagnostic {
     Diagnostic::error(code, message)
 }
 
 /// The parts of a path: keys between dots, in quotes where they have dots themselves, with numbers in brackets behind them.
 fn steps(path: &str) -> Result<Vec<Step>, Diagnostic> {
     let wrong = || {
-        mistake("set::path", format!("`{}` is no key of a model", shortened(path)))
+        assign_error("set::path", format!("`{}` is no key of a model", shortened(path)))
             .help("keys are written with dots, entries of lists with their number from 0 on: scenario.event[0].at")
     };
     let mut out = Vec::new();
@@ -106,7 +106,7 @@ fn from_the_top(model: &Entries, steps: Vec<Step>, path: &str) -> Result<Vec<Ste
                     .to_string(),
                 false => unknown_name(name, parameters),
             };
-            Err(mistake("set::unknown", format!("the model has no parameter `{}`", shortened(name))).help(help))
+            Err(assign_error("set::unknown", format!("the model has no parameter `{}`", shortened(name))).help(help))
         }
         [Step::Key(first), ..] if model.get(first).is_some() || OF_KEYS.contains(&first.as_str()) => Ok(steps),
         [Step::Key(first), ..] => {
@@ -120,13 +120,16 @@ fn from_the_top(model: &Entries, steps: Vec<Step>, path: &str) -> Result<Vec<Ste
                     let names = groups.iter().flat_map(|group| keys(model.table(group))).chain(keys(Some(model)));
                     let near = nearest(first, names);
                     let help = did_you_mean(near, || "`kardan models NAME` shows what a model names".into());
-                    Err(mistake("set::unknown", format!("the model has nothing that is called `{}`", shortened(first)))
-                        .help(help))
+                    Err(assign_error(
+                        "set::unknown",
+                        format!("the model has nothing that is called `{}`", shortened(first)),
+                    )
+                    .help(help))
                 }
                 several => {
                     let paths: Vec<String> = several.iter().map(|group| format!("{group}.{path}")).collect();
                     let message = format!("`{}` may be several things", shortened(path));
-                    Err(mistake("set::several", message)
+                    Err(assign_error("set::several", message)
                         .help(format!("write one of {}", quoted(paths.iter().map(String::as_str)))))
                 }
             }
@@ -149,13 +152,13 @@ fn keys(table: Option<&Entries>) -> Vec<&str> {
 }
 
 /// Puts the value at the end of the path. Only the last key, and tables that have keys alone, may be new.
-fn put(model: &mut Entries, steps: &[Step], value: Written, path: &str) -> Result<(), Diagnostic> {
-    let unknown = |step: &str, known: Vec<&str>| {
-        let help = if known.is_empty() { "it is empty".to_string() } else { unknown_name(step, known) };
-        mistake("set::unknown", format!("`{}`: there is no `{}`", shortened(path), shortened(step))).help(help)
+fn put(model: &mut Entries, steps: &[Step], value: RawValue, path: &str) -> Result<(), Diagnostic> {
+    let unknown = |step: &str, keys: Vec<&str>| {
+        let help = if keys.is_empty() { "it is empty".to_string() } else { unknown_name(step, keys) };
+        assign_error("set::unknown", format!("`{}`: there is no `{}`", shortened(path), shortened(step))).help(help)
     };
     let whole = || {
-        mistake("set::table", format!("`{}` is a table, not a value", shortened(path)))
+        assign_error("set::table", format!("`{}` is a table, not a value", shortened(path)))
             .help("name one of its keys, behind a dot")
     };
     let Some((Step::Key(first), rest)) = steps.split_first() else { return Err(whole()) };
@@ -163,7 +166,7 @@ fn put(model: &mut Entries, steps: &[Step], value: Written, path: &str) -> Resul
         return Err(whole());
     }
     if model.get(first).is_none() {
-        model.set(first, Written::Table(Entries::default()));
+        model.set(first, RawValue::Table(Entries::default()));
     }
     let mut table = model;
     let mut key = first.as_str();
@@ -180,27 +183,27 @@ fn put(model: &mut Entries, steps: &[Step], value: Written, path: &str) -> Resul
                         _ => format!("it has {count} entries: [0] to [{}]", count - 1),
                     };
                     let message = format!("`{}`: there is no entry [{number}]", shortened(path));
-                    return Err(mistake("set::unknown", message).help(help));
+                    return Err(assign_error("set::unknown", message).help(help));
                 };
-                if after.is_empty() && !matches!(entry.value, Written::Table(_)) {
+                if after.is_empty() && !matches!(entry.value, RawValue::Table(_)) {
                     *entry = Entry::from(value);
                     return Ok(());
                 }
                 match (&mut entry.value, after.split_first()) {
-                    (Written::Table(inner), Some((Step::Key(next), after))) => {
+                    (RawValue::Table(inner), Some((Step::Key(next), after))) => {
                         (table, key, rest) = (inner, next, after)
                     }
-                    (Written::Table(_), None) => return Err(whole()),
+                    (RawValue::Table(_), None) => return Err(whole()),
                     _ => return Err(unknown("a table", Vec::new())),
                 }
             }
             Step::Key(next) => {
                 match table.get(key) {
-                    Some(Written::Table(_)) => {}
-                    Some(Written::List(_)) => {
+                    Some(RawValue::Table(_)) => {}
+                    Some(RawValue::List(_)) => {
                         let message = format!("`{}`: `{}` is a list", shortened(path), shortened(key));
                         return Err(
-                            mistake("set::list", message).help(format!("say which entry: {}[0]", shortened(key)))
+                            assign_error("set::list", message).help(format!("say which entry: {}[0]", shortened(key)))
                         );
                     }
                     _ => return Err(unknown(key, keys(Some(table)))),
@@ -209,12 +212,12 @@ fn put(model: &mut Entries, steps: &[Step], value: Written, path: &str) -> Resul
             }
         }
     }
-    let is_new = table.get(key).is_none() && !matches!(value, Written::Table(_));
-    let all_tables = !table.is_empty() && table.iter().all(|entry| matches!(entry.entry.value, Written::Table(_)));
+    let is_new = table.get(key).is_none() && !matches!(value, RawValue::Table(_));
+    let all_tables = !table.is_empty() && table.iter().all(|entry| matches!(entry.entry.value, RawValue::Table(_)));
     if is_new && steps.len() == 2 && is_group(first) && all_tables {
         return Err(unknown(key, keys(Some(table))));
     }
-    if matches!(table.get(key), Some(Written::Table(inner)) if !matches!(value, Written::Table(_)) && !inner.is_empty())
+    if matches!(table.get(key), Some(RawValue::Table(inner)) if !matches!(value, RawValue::Table(_)) && !inner.is_empty())
     {
         return Err(whole());
     }
@@ -223,31 +226,31 @@ fn put(model: &mut Entries, steps: &[Step], value: Written, path: &str) -> Resul
 }
 
 /// A value as in a file; what is none there is a text that lacks its quotes.
-fn value(written: &str) -> Written {
-    let (entries, mistakes) = syntax(&format!("value = {written}\n"));
+fn value(value_text: &str) -> RawValue {
+    let (entries, diagnostics) = syntax(&format!("value = {value_text}\n"));
     match entries.iter().next() {
-        Some(only) if mistakes.is_empty() && entries.iter().count() == 1 => of_a_program(&only.entry.value),
-        _ => Written::Text(written.into()),
+        Some(only) if diagnostics.is_empty() && entries.iter().count() == 1 => of_a_program(&only.entry.value),
+        _ => RawValue::Text(value_text.into()),
     }
 }
 
 /// The value without the places of the text that it was read from.
-fn of_a_program(read: &Written) -> Written {
+fn of_a_program(read: &RawValue) -> RawValue {
     match read {
-        Written::List(list) => {
-            Written::List(list.iter().map(|entry| Entry::from(of_a_program(&entry.value))).collect())
+        RawValue::List(list) => {
+            RawValue::List(list.iter().map(|entry| Entry::from(of_a_program(&entry.value))).collect())
         }
-        Written::Table(table) => {
+        RawValue::Table(table) => {
             let mut out = Entries::default();
             table.iter().for_each(|entry| out.set(&entry.key, of_a_program(&entry.entry.value)));
-            Written::Table(out)
+            RawValue::Table(out)
         }
         other => other.clone(),
     }
 }
 
 /// A parameter that is set has that value in all runs: the grid of variants lets it go. Named variants keep theirs, which is told.
-fn hold(model: &mut Entries, name: &str) -> Option<String> {
+fn unvary(model: &mut Entries, name: &str) -> Option<String> {
     if model.table("variants").is_some_and(|grid| grid.get(name).is_some()) {
         let grid = model.table_mut("variants");
         grid.remove(name);
@@ -258,14 +261,14 @@ fn hold(model: &mut Entries, name: &str) -> Option<String> {
     }
     let sets = |table: &Entries| table.table("set").is_some_and(|set| set.get(name).is_some());
     let called = |entry: &Entry| match &entry.value {
-        Written::Table(variant) if sets(variant) => match variant.get("name") {
-            Some(Written::Text(name)) => Some(name.clone()),
+        RawValue::Table(variant) if sets(variant) => match variant.get("name") {
+            Some(RawValue::Text(name)) => Some(name.clone()),
             _ => None,
         },
         _ => None,
     };
     let variants: Vec<String> = match model.get("variant") {
-        Some(Written::List(variants)) => variants.iter().filter_map(called).collect(),
+        Some(RawValue::List(variants)) => variants.iter().filter_map(called).collect(),
         _ => Vec::new(),
     };
     let whose = [("variants", variants), ("manoeuvres", manoeuvres(model, sets))];
@@ -278,7 +281,7 @@ fn hold(model: &mut Entries, name: &str) -> Option<String> {
 /// The manoeuvres of which something is so.
 fn manoeuvres(model: &Entries, is_so: impl Fn(&Entries) -> bool) -> Vec<String> {
     let all = model.table("manoeuvre").into_iter().flat_map(Entries::iter);
-    let own = all.filter(|one| matches!(&one.entry.value, Written::Table(table) if is_so(table)));
+    let own = all.filter(|one| matches!(&one.entry.value, RawValue::Table(table) if is_so(table)));
     own.map(|one| one.key.clone()).collect()
 }
 
@@ -314,8 +317,8 @@ below = \"1 rad\"
 
     fn set(text: &str) -> Result<(String, Option<String>), String> {
         let (mut entries, _) = syntax(MODEL);
-        let said = assign(&mut entries, text).map_err(|wrong| wrong.to_string())?;
-        Ok((to_toml(&entries), said))
+        let note = assign(&mut entries, text).map_err(|wrong| wrong.to_string())?;
+        Ok((to_toml(&entries), note))
     }
 
     #[test]
@@ -329,7 +332,7 @@ below = \"1 rad\"
         ] {
             match set(text) {
                 Ok((model, None)) => assert_eq!(model, MODEL.replace(old, new), "{text}"),
-                Ok(said) => panic!("{text}: {said:?}"),
+                Ok(note) => panic!("{text}: {note:?}"),
                 // Two things are called wg.
                 Err(wrong) => assert!(old.is_empty() && wrong.contains("shaft.wg.inertia"), "{text}: {wrong}"),
             }
@@ -342,27 +345,27 @@ below = \"1 rad\"
 
     #[test]
     fn a_parameter_that_is_set_is_not_varied() {
-        let (model, said) = set("beta=20 deg").unwrap();
+        let (model, note) = set("beta=20 deg").unwrap();
         assert!(model.starts_with("[parameters]\nbeta = \"20 deg\"\n\n[shaft.wg]"), "{model}");
-        assert_eq!(said.as_deref(), Some("`beta` is set: [variants] does not vary it now"));
+        assert_eq!(note.as_deref(), Some("`beta` is set: [variants] does not vary it now"));
     }
 
     /// Values of variants and of manoeuvres go before one that is set, which is told.
     #[test]
-    fn what_goes_before_a_value_is_told() {
+    fn what_goes_before_a_value_is_reported() {
         let own = "[[variant]]\nname = \"soft\"\nset = { beta = \"1 deg\" }\n[[variant]]\nname = \"hard\"\n\
                    [manoeuvre.weave]\nset = { beta = \"2 deg\" }\n[manoeuvre.park]\nset = { gamma = 1 }\n";
         let model = MODEL.replace("[variants]\nbeta = \"[0, 10] deg\"\n", own);
-        let said = |text: &str| assign(&mut syntax(&model).0, text).unwrap();
-        let told = "`beta` is set; the variants `soft` and the manoeuvres `weave` have values of their own for it";
-        assert_eq!(said("beta=20 deg").as_deref(), Some(told));
-        let told = "`scenario.duration` is set; the manoeuvres `weave`, `park` have a `duration` of their own";
-        assert_eq!(said("scenario.duration=2 s").as_deref(), Some(told));
-        assert_eq!(said("column.law=lqr"), None);
+        let note = |text: &str| assign(&mut syntax(&model).0, text).unwrap();
+        let expected = "`beta` is set; the variants `soft` and the manoeuvres `weave` have values of their own for it";
+        assert_eq!(note("beta=20 deg").as_deref(), Some(expected));
+        let expected = "`scenario.duration` is set; the manoeuvres `weave`, `park` have a `duration` of their own";
+        assert_eq!(note("scenario.duration=2 s").as_deref(), Some(expected));
+        assert_eq!(note("column.law=lqr"), None);
     }
 
     #[test]
-    fn mistakes_say_what_was_meant() {
+    fn errors_suggest_the_nearest_name() {
         for (text, expected) in [
             ("beta", "has no `=`"),
             ("beta=", "has no value"),

@@ -1,12 +1,12 @@
 //! A model as a program writes it.
 
-use crate::entries::{Entries, Entry, Written};
+use crate::entries::{Entries, Entry, RawValue};
 use crate::manoeuvre::{Manoeuvre, Path};
 use crate::model::tables::{
     Analysis, Bench, Event, Fault, Figure, Header, Identification, Log, Plot, Requirement, Safety, Scenario, Sweep,
     Variant,
 };
-use crate::schema::{BlockKeys, ElementKeys, Given, Keys, LawKeys, Quantities, Quantity, SignalKeys};
+use crate::schema::{BlockKeys, ElementKeys, EntryValue, Keys, LawKeys, Quantities, Quantity, SignalKeys};
 
 /// A model that a program builds, or changes: every table of a model file as a typed struct. What is wrong with it is told by the
 /// project that comes of it, as of a file, with the path of the entry.
@@ -33,17 +33,17 @@ impl Builder {
     }
 
     fn table(mut self, key: &str, table: &impl Keys) -> Self {
-        self.entries.set(key, table.written());
+        self.entries.set(key, table.raw());
         self
     }
 
     fn named(mut self, group: &str, name: &str, table: Entries) -> Self {
-        self.entries.table_mut(group).set(name, Written::Table(table));
+        self.entries.table_mut(group).set(name, RawValue::Table(table));
         self
     }
 
     fn listed(mut self, key: &str, table: &impl Keys) -> Self {
-        self.entries.list_mut(key).push(Entry::from(table.written()));
+        self.entries.list_mut(key).push(Entry::from(table.raw()));
         self
     }
 
@@ -56,14 +56,14 @@ impl Builder {
     /// An entry of `[parameters]`: `beta = "10 deg"`, with a tolerance if you like.
     #[must_use]
     pub fn parameter(mut self, name: &str, value: impl Into<Quantity>) -> Self {
-        self.entries.table_mut("parameters").set(name, value.into().written());
+        self.entries.table_mut("parameters").set(name, value.into().raw());
         self
     }
 
     /// An entry of `[variants]`: a run for each value of a parameter.
     #[must_use]
     pub fn vary(mut self, parameter: &str, values: impl Into<Quantities>) -> Self {
-        self.entries.table_mut("variants").set(parameter, values.into().written());
+        self.entries.table_mut("variants").set(parameter, values.into().raw());
         self
     }
 
@@ -83,7 +83,7 @@ impl Builder {
     #[must_use]
     pub fn control_of(self, name: &str, law: &str, keys: Entries) -> Self {
         let mut table = Entries::default();
-        table.set("law", Written::Text(law.into()));
+        table.set("law", RawValue::Text(law.into()));
         keys.iter().for_each(|entry| table.set(&entry.key, entry.entry.value.clone()));
         self.named("control", name, table)
     }
@@ -98,12 +98,12 @@ impl Builder {
     ///     .element("load", Disturbance::new("axle"))
     ///     .signal("wave", Sine::new("1 N m", "2 Hz"))
     ///     .scenario(Scenario::default().signals([("load", "2 * wave")]));
-    /// assert_eq!(Project::build(model).mistakes(), []);
+    /// assert_eq!(Project::build(model).diagnostics(), []);
     /// ```
     #[must_use]
     pub fn signal<S: SignalKeys>(self, name: &str, signal: S) -> Self {
         let mut table = Entries::default();
-        table.set("kind", Written::Text(S::KEYWORD.into()));
+        table.set("kind", RawValue::Text(S::KEYWORD.into()));
         signal.entries().iter().for_each(|entry| table.set(&entry.key, entry.entry.value.clone()));
         self.named("signal", name, table)
     }
@@ -117,12 +117,12 @@ impl Builder {
     ///     .element("axle", Shaft::new().inertia("2 kg cm^2"))
     ///     .block("smooth", LowPass::new("axle.w", "5 ms"))
     ///     .set(&["block", "smooth", "sample_time"], String::from("1 ms"));
-    /// assert_eq!(Project::build(model).mistakes(), []);
+    /// assert_eq!(Project::build(model).diagnostics(), []);
     /// ```
     #[must_use]
     pub fn block<B: BlockKeys>(self, name: &str, block: B) -> Self {
         let mut table = Entries::default();
-        table.set("kind", Written::Text(B::KEYWORD.into()));
+        table.set("kind", RawValue::Text(B::KEYWORD.into()));
         block.entries().iter().for_each(|entry| table.set(&entry.key, entry.entry.value.clone()));
         self.named("block", name, table)
     }
@@ -141,17 +141,17 @@ impl Builder {
 
     /// A key of a table, by its path: `&["control", "column", "feedback"]`. Tables on the way are made where there are none.
     #[must_use]
-    pub fn set(mut self, path: &[&str], value: impl Given) -> Self {
+    pub fn set(mut self, path: &[&str], value: impl EntryValue) -> Self {
         if let Some((key, tables)) = path.split_last() {
             let table = tables.iter().fold(&mut self.entries, |table, key| table.table_mut(key));
-            table.set(key, value.written());
+            table.set(key, value.raw());
         }
         self
     }
 
     /// The model without a table or key, by its path.
     #[must_use]
-    pub fn without(mut self, path: &[&str]) -> Self {
+    pub fn removing(mut self, path: &[&str]) -> Self {
         if let Some((key, tables)) = path.split_last() {
             let mut table = &mut self.entries;
             for key in tables {
@@ -174,7 +174,7 @@ impl Builder {
     /// A step or ramp `[[scenario.event]]` behind those that are there.
     #[must_use]
     pub fn event(mut self, event: Event) -> Self {
-        self.entries.table_mut("scenario").list_mut("event").push(Entry::from(event.written()));
+        self.entries.table_mut("scenario").list_mut("event").push(Entry::from(event.raw()));
         self
     }
 
@@ -247,18 +247,19 @@ impl Builder {
     /// Without the `signals` of `[scenario]` that these are.
     #[must_use]
     pub fn without_signals(self, names: &[String]) -> Self {
-        names.iter().fold(self, |out, name| out.without(&["scenario", "signals", name]))
+        names.iter().fold(self, |out, name| out.removing(&["scenario", "signals", name]))
     }
 
     /// Leaves the controller of that name alone in the loop, without what is said of the references of others.
     #[must_use]
-    pub fn alone(mut self, control: &str) -> Self {
-        let others = self.entries.table_mut("control");
-        *others = others.iter().filter(|entry| entry.key == control).cloned().collect();
-        self = self.without(&["scenario", "event"]).without(&["requirement"]).without(&["figure"]).without(&["plot"]);
+    pub fn only_control(mut self, control: &str) -> Self {
+        let control_entries = self.entries.table_mut("control");
+        *control_entries = control_entries.iter().filter(|entry| entry.key == control).cloned().collect();
+        self =
+            self.removing(&["scenario", "event"]).removing(&["requirement"]).removing(&["figure"]).removing(&["plot"]);
         if self.entries.get("variant").is_some() {
             for variant in self.entries.list_mut("variant") {
-                if let Written::Table(variant) = &mut variant.value {
+                if let RawValue::Table(variant) = &mut variant.value {
                     variant.remove("controls");
                 }
             }

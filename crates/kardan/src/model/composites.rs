@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use super::document::{Document, Instance};
 use crate::diagnostics::Diagnostic;
 use crate::element;
-use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
+use crate::entries::{Entries, Entry, KeyedEntry, Place, RawValue};
 use crate::results::{Mechanism, Terminal};
 
 /// The entries with the parts of such elements beside them. A part stands where the header of its element does.
@@ -14,15 +14,15 @@ pub(super) fn with_parts(entries: &Entries) -> Cow<'_, Entries> {
     let mut out = Cow::Borrowed(entries);
     for kind in element::COMPOSITES {
         for found in entries.table(kind.keyword).into_iter().flat_map(Entries::iter) {
-            let Written::Table(given) = &found.entry.value else { continue };
+            let RawValue::Table(entry) = &found.entry.value else { continue };
             let is_mass = |name: &str| entries.table("mass").is_some_and(|masses| masses.get(name).is_some());
             let bodies = kind.fields.iter().filter(|field| field.kind == crate::schema::Kind::Body);
             let by_mass = bodies
-                .filter_map(|field| given.get(field.name))
-                .any(|body| matches!(body, Written::Text(name) if is_mass(name)));
-            let Some(parts) = element::parts(kind.keyword, &found.key, given, by_mass) else { continue };
+                .filter_map(|field| entry.get(field.name))
+                .any(|body| matches!(body, RawValue::Text(name) if is_mass(name)));
+            let Some(parts) = element::parts(kind.keyword, &found.key, entry, by_mass) else { continue };
             for group in parts.iter() {
-                let Written::Table(tables) = &group.entry.value else { continue };
+                let RawValue::Table(tables) = &group.entry.value else { continue };
                 let table = out.to_mut().table_mut(&group.key);
                 tables.iter().for_each(|part| table.push(placed(part, &found.place)));
             }
@@ -38,12 +38,12 @@ pub(super) fn placed(entry: &KeyedEntry, place: &Place) -> KeyedEntry {
 
 fn placed_value(entry: &Entry, place: &Place) -> Entry {
     let value = match &entry.value {
-        Written::Table(table) => {
+        RawValue::Table(table) => {
             let mut out = Entries::default();
             table.iter().for_each(|entry| out.push(placed(entry, place)));
-            Written::Table(out)
+            RawValue::Table(out)
         }
-        Written::List(list) => Written::List(list.iter().map(|entry| placed_value(entry, place)).collect()),
+        RawValue::List(list) => RawValue::List(list.iter().map(|entry| placed_value(entry, place)).collect()),
         other => other.clone(),
     };
     Entry { value, place: place.clone() }
@@ -58,11 +58,11 @@ impl Document {
             let found = self.elements.all(name).find(|one| !is_composite(one));
             found.is_some_and(|part| wholes.contains(&&part.place))
         };
-        let (parts, others): (Vec<_>, Vec<_>) =
+        let (parts, remaining): (Vec<_>, Vec<_>) =
             std::mem::take(&mut mechanism.parts).into_iter().partition(|part| is_part(&part.name));
         let named = |end: &Terminal| parts.iter().any(|part| part.name == end.name);
-        let shown = others.iter().flat_map(|part| &part.terminals).any(named);
-        mechanism.parts = others;
+        let shown = remaining.iter().flat_map(|part| &part.terminals).any(named);
+        mechanism.parts = remaining;
         if shown {
             mechanism.parts.extend(parts);
         }
@@ -72,18 +72,18 @@ impl Document {
     pub(super) fn leave_parts_out(&self, doubtful: &BTreeSet<String>, out: &mut Vec<Diagnostic>) {
         let is_composite = |one: &&Instance| element::COMPOSITES.iter().any(|kind| kind.keyword == one.kind.keyword);
         // Where a block of a part has a mistake, its other blocks are not known.
-        let at = |told: &Diagnostic| told.labels.first().map(|label| label.place.clone());
+        let at = |diagnostic: &Diagnostic| diagnostic.labels.first().map(|label| label.place.clone());
         for whole in self.elements.iter().filter(is_composite) {
-            let here = |told: &Diagnostic| at(told).as_ref() == Some(&whole.place);
-            if out.iter().any(|told| here(told) && told.code != "signal::moves") {
-                out.retain(|told| !here(told) || told.code != "signal::moves");
+            let here = |diagnostic: &Diagnostic| at(diagnostic).as_ref() == Some(&whole.place);
+            if out.iter().any(|diagnostic| here(diagnostic) && diagnostic.code != "signal::moves") {
+                out.retain(|diagnostic| !here(diagnostic) || diagnostic.code != "signal::moves");
             }
         }
         let wholes = self.elements.iter().filter(is_composite).filter(|whole| doubtful.contains(&whole.name));
         for Instance { kind, name, place, .. } in wholes {
             let own = format!("{} `{name}`", kind.keyword);
-            out.retain(|told| {
-                told.labels.first().is_none_or(|label| label.place != *place) || told.message.contains(&own)
+            out.retain(|diagnostic| {
+                diagnostic.labels.first().is_none_or(|label| label.place != *place) || diagnostic.message.contains(&own)
             });
         }
     }

@@ -9,7 +9,7 @@ use crate::entries::Place;
 use crate::expr::{Expr, Graph, Interval, Intervals, Named, lower};
 use crate::num::rational_from_f64;
 use crate::schema::{Scalar, Table, Value};
-use crate::units::{Asked, Dimension, Exact, Expression};
+use crate::units::{Dimension, Exact, Expression, Restriction};
 
 /// Pieces of an interval that are looked at.
 const PIECES: usize = 512;
@@ -63,7 +63,7 @@ pub(super) fn check_divisions(
         if document.parameters.has(&parameter.name) {
             search.check(expression, (&parameter.place, &format!("parameter `{}`", parameter.name)), out);
         }
-        if let Some((expr, dimension)) = search.written(expression)
+        if let Some((expr, dimension)) = search.lowered(expression)
             && parameter.dimension.is_like(&dimension)
         {
             search.varying.insert(parameter.name.clone(), (expr, parameter.dimension));
@@ -89,20 +89,20 @@ impl Search<'_> {
         expression.names().iter().any(|name| self.varying.contains_key(*name))
     }
 
-    fn written(&mut self, expression: &Expression) -> Option<(Expr, Dimension)> {
+    fn lowered(&mut self, expression: &Expression) -> Option<(Expr, Dimension)> {
         let Self { reader, graph, varying, .. } = self;
         let mut names = |_: &mut Graph, name: &str| match varying.get(name) {
             Some((expr, dimension)) => Some(Named::Varying(*expr, *dimension)),
             None => reader.exact_value(name).map(|(value, dimension)| Named::Constant(value, dimension)),
         };
-        graph.written(expression, &mut names).ok()
+        graph.lowered(expression, &mut names).ok()
     }
 
     fn table(&mut self, table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
-        for (key, given) in &table.values {
+        for (key, entry) in &table.values {
             let label = format!("`{key}` of {what}");
-            match &given.value {
-                Value::Scalar(Scalar::Expression(expression)) => self.check(expression, (&given.place, &label), out),
+            match &entry.value {
+                Value::Scalar(Scalar::Expression(expression)) => self.check(expression, (&entry.place, &label), out),
                 Value::Map(entries) => {
                     for (_, scalar) in entries {
                         if let Scalar::Expression(expression) = &scalar.value {
@@ -118,7 +118,7 @@ impl Search<'_> {
 
     fn check(&mut self, expression: &Expression, (place, what): (&Place, &str), out: &mut Vec<Diagnostic>) {
         for divisor in expression.divisors().iter().filter(|divisor| self.varies(divisor)).collect::<Vec<_>>() {
-            let Some((expr, _)) = self.written(divisor) else { continue };
+            let Some((expr, _)) = self.lowered(divisor) else { continue };
             let found = zero_of(&self.graph, expr, self.varied, divisor.jumps());
             let verdict = match found {
                 Zero::Excluded => continue,
@@ -130,12 +130,13 @@ impl Search<'_> {
             let part = expression.text().get(span.clone()).unwrap_or_default();
             let message =
                 format!("{what}: division by `{part}`, which {verdict} within the tolerance of `{parameter}`: {shown}");
-            let told = match found {
+            let diagnostic = match found {
                 Zero::Crossed => Diagnostic::error("expression::division", message),
                 _ => Diagnostic::warning("expression::division", message),
             };
             out.push(
-                told.at(place.part(expression.text(), span), "divided by this")
+                diagnostic
+                    .at(place.part(expression.text(), span), "divided by this")
                     .at(self.varied.place.clone(), "this tolerance")
                     .help("narrow the tolerance, or choose another value near zero with `if(abs(x) < ..., ..., ...)`"),
             );
@@ -145,22 +146,24 @@ impl Search<'_> {
 
     /// Reports functions without a value.
     fn check_values(&mut self, expression: &Expression, (place, what): (&Place, &str), out: &mut Vec<Diagnostic>) {
-        for (part, asked) in expression.restricted().iter().filter(|(part, _)| self.varies(part)).collect::<Vec<_>>() {
-            let Some((expr, _)) = self.written(part) else { continue };
-            let (never, always): (Test, Test) = match asked {
-                Asked::NotNegative => (|x| x.high < 0.0, |x| x.low >= 0.0),
-                Asked::Positive => (|x| x.high <= 0.0, |x| x.low > 0.0),
-                Asked::WithinOne => (|x| x.high < -1.0 || x.low > 1.0, |x| x.low >= -1.0 && x.high <= 1.0),
+        for (part, restriction) in
+            expression.restricted().iter().filter(|(part, _)| self.varies(part)).collect::<Vec<_>>()
+        {
+            let Some((expr, _)) = self.lowered(part) else { continue };
+            let (never, always): (Test, Test) = match restriction {
+                Restriction::NotNegative => (|x| x.high < 0.0, |x| x.low >= 0.0),
+                Restriction::Positive => (|x| x.high <= 0.0, |x| x.low > 0.0),
+                Restriction::UnitInterval => (|x| x.high < -1.0 || x.low > 1.0, |x| x.low >= -1.0 && x.high <= 1.0),
             };
             let (certain, possible) = outside(&self.graph, expr, self.varied, never, always);
             if !(certain || possible) {
                 continue;
             }
             let verdict = if certain { "is" } else { "may be" };
-            let (function, rule) = match asked {
-                Asked::NotNegative => ("the square root", "negative"),
-                Asked::Positive => ("the logarithm", "zero or below"),
-                Asked::WithinOne => ("the arc", "outside of -1 to 1"),
+            let (function, rule) = match restriction {
+                Restriction::NotNegative => ("the square root", "negative"),
+                Restriction::Positive => ("the logarithm", "zero or below"),
+                Restriction::UnitInterval => ("the arc", "outside of -1 to 1"),
             };
             let Varied { parameter, shown, .. } = self.varied;
             let span = part.span();
@@ -168,12 +171,13 @@ impl Search<'_> {
             let message = format!(
                 "{what}: {function} of `{inner}`, which {verdict} {rule} for a value within the tolerance of `{parameter}`: {shown}"
             );
-            let told = match certain {
+            let diagnostic = match certain {
                 true => Diagnostic::error("expression::domain", message),
                 false => Diagnostic::warning("expression::domain", message),
             };
             out.push(
-                told.at(place.part(expression.text(), span), format!("{verdict} {rule}"))
+                diagnostic
+                    .at(place.part(expression.text(), span), format!("{verdict} {rule}"))
                     .at(self.varied.place.clone(), "this tolerance")
                     .help("narrow the tolerance, or choose another value there with `if(x > ..., ..., ...)`"),
             );
@@ -197,8 +201,8 @@ fn ends(varied: &Varied<'_>) -> (f64, f64) {
 fn outside(graph: &Graph, expr: Expr, varied: &Varied<'_>, never: Test, always: Test) -> (bool, bool) {
     let over = |low: f64, high: f64| lower(graph, &[expr], &mut Intervals, |_| Interval { low, high })[0];
     let (low, high) = ends(varied);
-    let (mut left, mut looked_at, mut possible) = (vec![(low, high, 0)], 0, false);
-    while let Some((low, high, depth)) = left.pop() {
+    let (mut intervals, mut looked_at, mut possible) = (vec![(low, high, 0)], 0, false);
+    while let Some((low, high, depth)) = intervals.pop() {
         let found = over(low, high);
         looked_at += 1;
         let middle = 0.5 * low + 0.5 * high;
@@ -208,8 +212,8 @@ fn outside(graph: &Graph, expr: Expr, varied: &Varied<'_>, never: Test, always: 
         if always(found) {
             continue;
         }
-        if depth < HALVINGS && looked_at + left.len() < PIECES && low < middle && middle < high {
-            left.extend([(low, middle, depth + 1), (middle, high, depth + 1)]);
+        if depth < HALVINGS && looked_at + intervals.len() < PIECES && low < middle && middle < high {
+            intervals.extend([(low, middle, depth + 1), (middle, high, depth + 1)]);
         } else {
             possible = true;
         }
@@ -221,9 +225,9 @@ fn outside(graph: &Graph, expr: Expr, varied: &Varied<'_>, never: Test, always: 
 fn zero_of(graph: &Graph, expr: Expr, varied: &Varied<'_>, jumps: bool) -> Zero {
     let over = |low: f64, high: f64| lower(graph, &[expr], &mut Intervals, |_| Interval { low, high })[0];
     let (low, high) = ends(varied);
-    let (mut left, mut looked_at) = (vec![(low, high, 0)], 0);
+    let (mut intervals, mut looked_at) = (vec![(low, high, 0)], 0);
     let [mut negative, mut positive, mut possible, mut finite] = [false, false, false, true];
-    while let Some((low, high, depth)) = left.pop() {
+    while let Some((low, high, depth)) = intervals.pop() {
         let found = over(low, high);
         looked_at += 1;
         let middle = 0.5 * low + 0.5 * high;
@@ -231,8 +235,8 @@ fn zero_of(graph: &Graph, expr: Expr, varied: &Varied<'_>, jumps: bool) -> Zero 
             negative = true;
         } else if found.low > 0.0 {
             positive = true;
-        } else if depth < HALVINGS && looked_at + left.len() < PIECES && low < middle && middle < high {
-            left.extend([(low, middle, depth + 1), (middle, high, depth + 1)]);
+        } else if depth < HALVINGS && looked_at + intervals.len() < PIECES && low < middle && middle < high {
+            intervals.extend([(low, middle, depth + 1), (middle, high, depth + 1)]);
         } else {
             possible = true;
             finite &= found.low.is_finite() && found.high.is_finite();

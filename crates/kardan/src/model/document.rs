@@ -271,13 +271,13 @@ pub struct Document {
     /// `[log.<name>]`: names and tables.
     pub logs: NamedList<(String, Table)>,
     /// What could not be read.
-    pub doubts: Doubts,
+    pub suppressed: SuppressedChecks,
 }
 
 /// What a document may hold beyond what could be read. A mistake that was reported must not lead to further ones: what
 /// names something in doubt is passed over in silence.
 #[derive(Debug, Clone, Default)]
-pub struct Doubts {
+pub struct SuppressedChecks {
     /// Any name may exist: a header was broken.
     pub all: bool,
     /// Names that may stand for anything: of elements, controllers, parameters.
@@ -293,7 +293,7 @@ pub struct Doubts {
     pub equations: bool,
 }
 
-impl Doubts {
+impl SuppressedChecks {
     /// Whether a name may exist that was not read.
     pub fn has(&self, name: &str) -> bool {
         self.all || self.names.contains(name)
@@ -338,17 +338,17 @@ impl Document {
 
     /// Whether the table of a law or a block introduces a reference of a name, which may have an error of its own.
     pub(crate) fn introduces(&self, name: &str) -> bool {
-        let by_law = |control: &Control| introduced(&control.table).any(|other| other == name);
-        self.controls.iter().any(by_law) || self.references_of_blocks().any(|(other, _)| other == name)
+        let by_law = |control: &Control| introduced(&control.table).any(|candidate| candidate == name);
+        self.controls.iter().any(by_law) || self.references_of_blocks().any(|(candidate, _)| candidate == name)
     }
 
     /// Whether a name is none of the file, beside those of references.
     fn is_new(&self, name: &str) -> bool {
         let head = SignalName::new(name).element;
-        let taken = [name, head].iter().any(|name| {
-            self.blocks.has(name) || self.elements.has(name) || self.controls.has(name) || self.doubts.has(name)
+        let is_used = [name, head].iter().any(|name| {
+            self.blocks.has(name) || self.elements.has(name) || self.controls.has(name) || self.suppressed.has(name)
         });
-        !taken && name != "t" && !self.signals.has(name) && self.parameter(name).is_none()
+        !is_used && name != "t" && !self.signals.has(name) && self.parameter(name).is_none()
     }
 
     /// Whether a name is a block, or a signal that is a formula of what moves.
@@ -378,10 +378,10 @@ impl Document {
             }
             _ => None,
         };
-        let written: Vec<Option<Placed<Expression>>> = self.signals.iter().map(read).collect();
+        let formulas: Vec<Option<Placed<Expression>>> = self.signals.iter().map(read).collect();
         // Those that a signal is named by, and those that are formulas, of which these follow.
-        let (mut named_by, mut open) = (vec![Vec::new(); written.len()], Vec::new());
-        for (number, found) in written.iter().enumerate() {
+        let (mut named_by, mut open) = (vec![Vec::new(); formulas.len()], Vec::new());
+        for (number, found) in formulas.iter().enumerate() {
             for name in found.iter().flat_map(|found| found.value.names()) {
                 match self.signals.position(name) {
                     _ if moves(name) => open.push(number),
@@ -390,13 +390,13 @@ impl Document {
                 }
             }
         }
-        let mut is_formula = vec![false; written.len()];
+        let mut is_formula = vec![false; formulas.len()];
         while let Some(number) = open.pop() {
             if !std::mem::replace(&mut is_formula[number], true) {
                 open.extend(&named_by[number]);
             }
         }
-        for ((signal, found), is_formula) in self.signals.iter_mut().zip(written).zip(is_formula) {
+        for ((signal, found), is_formula) in self.signals.iter_mut().zip(formulas).zip(is_formula) {
             signal.formula = found.filter(|_| is_formula).map(Arc::new);
         }
     }
@@ -464,7 +464,7 @@ fn introduced(table: &Table) -> impl Iterator<Item = &str> {
     let of_channels = std::iter::once(table).chain(tables("channels"));
     let of_channels = of_channels.flat_map(|table| ["reference", "load"].map(|key| table.values.get(key)));
     let listed = tables("references").iter().map(|table| table.values.get("name"));
-    of_channels.chain(listed).filter_map(|given| match given {
+    of_channels.chain(listed).filter_map(|entry| match entry {
         Some(Placed { value: Value::Word(word), .. }) => Some(word.as_str()),
         _ => None,
     })

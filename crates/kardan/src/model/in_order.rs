@@ -13,8 +13,8 @@ pub(super) fn in_order(needs: &[Vec<usize>]) -> (Vec<usize>, Vec<Vec<usize>>) {
                 depths[next] = Some(open.len());
                 open.push((next, needs[next].len()));
             }
-            let Some((k, left)) = open.last_mut() else { break };
-            if *left == 0 {
+            let Some((k, remaining)) = open.last_mut() else { break };
+            if *remaining == 0 {
                 is_done[*k] = true;
                 depths[*k] = None;
                 order.push(*k);
@@ -22,8 +22,8 @@ pub(super) fn in_order(needs: &[Vec<usize>]) -> (Vec<usize>, Vec<Vec<usize>>) {
                 next = None;
                 continue;
             }
-            *left -= 1;
-            let needed = needs[*k][*left];
+            *remaining -= 1;
+            let needed = needs[*k][*remaining];
             next = Some(needed).filter(|needed| depths[*needed].is_none());
             if let Some(depth) = depths[needed] {
                 let circle: Vec<usize> = open[depth..].iter().map(|(k, _)| *k).collect();
@@ -48,7 +48,7 @@ mod tests {
         #[test]
         fn what_is_needed_comes_first(needs in prop::collection::vec(prop::collection::vec(0usize..12, 0..3), 12)) {
             let (order, circles) = in_order(&needs);
-            let place = |k: usize| order.iter().position(|other| *other == k).unwrap();
+            let place = |k: usize| order.iter().position(|candidate| *candidate == k).unwrap();
             prop_assert_eq!(order.len(), needs.len());
             let in_order = (0..needs.len()).all(|k| needs[k].iter().all(|needed| place(*needed) < place(k)));
             prop_assert_eq!(in_order, circles.is_empty());

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::manual::{STUDY_TABLES, holds, need, study_table};
+use super::manual::{STUDY_TABLES, need, study_table, value_kind};
 use super::parse::example;
 use super::reading::{BLOCK, CONTROL, SIGNAL};
 use crate::block;
@@ -127,7 +127,7 @@ fn table(fields: &[Field], what: &str) -> Value {
 fn key(field: &Field) -> Value {
     let mut key = value(&field.kind);
     let example = example(&field.kind);
-    key["description"] = format!("{} ({}, {}). Example: {example}", field.doc, holds(field), need(field)).into();
+    key["description"] = format!("{} ({}, {}). Example: {example}", field.doc, value_kind(field), need(field)).into();
     if let Some(default) = field.default {
         key["default"] = default.into();
     }
@@ -141,7 +141,7 @@ fn value(kind: &Kind) -> Value {
     match kind {
         Kind::Shaft | Kind::Mass | Kind::Body | Kind::Element(_) | Kind::Signal | Kind::Output | Kind::Text => text(),
         Kind::Name | Kind::Node => json!({ "type": "string", "pattern": NAME }),
-        Kind::Choice(words) => json!({ "enum": words }),
+        Kind::Choice(choices) => json!({ "enum": choices }),
         Kind::Quantity(..) | Kind::Mechanical(..) => json!({ "type": "string", "pattern": QUANTITY }),
         Kind::Number(_) | Kind::AnyQuantity | Kind::Coefficient => scalar(),
         Kind::Shafts(count) => {
@@ -152,7 +152,7 @@ fn value(kind: &Kind) -> Value {
             list
         }
         Kind::Elements(_) => json!({ "type": "array", "items": text(), "uniqueItems": true, "minItems": 1 }),
-        Kind::Signals | Kind::Outputs | Kind::Words => json!({ "type": "array", "items": text(), "uniqueItems": true }),
+        Kind::Signals | Kind::Outputs | Kind::Names => json!({ "type": "array", "items": text(), "uniqueItems": true }),
         Kind::Poles => json!({ "type": "array", "minItems": 1, "items": { "type": ["number", "string"] } }),
         Kind::Coefficients => {
             let mut table = by_name(scalar());

@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 
 use super::document::{Document, Instance, Parameter};
 use crate::diagnostics::Diagnostic;
-use crate::entries::{Entries, Place, Written};
+use crate::entries::{Entries, Place, RawValue};
 use crate::names::{nearest, parameter};
 use crate::schema::{Field, Kind, Placed, Scalar, Table, Value};
-use crate::units::{Dimension, Exact, Expression, written_quantity};
+use crate::units::{Dimension, Exact, Expression, format_quantity};
 
 /// What follows from other values: an entry of `[parameters]`, or the key of an element.
 pub(super) struct Following {
@@ -22,21 +22,21 @@ pub(super) struct Following {
 pub(super) fn named_keys(entries: &Entries, document: &mut Document) -> Vec<Following> {
     let mut named = BTreeSet::new();
     names_in(entries, &mut named);
-    let (mut following, mut keys, mut doubts) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut following, mut keys, mut suppressed) = (Vec::new(), Vec::new(), Vec::new());
     let implicit: BTreeSet<&str> = document.implicit.iter().map(|parameter| parameter.name.as_str()).collect();
-    let mut seen: BTreeSet<String> = BTreeSet::new();
+    let mut used: BTreeSet<String> = BTreeSet::new();
     for (element, field, dimension) in numbers(document) {
         let name = format!("{}.{}", element.name, field.name);
-        if !named.contains(&name) || implicit.contains(name.as_str()) || !seen.insert(name.clone()) {
+        if !named.contains(&name) || implicit.contains(name.as_str()) || !used.insert(name.clone()) {
             continue;
         }
         if element.table.unread.contains(&field.name) {
-            doubts.push(name);
+            suppressed.push(name);
             continue;
         }
-        let given = element.table.values.get(field.name);
-        let place = given.map_or(&element.place, |given| &given.place).clone();
-        let scalar = given.map(|given| &given.value);
+        let entry = element.table.values.get(field.name);
+        let place = entry.map_or(&element.place, |entry| &entry.place).clone();
+        let scalar = entry.map(|entry| &entry.value);
         let expression = match scalar {
             Some(Value::Scalar(Scalar::Expression(expression))) => Some((**expression).clone()),
             Some(Value::Scalar(Scalar::Parameter(other))) => Expression::parse(&format!("'{other}'")).ok(),
@@ -48,29 +48,31 @@ pub(super) fn named_keys(entries: &Entries, document: &mut Document) -> Vec<Foll
             _ => None,
         };
         if let Some(expression) = expression {
-            doubts.push(name.clone());
+            suppressed.push(name.clone());
             following.push(Following { name, place, expression, key: Some(dimension) });
         } else if let Some(value) = literal {
-            keys.push(known(name, place, value, dimension));
+            keys.push(exact_parameter(name, place, value, dimension));
         }
     }
     document.keys.extend(keys);
-    document.doubts.names.extend(doubts);
+    document.suppressed.names.extend(suppressed);
     following
 }
 
-fn known(name: String, place: Place, value: Exact, dimension: Dimension) -> Parameter {
-    let text = written_quantity(&value, dimension);
+fn exact_parameter(name: String, place: Place, value: Exact, dimension: Dimension) -> Parameter {
+    let text = format_quantity(&value, dimension);
     Parameter { name, place, value, dimension, text, spread: None, expression: None, rank: 0 }
 }
 
 /// The keys of elements that hold a number.
 fn numbers(document: &Document) -> impl Iterator<Item = (&Instance, &'static Field, Dimension)> {
     document.elements.iter().flat_map(|element| {
-        element.kind.fields.iter().filter_map(move |field| match field.kind.along(element.table.along_masses) {
-            Kind::Quantity(dimension, _) => Some((element, field, dimension)),
-            Kind::Number(_) => Some((element, field, Dimension::NONE)),
-            _ => None,
+        element.kind.fields.iter().filter_map(move |field| {
+            match field.kind.for_translation(element.table.translational) {
+                Kind::Quantity(dimension, _) => Some((element, field, dimension)),
+                Kind::Number(_) => Some((element, field, Dimension::NONE)),
+                _ => None,
+            }
         })
     })
 }
@@ -89,7 +91,7 @@ impl Document {
             }
             let unread = element.table.unread.contains(&field.name);
             let value = field.default_number().filter(|_| !unread)?;
-            Some((Scalar::Literal(value.clone(), dimension), written_quantity(&value, dimension)))
+            Some((Scalar::Literal(value.clone(), dimension), format_quantity(&value, dimension)))
         };
         let of_fault = || {
             let rest = name.strip_prefix("fault.")?;
@@ -102,7 +104,7 @@ impl Document {
         let of_scenario = || scalar_at(&self.scenario, name.strip_prefix("scenario.")?);
         match of_element().or_else(of_fault).or_else(of_scenario)? {
             (Scalar::Literal(value, dimension), text) if value.is_zero() => {
-                Some(Ok(format!("{text} ± {}", written_quantity(&Exact::from_ratio(1, 1), dimension))))
+                Some(Ok(format!("{text} ± {}", format_quantity(&Exact::from_ratio(1, 1), dimension))))
             }
             (Scalar::Literal(..), text) => Some(Ok(format!("{text} ± 10 %"))),
             (Scalar::Parameter(other), _) => Some(Err(other)),
@@ -115,17 +117,17 @@ impl Document {
 /// The number at a path below a table, with how it is written.
 fn scalar_at(table: &Table, path: &str) -> Option<(Scalar, String)> {
     let (key, rest) = path.split_once('.').map_or((path, None), |(key, rest)| (key, Some(rest)));
-    let told = |scalar: &Scalar| match scalar {
-        Scalar::Literal(value, dimension) => written_quantity(value, *dimension),
+    let literal_text = |scalar: &Scalar| match scalar {
+        Scalar::Literal(value, dimension) => format_quantity(value, *dimension),
         _ => String::new(),
     };
     match (&table.values.get(key)?.value, rest) {
         (Value::Scalar(scalar), None) => {
-            Some((scalar.clone(), table.written.get(key).cloned().unwrap_or_else(|| told(scalar))))
+            Some((scalar.clone(), table.source_text.get(key).cloned().unwrap_or_else(|| literal_text(scalar))))
         }
         (Value::Map(entries), Some(name)) => {
-            let (_, scalar) = entries.iter().find(|(other, _)| other.value == name)?;
-            Some((scalar.value.clone(), told(&scalar.value)))
+            let (_, scalar) = entries.iter().find(|(candidate, _)| candidate.value == name)?;
+            Some((scalar.value.clone(), literal_text(&scalar.value)))
         }
         (Value::Tables(tables), Some(rest)) => {
             let (number, rest) = rest.split_once('.')?;
@@ -140,37 +142,40 @@ fn names_in(entries: &Entries, out: &mut BTreeSet<String>) {
     entries.iter().for_each(|found| names_of(&found.entry.value, out));
 }
 
-fn names_of(value: &Written, out: &mut BTreeSet<String>) {
+fn names_of(value: &RawValue, out: &mut BTreeSet<String>) {
     match value {
-        Written::Text(text) if text.contains('.') => {
+        RawValue::Text(text) if text.contains('.') => {
             if let Ok(read) = Expression::parse(text).or_else(|_| Expression::parse_law(text)) {
                 out.extend(read.names().into_iter().filter(|name| name.contains('.')).map(str::to_string));
             }
         }
-        Written::Table(table) => names_in(table, out),
-        Written::List(list) => list.iter().for_each(|entry| names_of(&entry.value, out)),
+        RawValue::Table(table) => names_in(table, out),
+        RawValue::List(list) => list.iter().for_each(|entry| names_of(&entry.value, out)),
         _ => {}
     }
 }
 
 /// What may have been meant by a name in an expression that nobody knows; nothing where a unit is nearer.
-fn meant(document: &Document, expression: &Expression, unknown: &str, unit: Option<&str>) -> Option<String> {
+fn suggestion(document: &Document, expression: &Expression, unknown: &str, unit: Option<&str>) -> Option<String> {
     let parameters = || document.parameters.iter().map(|parameter| parameter.name.as_str());
-    let given = |(element, field, _): &(&Instance, &Field, Dimension)| {
+    let is_named = |(element, field, _): &(&Instance, &Field, Dimension)| {
         element.table.values.contains_key(field.name) || field.default.is_some()
     };
-    let keys: Vec<String> =
-        numbers(document).filter(given).map(|(element, field, _)| format!("{}.{}", element.name, field.name)).collect();
+    let keys: Vec<String> = numbers(document)
+        .filter(is_named)
+        .map(|(element, field, _)| format!("{}.{}", element.name, field.name))
+        .collect();
     let all = || parameters().chain(keys.iter().map(String::as_str));
-    let parted = |name: &&str| name.contains('-') && name.contains(unknown) && expression.text().contains(*name);
-    if let Some(name) = all().find(parted) {
+    let split_name = |name: &&str| name.contains('-') && name.contains(unknown) && expression.text().contains(*name);
+    if let Some(name) = all().find(split_name) {
         return Some(format!("a name with `-` stands in quotes: `'{name}'`"));
     }
     if let Some((element, key)) = parameter(unknown)
         && let Some(instance) = document.elements.get(element)
     {
         let kind = instance.kind.keyword;
-        let own = || numbers(document).filter(|(other, ..)| other.name == element).map(|(_, field, _)| field.name);
+        let own =
+            || numbers(document).filter(|(candidate, ..)| candidate.name == element).map(|(_, field, _)| field.name);
         if own().any(|name| name == key) {
             return Some(format!("`{key}` of {kind} `{element}` is left out: give it a value"));
         }
@@ -189,7 +194,7 @@ fn meant(document: &Document, expression: &Expression, unknown: &str, unit: Opti
 pub(super) const GUESSES: usize = 500;
 
 /// A mistake in an expression with what may have been meant by a name, at its place.
-pub(super) fn mistake(
+pub(super) fn expression_diagnostic(
     document: &Document,
     what: &str,
     mut error: crate::units::UnitError,
@@ -199,7 +204,7 @@ pub(super) fn mistake(
     if matches!(error.code, "name::unknown" | "unit::unknown") && out.len() < GUESSES {
         let part = expression.text().get(error.span.clone()).unwrap_or_default().trim_matches('\'');
         let unit = error.help.as_deref().and_then(|help| help.strip_prefix("did you mean `")?.split('`').next());
-        error.help = meant(document, expression, part, unit).or(error.help);
+        error.help = suggestion(document, expression, part, unit).or(error.help);
     }
     let at = place.part(expression.text(), error.span);
     let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");

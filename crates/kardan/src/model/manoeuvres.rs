@@ -9,8 +9,8 @@ use super::examples::example_of;
 use super::parameters::{REMOVE_TOLERANCE, refuse_tolerances};
 use super::parse::{Node, table};
 use crate::diagnostics::{Diagnostic, quoted, shortened};
-use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
-use crate::manoeuvre::{self, COMMON, Cones, Given, Made, Manoeuvre, ManoeuvreKind, Need, Path};
+use crate::entries::{Entries, Entry, KeyedEntry, Place, RawValue};
+use crate::manoeuvre::{self, COMMON, Cones, Made, Manoeuvre, ManoeuvreKind, ManoeuvreSpec, Need, Path};
 use crate::names::{SignalName, unknown_name};
 use crate::schema::{Keys, Placed, Table, Value};
 use crate::units::parse_number;
@@ -21,16 +21,16 @@ const DURATION: &str = "run_duration";
 const NUMBER: &str = "manoeuvre";
 
 fn text<'a>(table: &'a Entries, key: &str) -> Option<&'a str> {
-    if let Some(Written::Text(text)) = table.get(key) { Some(text) } else { None }
+    if let Some(RawValue::Text(text)) = table.get(key) { Some(text) } else { None }
 }
 
 /// Puts a key in place of one of that name, with all within it at a place.
-fn put(table: &mut Entries, key: &str, value: Written, place: &Place) {
+fn put(table: &mut Entries, key: &str, value: RawValue, place: &Place) {
     table.remove(key);
     table.push(placed(&keyed(key, value), place));
 }
 
-fn keyed(key: &str, value: Written) -> KeyedEntry {
+fn keyed(key: &str, value: RawValue) -> KeyedEntry {
     let mut out = Entries::default();
     out.set(key, value);
     out.iter().next().cloned().expect("the key that was set")
@@ -75,13 +75,13 @@ fn driven(entries: &Entries) -> Vec<Driven<'_>> {
     let (car, driver) = (first(entries, "vehicle"), first(entries, "driver"));
     let wheel = entries.table("driver").and_then(|all| {
         all.iter().find_map(|found| match &found.entry.value {
-            Written::Table(table) => text(table, "wheel").map(str::to_string),
+            RawValue::Table(table) => text(table, "wheel").map(str::to_string),
             _ => None,
         })
     });
     let mut out = Vec::new();
     for found in entries.table("manoeuvre").into_iter().flat_map(Entries::iter) {
-        let Written::Table(keys) = &found.entry.value else { continue };
+        let RawValue::Table(keys) = &found.entry.value else { continue };
         let Some(kind) = text(keys, "kind").and_then(manoeuvre::find) else { continue };
         let missing = |(key, need): &(&str, Need)| *need == Need::Required && keys.get(key).is_none();
         if kind.keys.iter().any(missing) {
@@ -89,7 +89,7 @@ fn driven(entries: &Entries) -> Vec<Driven<'_>> {
         }
         let own = |key: &str| text(keys, key).map(str::to_string);
         let hands = driver.as_ref().map(|driver| manoeuvre::quoted(&format!("{driver}_hands.tau")));
-        let given = Given {
+        let spec = ManoeuvreSpec {
             name: &found.key,
             kind,
             keys,
@@ -98,8 +98,8 @@ fn driven(entries: &Entries) -> Vec<Driven<'_>> {
             torque: own("torque").or(hands),
         };
         let mut made = Made::default();
-        (kind.write)(&given, &mut made);
-        if text(keys, "measures") == Some("no") || given.car.is_none() {
+        (kind.write)(&spec, &mut made);
+        if text(keys, "measures") == Some("no") || spec.car.is_none() {
             made.figures.clear();
             made.requirements.clear();
         }
@@ -123,14 +123,14 @@ pub(super) fn with_manoeuvres(entries: &Entries) -> Cow<'_, Entries> {
     variants(&mut all, &mut out);
     for one in &all {
         for (group, name, table) in &one.made.tables {
-            out.table_mut(group).push(placed(&keyed(name, Written::Table(table.clone())), one.place));
+            out.table_mut(group).push(placed(&keyed(name, RawValue::Table(table.clone())), one.place));
         }
         let names = manoeuvre::list(&one.variants);
         for (key, tables) in [("figure", &one.made.figures), ("requirement", &one.made.requirements)] {
             for table in tables.iter().filter(|_| !one.variants.is_empty()) {
                 let mut table = table.clone();
                 table.set("variants", names.clone());
-                let entry = placed(&keyed("", Written::Table(table)), one.place).entry;
+                let entry = placed(&keyed("", RawValue::Table(table)), one.place).entry;
                 out.list_mut(key).push(entry);
             }
         }
@@ -157,7 +157,7 @@ pub(super) fn lanes(entries: &Entries) -> BTreeSet<String> {
 /// `[path.NAME]` as tables.
 fn paths(entries: &Entries, out: &mut Entries) {
     for found in entries.table("path").into_iter().flat_map(Entries::iter) {
-        let Written::Table(keys) = &found.entry.value else { continue };
+        let RawValue::Table(keys) = &found.entry.value else { continue };
         let (Some(kind), Some(width)) = (text(keys, "kind"), text(keys, "width")) else { continue };
         let value = |key: &str| text(keys, key).map(|text| format!("({text})"));
         let start = value("start").unwrap_or("0 m".into());
@@ -165,7 +165,7 @@ fn paths(entries: &Entries, out: &mut Entries) {
         let lanes = manoeuvre::lanes(kind, &format!("({width})"), value("offset").as_deref(), &start, side);
         for (part, table) in lanes {
             let name = format!("{}{part}", found.key);
-            out.table_mut("table").push(placed(&keyed(&name, Written::Table(table)), &found.place));
+            out.table_mut("table").push(placed(&keyed(&name, RawValue::Table(table)), &found.place));
         }
     }
 }
@@ -175,35 +175,35 @@ fn variants(all: &mut [Driven<'_>], out: &mut Entries) {
     if out.get("variant").is_none() {
         for one in all.iter() {
             let keys = manoeuvre::table(&[("name", one.name), ("manoeuvre", one.name)]);
-            let entry = placed(&keyed("", Written::Table(keys)), one.place).entry;
+            let entry = placed(&keyed("", RawValue::Table(keys)), one.place).entry;
             out.list_mut("variant").push(entry);
         }
     }
     let usual = out.table("scenario").and_then(|scenario| scenario.get("duration")).cloned();
     let place = all[0].place.clone();
-    let parameter = |out: &mut Entries, name: &str, value: Written, place: &Place| {
+    let parameter = |out: &mut Entries, name: &str, value: RawValue, place: &Place| {
         let parameters = out.table_mut("parameters");
         if parameters.get(name).is_none() {
             parameters.push(placed(&keyed(name, value), place));
         }
     };
-    parameter(out, DURATION, usual.unwrap_or(Written::Text("1 s".into())), &place);
+    parameter(out, DURATION, usual.unwrap_or(RawValue::Text("1 s".into())), &place);
     let steered = all.iter().any(Driven::is_steered);
     if steered {
-        parameter(out, NUMBER, Written::Number("0".into()), &place);
+        parameter(out, NUMBER, RawValue::Number("0".into()), &place);
     }
-    put(out.table_mut("scenario"), "duration", Written::Text(DURATION.into()), &place);
+    put(out.table_mut("scenario"), "duration", RawValue::Text(DURATION.into()), &place);
     for variant in out.list_mut("variant") {
-        let Written::Table(table) = &mut variant.value else { continue };
+        let RawValue::Table(table) = &mut variant.value else { continue };
         let named = text(table, "manoeuvre").map(str::to_string);
         let Some(one) = named.and_then(|name| all.iter_mut().find(|one| one.name == name)) else { continue };
         one.variants.extend(text(table, "name").map(str::to_string));
         let mut set = one.keys.table("set").cloned().unwrap_or_default();
         if steered {
-            put(&mut set, NUMBER, Written::Number(one.number.to_string()), one.place);
+            put(&mut set, NUMBER, RawValue::Number(one.number.to_string()), one.place);
         }
         let duration = one.made.duration.clone().unwrap_or_default();
-        put(&mut set, DURATION, Written::Text(duration), one.place);
+        put(&mut set, DURATION, RawValue::Text(duration), one.place);
         let own = table.table("set").cloned().unwrap_or_default();
         for entry in own.iter() {
             set.remove(&entry.key);
@@ -214,7 +214,7 @@ fn variants(all: &mut [Driven<'_>], out: &mut Entries) {
         table.push(KeyedEntry {
             key: "set".into(),
             place: place.clone(),
-            entry: Entry { value: Written::Table(set), place },
+            entry: Entry { value: RawValue::Table(set), place },
         });
     }
 }
@@ -231,7 +231,7 @@ fn shared(all: &[Driven<'_>], out: &mut Entries) {
         let value = parts.collect::<Vec<_>>().join(" + ");
         let signal = manoeuvre::table(&[("kind", "expression"), ("value", &value)]);
         let Some((one, _)) = own.first() else { continue };
-        out.table_mut("signal").push(placed(&keyed(name, Written::Table(signal)), one.place));
+        out.table_mut("signal").push(placed(&keyed(name, RawValue::Table(signal)), one.place));
     }
 }
 
@@ -247,7 +247,7 @@ fn steer(all: &[Driven<'_>], out: &mut Entries) {
         if let (false, Some(first)) = (angles.is_empty(), own().find(|one| one.made.angle.is_some())) {
             let value = angles.join(" + ");
             let signal = manoeuvre::table(&[("kind", "expression"), ("value", &value)]);
-            out.table_mut("signal").push(placed(&keyed(&name, Written::Table(signal)), first.place));
+            out.table_mut("signal").push(placed(&keyed(&name, RawValue::Table(signal)), first.place));
         }
         let paths: Vec<String> = own().filter_map(|one| Some(switched(one.made.path.as_deref()?, one))).collect();
         if paths.is_empty() {
@@ -261,13 +261,13 @@ fn steer(all: &[Driven<'_>], out: &mut Entries) {
             let (Some(path), Some(gain)) = (driver.keyed("path").cloned(), driver.keyed("gain").cloned()) else {
                 continue;
             };
-            if !matches!(&path.entry.value, Written::Text(text) if *text == name) {
+            if !matches!(&path.entry.value, RawValue::Text(text) if *text == name) {
                 continue;
             }
-            let (Written::Text(factor) | Written::Number(factor)) = &gain.entry.value else { continue };
+            let (RawValue::Text(factor) | RawValue::Number(factor)) = &gain.entry.value else { continue };
             let factor = format!("({factor}) * ({})", on.join(" + "));
-            put(driver, "path", Written::Text(paths.join(" + ")), &path.entry.place);
-            put(driver, "gain", Written::Text(factor), &gain.entry.place);
+            put(driver, "path", RawValue::Text(paths.join(" + ")), &path.entry.place);
+            put(driver, "gain", RawValue::Text(factor), &gain.entry.place);
         }
     }
 }
@@ -335,8 +335,9 @@ fn check_keys(node: &Node<'_>, kind: &'static ManoeuvreKind, what: &str, out: &m
     for (key, _) in kind.keys.iter().filter(|(key, need)| *need == Need::Required && node.table.get(key).is_none()) {
         let about = field(key).map_or("", |field| field.doc);
         let message = format!("{what}: a `{}` needs the key `{key}`", kind.keyword);
-        let mistake = Diagnostic::error("key::missing", message).at(node.place.clone(), format!("`{key}` is missing"));
-        out.push(mistake.help(format!("add `{key} = ...`: {about}")));
+        let diagnostic =
+            Diagnostic::error("key::missing", message).at(node.place.clone(), format!("`{key}` is missing"));
+        out.push(diagnostic.help(format!("add `{key} = ...`: {about}")));
     }
     for found in node.table.iter() {
         let key = found.key.as_str();
@@ -346,21 +347,21 @@ fn check_keys(node: &Node<'_>, kind: &'static ManoeuvreKind, what: &str, out: &m
         }
         let own = quoted(kind.keys.iter().map(|(key, _)| *key));
         let message = format!("{what}: `{key}` says nothing for a `{}`", kind.keyword);
-        let mistake = Diagnostic::error("manoeuvre::key", message).at(found.place.clone(), "not used");
-        out.push(mistake.help(format!("remove it; beside those that all take, it takes {own}")));
+        let diagnostic = Diagnostic::error("manoeuvre::key", message).at(found.place.clone(), "not used");
+        out.push(diagnostic.help(format!("remove it; beside those that all take, it takes {own}")));
     }
 }
 
 /// Refuses a part of a wave: what is measured are means over whole ones, and a part has passages of one side alone.
 fn check_periods(node: &Node<'_>, what: &str, out: &mut Vec<Diagnostic>) {
     let Some(found) = node.table.keyed("periods") else { return };
-    let (Written::Text(text) | Written::Number(text)) = &found.entry.value else { return };
+    let (RawValue::Text(text) | RawValue::Number(text)) = &found.entry.value else { return };
     let Some(periods) = parse_number(text).ok().map(|x| x.to_f64()).filter(|x| x.fract() != 0.0) else { return };
     let message = format!(
         "{what}: `periods` is {periods}, no whole number of waves: gradients, hystereses and gains are means over whole ones"
     );
-    let mistake = Diagnostic::error("manoeuvre::periods", message).at(found.entry.place.clone(), "a part of a wave");
-    out.push(mistake.help(format!("write a whole number: `periods = {}`", periods.ceil().max(1.0))));
+    let diagnostic = Diagnostic::error("manoeuvre::periods", message).at(found.entry.place.clone(), "a part of a wave");
+    out.push(diagnostic.help(format!("write a whole number: `periods = {}`", periods.ceil().max(1.0))));
 }
 
 /// Tells of a manoeuvre without a car.
@@ -368,7 +369,7 @@ fn check_car(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<Dia
     let cars = || document.elements.iter().filter(|one| one.kind.keyword == "vehicle").map(|one| one.name.as_str());
     let free = text(node.table, "kind") == Some("free");
     match text(node.table, "car") {
-        Some(name) if !cars().any(|car| car == name) && !document.doubts.has(name) => {
+        Some(name) if !cars().any(|car| car == name) && !document.suppressed.has(name) => {
             let place = node.table.keyed("car").map_or(&node.place, |car| &car.entry.place).clone();
             let message = format!("{what}: there is no car `{}`", shortened(name));
             let help = if cars().next().is_none() {
@@ -378,15 +379,16 @@ fn check_car(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<Dia
             };
             out.push(Diagnostic::error("name::unknown", message).at(place, "no such car").help(help));
         }
-        None if cars().next().is_none() && !free && !document.doubts.all => {
+        None if cars().next().is_none() && !free && !document.suppressed.all => {
             let message = format!("{what}: the model has no car");
-            let mistake = Diagnostic::error("manoeuvre::car", message).at(node.name_place.clone(), "nothing drives");
-            out.push(mistake.help("add a `[vehicle.NAME]`, or take a manoeuvre of the kind `free`"));
+            let diagnostic = Diagnostic::error("manoeuvre::car", message).at(node.name_place.clone(), "nothing drives");
+            out.push(diagnostic.help("add a `[vehicle.NAME]`, or take a manoeuvre of the kind `free`"));
         }
         None if cars().nth(1).is_some() && !free => {
             let message = format!("{what}: which of the cars {} it is about is open", quoted(cars()));
-            let mistake = Diagnostic::error("manoeuvre::car", message).at(node.name_place.clone(), "`car` is missing");
-            out.push(mistake.help("name it: `car = \"NAME\"`"));
+            let diagnostic =
+                Diagnostic::error("manoeuvre::car", message).at(node.name_place.clone(), "`car` is missing");
+            out.push(diagnostic.help("name it: `car = \"NAME\"`"));
         }
         _ => {}
     }
@@ -401,7 +403,7 @@ fn check_brakes(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<
     let mut cars = document.elements.iter().filter(|one| one.kind.keyword == "vehicle");
     let car = cars.find(|car| named.is_none_or(|name| name == car.name));
     let Some(car) = car.filter(|car| !car.table.values.contains_key("braking")) else { return };
-    if document.doubts.has(&car.name) {
+    if document.suppressed.has(&car.name) {
         return;
     }
     let message = format!("{what}: the car `{}` does not brake", shortened(&car.name));
@@ -419,7 +421,7 @@ pub(super) fn check_drivers(document: &mut Document, out: &mut Vec<Diagnostic>) 
         let Some(Placed { value: Value::Word(path), place }) = driver.table.values.get("path") else { continue };
         let is_name = path.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-'));
         let names = || document.tables.iter().map(|(name, _)| name.as_str());
-        if !is_name || names().any(|name| name == path) || document.doubts.has(path) {
+        if !is_name || names().any(|name| name == path) || document.suppressed.has(path) {
             continue;
         }
         let what = format!("driver `{}`", shortened(&driver.name));
@@ -433,7 +435,7 @@ pub(super) fn check_drivers(document: &mut Document, out: &mut Vec<Diagnostic>) 
     }
     // What it looks at is the same mistake.
     let dropped = document.blocks.iter().filter(|block| wrong.contains(&block.place));
-    document.doubts.names.extend(dropped.map(|block| block.name.clone()));
+    document.suppressed.names.extend(dropped.map(|block| block.name.clone()));
     document.blocks.retain(|block| !wrong.contains(&block.place));
 }
 
@@ -441,7 +443,7 @@ pub(super) fn check_drivers(document: &mut Document, out: &mut Vec<Diagnostic>) 
 pub(super) fn unfollowed_manoeuvres(
     entries: &Entries,
     document: &Document,
-    names: impl Fn(&Written, &mut BTreeSet<String>),
+    names: impl Fn(&RawValue, &mut BTreeSet<String>),
     out: &mut Vec<Diagnostic>,
 ) {
     const FOLLOW_NOTHING: [&str; 12] = [
@@ -476,7 +478,7 @@ pub(super) fn unfollowed_manoeuvres(
             break;
         }
     }
-    for one in driven(entries).iter().filter(|one| one.is_steered() && !document.doubts.has(one.name)) {
+    for one in driven(entries).iter().filter(|one| one.is_steered() && !document.suppressed.has(one.name)) {
         let what = format!("manoeuvre `{}`", shortened(one.name));
         let unread = |(name, _): &&(String, String)| !followed.contains(name);
         for (name, _) in one.made.shared.iter().filter(unread) {
@@ -521,9 +523,9 @@ pub(super) fn leave_made_out(
         let own = ["manoeuvre", "path"].map(|kind| format!("{kind} `{}`", shortened(node.name)));
         let here = |place: &Place| *place == node.name_place || *place == node.place;
         for out in &mut lists {
-            out.retain(|told| {
-                let elsewhere = told.labels.first().is_none_or(|label| !here(&label.place));
-                elsewhere || own.iter().any(|own| told.message.contains(own))
+            out.retain(|diagnostic| {
+                let elsewhere = diagnostic.labels.first().is_none_or(|label| !here(&label.place));
+                elsewhere || own.iter().any(|own| diagnostic.message.contains(own))
             });
         }
         let steers = text(node.table, "steers").into_iter().chain(["steer", "lane"]);
@@ -536,6 +538,6 @@ pub(super) fn leave_made_out(
         document.tables.retain(|(_, table)| !here(&table.place));
         document.figures.retain(|table| !here(&table.place));
         document.requirements.retain(|table| !here(&table.place));
-        document.doubts.names.extend(names);
+        document.suppressed.names.extend(names);
     }
 }

@@ -362,7 +362,7 @@ pub fn manual_tables() -> Vec<ManualTable> {
 fn manual_keys(fields: &[Field]) -> Vec<ManualKey> {
     let key = |field: &Field| ManualKey {
         name: field.name.into(),
-        holds: holds(field),
+        value_kind: value_kind(field),
         required: field.required,
         default: field.default.map(Into::into),
         summary: field.doc.into(),
@@ -376,10 +376,10 @@ fn manual_keys(fields: &[Field]) -> Vec<ManualKey> {
 
 fn keys(fields: &[Field], out: &mut String) {
     for field in fields {
-        let _ = writeln!(out, "  {} ({}, {})\n      {}", field.name, holds(field), need(field), field.doc);
+        let _ = writeln!(out, "  {} ({}, {})\n      {}", field.name, value_kind(field), need(field), field.doc);
         if let Kind::Tables(inner) | Kind::Table(inner) = field.kind {
             for field in inner {
-                let (kind, need) = (holds(field), need(field));
+                let (kind, need) = (value_kind(field), need(field));
                 let _ = writeln!(out, "      {} ({kind}, {need})\n          {}", field.name, field.doc);
             }
         }
@@ -396,7 +396,7 @@ pub(super) fn need(field: &Field) -> String {
 }
 
 /// What a key holds, and its other name.
-pub(super) fn holds(field: &Field) -> String {
+pub(super) fn value_kind(field: &Field) -> String {
     match field.alias() {
         Some(alias) => format!("{}; also `{alias}`", describe(&field.kind)),
         None => describe(&field.kind),
@@ -419,17 +419,17 @@ fn describe(kind: &Kind) -> String {
         Kind::Shafts(_) => "list of shafts".into(),
         Kind::Quantity(dimension, s) => format!("{}{}", dimension.si(), sign(s)),
         Kind::Mechanical(dimension, s) => {
-            format!("{}; along masses {}{}", dimension.si(), dimension.along_masses().si(), sign(s))
+            format!("{}; along masses {}{}", dimension.si(), dimension.translational().si(), sign(s))
         }
         Kind::Number(s) => format!("number{}", sign(s)),
         Kind::Coefficients => "numbers by shaft or mass".into(),
         Kind::Coefficient => "number or length".into(),
-        Kind::Choice(words) => words.join(" | "),
+        Kind::Choice(choices) => choices.join(" | "),
         Kind::Element(kinds) => format!("name of a {}", kinds.join(" or ")),
         Kind::Elements(kinds) => format!("list of {} names", kinds.join(" or ")),
         Kind::Signal => "signal".into(),
         Kind::Signals => "list of signals".into(),
-        Kind::Words => "list of names".into(),
+        Kind::Names => "list of names".into(),
         Kind::Name => "new name".into(),
         Kind::Text => "text".into(),
         Kind::AnyQuantity => "quantity".into(),
@@ -443,13 +443,13 @@ fn describe(kind: &Kind) -> String {
         Kind::Formulas => "expressions by shaft or mass".into(),
         Kind::Formula(Dimension::NONE) => "expression of a number".into(),
         Kind::Formula(dimension) => {
-            format!("expression of {}; along masses {}", dimension.si(), dimension.along_masses().si())
+            format!("expression of {}; along masses {}", dimension.si(), dimension.translational().si())
         }
-        Kind::OfTime(dimension) if *dimension == dimension.along_masses() => {
+        Kind::OfTime(dimension) if *dimension == dimension.translational() => {
             format!("{} or a function of time", dimension.si())
         }
         Kind::OfTime(dimension) => {
-            format!("{} or a function of time; along masses {}", dimension.si(), dimension.along_masses().si())
+            format!("{} or a function of time; along masses {}", dimension.si(), dimension.translational().si())
         }
         Kind::Tables(_) => "list of tables".into(),
         Kind::Table(_) => "table".into(),
@@ -465,7 +465,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_page_tells_its_keys() {
+    fn every_page_shows_its_keys() {
         for (name, fields) in STUDY_TABLES {
             assert!(study_pages().any(|page| page == *name));
             let page = manual_of(name).unwrap_or_default();
@@ -490,16 +490,16 @@ mod tests {
     /// What holds for a key that is left out could be written there.
     #[test]
     fn defaults_are_values_of_their_keys() {
-        fn check(fields: &[Field], seen: &mut usize) {
+        fn check(fields: &[Field], count: &mut usize) {
             for field in fields {
                 if let Kind::Tables(inner) | Kind::Table(inner) = field.kind {
-                    check(inner, seen);
+                    check(inner, count);
                 }
                 let Some(default) = field.default else { continue };
-                let entry = crate::entries::Entry::from(crate::entries::Written::Text(default.into()));
-                let mut mistakes = Vec::new();
-                let read = super::super::parse::value(&field.kind, field.name, &entry, &mut mistakes);
-                assert_eq!(mistakes, [], "{} = {default}", field.name);
+                let entry = crate::entries::Entry::from(crate::entries::RawValue::Text(default.into()));
+                let mut diagnostics = Vec::new();
+                let read = super::super::parse::value(&field.kind, field.name, &entry, &mut diagnostics);
+                assert_eq!(diagnostics, [], "{} = {default}", field.name);
                 assert!(read.is_some() && !field.required);
                 assert!(field.default_number().is_some() != field.default_word().is_some(), "{}", field.name);
                 assert!(
@@ -508,26 +508,26 @@ mod tests {
                     field.name,
                     field.doc
                 );
-                *seen += 1;
+                *count += 1;
             }
         }
-        let mut seen = 0;
-        element::REGISTRY.iter().for_each(|kind| check(kind.fields, &mut seen));
-        synthesis::REGISTRY.iter().for_each(|law| check(law.fields, &mut seen));
-        signal::REGISTRY.iter().for_each(|kind| check(kind.fields, &mut seen));
+        let mut count = 0;
+        element::REGISTRY.iter().for_each(|kind| check(kind.fields, &mut count));
+        synthesis::REGISTRY.iter().for_each(|law| check(law.fields, &mut count));
+        signal::REGISTRY.iter().for_each(|kind| check(kind.fields, &mut count));
         for (_, fields) in STUDY_TABLES {
-            check(fields, &mut seen);
+            check(fields, &mut count);
         }
-        assert!(seen > 40, "{seen}");
+        assert!(count > 40, "{count}");
     }
 
     #[test]
     fn the_examples_of_the_pages_can_be_read() {
         let pages = STUDY_TABLES.iter().map(|(page, _)| example_of(page));
         for example in pages.chain([PARAMETERS.split("Example\n").nth(1).unwrap_or_default()]) {
-            let (_, mistakes) = read(example);
+            let (_, diagnostics) = read(example);
             assert!(!example.is_empty());
-            assert!(mistakes.iter().all(|d| d.code == "model::no-shaft"), "{example}: {mistakes:?}");
+            assert!(diagnostics.iter().all(|d| d.code == "model::no-shaft"), "{example}: {diagnostics:?}");
         }
         let forms: Vec<&str> =
             PARAMETERS.lines().filter_map(|line| line.strip_prefix("      \"")?.split('"').next()).collect();

@@ -2,7 +2,7 @@
 
 use super::document::Instance;
 use crate::element::Values;
-use crate::equations::{GROUND, Hold, Measured, Term};
+use crate::equations::{GROUND, Measured, Term, UnilateralConstraint};
 use crate::results::{JoinKind, MechanismPart, Symbol, Terminal};
 use crate::schema::{Field, Kind};
 
@@ -12,8 +12,8 @@ pub(super) fn part(instance: &Instance, values: &Values, terms: &[Term], describ
     let mut laws: Vec<String> = Vec::new();
     let play = kind.symbol != Symbol::Stop && terms.iter().any(is_side);
     for law in terms.iter().flat_map(laws_of).chain(play.then_some("backlash")) {
-        let law = if values.along_masses { along_masses(law) } else { law };
-        if !laws.iter().any(|known| known == law) {
+        let law = if values.translational { translational(law) } else { law };
+        if !laws.iter().any(|listed| listed == law) {
             laws.push(law.into());
         }
     }
@@ -33,9 +33,10 @@ fn terminals(instance: &Instance, values: &Values, terms: &[Term]) -> Vec<Termin
     let kind = instance.kind;
     let mut out: Vec<Terminal> = kind.fields.iter().flat_map(|field| ends(field, values, kind.symbol)).collect();
     if kind.symbol == Symbol::Relation {
-        let kept =
-            terms.iter().filter_map(|term| if let Term::Kept(row) = term { Some(row.coordinates()) } else { None });
-        for name in kept.flatten() {
+        let row_laws = terms
+            .iter()
+            .filter_map(|term| if let Term::MultiplierLaw(row) = term { Some(row.coordinates()) } else { None });
+        for name in row_laws.flatten() {
             if out.iter().all(|end| end.name != name) {
                 let key = "expression".to_string();
                 out.push(Terminal { key, kind: JoinKind::Shaft, name: name.into(), coefficient: None });
@@ -48,7 +49,7 @@ fn terminals(instance: &Instance, values: &Values, terms: &[Term]) -> Vec<Termin
 /// The ends that a key declares. A shaft that may be left out is the housing then, but for a sensor, and for a planetary gear that is
 /// given by coefficients.
 fn ends(field: &Field, values: &Values, symbol: Symbol) -> Vec<Terminal> {
-    let key = field.alias().filter(|_| values.along_masses).unwrap_or_else(|| field.name.into());
+    let key = field.alias().filter(|_| values.translational).unwrap_or_else(|| field.name.into());
     let end = |kind, name: &str| vec![Terminal { key: key.clone(), kind, name: name.into(), coefficient: None }];
     match (field.kind, values.word(field.name)) {
         (Kind::Shaft | Kind::Mass | Kind::Body, Some(GROUND)) => end(JoinKind::Housing, ""),
@@ -76,11 +77,17 @@ fn ends(field: &Field, values: &Values, symbol: Symbol) -> Vec<Terminal> {
 
 /// Whether it is a side of a way, which play is between.
 fn is_side(term: &Term) -> bool {
-    matches!(term, Term::Hold { hold: Hold::Stop { .. } | Hold::Cushion { .. }, .. })
+    matches!(
+        term,
+        Term::UnilateralConstraint {
+            unilateral: UnilateralConstraint::Stop { .. } | UnilateralConstraint::Cushion { .. },
+            ..
+        }
+    )
 }
 
 /// The word for what is measured of a mass.
-fn along_masses(law: &'static str) -> &'static str {
+fn translational(law: &'static str) -> &'static str {
     match law {
         "angle" => "position",
         "speed" => "velocity",
@@ -106,7 +113,7 @@ fn laws_of(term: &Term) -> Vec<&'static str> {
             _ => "torque",
         }],
         Term::Torque { .. } => vec!["torque"],
-        Term::Hold { .. }
+        Term::UnilateralConstraint { .. }
         | Term::Constraint { .. }
         | Term::Transmission { .. }
         | Term::Input { .. }
@@ -116,7 +123,7 @@ fn laws_of(term: &Term) -> Vec<&'static str> {
         | Term::State { .. }
         | Term::Measure(_)
         | Term::Moving(_)
-        | Term::Kept(_)
+        | Term::MultiplierLaw(_)
         | Term::Balance { .. } => Vec::new(),
     }
 }

@@ -34,8 +34,8 @@ mod write;
 pub(crate) use assignment::assign;
 pub use builder::Builder;
 pub use document::{
-    BlockTable, Control, Document, Doubts, FileBytes, Instance, NamedVariant, Parameter, Setting, SignalTable,
-    VariantSettings, Variants,
+    BlockTable, Control, Document, FileBytes, Instance, NamedVariant, Parameter, Setting, SignalTable,
+    SuppressedChecks, VariantSettings, Variants,
 };
 pub(crate) use functions::Functions;
 pub use json_schema::json_schema;
@@ -44,10 +44,10 @@ pub use reading::{open, read, read_entries};
 pub use resolve::{ControlSpec, Model};
 pub use state_space::{DataDigits, StateSpace, read_state_space};
 pub use symbols::{NamedTerms, SymbolValue, constants};
-pub use table_reader::{Rounded, TableReader, words, wrong_dimension};
+pub use table_reader::{Rounded, TableReader, occurrences, wrong_dimension};
 pub use tolerance::Tolerance;
 pub(crate) use variants::no_such_fault;
-pub use write::{NewValue, written};
+pub use write::{NewValue, write_values};
 
 /// A model that is part of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

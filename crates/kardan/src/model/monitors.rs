@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use kardan_rt::Arithmetic;
 
-use super::overlaps::Known;
+use super::overlaps::Assumptions;
 use crate::diagnostics::Diagnostic;
 use crate::entries::Place;
 use crate::expr::{AtOnce, Expr, Floating, Graph, Interval, Intervals, Symbol, Traced, lower};
@@ -13,7 +13,7 @@ use crate::names::SignalName;
 use crate::program::read_name;
 
 /// A monitor as it is written, and where that stands.
-pub(super) struct WrittenMonitor {
+pub(super) struct MonitorExpr {
     pub name: String,
     pub residual: Expr,
     pub threshold: Expr,
@@ -28,17 +28,17 @@ const BEYOND: &str = "4.5 %";
 
 /// What is known of a monitor before any run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Told {
+enum Finding {
     Never,
     Always,
 }
 
 /// What bounds of symbols, or comparisons of sums, prove of a residual and a threshold; the graph takes what is compared.
-fn told(
+fn finding(
     graph: &mut Graph,
     [residual, threshold]: [Expr; 2],
-    (bounds, known): (&HashMap<Symbol, Interval>, &Known),
-) -> Option<Told> {
+    (bounds, assumptions): (&HashMap<Symbol, Interval>, &Assumptions),
+) -> Option<Finding> {
     let of = |symbol| bounds.get(&symbol).map_or(Interval::ALL, |bound| *bound);
     let whole = RefCell::new(std::mem::take(graph));
     let traced = |expr| Traced::new(&whole, expr);
@@ -46,65 +46,65 @@ fn told(
     let (of_residual, limit) = (traced(residual), traced(threshold));
     let size = of_residual.select(zero, -of_residual, of_residual);
     let beyond = limit.select(size, one, zero).expr(&whole);
-    let within = limit.select(size, zero, one).expr(&whole);
+    let in_limits = limit.select(size, zero, one).expr(&whole);
     *graph = whole.into_inner();
     let [residual, limit] = lower(graph, &[residual, threshold], &mut Intervals, of)[..] else { return None };
-    let never = |expr| known.at_once(graph, &[expr]) == AtOnce::Never;
+    let never = |expr| assumptions.at_once(graph, &[expr]) == AtOnce::Never;
     let [least, most] = match residual {
         Interval { low, high } if low > 0.0 => [low, high],
         Interval { low, high } if high < 0.0 => [-high, -low],
         Interval { low, high } => [0.0, high.max(-low)],
     };
     if most.is_finite() && most <= limit.low || never(beyond) {
-        return Some(Told::Never);
+        return Some(Finding::Never);
     }
-    (least.is_finite() && least > limit.high || never(within)).then_some(Told::Always)
+    (least.is_finite() && least > limit.high || never(in_limits)).then_some(Finding::Always)
 }
 
 /// Warns of a monitor whose residual can never be beyond the threshold, or always is: what it compares with answers of blocks written out.
 pub(super) fn check(
     what: &str,
-    (monitor, compared): (&WrittenMonitor, [Expr; 2]),
+    (monitor, compared): (&MonitorExpr, [Expr; 2]),
     graph: &mut Graph,
-    known: (&HashMap<Symbol, Interval>, &Known),
+    assumptions: (&HashMap<Symbol, Interval>, &Assumptions),
     out: &mut Vec<Diagnostic>,
 ) {
-    let (message, word) = match told(graph, compared, known) {
-        Some(Told::Never) => (
+    let (message, word) = match finding(graph, compared, assumptions) {
+        Some(Finding::Never) => (
             format!(
                 "{what}: `residual` can never be beyond `threshold`, so there is no alarm but where it is no number"
             ),
             "never beyond",
         ),
-        Some(Told::Always) => {
+        Some(Finding::Always) => {
             (format!("{what}: `residual` is always beyond `threshold`, so there always is an alarm"), "always beyond")
         }
         None => return,
     };
-    let told = Diagnostic::warning("block::monitor", message).at(monitor.place.clone(), word);
-    out.push(told.help("check `threshold` and the bounds in `residual`, or take the monitor out"));
+    let finding = Diagnostic::warning("block::monitor", message).at(monitor.place.clone(), word);
+    out.push(finding.help("check `threshold` and the bounds in `residual`, or take the monitor out"));
 }
 
 /// Warns of a threshold of zero, and of one that the noise of sensors in the residual leaves often, where nothing waits for it to come back.
 pub(super) fn check_noise(
     what: &str,
-    (monitor, [residual, threshold]): (&WrittenMonitor, [Expr; 2]),
+    (monitor, [residual, threshold]): (&MonitorExpr, [Expr; 2]),
     graph: &mut Graph,
     noises: &HashMap<&str, f64>,
     out: &mut Vec<Diagnostic>,
 ) {
     let constant = |graph: &Graph, expr: Expr| {
-        let known = graph.symbols(&[expr]).is_empty();
-        known.then(|| lower(graph, &[expr], &mut Floating::<f64>::default(), |_| f64::NAN)[0])
+        let assumptions = graph.symbols(&[expr]).is_empty();
+        assumptions.then(|| lower(graph, &[expr], &mut Floating::<f64>::default(), |_| f64::NAN)[0])
     };
     let Some(limit) = constant(graph, threshold) else { return };
-    let mut tell = |message: String, label: &str, help: &str| {
+    let mut warn = |message: String, label: &str, help: &str| {
         out.push(Diagnostic::warning("block::monitor", message).at(monitor.place.clone(), label).help(help));
     };
     let symbols = graph.symbols(&[residual]);
     if limit == 0.0 && !symbols.is_empty() {
         let message = format!("{what}: its `threshold` is zero, so that the last digits of `residual` are beyond it");
-        tell(message, "zero", "write how far `residual` may be from zero while nothing fails");
+        warn(message, "zero", "write how far `residual` may be from zero while nothing fails");
         return;
     }
     let mut variance = 0.0;
@@ -121,7 +121,7 @@ pub(super) fn check_noise(
              {BEYOND} of the samples",
             variance.sqrt()
         );
-        tell(
+        warn(
             message,
             "within the noise",
             "write a larger one, let it wait by `debounce`, or filter `residual`; `kardan analyze --parity` tells thresholds",

@@ -25,7 +25,7 @@ impl Document {
         (controls, idle): (&mut [ControlSpec], &[ControlSpec]),
         out: &mut Vec<Diagnostic>,
     ) -> Programs {
-        let written = |name: &str| {
+        let expressions = |name: &str| {
             let control = self.controls.get(name)?;
             let Value::Map(commands) = &control.table.values.get("commands")?.value else { return None };
             Some(commands)
@@ -34,7 +34,7 @@ impl Document {
             .iter()
             .filter_map(|control| {
                 let period = control.values.exact("sample_time").cloned();
-                Some(Commands { control: control.name.clone(), period, written: written(&control.name)? })
+                Some(Commands { control: control.name.clone(), period, expressions: expressions(&control.name)? })
             })
             .collect();
         let formulas = self.signals.iter().any(|signal| signal.formula.is_some());
@@ -47,9 +47,10 @@ impl Document {
             }
             if let Some(design) = control.table.values.get("design") {
                 let message = format!("`design` of control `{}` does nothing: a program is not designed", control.name);
-                let told = Diagnostic::warning("control::design", message).at(design.place.clone(), "not read");
+                let diagnostic = Diagnostic::warning("control::design", message).at(design.place.clone(), "not read");
                 out.push(
-                    told.help("take it out; what bends in a program is taken as it is where all that it reads is zero"),
+                    diagnostic
+                        .help("take it out; what bends in a program is taken as it is where all that it reads is zero"),
                 );
             }
         }
@@ -63,7 +64,7 @@ impl Document {
             let own = controls.iter_mut().filter(|control| control.name == name);
             own.for_each(|control| control.values.insert("commands", Resolved::Task(Arc::clone(&task))));
         }
-        functions.blocks = programs.answers().map(|answer| (answer.name.clone(), answer.dimension)).collect();
+        functions.blocks = programs.outputs().map(|answer| (answer.name.clone(), answer.dimension)).collect();
         functions.broken_blocks = programs.broken;
         programs
     }
@@ -90,16 +91,16 @@ impl Document {
         }
         for disturbance in self.elements.iter().filter(|element| element.kind.keyword == "disturbance") {
             let torque = Dimension::TORQUE;
-            let dimension = if disturbance.table.along_masses { torque.along_masses() } else { torque };
+            let dimension = if disturbance.table.translational { torque.translational() } else { torque };
             add(disturbance.name.clone(), Read::Source(disturbance.name.clone()), dimension);
         }
-        out.extend(self.told(reader, controls));
+        out.extend(self.law_signals(reader, controls));
         out
     }
 
     /// What sampled laws tell, by their names: what their observers find, `column.rk.disturbance`, `column.fs.w`, and what they last commanded,
     /// `column.wg_motor.command`.
-    fn told(&self, reader: &TableReader<'_>, controls: &[&ControlSpec]) -> Vec<Outside> {
+    fn law_signals(&self, reader: &TableReader<'_>, controls: &[&ControlSpec]) -> Vec<Outside> {
         let sampled = |control: &&&ControlSpec| control.values.has("sample_time") && !self.blocks.has(&control.name);
         let mut out = Vec::new();
         for control in controls.iter().filter(sampled) {
@@ -112,7 +113,7 @@ impl Document {
                     let torque = Dimension::TORQUE;
                     add(
                         format!("{input}.command"),
-                        if element.table.along_masses { torque.along_masses() } else { torque },
+                        if element.table.translational { torque.translational() } else { torque },
                     );
                 }
             }
@@ -124,7 +125,7 @@ impl Document {
                 let domain = reader.domain_of(&body);
                 let [of_position, of_rate] = domain.dimensions();
                 let torque = Dimension::TORQUE;
-                let effort = if domain == Domain::Translation { torque.along_masses() } else { torque };
+                let effort = if domain == Domain::Translation { torque.translational() } else { torque };
                 add(format!("{body}.disturbance"), effort);
                 add(position, of_position);
                 add(rate, of_rate);
@@ -160,7 +161,7 @@ impl Document {
         let domain = match (word("shaft"), word("element")) {
             (Some(body), _) => reader.domain_of(body),
             (None, Some(element)) => {
-                let masses = self.elements.all(element).any(|one| one.table.along_masses);
+                let masses = self.elements.all(element).any(|one| one.table.translational);
                 if masses { Domain::Translation } else { Domain::Rotation }
             }
             (None, None) => return None,
@@ -171,7 +172,7 @@ impl Document {
             "speed" => (rate.of(&sensor.name), dimensions[1]),
             _ => {
                 let torque = Dimension::TORQUE;
-                let dimension = if domain == Domain::Translation { torque.along_masses() } else { torque };
+                let dimension = if domain == Domain::Translation { torque.translational() } else { torque };
                 (domain.effort().of(&sensor.name), dimension)
             }
         })
@@ -191,7 +192,7 @@ impl Document {
             let sensors = task.reads.iter().filter_map(|(_, read)| read.sensor());
             sensors.map(|name| (name, task.period.is_some()))
         });
-        let mut told: BTreeSet<&str> = BTreeSet::new();
+        let mut reported: BTreeSet<&str> = BTreeSet::new();
         let outputs = terms.iter().rev().filter_map(|named| match &named.term {
             Term::Output(sensor) => Some((named.element.as_str(), &sensor.measured)),
             _ => None,
@@ -225,7 +226,7 @@ impl Document {
                 _ => continue,
             };
             let Some(sensor) = self.elements.get(name) else { continue };
-            if !told.insert(name) {
+            if !reported.insert(name) {
                 continue;
             }
             out.push(Diagnostic::error("block::sensor", message).at(sensor.place.clone(), "this sensor").help(help));

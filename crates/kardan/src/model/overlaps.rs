@@ -10,7 +10,7 @@ use crate::units::{Exact, shown_quantity};
 
 /// A transition as it is written: the states, what it depends on, and where that stands.
 #[derive(Clone)]
-pub(super) struct WrittenGuard {
+pub(super) struct TransitionGuard {
     pub transition: kardan_rt::Transition,
     pub when: Expr,
     pub place: Place,
@@ -18,7 +18,7 @@ pub(super) struct WrittenGuard {
 
 /// What is known of symbols: those that are not negative, and sums of them that are bounded.
 #[derive(Default)]
-pub(super) struct Known {
+pub(super) struct Assumptions {
     /// Where each stands among those that are not negative.
     not_negative: HashMap<Symbol, usize>,
     bounds: Vec<Rational>,
@@ -26,7 +26,7 @@ pub(super) struct Known {
     together: HashMap<Symbol, Vec<usize>>,
 }
 
-impl Known {
+impl Assumptions {
     /// Takes down symbols that are not negative.
     pub fn not_negative(&mut self, symbols: impl IntoIterator<Item = Symbol>) {
         for symbol in symbols {
@@ -70,24 +70,24 @@ fn shown(graph: &Graph, at: &[(Symbol, Rational)]) -> String {
 /// Warns of transitions out of one state that may be taken at once, and of those that are never taken; of a machine by its name.
 pub(super) fn check(
     what: &str,
-    (states, guards): (&[String], &[WrittenGuard]),
-    (graph, known): (&Graph, &Known),
+    (states, guards): (&[String], &[TransitionGuard]),
+    (graph, assumptions): (&Graph, &Assumptions),
     out: &mut Vec<Diagnostic>,
 ) {
-    let decided = |exprs: &[Expr]| known.at_once(graph, exprs);
-    let mut possible: Vec<&WrittenGuard> = Vec::new();
+    let decided = |exprs: &[Expr]| assumptions.at_once(graph, exprs);
+    let mut possible: Vec<&TransitionGuard> = Vec::new();
     for guard in guards {
         if decided(&[guard.when]) == AtOnce::Never {
             let [from, to] = [guard.transition.from, guard.transition.to].map(|state| &states[state]);
             let message =
                 format!("{what}: `when` of the way from `{from}` to `{to}` never holds, so it is never taken");
-            let told = Diagnostic::warning("block::transition", message).at(guard.place.clone(), "never holds");
-            out.push(told.help("check its thresholds, or take the transition out"));
+            let diagnostic = Diagnostic::warning("block::transition", message).at(guard.place.clone(), "never holds");
+            out.push(diagnostic.help("check its thresholds, or take the transition out"));
         } else {
             possible.push(guard);
         }
     }
-    let mut before: HashMap<usize, Vec<&WrittenGuard>> = HashMap::new();
+    let mut before: HashMap<usize, Vec<&TransitionGuard>> = HashMap::new();
     for second in &possible {
         let before = before.entry(second.transition.from).or_default();
         for first in before.iter().filter(|first| first.transition.to != second.transition.to) {
@@ -115,8 +115,8 @@ pub(super) fn check(
                     "not decided",
                 ),
             };
-            let told = Diagnostic::warning("block::overlap", message).at(second.place.clone(), word);
-            out.push(told.help(format!(
+            let diagnostic = Diagnostic::warning("block::overlap", message).at(second.place.clone(), word);
+            out.push(diagnostic.help(format!(
                 "to say that the way to `{a}` comes first, write `and not (...)` with its condition into this one"
             )));
         }
@@ -128,13 +128,13 @@ pub(super) fn check(
 /// Warns of states that no way leads to.
 fn unreachable_states(
     what: &str,
-    (states, guards): (&[String], &[WrittenGuard]),
-    possible: &[&WrittenGuard],
+    (states, guards): (&[String], &[TransitionGuard]),
+    possible: &[&TransitionGuard],
     out: &mut Vec<Diagnostic>,
 ) {
     let mut ways = vec![Vec::new(); states.len()];
     possible.iter().for_each(|guard| ways[guard.transition.from].push(guard.transition.to));
-    let mut of_state: HashMap<usize, &WrittenGuard> = HashMap::new();
+    let mut of_state: HashMap<usize, &TransitionGuard> = HashMap::new();
     for guard in guards {
         of_state.entry(guard.transition.from).or_insert(guard);
     }
@@ -146,9 +146,11 @@ fn unreachable_states(
     }
     for (k, state) in states.iter().enumerate().filter(|(k, _)| !reached[*k]) {
         let message = format!("{what}: no way leads from `{}`, where it starts, to its state `{state}`", states[0]);
-        let told = Diagnostic::warning("block::state", message);
+        let diagnostic = Diagnostic::warning("block::state", message);
         let place = of_state.get(&k).copied().or(guards.first());
-        let told = place.into_iter().fold(told, |told, guard| told.at(guard.place.clone(), "of this machine"));
-        out.push(told.help("add a transition, or take the state out"));
+        let diagnostic = place
+            .into_iter()
+            .fold(diagnostic, |diagnostic, guard| diagnostic.at(guard.place.clone(), "of this machine"));
+        out.push(diagnostic.help("add a transition, or take the state out"));
     }
 }

@@ -4,26 +4,26 @@ use std::collections::{BTreeSet, HashMap};
 
 use super::document::{Document, Parameter};
 use super::in_order::in_order;
-use super::keys::{Following, mistake};
+use super::keys::{Following, expression_diagnostic};
 use super::parse::{Node, check_name, value_near};
 use crate::diagnostics::{Diagnostic, shortened};
-use crate::entries::{Place, Written};
+use crate::entries::{Place, RawValue};
 use crate::names;
 use crate::schema::{Kind, Scalar, Sign, Table, Value};
-use crate::units::{Dimension, Evaluated, Exact, Expression, Tolerated, parse_number, written_quantity};
+use crate::units::{Dimension, Evaluated, Exact, Expression, Tolerated, format_quantity, parse_number};
 
 /// Reads `[parameters]`; gives what follows from other values.
 pub(super) fn read_parameters(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) -> Vec<Following> {
     let before = out.len();
     let mut following = Vec::new();
     let Some(node) = root.child("parameters", out) else {
-        document.doubts.all |= out.len() > before;
+        document.suppressed.all |= out.len() > before;
         return following;
     };
     for found in node.table.iter() {
-        let (name, place, given) = (found.key.as_str(), found.place.clone(), &found.entry);
+        let (name, place, entry) = (found.key.as_str(), found.place.clone(), &found.entry);
         // In doubt until it is read: what uses it is not wrong for that.
-        document.doubts.names.insert(name.to_string());
+        document.suppressed.names.insert(name.to_string());
         if !check_name(name, place.clone(), "parameter", out) {
             continue;
         }
@@ -40,17 +40,17 @@ pub(super) fn read_parameters(root: &Node<'_>, document: &mut Document, out: &mu
             continue;
         }
         let what = format!("parameter `{name}`");
-        let is_number = matches!(given.value, Written::Number(_));
+        let is_number = matches!(entry.value, RawValue::Number(_));
         let kind = if is_number { Kind::Number(Sign::Any) } else { Kind::AnyQuantity };
-        let Some(read) = value_near(&kind, &what, given, node.known, out) else { continue };
+        let Some(read) = value_near(&kind, &what, entry, node.hints, out) else { continue };
         let name = name.to_string();
         match read.value {
             Value::Scalar(Scalar::Literal(value, dimension)) => {
-                let text = match &given.value {
-                    Written::Text(text) | Written::Number(text) => text.clone(),
-                    _ => written_quantity(&value, dimension),
+                let text = match &entry.value {
+                    RawValue::Text(text) | RawValue::Number(text) => text.clone(),
+                    _ => format_quantity(&value, dimension),
                 };
-                document.doubts.names.remove(&name);
+                document.suppressed.names.remove(&name);
                 let (place, spread, expression, rank) = (read.place, None, None, 0);
                 document.parameters.push(Parameter { name, place, value, dimension, text, spread, expression, rank });
             }
@@ -62,7 +62,7 @@ pub(super) fn read_parameters(root: &Node<'_>, document: &mut Document, out: &mu
                 following.push(Following { name, place: read.place, expression, key: None });
             }
             Value::Scalar(Scalar::Tolerated(tolerated)) => {
-                document.doubts.names.remove(&name);
+                document.suppressed.names.remove(&name);
                 document.parameters.push(parameter(name, read.place, *tolerated));
             }
             _ => out.push(
@@ -76,20 +76,21 @@ pub(super) fn read_parameters(root: &Node<'_>, document: &mut Document, out: &mu
 }
 
 /// What follows from other values, in an order in which each stands behind those that it needs, and else as they are written.
-pub(super) fn follow(left: Vec<Following>, document: &mut Document, out: &mut Vec<Diagnostic>) {
-    let mut known: HashMap<String, (Exact, Dimension)> = HashMap::new();
+pub(super) fn follow(unresolved: Vec<Following>, document: &mut Document, out: &mut Vec<Diagnostic>) {
+    let mut values: HashMap<String, (Exact, Dimension)> = HashMap::new();
     for parameter in document.all_parameters().chain(&document.keys) {
-        known.entry(parameter.name.clone()).or_insert_with(|| (parameter.value.clone(), parameter.dimension));
+        values.entry(parameter.name.clone()).or_insert_with(|| (parameter.value.clone(), parameter.dimension));
     }
-    let Waiting { needs, mut missing, named_by } = Waiting::of(&left, &known, document);
+    let Waiting { needs, mut missing, named_by } = Waiting::of(&unresolved, &values, document);
     // What can be computed, first those that no other pass over the list is needed for.
-    let mut ready: BTreeSet<(usize, usize)> = (0..left.len()).filter(|k| missing[*k] == 0).map(|k| (0, k)).collect();
-    let (mut passes, mut rank) = (vec![0; left.len()], 0);
+    let mut ready: BTreeSet<(usize, usize)> =
+        (0..unresolved.len()).filter(|k| missing[*k] == 0).map(|k| (0, k)).collect();
+    let (mut passes, mut rank) = (vec![0; unresolved.len()], 0);
     while let Some((pass, number)) = ready.pop_first() {
-        let Following { name, place, expression, key } = &left[number];
-        let (value, dimension) = match expression.evaluate(&|name| known.get(name).cloned()) {
+        let Following { name, place, expression, key } = &unresolved[number];
+        let (value, dimension) = match expression.evaluate(&|name| values.get(name).cloned()) {
             Ok(found) => match key {
-                Some(wanted) => match fitting(&found, *wanted) {
+                Some(expected) => match fitting(&found, *expected) {
                     Some(fitting) => fitting,
                     None => continue,
                 },
@@ -98,27 +99,33 @@ pub(super) fn follow(left: Vec<Following>, document: &mut Document, out: &mut Ve
             Err(error) => {
                 // Of a key it is told where the element is read.
                 if key.is_none() {
-                    out.push(mistake(document, &format!("parameter `{name}`"), error, expression, (place, out)));
+                    out.push(expression_diagnostic(
+                        document,
+                        &format!("parameter `{name}`"),
+                        error,
+                        expression,
+                        (place, out),
+                    ));
                 }
                 continue;
             }
         };
         rank += 1;
-        document.doubts.names.remove(name);
-        known.entry(name.clone()).or_insert_with(|| (value.clone(), dimension));
+        document.suppressed.names.remove(name);
+        values.entry(name.clone()).or_insert_with(|| (value.clone(), dimension));
         let list = if key.is_some() { &mut document.keys } else { &mut document.parameters };
         let (text, spread, expression) = (expression.text().to_string(), None, Some(expression.clone()));
         let (name, place) = (name.clone(), place.clone());
         list.push(Parameter { name, place, value, dimension, text, spread, expression, rank });
-        for &other in &named_by[number] {
-            missing[other] -= 1;
-            passes[other] = passes[other].max(pass + usize::from(other < number));
-            if missing[other] == 0 {
-                ready.insert((passes[other], other));
+        for &dependent in &named_by[number] {
+            missing[dependent] -= 1;
+            passes[dependent] = passes[dependent].max(pass + usize::from(dependent < number));
+            if missing[dependent] == 0 {
+                ready.insert((passes[dependent], dependent));
             }
         }
     }
-    circles(&left, &needs, out);
+    circles(&unresolved, &needs, out);
 }
 
 /// What values that follow from others wait for.
@@ -132,15 +139,15 @@ struct Waiting {
 }
 
 impl Waiting {
-    fn of(left: &[Following], known: &HashMap<String, (Exact, Dimension)>, document: &Document) -> Self {
+    fn of(unresolved: &[Following], values: &HashMap<String, (Exact, Dimension)>, document: &Document) -> Self {
         let mut places: HashMap<&str, usize> = HashMap::new();
-        for (number, one) in left.iter().enumerate() {
+        for (number, one) in unresolved.iter().enumerate() {
             places.entry(&one.name).or_insert(number);
         }
-        let (mut needs, mut missing) = (vec![Vec::new(); left.len()], vec![0; left.len()]);
+        let (mut needs, mut missing) = (vec![Vec::new(); unresolved.len()], vec![0; unresolved.len()]);
         let mut named_by = needs.clone();
-        for (number, one) in left.iter().enumerate() {
-            let may_come = |name: &&str| !known.contains_key(*name) && document.doubts.has_key(name);
+        for (number, one) in unresolved.iter().enumerate() {
+            let may_come = |name: &&str| !values.contains_key(*name) && document.suppressed.has_key(name);
             for name in one.expression.names().into_iter().filter(may_come) {
                 missing[number] += 1;
                 if let Some(&needed) = places.get(name) {
@@ -154,18 +161,18 @@ impl Waiting {
 }
 
 /// A value as one of the dimension of a key: angles are not counted, and a frequency may stand for a time.
-pub(super) fn fitting(found: &Evaluated, wanted: Dimension) -> Option<(Exact, Dimension)> {
-    match wanted.of_other(&found.value, &found.dimension) {
-        Some(period) => Some((period, wanted)),
-        None => wanted.is_like(&found.dimension).then(|| (found.value.clone(), wanted)),
+pub(super) fn fitting(found: &Evaluated, expected: Dimension) -> Option<(Exact, Dimension)> {
+    match expected.of_other(&found.value, &found.dimension) {
+        Some(period) => Some((period, expected)),
+        None => expected.is_like(&found.dimension).then(|| (found.value.clone(), expected)),
     }
 }
 
 /// Tells of values that follow from themselves, of each circle once.
-fn circles(left: &[Following], needs: &[Vec<usize>], out: &mut Vec<Diagnostic>) {
+fn circles(unresolved: &[Following], needs: &[Vec<usize>], out: &mut Vec<Diagnostic>) {
     for circle in in_order(needs).1 {
-        let names: Vec<&str> = circle.iter().map(|k| left[*k].name.as_str()).collect();
-        let Following { name, place, expression, key } = &left[circle[0]];
+        let names: Vec<&str> = circle.iter().map(|k| unresolved[*k].name.as_str()).collect();
+        let Following { name, place, expression, key } = &unresolved[circle[0]];
         let what = if key.is_some() { "" } else { "parameter " };
         let message = format!("{what}`{name}` follows from itself: {}", names::circle(&names));
         let at = place.part(expression.text(), 0..expression.text().len());
@@ -185,12 +192,12 @@ fn parameter(name: String, place: Place, read: Tolerated) -> Parameter {
 /// Takes the tolerances out of an element's table: each such key becomes a parameter of the name `<element>.<key>`.
 pub(super) fn implicit_parameters(element: &str, table: &mut Table) -> Vec<Parameter> {
     let mut out = Vec::new();
-    for (key, given) in &mut table.values {
+    for (key, entry) in &mut table.values {
         let name = format!("{element}.{key}");
-        if let Value::Scalar(scalar @ Scalar::Tolerated(_)) = &mut given.value
+        if let Value::Scalar(scalar @ Scalar::Tolerated(_)) = &mut entry.value
             && let Scalar::Tolerated(read) = std::mem::replace(scalar, Scalar::Parameter(name.clone()))
         {
-            out.push(parameter(name, given.place.clone(), *read));
+            out.push(parameter(name, entry.place.clone(), *read));
         }
     }
     out
@@ -199,8 +206,8 @@ pub(super) fn implicit_parameters(element: &str, table: &mut Table) -> Vec<Param
 /// The same of what is given in it by name, in lists of tables, and, if asked for, by its own keys: `scenario.initial.a.phi`, `scenario.event.1.at`.
 pub(super) fn implicit_within(prefix: &str, table: &mut Table, own: bool) -> Vec<Parameter> {
     let mut out = if own { implicit_parameters(prefix, table) } else { Vec::new() };
-    for (key, given) in &mut table.values {
-        match &mut given.value {
+    for (key, entry) in &mut table.values {
+        match &mut entry.value {
             Value::Map(entries) => {
                 for (entry, scalar) in entries {
                     let name = format!("{prefix}.{key}.{}", entry.value);
@@ -236,9 +243,9 @@ pub(super) fn refuse_tolerances(table: &mut Table, what: &str, help: &str, out: 
             *scalar = Scalar::Literal(read.value.clone(), read.dimension);
         }
     };
-    for (key, given) in &mut table.values {
-        match &mut given.value {
-            Value::Scalar(scalar) => refuse(scalar, &given.place, format!("`{key}` of {what}"), out),
+    for (key, entry) in &mut table.values {
+        match &mut entry.value {
+            Value::Scalar(scalar) => refuse(scalar, &entry.place, format!("`{key}` of {what}"), out),
             Value::Map(entries) => {
                 for (name, scalar) in entries {
                     let what = format!("`{}` in `{key}` of {what}", shortened(&name.value));
@@ -250,7 +257,7 @@ pub(super) fn refuse_tolerances(table: &mut Table, what: &str, help: &str, out: 
                     refuse_tolerances(table, &format!("entry {} of `{key}` of {what}", i + 1), help, out);
                 }
             }
-            Value::Word(_) | Value::Words(_) | Value::Poles(_) => {}
+            Value::Word(_) | Value::Names(_) | Value::Poles(_) => {}
         }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::sync::LazyLock;
 
 use super::composites::with_parts;
-use super::document::{BlockTable, Control, Document, Doubts, Instance, Parameter, SignalTable};
+use super::document::{BlockTable, Control, Document, Instance, Parameter, SignalTable, SuppressedChecks};
 use super::examples::example_of;
 use super::keys::named_keys;
 use super::manoeuvres::{
@@ -19,10 +19,10 @@ use super::variants::{check_named_controls, check_named_faults, read_named_varia
 use crate::block;
 use crate::diagnostics::{Diagnostic, Severity, shortened};
 use crate::element;
-use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
+use crate::entries::{Entries, Entry, KeyedEntry, Place, RawValue};
 use crate::file::syntax;
 use crate::manoeuvre::{Manoeuvre, Path};
-use crate::names::{NamedList, SignalName, how_to_hold, nearest_or_alike, stands_still};
+use crate::names::{NamedList, SignalName, how_to_fix_shaft, is_fixed_name, nearest_or_similar};
 use crate::schema::{Field, Keys, Kind, Placed, Sign, Table};
 use crate::signal;
 use crate::synthesis;
@@ -88,44 +88,44 @@ const LAWS: &[&str] = &[
 
 /// Reads a model file. All mistakes of syntax, keys, types and units are reported together.
 pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
-    let (entries, mistakes, broken) = open(source);
-    read_entries(&entries, mistakes, broken)
+    let (entries, diagnostics, broken) = open(source);
+    read_entries(&entries, diagnostics, broken)
 }
 
 /// The entries of a model file, what is not TOML in it, and whether a broken line may have held a header.
 pub fn open(source: &str) -> (Entries, Vec<Diagnostic>, bool) {
     if source.trim().is_empty() {
-        let mistake = Diagnostic::error("file::empty", "the model file is empty")
+        let diagnostic = Diagnostic::error("file::empty", "the model file is empty")
             .help("a model needs at least one shaft: `[shaft.motor]` with `inertia = \"1 kg m^2\"`");
-        return (Entries::default(), vec![mistake], true);
+        return (Entries::default(), vec![diagnostic], true);
     }
-    let (entries, mistakes) = syntax(source);
+    let (entries, diagnostics) = syntax(source);
     // A broken line may have held a header, a broken text or list may have swallowed one.
-    let broken = mistakes.iter().any(|mistake| {
+    let broken = diagnostics.iter().any(|diagnostic| {
         let harmless = ["text without quotes", "a key without a value", "a key that was given before", "invalid float"];
-        let start = mistake.labels.first().map_or(0, |label| label.place.span().start);
+        let start = diagnostic.labels.first().map_or(0, |label| label.place.span().start);
         let line_start = source[..start].rfind('\n').map_or(0, |at| at + 1);
         source[line_start..].trim_start().starts_with('[')
-            || !harmless.iter().any(|message| mistake.message.contains(message))
+            || !harmless.iter().any(|message| diagnostic.message.contains(message))
     });
-    (entries, mistakes, broken)
+    (entries, diagnostics, broken)
 }
 
-/// Reads the entries of a model: `mistakes` are those told already, and after `broken` ones any name may exist.
-pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) -> (Document, Vec<Diagnostic>) {
+/// Reads the entries of a model: `diagnostics` are those told already, and after `broken` ones any name may exist.
+pub fn read_entries(entries: &Entries, diagnostics: Vec<Diagnostic>, broken: bool) -> (Document, Vec<Diagnostic>) {
     let mut document = Document::default();
-    document.doubts.all = broken;
+    document.suppressed.all = broken;
     if broken && entries.is_empty() {
-        return (document, mistakes);
+        return (document, diagnostics);
     }
     let driven = with_manoeuvres(entries);
-    let (given, entries) = (entries, &*with_parts(&driven));
+    let (source_entries, entries) = (entries, &*with_parts(&driven));
     // Two lists: mistakes that leave the equations in doubt and others. Both begin with what is broken, for `table`.
-    let broken = mistakes.len();
-    let mut study = mistakes.clone();
-    let mut out = mistakes;
+    let broken = diagnostics.len();
+    let mut study = diagnostics.clone();
+    let mut out = diagnostics;
     let root = Node::root(entries);
-    check_tables(&root, &mut document.doubts, &mut out, &mut study);
+    check_tables(&root, &mut document.suppressed, &mut out, &mut study);
     document.model = single(&root, "model", tables::Header::FIELDS, &mut out);
     (document.scenario, document.of_runs) = scenario(&root, &mut study);
     document.analysis = single(&root, "analysis", tables::Analysis::FIELDS, &mut study);
@@ -146,7 +146,7 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     read_controls(&root, &mut document, &mut out);
     read_logs(&root, &mut document, &mut study);
     read_faults(&root, &mut document, &mut study);
-    (document.cones, document.lanes) = (cones(given), lanes(given));
+    (document.cones, document.lanes) = (cones(source_entries), lanes(source_entries));
     read_signals(&root, &mut document, &mut study);
     read_blocks(&root, &mut document, &mut study);
     read_tables(&root, &mut document, &mut out);
@@ -158,7 +158,7 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     check_named_faults(&document, &mut study);
     let is_error = |d: &Diagnostic| d.severity == Severity::Error;
     if document.elements.iter().all(|e| e.body().is_none() && e.kind.charges(&e.name).is_empty())
-        && !document.doubts.all
+        && !document.suppressed.all
         && !out.iter().chain(&study).any(is_error)
     {
         out.push(
@@ -167,12 +167,12 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
         );
     }
     check_size(&document, &mut out);
-    document.doubts.equations |= out.iter().any(is_error);
+    document.suppressed.equations |= out.iter().any(is_error);
     out.extend(study.drain(broken..));
     if !out.iter().any(is_error) {
-        unused_parameters((entries, given), &document, &mut out);
+        unused_parameters((entries, source_entries), &document, &mut out);
         unused_tables(entries, &document, &mut out);
-        unfollowed_manoeuvres(given, &document, texts, &mut out);
+        unfollowed_manoeuvres(source_entries, &document, texts, &mut out);
     }
     (document, out)
 }
@@ -189,17 +189,17 @@ fn check_size(document: &Document, out: &mut Vec<Diagnostic>) {
     let count = coordinates.clone().count();
     if let Some(first) = coordinates.clone().nth(MOST_COORDINATES) {
         let message = format!("the model has {count} shafts, masses and charges, more than {MOST_COORDINATES}");
-        let mistake = Diagnostic::error("model::large", message).at(first.place.clone(), "the first one beyond");
-        out.push(mistake.help("kardan computes with full matrices over all of them: put what turns together into one, or look at parts of the model"));
+        let diagnostic = Diagnostic::error("model::large", message).at(first.place.clone(), "the first one beyond");
+        out.push(diagnostic.help("kardan computes with full matrices over all of them: put what turns together into one, or look at parts of the model"));
     }
 }
 
 /// Warns of parameters that nothing names: changing them would change nothing.
-fn unused_parameters((entries, given): (&Entries, &Entries), document: &Document, out: &mut Vec<Diagnostic>) {
+fn unused_parameters((entries, source_entries): (&Entries, &Entries), document: &Document, out: &mut Vec<Diagnostic>) {
     let mut named = BTreeSet::new();
-    let is_own = |name: &str| given.table("parameters").is_some_and(|table| table.get(name).is_some());
-    let others = entries.iter().filter(|found| !matches!(found.key.as_str(), "parameters" | "plot"));
-    others.for_each(|found| texts(&found.entry.value, &mut named));
+    let is_own = |name: &str| source_entries.table("parameters").is_some_and(|table| table.get(name).is_some());
+    let used_entries = entries.iter().filter(|found| !matches!(found.key.as_str(), "parameters" | "plot"));
+    used_entries.for_each(|found| texts(&found.entry.value, &mut named));
     let following = document.parameters.iter().filter_map(|parameter| parameter.expression.as_ref());
     named.extend(following.flat_map(Expression::names).map(str::to_string));
     let unused = |parameter: &&Parameter| !named.contains(parameter.name.as_str()) && is_own(&parameter.name);
@@ -217,7 +217,7 @@ fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnosti
     let warning = |message: String, place: &Place, label: &str, help: &str| {
         Diagnostic::warning("table::unused", message).at(place.clone(), label).help(help)
     };
-    for found in entries.iter().filter(|found| matches!(&found.entry.value, Written::Table(table) if table.is_empty()))
+    for found in entries.iter().filter(|found| matches!(&found.entry.value, RawValue::Table(table) if table.is_empty()))
     {
         let named =
             element::find(&found.key).is_some() || matches!(found.key.as_str(), "control" | "log" | "signal" | "table");
@@ -235,14 +235,14 @@ fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnosti
     }
     let mut named = BTreeSet::new();
     let inputs = ["motor", "disturbance", "voltage_source", "plot", "requirement", "figure"];
-    let others = entries.iter().filter(|found| !inputs.contains(&found.key.as_str()));
-    others.for_each(|found| texts(&found.entry.value, &mut named));
+    let used_entries = entries.iter().filter(|found| !inputs.contains(&found.key.as_str()));
+    used_entries.for_each(|found| texts(&found.entry.value, &mut named));
     if let Some(signals) = entries.table("scenario").and_then(|scenario| scenario.table("signals")) {
         named.extend(signals.iter().map(|found| found.key.clone()));
     }
     let programs =
         entries.table("control").into_iter().flat_map(|all| all.iter()).filter_map(|found| match &found.entry.value {
-            Written::Table(control) => control.table("commands"),
+            RawValue::Table(control) => control.table("commands"),
             _ => None,
         });
     named.extend(programs.flat_map(|commands| commands.iter().map(|found| found.key.clone())));
@@ -265,16 +265,16 @@ fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnosti
 }
 
 /// All texts within a value, and the names in those that are expressions.
-fn texts(value: &Written, out: &mut BTreeSet<String>) {
+fn texts(value: &RawValue, out: &mut BTreeSet<String>) {
     match value {
-        Written::Text(text) => {
+        RawValue::Text(text) => {
             out.insert(text.trim().to_string());
             if let Ok(read) = Expression::parse(text).or_else(|_| Expression::parse_law(text)) {
                 out.extend(read.names().into_iter().map(str::to_string));
             }
         }
-        Written::Table(table) => table.iter().for_each(|found| texts(&found.entry.value, out)),
-        Written::List(list) => list.iter().for_each(|entry| texts(&entry.value, out)),
+        RawValue::Table(table) => table.iter().for_each(|found| texts(&found.entry.value, out)),
+        RawValue::List(list) => list.iter().for_each(|entry| texts(&entry.value, out)),
         _ => {}
     }
 }
@@ -307,7 +307,7 @@ fn several(root: &Node<'_>, key: &str, fields: &'static [Field], out: &mut Vec<D
     for node in root.list(key, out) {
         let node = node.like(example_of(key));
         let named = node.table.iter().find(|found| {
-            matches!(found.entry.value, Written::Table(_)) && fields.iter().all(|field| field.name != found.key)
+            matches!(found.entry.value, RawValue::Table(_)) && fields.iter().all(|field| field.name != found.key)
         });
         if let Some(found) = named {
             let message = format!("`{key}` is a list of tables without a name, found the table `{key}.{}`", found.key);
@@ -331,19 +331,21 @@ const DECLARE: &str = "declare a parameter with it under `[parameters]`, and wri
 
 fn read_elements(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
     for kind in element::REGISTRY {
-        for node in named_tables(root, kind.keyword, kind.fields, &mut document.doubts, out) {
+        for node in named_tables(root, kind.keyword, kind.fields, &mut document.suppressed, out) {
             let what = format!("{} `{}`", kind.keyword, shortened(node.name));
             let before = out.len();
             let mut table = table(kind.fields, &node.clone().like(kind.example), &what, out);
             let implicit = implicit_parameters(node.name, &mut table);
             refuse_tolerances(&mut table, &what, DECLARE, out);
             if out.len() > before {
-                document.doubts.names.insert(node.name.to_string());
+                document.suppressed.names.insert(node.name.to_string());
             }
             document.implicit.extend(implicit);
             // Blocks read these by their names alone.
-            let alone = ["sensor", "disturbance"].contains(&kind.keyword);
-            if let Some(reason) = reserved(node.name, document).filter(|_| alone && ["t", "pi"].contains(&node.name)) {
+            let standalone = ["sensor", "disturbance"].contains(&kind.keyword);
+            if let Some(reason) =
+                reserved(node.name, document).filter(|_| standalone && ["t", "pi"].contains(&node.name))
+            {
                 let message = format!("`{}` cannot be the name of a {}: {reason}", node.name, kind.keyword);
                 let help = format!("choose another name, such as `{}_1`", node.name);
                 out.push(
@@ -361,33 +363,33 @@ fn read_elements(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
 }
 
 fn read_controls(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
-    for node in named_tables(root, "control", CONTROL, &mut document.doubts, out) {
+    for node in named_tables(root, "control", CONTROL, &mut document.suppressed, out) {
         let what = format!("control `{}`", shortened(node.name));
-        let given = node.table.keyed("law").map(|found| &found.entry);
-        let word = given.map(|given| if let Written::Text(word) = &given.value { word.as_str() } else { "" });
+        let entry = node.table.keyed("law").map(|found| &found.entry);
+        let word = entry.map(|entry| if let RawValue::Text(word) = &entry.value { word.as_str() } else { "" });
         let law = word.and_then(|word| synthesis::REGISTRY.iter().position(|law| law.keyword == word));
         let Some(number) = law else {
             // Says what is wrong with `law` alone: the other keys depend on it.
-            match given {
-                Some(given) => drop(value(&CONTROL[0].kind, &format!("`law` of {what}"), given, out)),
+            match entry {
+                Some(entry) => drop(value(&CONTROL[0].kind, &format!("`law` of {what}"), entry, out)),
                 None => drop(table(&CONTROL[..1], &Node { table: &Entries::default(), ..node.clone() }, &what, out)),
             }
-            document.doubts.references = true;
-            document.doubts.equations = true;
+            document.suppressed.references = true;
+            document.suppressed.equations = true;
             continue;
         };
         let before = out.len();
         let mut table =
             table(&CONTROL_FIELDS[number], &node.clone().like(synthesis::REGISTRY[number].example), &what, out);
         refuse_tolerances(&mut table, &what, DECLARE, out);
-        document.doubts.references |= out.len() > before;
+        document.suppressed.references |= out.len() > before;
         let law = &synthesis::REGISTRY[number];
         document.controls.push(Control { law, name: node.name.to_string(), place: node.name_place.clone(), table });
     }
 }
 
 fn read_logs(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
-    for node in named_tables(root, "log", tables::Log::FIELDS, &mut Doubts::default(), out) {
+    for node in named_tables(root, "log", tables::Log::FIELDS, &mut SuppressedChecks::default(), out) {
         let what = format!("log `{}`", shortened(node.name));
         let mut table = table(tables::Log::FIELDS, &node.clone().like(example_of("log")), &what, out);
         refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
@@ -396,7 +398,7 @@ fn read_logs(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>
 }
 
 fn read_faults(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
-    for node in named_tables(root, "fault", tables::Fault::FIELDS, &mut Doubts::default(), out) {
+    for node in named_tables(root, "fault", tables::Fault::FIELDS, &mut SuppressedChecks::default(), out) {
         let what = format!("fault `{}`", shortened(node.name));
         let mut table = table(tables::Fault::FIELDS, &node.clone().like(example_of("fault")), &what, out);
         document.of_runs.extend(implicit_within(&format!("fault.{}", node.name), &mut table, true));
@@ -407,14 +409,14 @@ fn read_faults(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnosti
 }
 
 fn read_tables(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
-    let mut doubts = Doubts::default();
-    for node in named_tables(root, "table", tables::LookupTable::FIELDS, &mut doubts, out) {
+    let mut suppressed = SuppressedChecks::default();
+    for node in named_tables(root, "table", tables::LookupTable::FIELDS, &mut suppressed, out) {
         let what = format!("table `{}`", shortened(node.name));
         let before = out.len();
         let mut table = table(tables::LookupTable::FIELDS, &node.clone().like(example_of("table")), &what, out);
         refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
         if out.len() > before {
-            document.doubts.names.insert(node.name.to_string());
+            document.suppressed.names.insert(node.name.to_string());
         }
         document.tables.push((node.name.to_string(), table));
     }
@@ -427,31 +429,32 @@ fn read_manoeuvres(
     document: &mut Document,
     (out, study): (&mut Vec<Diagnostic>, &mut Vec<Diagnostic>),
 ) {
-    let mut told = Vec::new();
-    let [manoeuvres, paths] = [("manoeuvre", Manoeuvre::FIELDS), ("path", Path::FIELDS)]
-        .map(|(keyword, fields)| named_tables(root, keyword, fields, &mut Doubts::default(), &mut told));
-    let wrong = check_manoeuvres([&manoeuvres, &paths], variants, document, &mut told);
-    document.doubts.durations |= told.iter().any(|mistake| mistake.severity == Severity::Error);
+    let mut diagnostics = Vec::new();
+    let [manoeuvres, paths] = [("manoeuvre", Manoeuvre::FIELDS), ("path", Path::FIELDS)].map(|(keyword, fields)| {
+        named_tables(root, keyword, fields, &mut SuppressedChecks::default(), &mut diagnostics)
+    });
+    let wrong = check_manoeuvres([&manoeuvres, &paths], variants, document, &mut diagnostics);
+    document.suppressed.durations |= diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error);
     let nodes = [manoeuvres, paths].concat();
     leave_made_out(&nodes, &wrong, document, [out, &mut *study]);
-    study.extend(told);
+    study.extend(diagnostics);
 }
 
 fn read_signals(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
-    for node in named_tables(root, "signal", SIGNAL, &mut Doubts::default(), out) {
+    for node in named_tables(root, "signal", SIGNAL, &mut SuppressedChecks::default(), out) {
         let what = format!("signal `{}`", shortened(node.name));
         let word = node.table.keyed("kind").map(|found| &found.entry);
-        let known = |entry: &Entry| match &entry.value {
-            Written::Text(word) => signal::REGISTRY.iter().position(|kind| kind.keyword == word),
+        let kind_index = |entry: &Entry| match &entry.value {
+            RawValue::Text(word) => signal::REGISTRY.iter().position(|kind| kind.keyword == word),
             _ => None,
         };
-        let Some(number) = word.and_then(known) else {
+        let Some(number) = word.and_then(kind_index) else {
             // Says what is wrong with `kind` alone: the other keys depend on it.
             match word {
-                Some(given) => drop(value(&SIGNAL[0].kind, &format!("`kind` of {what}"), given, out)),
+                Some(entry) => drop(value(&SIGNAL[0].kind, &format!("`kind` of {what}"), entry, out)),
                 None => drop(table(SIGNAL, &Node { table: &Entries::default(), ..node.clone() }, &what, out)),
             }
-            document.doubts.names.insert(node.name.to_string());
+            document.suppressed.names.insert(node.name.to_string());
             continue;
         };
         let kind = &signal::REGISTRY[number];
@@ -459,7 +462,7 @@ fn read_signals(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnost
         let mut table = table(&SIGNAL_FIELDS[number], &node.clone().like(kind.example), &what, out);
         refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
         if out.len() > before {
-            document.doubts.names.insert(node.name.to_string());
+            document.suppressed.names.insert(node.name.to_string());
             continue;
         }
         let (name, place) = (node.name.to_string(), node.name_place.clone());
@@ -473,19 +476,19 @@ fn read_signals(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnost
 }
 
 fn read_blocks(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
-    for node in named_tables(root, "block", BLOCK, &mut Doubts::default(), out) {
+    for node in named_tables(root, "block", BLOCK, &mut SuppressedChecks::default(), out) {
         let what = format!("block `{}`", shortened(node.name));
         let word = node.table.keyed("kind").map(|found| &found.entry);
-        let known = |entry: &Entry| match &entry.value {
-            Written::Text(word) => block::REGISTRY.iter().position(|kind| kind.keyword == word),
+        let kind_index = |entry: &Entry| match &entry.value {
+            RawValue::Text(word) => block::REGISTRY.iter().position(|kind| kind.keyword == word),
             _ => None,
         };
-        let Some(number) = word.and_then(known) else {
+        let Some(number) = word.and_then(kind_index) else {
             match word {
-                Some(given) => drop(value(&BLOCK[0].kind, &format!("`kind` of {what}"), given, out)),
+                Some(entry) => drop(value(&BLOCK[0].kind, &format!("`kind` of {what}"), entry, out)),
                 None => drop(table(&BLOCK[..1], &Node { table: &Entries::default(), ..node.clone() }, &what, out)),
             }
-            document.doubts.names.insert(node.name.to_string());
+            document.suppressed.names.insert(node.name.to_string());
             continue;
         };
         let kind = &block::REGISTRY[number];
@@ -493,7 +496,7 @@ fn read_blocks(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnosti
         let mut table = table(&BLOCK_FIELDS[number], &node.clone().like(kind.example), &what, out);
         refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
         if out.len() > before {
-            document.doubts.names.insert(node.name.to_string());
+            document.suppressed.names.insert(node.name.to_string());
             continue;
         }
         let (name, place) = (node.name.to_string(), node.name_place.clone());
@@ -536,19 +539,24 @@ const STUDY: [&str; 14] = [
 ];
 
 /// Reports tables that a model file does not have.
-fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>, study: &mut Vec<Diagnostic>) {
-    let mut known = vec!["model", "parameters", "variants", "variant", "control", "block", "table"];
-    known.extend(STUDY);
-    known.extend(element::REGISTRY.iter().map(|kind| kind.keyword));
+fn check_tables(
+    root: &Node<'_>,
+    suppressed: &mut SuppressedChecks,
+    out: &mut Vec<Diagnostic>,
+    study: &mut Vec<Diagnostic>,
+) {
+    let mut table_names = vec!["model", "parameters", "variants", "variant", "control", "block", "table"];
+    table_names.extend(STUDY);
+    table_names.extend(element::REGISTRY.iter().map(|kind| kind.keyword));
     for found in root.table.iter() {
         let (name, value) = (found.key.as_str(), &found.entry.value);
-        if known.contains(&name) {
+        if table_names.contains(&name) {
             continue;
         }
-        let meant = nearest_or_alike(name, known.iter().copied());
-        let is_table = matches!(value, Written::Table(_) | Written::List(_));
-        let help = match (meant, name) {
-            (Some(meant), _) => format!("did you mean `{meant}`?"),
+        let nearest_name = nearest_or_similar(name, table_names.iter().copied());
+        let is_table = matches!(value, RawValue::Table(_) | RawValue::List(_));
+        let help = match (nearest_name, name) {
+            (Some(nearest_name), _) => format!("did you mean `{nearest_name}`?"),
             (None, "event" | "events") => "write each as `[[scenario.event]]`".to_string(),
             (None, "faults") => {
                 "write each as `[[scenario.fault]]`, or, where it happens in some runs only, as `[fault.NAME]`"
@@ -558,40 +566,40 @@ fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>,
             (None, "channel" | "channels") => "write each as `[[log.NAME.channel]]`".to_string(),
             (None, "actuator" | "actuators") => "write each as `[[analysis.actuator]]`".to_string(),
             (None, "tolerance" | "tolerances") => "write a tolerance behind its value: \"1 N m ± 10 %\"".to_string(),
-            (None, word) if stands_still(word) => how_to_hold("SHAFT"),
+            (None, word) if is_fixed_name(word) => how_to_fix_shaft("SHAFT"),
             (None, "sources" | "source" | "input" | "inputs") => {
                 "torques come from `motor` and `disturbance`".to_string()
             }
             (None, _) => format!(
                 "known tables are {}",
-                known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+                table_names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
             ),
         };
         let (what, label) = if is_table { ("table", "unknown table") } else { ("key", "unknown key") };
-        let mistake =
+        let diagnostic =
             Diagnostic::error("key::unknown", format!("a model file has no {what} `{}` at the top", shortened(name)))
                 .at(found.place.clone(), label)
                 .help(help);
-        if !is_table || meant.is_some_and(|meant| STUDY.contains(&meant)) {
-            study.push(mistake);
+        if !is_table || nearest_name.is_some_and(|nearest_name| STUDY.contains(&nearest_name)) {
+            study.push(diagnostic);
             continue;
         }
-        out.push(mistake);
-        doubts.references |= meant.is_none_or(|meant| meant == "control");
-        doubts.variants |= meant.is_none_or(|meant| meant == "variants");
-        doubts.all |= !doubt_names(value, doubts);
+        out.push(diagnostic);
+        suppressed.references |= nearest_name.is_none_or(|nearest_name| nearest_name == "control");
+        suppressed.variants |= nearest_name.is_none_or(|nearest_name| nearest_name == "variants");
+        suppressed.all |= !suppress_names(value, suppressed);
     }
 }
 
 /// The names that a table of tables or a list of tables would have introduced; false if it is neither.
-fn doubt_names(value: &Written, doubts: &mut Doubts) -> bool {
+fn suppress_names(value: &RawValue, suppressed: &mut SuppressedChecks) -> bool {
     match value {
-        Written::Table(table) => doubts.names.extend(table.iter().map(|found| found.key.clone())),
-        Written::List(list) => {
+        RawValue::Table(table) => suppressed.names.extend(table.iter().map(|found| found.key.clone())),
+        RawValue::List(list) => {
             for entry in list {
-                let Written::Table(table) = &entry.value else { return false };
-                let Some(Written::Text(name)) = table.get("name") else { return false };
-                doubts.names.insert(name.clone());
+                let RawValue::Table(table) = &entry.value else { return false };
+                let Some(RawValue::Text(name)) = table.get("name") else { return false };
+                suppressed.names.insert(name.clone());
             }
         }
         _ => return false,
@@ -604,15 +612,15 @@ fn named_tables<'t>(
     root: &Node<'t>,
     keyword: &str,
     fields: &[Field],
-    doubts: &mut Doubts,
+    suppressed: &mut SuppressedChecks,
     out: &mut Vec<Diagnostic>,
 ) -> Vec<Node<'t>> {
     let Some(found) = root.table.keyed(keyword) else { return Vec::new() };
-    let given = &found.entry.value;
-    let Written::Table(_) = given else {
-        doubts.all |= !doubt_names(given, doubts);
-        doubts.references |= keyword == "control";
-        let what = if matches!(given, Written::List(_)) { "a list" } else { "a value" };
+    let entry = &found.entry.value;
+    let RawValue::Table(_) = entry else {
+        suppressed.all |= !suppress_names(entry, suppressed);
+        suppressed.references |= keyword == "control";
+        let what = if matches!(entry, RawValue::List(_)) { "a list" } else { "a value" };
         out.push(
             Diagnostic::error("type::wrong", format!("`{keyword}`: expected tables with a name each, found {what}"))
                 .at(found.place.clone(), "not a table")
@@ -621,10 +629,10 @@ fn named_tables<'t>(
         return Vec::new();
     };
     let Some(mut group) = root.child(keyword, out) else { return Vec::new() };
-    let is_table = |found: &&KeyedEntry| matches!(found.entry.value, Written::Table(_));
+    let is_table = |found: &&KeyedEntry| matches!(found.entry.value, RawValue::Table(_));
     let loose = group.table.iter().find(|found| !is_table(found) && fields.iter().any(|f| f.name == found.key));
     if let Some(found) = loose {
-        doubts.all = true;
+        suppressed.all = true;
         let message = format!("a {keyword} needs a name: `{}` stands in `[{keyword}]` itself", found.key);
         out.push(
             Diagnostic::error("name::missing", message)
@@ -632,7 +640,7 @@ fn named_tables<'t>(
                 .help(format!("write `[{keyword}.NAME]` with a name of your choice")),
         );
     }
-    doubts.names.extend(group.table.iter().filter(|found| !is_table(found)).map(|found| found.key.clone()));
+    suppressed.names.extend(group.table.iter().filter(|found| !is_table(found)).map(|found| found.key.clone()));
     group.name = if loose.is_some() { "" } else { group.name };
     let nodes = if loose.is_some() { group.children(&mut Vec::new()) } else { group.children(out) };
     let own = |place: &Place| {
@@ -647,12 +655,12 @@ fn named_tables<'t>(
 }
 
 fn check_unique(document: &Document, out: &mut Vec<Diagnostic>) {
-    let mut seen: HashMap<&str, (&str, &Place)> = HashMap::new();
+    let mut first_uses: HashMap<&str, (&str, &Place)> = HashMap::new();
     let elements = document.elements.iter().map(|e| (e.name.as_str(), e.kind.keyword, &e.place));
     let controls = document.controls.iter().map(|c| (c.name.as_str(), "control", &c.place));
     let blocks = document.blocks.iter().map(|b| (b.name.as_str(), "block", &b.place));
     for (name, kind, place) in elements.chain(controls).chain(blocks) {
-        match seen.get(name) {
+        match first_uses.get(name) {
             Some((other_kind, other_span)) => out.push(
                 Diagnostic::error(
                     "name::duplicate",
@@ -662,7 +670,7 @@ fn check_unique(document: &Document, out: &mut Vec<Diagnostic>) {
                 .at((*other_span).clone(), "first here")
                 .help("give each element, controller and block a name of its own"),
             ),
-            None => drop(seen.insert(name, (kind, place))),
+            None => drop(first_uses.insert(name, (kind, place))),
         }
     }
 }
@@ -689,9 +697,9 @@ mod tests {
         assert!(!keywords.is_empty());
         assert_eq!(keywords, SIGNALS);
         for kind in signal::REGISTRY {
-            let (document, mistakes) = read(kind.example);
-            let mistakes: Vec<_> = mistakes.into_iter().filter(|d| d.code != "model::no-shaft").collect();
-            assert_eq!(mistakes, [], "{}", kind.keyword);
+            let (document, diagnostics) = read(kind.example);
+            let diagnostics: Vec<_> = diagnostics.into_iter().filter(|d| d.code != "model::no-shaft").collect();
+            assert_eq!(diagnostics, [], "{}", kind.keyword);
             assert_eq!(document.signals.len(), 1, "{}", kind.keyword);
         }
     }
@@ -702,9 +710,9 @@ mod tests {
         assert!(!keywords.is_empty());
         assert_eq!(keywords, BLOCKS);
         for kind in block::REGISTRY {
-            let (document, mistakes) = read(kind.example);
-            let mistakes: Vec<_> = mistakes.into_iter().filter(|d| d.code != "model::no-shaft").collect();
-            assert_eq!(mistakes, [], "{}", kind.keyword);
+            let (document, diagnostics) = read(kind.example);
+            let diagnostics: Vec<_> = diagnostics.into_iter().filter(|d| d.code != "model::no-shaft").collect();
+            assert_eq!(diagnostics, [], "{}", kind.keyword);
             assert!(document.blocks.iter().any(|block| block.kind.keyword == kind.keyword), "{}", kind.keyword);
         }
     }
@@ -717,10 +725,10 @@ mod tests {
     }
 
     #[test]
-    fn every_element_that_holds_can_be_stuck() {
-        let holds = ["friction", "static_factor", "restitution", "engaged"];
+    fn every_element_that_sticks_can_be_stuck() {
+        let stick_keys = ["friction", "static_factor", "restitution", "engaged"];
         let has = |kind: &&element::Element| {
-            kind.keyword == "one_way_clutch" || kind.fields.iter().any(|field| holds.contains(&field.name))
+            kind.keyword == "one_way_clutch" || kind.fields.iter().any(|field| stick_keys.contains(&field.name))
         };
         let keywords: Vec<&str> = element::REGISTRY.iter().filter(has).map(|kind| kind.keyword).collect();
         assert_eq!(keywords, tables::HOLDING);
@@ -731,17 +739,17 @@ mod tests {
     fn examples_parse() {
         let examples = element::REGISTRY.iter().map(|kind| (kind.keyword, kind.example));
         let laws = synthesis::REGISTRY.iter().map(|law| (law.keyword, law.example));
-        let mut seen = 0;
+        let mut count = 0;
         for (keyword, example) in examples.chain(laws) {
-            let (document, mistakes) = read(example);
-            let mistakes: Vec<_> = mistakes.into_iter().filter(|d| d.code != "model::no-shaft").collect();
-            assert_eq!(mistakes, [], "{keyword}");
+            let (document, diagnostics) = read(example);
+            let diagnostics: Vec<_> = diagnostics.into_iter().filter(|d| d.code != "model::no-shaft").collect();
+            assert_eq!(diagnostics, [], "{keyword}");
             // The example of a law may need a sensor.
             let law = synthesis::find(keyword).is_some();
             let elements = document.elements.iter().filter(|element| element.kind.keyword == keyword).count();
             assert_eq!(if law { document.controls.len() } else { elements }, 1, "{keyword}");
-            seen += 1;
+            count += 1;
         }
-        assert!(seen > 0);
+        assert!(count > 0);
     }
 }

@@ -7,7 +7,7 @@ use super::document::{Control, Document, Instance, Setting, keys_of};
 use super::functions::Functions;
 use super::mechanism::part;
 use super::programs::Programs;
-use super::table_reader::{Rounded, TableReader, words};
+use super::table_reader::{Rounded, TableReader, occurrences};
 use super::tables::Header;
 use super::tolerance::Tolerance;
 use crate::diagnostics::{Diagnostic, quoted};
@@ -99,7 +99,7 @@ impl Document {
                 self.check_moves(instance, &values, &reader, &mut out);
             }
             let mut own = (instance.kind.terms)(&instance.name, &values);
-            if !self.elements.all(GROUND).any(|other| other.body().is_some()) {
+            if !self.elements.all(GROUND).any(|candidate| candidate.body().is_some()) {
                 own.iter_mut().for_each(Term::leave_ground);
             }
             let described = describe(instance, &values, &reader);
@@ -138,7 +138,7 @@ impl Document {
             terms,
             elements,
             mechanism,
-            coordinates: header.words("coordinates").map(<[String]>::to_vec),
+            coordinates: header.names("coordinates").map(<[String]>::to_vec),
             controls,
             idle,
             programs,
@@ -180,7 +180,7 @@ impl Document {
                     format!("control `{}` and control `{}` both command the motor `{input}`", control.name, other.name);
                 let place = |name: &str| {
                     let control = self.controls.get(name)?;
-                    words(&control.table, &input).into_iter().next()
+                    occurrences(&control.table, &input).into_iter().next()
                 };
                 out.push(
                     Diagnostic::error("control::input", message)
@@ -222,8 +222,12 @@ impl Document {
                 }
                 Measured::Angle(_) | Measured::Speed(_) | Measured::NetTorque(_) | Measured::Signal(_) => continue,
             };
-            let known = self.elements.has(element);
-            if !known || doubtful.contains(&named.element) || doubtful.contains(element) || self.doubts.has(element) {
+            let declared = self.elements.has(element);
+            if !declared
+                || doubtful.contains(&named.element)
+                || doubtful.contains(element)
+                || self.suppressed.has(element)
+            {
                 doubtful.insert(named.element.clone());
                 continue;
             }
@@ -232,16 +236,16 @@ impl Document {
             // The shafts that a constraint acts on.
             let shafts: Vec<&str> = of_element()
                 .flat_map(|term| match term {
-                    Term::Constraint { along, .. } | Term::Compliance { along, .. } => {
-                        along.entries.iter().filter(|(_, x)| !x.is_zero()).map(|(name, _)| name.as_str()).collect()
+                    Term::Constraint { direction, .. } | Term::Compliance { direction, .. } => {
+                        direction.entries.iter().filter(|(_, x)| !x.is_zero()).map(|(name, _)| name.as_str()).collect()
                     }
                     Term::Transmission { driven, driving, .. } => vec![driven.as_str(), driving],
                     _ => Vec::new(),
                 })
                 .collect();
-            let kept = of_element().any(|term| matches!(term, Term::Kept(_)));
+            let by_multiplier = of_element().any(|term| matches!(term, Term::MultiplierLaw(_)));
             let (key, message, help) = match shaft {
-                _ if kept => (
+                _ if by_multiplier => (
                     "element",
                     format!("no sensor reads what `{element}` carries, which is not solved for a coordinate"),
                     format!("its multiplier is a column of a run: `{element}.tau` or `{element}.f`"),
@@ -303,12 +307,12 @@ const MOST_ROUNDED: usize = 8;
 
 impl Model {
     /// One sentence for each value that was rounded; of very many the first ones, and how many there are.
-    pub fn rounded_in_words(&self) -> Vec<String> {
-        let mut told: Vec<String> = self.rounded.iter().take(MOST_ROUNDED).map(ToString::to_string).collect();
+    pub fn rounding_messages(&self) -> Vec<String> {
+        let mut listed: Vec<String> = self.rounded.iter().take(MOST_ROUNDED).map(ToString::to_string).collect();
         if self.rounded.len() > MOST_ROUNDED {
-            told.push(format!("{} more values were rounded", self.rounded.len() - MOST_ROUNDED));
+            listed.push(format!("{} more values were rounded", self.rounded.len() - MOST_ROUNDED));
         }
-        told
+        listed
     }
 }
 
@@ -337,34 +341,34 @@ pub(super) fn element_values(
     let before = out.len();
     let mut values = reader.values(kind.fields, table, &what, out);
     for field in kind.fields {
-        let Some(given) = table.values.get(field.name) else { continue };
-        let masses = table.along_masses || values.measure("coefficients") == Some(Domain::Translation);
+        let Some(entry) = table.values.get(field.name) else { continue };
+        let masses = table.translational || values.measure("coefficients") == Some(Domain::Translation);
         let label = format!("`{}` of {what}", field.name);
-        if let (Kind::OfTime(dimension), Value::Scalar(scalar)) = (field.kind.along(masses), &given.value)
+        if let (Kind::OfTime(dimension), Value::Scalar(scalar)) = (field.kind.for_translation(masses), &entry.value)
             && let Some(expression) = functions.of_time(scalar)
         {
-            let function = functions.smooth(&expression, dimension, (&given.place, &label), out);
+            let function = functions.smooth(&expression, dimension, (&entry.place, &label), out);
             function.into_iter().for_each(|found| values.insert(field.name, Resolved::OfTime(Arc::new(found))));
         }
-        if let (Kind::Formulas, Value::Map(entries)) = (field.kind, &given.value) {
+        if let (Kind::Formulas, Value::Map(entries)) = (field.kind, &entry.value) {
             if let Some(row) = functions.row(entries, &label, out) {
                 values.insert(field.name, Resolved::Formulas(row));
             }
             continue;
         }
-        if let (Kind::Surface, Value::Scalar(Scalar::Expression(expression))) = (field.kind, &given.value) {
-            if let Some(formula) = functions.surface(expression, (&given.place, &label), out) {
+        if let (Kind::Surface, Value::Scalar(Scalar::Expression(expression))) = (field.kind, &entry.value) {
+            if let Some(formula) = functions.surface(expression, (&entry.place, &label), out) {
                 values.insert(field.name, Resolved::Formulas(vec![(String::new(), formula)]));
             }
             continue;
         }
-        let (Kind::Formula(wanted), Value::Scalar(Scalar::Expression(expression))) =
-            (field.kind.along(masses), &given.value)
+        let (Kind::Formula(expected), Value::Scalar(Scalar::Expression(expression))) =
+            (field.kind.for_translation(masses), &entry.value)
         else {
             continue;
         };
-        let own = if field.name == LOSS.name { of_mesh(wanted) } else { Vec::new() };
-        if let Some(formula) = functions.formula(expression, wanted, own, (&given.place, &label), out) {
+        let own = if field.name == LOSS.name { gear_loss_symbols(expected) } else { Vec::new() };
+        if let Some(formula) = functions.formula(expression, expected, own, (&entry.place, &label), out) {
             values.insert(field.name, Resolved::Formula(Arc::new(formula)));
         }
     }
@@ -375,12 +379,12 @@ pub(super) fn element_values(
     // A check over several keys means little if one of them could not be read.
     let complete = table.values.keys().all(|key| values.has(key)) && table.unread.is_empty();
     if complete && out.len() == before {
-        for mistake in (kind.check)(&values) {
-            let place = table.values.get(mistake.key).map_or(place, |value| &value.place);
+        for error in (kind.check)(&values) {
+            let place = table.values.get(error.key).map_or(place, |value| &value.place);
             out.push(
-                Diagnostic::error("element::check", format!("{what}: {}", mistake.message))
+                Diagnostic::error("element::check", format!("{what}: {}", error.message))
                     .at(place.clone(), "")
-                    .help(mistake.help),
+                    .help(error.help),
             );
         }
     }
@@ -388,7 +392,7 @@ pub(super) fn element_values(
 }
 
 /// What the loss of a mesh may name.
-fn of_mesh(torque: Dimension) -> Vec<(String, Meaning)> {
+fn gear_loss_symbols(torque: Dimension) -> Vec<(String, Meaning)> {
     let speed = if torque == Dimension::FORCE { Dimension::VELOCITY } else { Dimension::ANGULAR_VELOCITY };
     vec![(LOAD.into(), Meaning::Load(torque)), (SPEED.into(), Meaning::Slip(speed))]
 }
@@ -396,7 +400,7 @@ fn of_mesh(torque: Dimension) -> Vec<(String, Meaning)> {
 fn describe(instance: &Instance, values: &Values, reader: &TableReader<'_>) -> String {
     let mut parts = Vec::new();
     for field in instance.kind.fields {
-        let mut kind = field.kind.along(instance.table.along_masses);
+        let mut kind = field.kind.for_translation(instance.table.translational);
         if let (Kind::AnyQuantity, Some(Placed { value: Value::Scalar(scalar), place })) =
             (kind, instance.table.values.get(field.name))
         {

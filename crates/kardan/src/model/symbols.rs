@@ -9,7 +9,7 @@ use super::table_reader::TableReader;
 use crate::element::Values;
 use crate::equations::{self, Domain, GROUND, InputKind, NamedTerm, Term};
 use crate::schema::{Kind, Scalar, Value};
-use crate::symbolic::{Given, Meaning, TimeFunction};
+use crate::symbolic::{FunctionSource, Meaning, TimeFunction};
 use crate::units::{Dimension, Exact, Expression};
 
 /// A value that equations in symbols may name.
@@ -50,18 +50,18 @@ impl Document {
     pub fn named_terms(&self, settings: &[Setting]) -> NamedTerms {
         let (reader, mut out) = (TableReader::new(self, settings), NamedTerms::default());
         let mut functions = Functions::of_scenario(&reader, self);
-        let ground = self.elements.iter().any(|other| other.name == GROUND && other.body().is_some());
+        let ground = self.elements.iter().any(|candidate| candidate.name == GROUND && candidate.body().is_some());
         for instance in &self.elements {
             let (mut values, _) = element_values(instance, (&reader, &mut functions), &mut Vec::new());
             out.read(instance, &reader);
             for field in instance.kind.fields {
-                let dimension = match field.kind.along(instance.table.along_masses) {
+                let dimension = match field.kind.for_translation(instance.table.translational) {
                     Kind::Quantity(dimension, _) => dimension,
                     _ => Dimension::NONE,
                 };
                 if let Some(value) = values.exact(field.name).cloned() {
-                    let known = SymbolValue { value, dimension, follows: None };
-                    out.values.insert(format!("{}.{}", instance.name, field.name), known);
+                    let symbol_value = SymbolValue { value, dimension, follows: None };
+                    out.values.insert(format!("{}.{}", instance.name, field.name), symbol_value);
                 }
             }
             values.name(&instance.name);
@@ -69,16 +69,16 @@ impl Document {
             if !ground {
                 own.iter_mut().for_each(Term::leave_ground);
             }
-            if own.iter().any(|term| matches!(term, Term::Moving(_) | Term::Kept(_))) {
+            if own.iter().any(|term| matches!(term, Term::Moving(_) | Term::MultiplierLaw(_))) {
                 out.prescribed(instance, self, &values, &own);
             }
             for term in own {
                 let element = instance.name.clone();
                 // A law has its own line; in the equations it is an input.
                 let named = match term {
-                    Term::Torque { along, law } => {
+                    Term::Torque { direction, law } => {
                         let of_charge = instance.kind.node_keys().next().is_some();
-                        let own = along.entries.first().is_some_and(|(coordinate, _)| *coordinate == element);
+                        let own = direction.entries.first().is_some_and(|(coordinate, _)| *coordinate == element);
                         let element = match (of_charge, own) {
                             (true, true) => format!("{element}_emf"),
                             (true, false) => format!("{element}_torque"),
@@ -87,12 +87,12 @@ impl Document {
                         };
                         out.named_in_laws.extend(constants(&law));
                         for (name, shared) in law.shared() {
-                            if out.laws.iter().all(|(other, _)| other != name) {
+                            if out.laws.iter().all(|(candidate, _)| candidate != name) {
                                 out.laws.push((name.to_string(), shared.expression.text().to_string()));
                             }
                         }
                         out.laws.push((element.clone(), law.expression.text().to_string()));
-                        NamedTerm { element, term: Term::Input { along, kind: InputKind::Disturbance } }
+                        NamedTerm { element, term: Term::Input { direction, kind: InputKind::Disturbance } }
                     }
                     term => NamedTerm { element, term },
                 };
@@ -121,7 +121,7 @@ impl NamedTerms {
     /// What a constraint prescribes, with names; and the names in kept formulas.
     fn prescribed(&mut self, instance: &Instance, document: &Document, values: &Values, terms: &[Term]) {
         let formulas = terms.iter().filter_map(|term| match term {
-            Term::Kept(law) => Some(law.formulas()),
+            Term::MultiplierLaw(law) => Some(law.formulas()),
             _ => None,
         });
         let names = formulas.flatten().flat_map(|formula| &formula.names);
@@ -129,8 +129,8 @@ impl NamedTerms {
         self.used.extend(parameters.map(|(name, _)| name.clone()));
         let moving = terms.iter().any(|term| matches!(term, Term::Moving(_)));
         for field in instance.kind.fields {
-            let Kind::OfTime(dimension) = field.kind.along(instance.table.along_masses) else { continue };
-            let read = instance.table.values.get(field.name).and_then(|given| match &given.value {
+            let Kind::OfTime(dimension) = field.kind.for_translation(instance.table.translational) else { continue };
+            let read = instance.table.values.get(field.name).and_then(|source| match &source.value {
                 Value::Scalar(scalar) => document.function_of_time(scalar),
                 _ => None,
             });
@@ -138,32 +138,32 @@ impl NamedTerms {
                 let is_signal = |name: &str| document.signals.has(name);
                 read.tables().is_empty() && !read.names().into_iter().any(is_signal)
             };
-            let given = match (values.of_time(field.name), read) {
-                (Some(_), Some(read)) if closed(&read) => Given::Formula(read),
+            let source = match (values.of_time(field.name), read) {
+                (Some(_), Some(read)) if closed(&read) => FunctionSource::Formula(read),
                 (Some(_), Some(read)) => {
                     let text = read.text();
-                    let alone = text.strip_prefix('\'').and_then(|rest| rest.strip_suffix('\''));
-                    Given::Words(alone.filter(|name| !name.contains('\'')).unwrap_or(text).to_string())
+                    let unquoted = text.strip_prefix('\'').and_then(|rest| rest.strip_suffix('\''));
+                    FunctionSource::Text(unquoted.filter(|name| !name.contains('\'')).unwrap_or(text).to_string())
                 }
-                (Some(_), None) => Given::Words(EVENTS.to_string()),
+                (Some(_), None) => FunctionSource::Text(EVENTS.to_string()),
                 (None, _) => match values.exact(field.name) {
-                    Some(value) => Given::Exact(value.clone()),
+                    Some(value) => FunctionSource::Exact(value.clone()),
                     None => continue,
                 },
             };
-            if let Given::Formula(read) = &given {
+            if let FunctionSource::Formula(read) = &source {
                 self.used.extend(read.names().into_iter().filter(|name| *name != "t").map(str::to_string));
             }
             let rate = dimension == Dimension::CURRENT && moving;
-            self.functions.insert(instance.name.clone(), TimeFunction { given, rate });
+            self.functions.insert(instance.name.clone(), TimeFunction { source, rate });
         }
     }
 
     /// What the values of an element are.
     fn read(&mut self, instance: &Instance, reader: &TableReader<'_>) {
-        for (key, given) in &instance.table.values {
+        for (key, entry) in &instance.table.values {
             let name = format!("{}.{key}", instance.name);
-            match &given.value {
+            match &entry.value {
                 Value::Scalar(scalar) => self.mean(name, scalar, false, reader),
                 Value::Map(entries) => {
                     for (entry, scalar) in entries {

@@ -5,13 +5,13 @@ use std::collections::{BTreeSet, HashMap};
 use std::fmt;
 
 use super::document::{Document, Instance, Parameter, Setting};
-use super::keys::{GUESSES, mistake};
+use super::keys::{GUESSES, expression_diagnostic};
 use super::parameters::fitting;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::element::{Resolved, Values};
 use crate::entries::Place;
 use crate::equations::{Domain, GROUND};
-use crate::names::{Quantity, SignalName, did_you_mean, stands_still};
+use crate::names::{Quantity, SignalName, did_you_mean, is_fixed_name};
 use crate::schema::{Field, Kind, Placed, SHORTEST_PERIOD, Scalar, Sign, Table, Value};
 use crate::units::{Dimension, Exact, Expression, UnitError, shown_quantity};
 
@@ -94,8 +94,8 @@ impl<'a> TableReader<'a> {
                 let value = match (set, &declared.expression) {
                     (Some(set), _) => Ok(set.value.clone()),
                     (None, Some(expression)) => {
-                        let known = |name: &str| known(all.get(name)?);
-                        expression.evaluate(&known).map(|found| {
+                        let exact_of = |name: &str| exact_of(all.get(name)?);
+                        expression.evaluate(&exact_of).map(|found| {
                             exact = found.exact;
                             fitting(&found, declared.dimension).map_or(found.value, |(value, _)| value)
                         })
@@ -121,12 +121,12 @@ impl<'a> TableReader<'a> {
         if let Err(error) = &found.value {
             self.not_computed(found.declared, error, out);
         }
-        Some(known(found))
+        Some(exact_of(found))
     }
 
     /// The value of what an expression may name, for the settings.
     pub(crate) fn exact_value(&self, name: &str) -> Option<(Exact, Dimension)> {
-        known(self.parameter(name)?)
+        exact_of(self.parameter(name)?)
     }
 
     /// The value of an expression that stands at a place.
@@ -143,11 +143,11 @@ impl<'a> TableReader<'a> {
                     self.not_computed(declared, error, out);
                     return None;
                 }
-                None if self.document.doubts.has_key(name) => return None,
+                None if self.document.suppressed.has_key(name) => return None,
                 _ => {}
             }
         }
-        match expression.evaluate(&|name| known(self.parameter(name)?)) {
+        match expression.evaluate(&|name| exact_of(self.parameter(name)?)) {
             Ok(found) => {
                 if !found.exact {
                     let (text, unit) = (expression.text().to_string(), found.dimension.si());
@@ -157,7 +157,7 @@ impl<'a> TableReader<'a> {
                 Some((found.value, found.dimension))
             }
             Err(error) => {
-                out.push(mistake(self.document, what, error, expression, (place, out)));
+                out.push(expression_diagnostic(self.document, what, error, expression, (place, out)));
                 None
             }
         }
@@ -186,7 +186,7 @@ impl<'a> TableReader<'a> {
     fn not_computed(&self, declared: &Parameter, error: &UnitError, out: &mut Vec<Diagnostic>) {
         let Some(expression) = &declared.expression else { return };
         let what = format!("parameter `{}`", declared.name);
-        out.push(mistake(self.document, &what, error.clone(), expression, (&declared.place, out)));
+        out.push(expression_diagnostic(self.document, &what, error.clone(), expression, (&declared.place, out)));
     }
 
     /// A scalar with its parameter put in; the dimension and sign are checked where they are known.
@@ -214,29 +214,29 @@ impl<'a> TableReader<'a> {
         out: &mut Vec<Diagnostic>,
     ) -> Option<(Exact, Dimension)> {
         let (mut value, mut found) = self.evaluate(expression, (place, what), out)?;
-        let Some((wanted, sign)) = expected else { return Some((value, found)) };
-        if let Some(period) = wanted.of_other(&value, &found) {
-            (value, found) = (period, wanted);
+        let Some((required, sign)) = expected else { return Some((value, found)) };
+        if let Some(period) = required.of_other(&value, &found) {
+            (value, found) = (period, required);
         }
         let of = |name: &str| self.parameter(name).map(|found| found.declared.dimension);
-        if expression.mixes_turns(wanted, found, &of) {
-            let message = format!("{what}: expected {}, but this is {}", wanted.noun(), found.noun());
-            let turned = if found == Dimension::FREQUENCY { "times `2 pi`" } else { "divided by `2 pi`" };
-            let help = format!("a turn is 2 pi rad: write it {turned}");
+        if expression.mixes_turns(required, found, &of) {
+            let message = format!("{what}: expected {}, but this is {}", required.noun(), found.noun());
+            let conversion = if found == Dimension::FREQUENCY { "times `2 pi`" } else { "divided by `2 pi`" };
+            let help = format!("a turn is 2 pi rad: write it {conversion}");
             out.push(Diagnostic::error("unit::dimension", message).at(place.clone(), found.noun()).help(help));
             return None;
         }
-        if !wanted.is_like(&found) {
-            let message = format!("{what}: expected {}, but this is {}", wanted.noun(), found.noun());
+        if !required.is_like(&found) {
+            let message = format!("{what}: expected {}, but this is {}", required.noun(), found.noun());
             out.push(
                 Diagnostic::error("unit::dimension", message)
                     .at(place.clone(), found.noun())
-                    .help(format!("it should come out in a unit such as {}", wanted.example())),
+                    .help(format!("it should come out in a unit such as {}", required.example())),
             );
             return None;
         }
         if let Some(rule) = broken(sign, &value) {
-            let message = format!("{what} must be {rule}, but `{}` is {value} {}", expression.text(), wanted.si());
+            let message = format!("{what} must be {rule}, but `{}` is {value} {}", expression.text(), required.si());
             out.push(
                 Diagnostic::error("number::sign", message)
                     .at(place.clone(), "this value")
@@ -244,7 +244,7 @@ impl<'a> TableReader<'a> {
             );
             return None;
         }
-        Some((value, wanted))
+        Some((value, required))
     }
 
     /// The value of a parameter.
@@ -256,7 +256,7 @@ impl<'a> TableReader<'a> {
         out: &mut Vec<Diagnostic>,
     ) -> Option<(Exact, Dimension)> {
         let Some(Found { declared, value, .. }) = self.parameter(name) else {
-            if self.document.doubts.has(name) {
+            if self.document.suppressed.has(name) {
                 return None;
             }
             let names = self.document.parameters.iter().map(|p| p.name.as_str());
@@ -275,30 +275,30 @@ impl<'a> TableReader<'a> {
                 return None;
             }
         };
-        if let Some((wanted, sign)) = expected {
-            if let Some(period) = wanted.of_other(&value, &dimension) {
-                (value, dimension) = (period, wanted);
+        if let Some((required, sign)) = expected {
+            if let Some(period) = required.of_other(&value, &dimension) {
+                (value, dimension) = (period, required);
             }
             // Of what is computed angles are not counted.
-            if declared.expression.is_some() && wanted.is_like(&dimension) {
-                dimension = wanted;
+            if declared.expression.is_some() && required.is_like(&dimension) {
+                dimension = required;
             }
-            if wanted != dimension {
-                let message = format!("{what}: expected {}, but `{name}` is {}", wanted.noun(), dimension.noun());
+            if required != dimension {
+                let message = format!("{what}: expected {}, but `{name}` is {}", required.noun(), dimension.noun());
                 out.push(
                     Diagnostic::error("unit::dimension", message)
                         .at(place.clone(), dimension.noun())
-                        .help(format!("give `{name}` a unit such as {}", wanted.example())),
+                        .help(format!("give `{name}` a unit such as {}", required.example())),
                 );
                 return None;
             }
-            if let Some(wanted) = broken(sign, &value) {
+            if let Some(required) = broken(sign, &value) {
                 let text = self
                     .settings
                     .iter()
                     .find(|s| s.name == name)
                     .map_or_else(|| Some(declared.text.clone()), |set| Some(set.text.clone()));
-                let message = format!("{what} must be {wanted}, but `{name}` is {}", text.unwrap_or_default());
+                let message = format!("{what} must be {required}, but `{name}` is {}", text.unwrap_or_default());
                 out.push(
                     Diagnostic::error("number::sign", message)
                         .at(place.clone(), "through this parameter")
@@ -318,7 +318,7 @@ impl<'a> TableReader<'a> {
     /// All values of a table, with names of shafts and elements checked and parameters put in.
     pub fn values(&self, fields: &[Field], table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Values {
         let mut values = Values::default();
-        values.along_masses = table.along_masses;
+        values.translational = table.translational;
         for field in fields {
             let word = || field.default_word().map(|word| Resolved::Word(word.into()));
             if let Some(default) = field.default_number().map(Resolved::Exact).or_else(word) {
@@ -336,8 +336,8 @@ impl<'a> TableReader<'a> {
                     Resolved::Word(name.clone())
                 }
                 (_, Value::Word(word)) => Resolved::Word(word.clone()),
-                (kind, Value::Words(words)) => {
-                    for word in words {
+                (kind, Value::Names(names)) => {
+                    for word in names {
                         match kind {
                             // A list of shafts names coordinates; those of a circuit are charges.
                             Kind::Shafts(_) => self.check_coordinate(&word.value, &word.place, &label, out),
@@ -345,25 +345,25 @@ impl<'a> TableReader<'a> {
                             _ => {}
                         }
                     }
-                    Resolved::Words(words.iter().map(|word| word.value.clone()).collect())
+                    Resolved::Names(names.iter().map(|word| word.value.clone()).collect())
                 }
                 (kind, _) if kind.is_formula() => continue,
                 (Kind::OfTime(_), Value::Scalar(scalar)) if self.document.function_of_time(scalar).is_some() => {
                     continue;
                 }
                 (kind, Value::Scalar(scalar)) => {
-                    let expected = expected_of(kind.along(table.along_masses), field.name);
+                    let expected = expected_of(kind.for_translation(table.translational), field.name);
                     let scalar = Placed { value: scalar.clone(), place: spanned.place.clone() };
                     let read = self.scalar(&scalar, expected, &label, out);
                     // A row has a right-hand side of its own kind.
                     let row = values.measure("coefficients").filter(|_| field.name == "offset");
                     // A number in place of a function of time was read without asking what it is of.
                     let of_time = expected.filter(|_| matches!(kind, Kind::OfTime(_)));
-                    let wanted = row.map(|domain| domain.dimensions()[0]).or(of_time.map(|one| one.0));
-                    match (read, wanted) {
-                        (Some((value, found)), Some(wanted)) if wanted != found => {
-                            if matches!(scalar.value, Scalar::Literal(..)) || !wanted.is_like(&found) {
-                                out.push(wrong_dimension(&label, wanted, found, spanned.place.clone()));
+                    let required = row.map(|domain| domain.dimensions()[0]).or(of_time.map(|one| one.0));
+                    match (read, required) {
+                        (Some((value, found)), Some(required)) if required != found => {
+                            if matches!(scalar.value, Scalar::Literal(..)) || !required.is_like(&found) {
+                                out.push(wrong_dimension(&label, required, found, spanned.place.clone()));
                                 continue;
                             }
                             Resolved::Exact(value)
@@ -392,12 +392,12 @@ impl<'a> TableReader<'a> {
             };
             values.insert(field.name, resolved);
         }
-        self.check_alike(fields, table, what, out);
+        self.check_same_domain(fields, table, what, out);
         values
     }
 
     /// Tells of an element that would join a shaft and a mass as if they were of one kind.
-    fn check_alike(&self, fields: &[Field], table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
+    fn check_same_domain(&self, fields: &[Field], table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
         let named = fields.iter().filter(|field| field.kind == Kind::Body).filter_map(|field| {
             let Placed { value: Value::Word(name), place } = table.values.get(field.name)? else { return None };
             Some((name, place, self.body(name)?))
@@ -423,7 +423,7 @@ impl<'a> TableReader<'a> {
                 let names = self.document.parameters.iter().map(|p| p.name.as_str());
                 let other = || "only names under `[parameters]` can be set here".to_string();
                 let help = did_you_mean(guess(&name.value, names, out), other);
-                if self.document.doubts.has(&name.value) {
+                if self.document.suppressed.has(&name.value) {
                     continue;
                 }
                 let message = format!("{label}: there is no parameter `{}`", shortened(&name.value));
@@ -453,7 +453,7 @@ impl<'a> TableReader<'a> {
                     let name = SignalName::new(signal);
                     let is_angle =
                         self.motion(signal).is_some_and(|(body, number)| number == 0 && self.body(body).is_some());
-                    if is_angle || self.document.doubts.has(name.element) {
+                    if is_angle || self.document.suppressed.has(name.element) {
                         continue;
                     }
                     let angles: Vec<String> = self.motions().map(|[angle, _]| angle).collect();
@@ -467,7 +467,7 @@ impl<'a> TableReader<'a> {
                 (Kind::Output, Some(Placed { value: Value::Word(signal), place })) => {
                     self.check_output(signal, place, &format!("`{}` of {what}", field.name), false, out);
                 }
-                (Kind::Outputs, Some(Placed { value: Value::Words(signals), .. })) => {
+                (Kind::Outputs, Some(Placed { value: Value::Names(signals), .. })) => {
                     for Placed { value, place } in signals {
                         self.check_output(value, place, &format!("`{}` of {what}", field.name), true, out);
                     }
@@ -491,7 +491,7 @@ impl<'a> TableReader<'a> {
     /// An output must be an angle or a speed of a shaft, or a sensor; what is measured may be the current of a branch too.
     fn check_output(&self, signal: &str, place: &Place, label: &str, measured: bool, out: &mut Vec<Diagnostic>) {
         let name = SignalName::new(signal);
-        let (head, quantity, alone) = (name.element, name.quantity(), name.on.is_none());
+        let (head, quantity, unqualified) = (name.element, name.quantity(), name.on.is_none());
         if let Some((sensor, measured, _)) = self.document.signal_sensor(head) {
             let message = format!(
                 "{label}: `{}` measures the signal `{}`, which no equation of the mechanism tells",
@@ -506,17 +506,17 @@ impl<'a> TableReader<'a> {
         let is_motion = name.is_position() || name.is_rate();
         let is_reading =
             name.word.is_none() || is_motion || matches!(quantity, Some(Quantity::Torque | Quantity::Force));
-        let of_sensor = alone && is_reading && self.kinds(head).contains(&"sensor");
+        let of_sensor = unqualified && is_reading && self.kinds(head).contains(&"sensor");
         let is_output =
             |(coordinate, number): (&str, usize)| self.body(coordinate).is_some() || measured && number == 1;
-        if self.motion(signal).is_some_and(is_output) || of_sensor || self.document.doubts.has(head) {
+        if self.motion(signal).is_some_and(is_output) || of_sensor || self.document.suppressed.has(head) {
             return;
         }
         let currents = self.charges().iter().filter(|_| measured).map(|branch| Quantity::Current.of(branch));
         let all: Vec<String> = self.motions().flatten().chain(currents).chain(sensors().map(str::to_string)).collect();
         let names = || all.iter().map(String::as_str);
         let help = did_you_mean(nearest(signal, names()), || match quantity {
-            Some(Quantity::Torque | Quantity::Force) if alone => format!(
+            Some(Quantity::Torque | Quantity::Force) if unqualified => format!(
                 "add a sensor of that torque: `[sensor.NAME]` with `measures = \"torque\"` and `element = \"{}\"`",
                 shortened(head)
             ),
@@ -621,7 +621,9 @@ impl<'a> TableReader<'a> {
 
     /// A shaft, a mass, or `ground`, which stands still.
     fn check_body(&self, kind: &Kind, name: &str, place: &Place, label: &str, out: &mut Vec<Diagnostic>) {
-        if self.body(name).is_some_and(|domain| is_of(kind, domain)) || self.document.doubts.has(name) || name == GROUND
+        if self.body(name).is_some_and(|domain| is_of(kind, domain))
+            || self.document.suppressed.has(name)
+            || name == GROUND
         {
             return;
         }
@@ -640,7 +642,7 @@ impl<'a> TableReader<'a> {
                 let keyword = if *kind == Kind::Mass { "mass" } else { "shaft" };
                 let declare = format!("`[{keyword}.{}]`", shortened(name));
                 let near = guess(name, self.bodies(kind), out);
-                let help = if near.is_none() && stands_still(name) {
+                let help = if near.is_none() && is_fixed_name(name) {
                     "what stands still is called \"ground\"".to_string()
                 } else {
                     did_you_mean(near, || match self.bodies(kind).next() {
@@ -666,7 +668,7 @@ impl<'a> TableReader<'a> {
         if charges.is_empty() {
             return self.check_body(&Kind::Body, name, place, label, out);
         }
-        if self.body(name).is_some() || self.document.doubts.has(name) {
+        if self.body(name).is_some() || self.document.suppressed.has(name) {
             return;
         }
         let charges = self.document.charges();
@@ -682,7 +684,7 @@ impl<'a> TableReader<'a> {
     fn check_element(&self, name: &str, kinds: &[&str], place: &Place, label: &str, out: &mut Vec<Diagnostic>) {
         let named = self.kinds(name).first();
         let fits = self.kinds(name).iter().any(|keyword| kinds.contains(keyword));
-        if fits || named.is_none() && self.document.doubts.has(name) {
+        if fits || named.is_none() && self.document.suppressed.has(name) {
             return;
         }
         let fitting =
@@ -693,13 +695,13 @@ impl<'a> TableReader<'a> {
             }
             format!("declare one: `[{}.{}]`", kinds.first().unwrap_or(&"motor"), shortened(name))
         });
-        let wanted = match kinds.split_last() {
+        let required = match kinds.split_last() {
             Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
             _ => kinds.join(" or "),
         };
         let message = match named {
-            Some(keyword) => format!("{label}: `{name}` is a {keyword}, not a {wanted}"),
-            None => format!("{label}: there is no {wanted} `{}`", shortened(name)),
+            Some(keyword) => format!("{label}: `{name}` is a {keyword}, not a {required}"),
+            None => format!("{label}: there is no {required} `{}`", shortened(name)),
         };
         out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "does not fit").help(help));
     }
@@ -728,28 +730,28 @@ fn broken(sign: Sign, value: &Exact) -> Option<&'static str> {
 }
 
 /// What an expression is given for a name.
-fn known(found: &Found<'_>) -> Option<(Exact, Dimension)> {
+fn exact_of(found: &Found<'_>) -> Option<(Exact, Dimension)> {
     Some((found.value.clone().ok()?, found.declared.dimension))
 }
 
 /// A quantity of another dimension than expected.
-pub fn wrong_dimension(label: &str, expected: Dimension, given: Dimension, place: Place) -> Diagnostic {
-    let message = format!("{label}: expected {}, found {}", expected.noun(), given.noun());
+pub fn wrong_dimension(label: &str, expected: Dimension, actual: Dimension, place: Place) -> Diagnostic {
+    let message = format!("{label}: expected {}, found {}", expected.noun(), actual.noun());
     Diagnostic::error("unit::dimension", message)
-        .at(place, given.noun())
+        .at(place, actual.noun())
         .help(format!("write a unit such as {}", expected.example()))
 }
 
 /// The places of a word in a table and the tables within.
-pub fn words(table: &Table, word: &str) -> Vec<Place> {
+pub fn occurrences(table: &Table, word: &str) -> Vec<Place> {
     let mut places = Vec::new();
     for value in table.values.values() {
         match &value.value {
             Value::Word(other) if other == word => places.push(value.place.clone()),
-            Value::Words(list) => {
+            Value::Names(list) => {
                 places.extend(list.iter().filter(|other| other.value == word).map(|other| other.place.clone()));
             }
-            Value::Tables(tables) => places.extend(tables.iter().flat_map(|table| words(table, word))),
+            Value::Tables(tables) => places.extend(tables.iter().flat_map(|table| occurrences(table, word))),
             _ => {}
         }
     }

@@ -77,9 +77,9 @@ keys! {
             file: Text,
                 "A log with the points (CSV, Parquet, MAT or MDF 4), by its path from the folder of the model file; a surface has a \
                  row for each point of its grid, in any order.";
-            columns: Words,
+            columns: Names,
                 "The columns of x (and y) and of the value: [\"speed\", \"torque\"]; left out: those of the file, if there are two or three.";
-            units: Words, "Units of these columns: [\"rpm\", \"N m\"]; left out: those of the file.";
+            units: Names, "Units of these columns: [\"rpm\", \"N m\"]; left out: those of the file.";
             interpolation: Choice(&["linear", "cubic"]) = "linear",
                 "Between two points along x: a straight line, or a cubic that is as monotone as the points are (Steffen, Astron. \
                  Astrophys. 239, 1990). Along y always a straight line.";
@@ -212,7 +212,7 @@ keys! {
             signal: Signal,
                 "The signal to judge, or an expression of signals, parameters and the time `t`: `cj.phi - cs.phi`, \
                  `motor.tau * shaft.w`; names with `-` stand in quotes there: `'my-shaft.phi'`. It is needed with `measure`, or `figure` alone.";
-            measure: Choice(Measure::WORDS) as MEASURE;
+            measure: Choice(Measure::NAMES) as MEASURE;
             figure: Text, "The figure to judge, by its name, in place of `signal` and `measure`.";
             below: AnyQuantity, "The measure must be less than this.";
             above: AnyQuantity, "The measure must be more than this.";
@@ -223,7 +223,7 @@ keys! {
             frequency: Quantity(Dimension::FREQUENCY, Sign::Positive) as FREQUENCY;
             from: Quantity(Dimension::TIME, Sign::NonNegative) as FROM;
             until: Quantity(Dimension::TIME, Sign::Positive) as UNTIL;
-            variants: Words as OF_VARIANTS;
+            variants: Names as OF_VARIANTS;
         }
     }
 }
@@ -238,7 +238,7 @@ keys! {
             signal: Signal,
                 "The signal that is measured, or an expression of signals, parameters and the time `t`. It is needed with `measure`, or `value` \
                  alone.";
-            measure: Choice(Measure::WORDS) as MEASURE;
+            measure: Choice(Measure::NAMES) as MEASURE;
             value: Signal,
                 "An expression of parameters and of figures that stand before it, in place of `signal` and `measure`: `peak_time * sideslip`.";
             display: Text, "Unit in which it is told, `deg/s`; left out: the SI unit.";
@@ -249,7 +249,7 @@ keys! {
             frequency: Quantity(Dimension::FREQUENCY, Sign::Positive) as FREQUENCY;
             from: Quantity(Dimension::TIME, Sign::NonNegative) as FROM;
             until: Quantity(Dimension::TIME, Sign::Positive) as UNTIL;
-            variants: Words as OF_VARIANTS;
+            variants: Names as OF_VARIANTS;
         }
     }
 }
@@ -269,7 +269,7 @@ impl Requirement {
 /// What is measured.
 const MEASURE: Field = Field::optional(
     "measure",
-    Kind::Choice(Measure::WORDS),
+    Kind::Choice(Measure::NAMES),
     "Largest, smallest, largest in size, or last value in the window, or that `at` a time; `mean`, `peak_to_peak`; `rms`: root of the mean of its \
      squares over the time; `ripple`: the same around its mean, what is left of a torque at rest without \
      what it holds; `time_of_max`, `time_of_min`: when, from the begin of the window, s; `time_at_limit`: how long in the window the motor of this \
@@ -322,7 +322,7 @@ const UNTIL: Field =
 
 const OF_VARIANTS: Field = Field::optional(
     "variants",
-    Kind::Words,
+    Kind::Names,
     "Variants that it applies to, a `[[variant]]` with all values of `[variants]`; left out: all.",
 );
 
@@ -339,10 +339,10 @@ keys! {
             manoeuvre: Text,
                 "The manoeuvre that it drives, `[manoeuvre.NAME]`: its length, its signal, its parameter values, its figures and criteria. Where a \
                  file has manoeuvres and no variant, each manoeuvre is one.";
-            controls: Words,
+            controls: Names,
                 "The controllers that are in the loop; left out: all. So controllers for the same motors can be \
                  compared.";
-            faults: Words, "Names of `[fault.NAME]` that happen in it; left out: none.";
+            faults: Names, "Names of `[fault.NAME]` that happen in it; left out: none.";
         }
     }
 }
@@ -353,9 +353,9 @@ keys! {
         required {
         }
         optional {
-            faults: Words, "Names of the `[fault.NAME]` to try; left out: all of them.";
+            faults: Names, "Names of the `[fault.NAME]` to try; left out: all of them.";
             pairs: Choice(&["no", "yes"]) = "no", "Whether they are tried in pairs too, each with each other.";
-            variants: Words,
+            variants: Names,
                 "The variants (manoeuvres) to try them in; left out: all that have no `faults` of their own.";
             values: Lists,
                 "Values of parameters to try them at, every combination: { v = [\"10 m/s\", \"20 m/s\"] }; left out: those of the file.";
@@ -405,7 +405,7 @@ keys! {
                  `saltelli`: for the indices of Sobol, each parameter exchanged between two samples of Sobol's sequence, one after another; `morris`: for elementary \
                  effects, paths on which one parameter after another moves. Both are filled up to whole groups.";
             levels: Number(Sign::Positive) = "5", "Values of each parameter on a grid.";
-            variants: Words,
+            variants: Names,
                 "The variants that run with each sample, all with the same values; left out: all.";
             vary: Tables(SweepVary),
                 "What varies and how: `[[sweep.vary]]`. Left out, and no `lists`: all that has a tolerance, uniformly within it, or normally where the tolerance \
@@ -423,7 +423,7 @@ keys! {
         required {
         }
         optional {
-            parameters: Words, "What varies together, in the order of the correlations; of a file left out: all that it names.";
+            parameters: Names, "What varies together, in the order of the correlations; of a file left out: all that it names.";
             correlation: Text,
                 "The matrix of correlations, row by row: \"1, 0.8; 0.8, 1\". They are those of normal numbers, which distributions that are not normal follow by their \
                  parts: each keeps its own distribution.";
@@ -466,10 +466,10 @@ keys! {
             references: Signals,
                 "Signals drawn dashed: once where they are the same in all variants, else for each variant. A minus before \
                  the name, `-ref`, draws it in the opposite sense, as where a torque is measured as a load.";
-            labels: Words,
+            labels: Names,
                 "What the signals, then the references, are called in the legend: [\"steering wheel\", \"rack\"]; left out, and \
                  for those at the end that have none: their names.";
-            variants: Words, "Variants to draw; left out: all.";
+            variants: Names, "Variants to draw; left out: all.";
             display: Text,
                 "Unit in which the signals of its kind are drawn and told in the report: `deg`, `rpm`, `mN m`; left out: the SI \
                  unit. Tables and JSON stay in SI.";
@@ -539,7 +539,7 @@ keys! {
                 "Time between two rows of a log, and between two commands of the servo loops.";
             seed: Number(Sign::NonNegative) = "1",
                 "Whole number that noise, drawn true values and drawn excitations come from.";
-            plan: Choice(ExcitationPlan::WORDS) = "constant_speeds",
+            plan: Choice(ExcitationPlan::NAMES) = "constant_speeds",
                 "How the motors move the plant: from one constant speed to the next, by sums of sines, or by random \
                  steps of the speeds.";
             parameters: Signals,
@@ -739,7 +739,7 @@ keys! {
         }
         optional {
             parameters: Signals, "Its parameters; left out: those of `[identification]`.";
-            extras: Words, "Its extra terms, by their parameters: `fs.stribeck`, `wg.load_loss`, `wg.cogging_6`; left out: none.";
+            extras: Names, "Its extra terms, by their parameters: `fs.stribeck`, `wg.load_loss`, `wg.cogging_6`; left out: none.";
         }
     }
 }

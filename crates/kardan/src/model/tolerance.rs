@@ -36,7 +36,7 @@ impl Document {
                 let spread = parameter.spread.as_ref()?;
                 let set = settings.iter().find(|set| set.name == parameter.name);
                 let nominal = set.map_or(&parameter.value, |set| &set.value);
-                let (lower, upper) = spread.around(nominal);
+                let (lower, upper) = spread.limits_at(nominal);
                 // A percentage of a variant's zero leaves nothing to vary.
                 (lower.to_f64() < upper.to_f64()).then(|| Tolerance {
                     parameter: parameter.name.clone(),
@@ -56,7 +56,7 @@ impl Document {
     /// Those that the model itself follows from, whatever runs begin with and whatever happens in them.
     pub(super) fn tolerances_of_model(&self, settings: &[Setting]) -> Vec<Tolerance> {
         let mut out = self.tolerances(settings);
-        out.retain(|one| self.of_runs.iter().all(|other| other.name != one.parameter));
+        out.retain(|one| self.of_runs.iter().all(|candidate| candidate.name != one.parameter));
         out
     }
 
@@ -96,11 +96,11 @@ impl Document {
         if nominal.is_below(lower) || upper.is_below(nominal) {
             let message = format!("`{parameter}` = {} lies outside the interval of its value", set.text);
             let varied = self.variants.iter().find(|varied| varied.parameter.value == *parameter);
-            let mut mistake = Diagnostic::error("tolerance::bounds", message).at(place.clone(), "this interval");
+            let mut diagnostic = Diagnostic::error("tolerance::bounds", message).at(place.clone(), "this interval");
             if let Some(varied) = varied {
-                mistake = mistake.at(varied.parameter.place.clone(), "varied here");
+                diagnostic = diagnostic.at(varied.parameter.place.clone(), "varied here");
             }
-            out.push(mistake.help("write `± ...` behind the value: it moves along with the variants"));
+            out.push(diagnostic.help("write `± ...` behind the value: it moves along with the variants"));
         }
     }
 
@@ -119,10 +119,10 @@ impl Document {
             .map(|e| (e.kind.keyword, &e.name, &e.table, e.kind.fields.to_vec(), Some(e.kind.check)));
         let controls = self.controls.iter().map(|c| ("control", &c.name, &c.table, keys_of(c.law), None));
         let users = elements.chain(controls).filter(|(_, _, table, ..)| {
-            table.unread.is_empty() && table.values.values().any(|given| uses(given, &following))
+            table.unread.is_empty() && table.values.values().any(|entry| uses(entry, &following))
         });
         for (keyword, name, table, fields, check) in users {
-            let mistakes = |settings: &[Setting]| -> Vec<(String, String)> {
+            let diagnostics = |settings: &[Setting]| -> Vec<(String, String)> {
                 let mut silent = Vec::new();
                 let reader = TableReader::new(self, settings);
                 let what = format!("{keyword} `{name}`");
@@ -133,14 +133,14 @@ impl Document {
                 let checked = check.map(|check| check(&values)).unwrap_or_default();
                 checked.into_iter().map(|one| (one.message, one.help)).collect()
             };
-            if !mistakes(settings).is_empty() {
+            if !diagnostics(settings).is_empty() {
                 continue; // Reported of the model itself.
             }
             for (end, value) in [("lower", &tolerance.lower), ("upper", &tolerance.upper)] {
                 let set = Setting { name: tolerance.parameter.clone(), value: value.clone(), text: String::new() };
                 let mut settings: Vec<Setting> = settings.iter().filter(|s| s.name != set.name).cloned().collect();
                 settings.push(set);
-                for (message, help) in mistakes(&settings) {
+                for (message, help) in diagnostics(&settings) {
                     let message = format!(
                         "{keyword} `{name}`, at the {end} end of the tolerance of `{}` ({}): {}",
                         tolerance.parameter,
@@ -159,26 +159,26 @@ impl Document {
 }
 
 /// Whether a value of a table is one of these parameters, or computed from one.
-fn uses(given: &Placed<Value>, parameters: &[&str]) -> bool {
+fn uses(entry: &Placed<Value>, parameters: &[&str]) -> bool {
     let uses = |scalar: &Scalar| match scalar {
         Scalar::Parameter(name) => parameters.contains(&name.as_str()),
         Scalar::Expression(expression) => expression.names().iter().any(|name| parameters.contains(name)),
         Scalar::Literal(..) | Scalar::Tolerated(_) => false,
     };
-    match &given.value {
+    match &entry.value {
         Value::Scalar(scalar) => uses(scalar),
         Value::Map(entries) => entries.iter().any(|(_, scalar)| uses(&scalar.value)),
         Value::Tables(tables) => {
-            tables.iter().flat_map(|table| table.values.values()).any(|given| self::uses(given, parameters))
+            tables.iter().flat_map(|table| table.values.values()).any(|entry| self::uses(entry, parameters))
         }
         _ => false,
     }
 }
 
 /// Whether a value of a table is this parameter.
-fn names(given: &Placed<Value>, tolerance: &Tolerance) -> bool {
+fn names(entry: &Placed<Value>, tolerance: &Tolerance) -> bool {
     let is = |scalar: &Scalar| matches!(scalar, Scalar::Parameter(name) if *name == tolerance.parameter);
-    match &given.value {
+    match &entry.value {
         Value::Scalar(scalar) => is(scalar),
         Value::Map(entries) => entries.iter().any(|(_, scalar)| is(&scalar.value)),
         _ => false,
@@ -187,8 +187,8 @@ fn names(given: &Placed<Value>, tolerance: &Tolerance) -> bool {
 
 /// Reports an interval that breaks the rule of a key.
 fn check_signs(tolerance: &Tolerance, fields: &[Field], table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
-    for (field, given) in fields.iter().filter_map(|field| Some((field, table.values.get(field.name)?))) {
-        let sign = match (&field.kind.along(table.along_masses), &given.value) {
+    for (field, entry) in fields.iter().filter_map(|field| Some((field, table.values.get(field.name)?))) {
+        let sign = match (&field.kind.for_translation(table.translational), &entry.value) {
             (Kind::Tables(inner) | Kind::Table(inner), Value::Tables(tables)) => {
                 for (i, table) in tables.iter().enumerate() {
                     let what = format!("entry {} of `{}` of {what}", i + 1, field.name);
@@ -196,7 +196,7 @@ fn check_signs(tolerance: &Tolerance, fields: &[Field], table: &Table, what: &st
                 }
                 continue;
             }
-            (Kind::Quantity(_, sign) | Kind::Number(sign), Value::Scalar(_)) if names(given, tolerance) => *sign,
+            (Kind::Quantity(_, sign) | Kind::Number(sign), Value::Scalar(_)) if names(entry, tolerance) => *sign,
             _ => continue,
         };
         let Tolerance { nominal, lower, upper, .. } = tolerance;
@@ -213,17 +213,17 @@ fn check_signs(tolerance: &Tolerance, fields: &[Field], table: &Table, what: &st
             _ => continue,
         };
         let interval = format!("[{}, {}]", shown(lower, tolerance.dimension), shown(upper, tolerance.dimension));
-        let written_here = tolerance.place == given.place;
+        let is_own_place = tolerance.place == entry.place;
         let whose =
-            if written_here { "its tolerance".into() } else { format!("the tolerance of `{}`", tolerance.parameter) };
+            if is_own_place { "its tolerance".into() } else { format!("the tolerance of `{}`", tolerance.parameter) };
         let message = format!("`{}` of {what} must {rule}, but {whose} reaches {reaches}: {interval}", field.name);
-        let mut mistake =
+        let mut diagnostic =
             Diagnostic::error("number::sign", message).at(tolerance.place.clone(), format!("reaches {reaches}"));
-        if !written_here {
-            mistake = mistake.at(given.place.clone(), "used here");
+        if !is_own_place {
+            diagnostic = diagnostic.at(entry.place.clone(), "used here");
         }
         let help = "narrow the tolerance, or write bounds of your own behind the value: \"2 N m [0.5, 6]\"";
-        out.push(mistake.help(help));
+        out.push(diagnostic.help(help));
         return;
     }
 }
@@ -277,8 +277,8 @@ damping = "0.02 N m s/rad +- 50 %"
 "#;
 
     fn document() -> Document {
-        let (document, mistakes) = read(SOURCE);
-        assert_eq!(plain(SOURCE, &mistakes), "");
+        let (document, diagnostics) = read(SOURCE);
+        assert_eq!(plain(SOURCE, &diagnostics), "");
         document
     }
 
@@ -288,8 +288,8 @@ damping = "0.02 N m s/rad +- 50 %"
 
     #[test]
     fn tolerances_of_parameters_and_keys_are_listed_by_name() {
-        let (model, mistakes) = document().model(&[]);
-        assert_eq!(mistakes, []);
+        let (model, diagnostics) = document().model(&[]);
+        assert_eq!(diagnostics, []);
         let ratio = Exact::from_ratio;
         let expected = [
             ("bar.damping", ratio(1, 100), ratio(2, 100), ratio(3, 100), None, "N m s/rad"),
@@ -321,25 +321,25 @@ damping = "0.02 N m s/rad +- 50 %"
             SOURCE.lines().map(|line| cut(line).map_or(line.into(), |at| format!("{}\"", &line[..at]))).collect();
         let bare = bare.join("\n");
         assert!(!bare.contains('±') && !bare.contains("[0.1"));
-        let (document_bare, mistakes) = read(&bare);
-        assert_eq!(plain(&bare, &mistakes), "");
-        let ((with, _), (without, _)) = (document().model(&[]), document_bare.model(&[]));
-        assert_eq!(without.tolerances, []);
-        assert_eq!(with.parameters, without.parameters);
-        assert_eq!(with.elements, without.elements);
-        assert_eq!(format!("{:?}", with.terms), format!("{:?}", without.terms));
+        let (document_bare, diagnostics) = read(&bare);
+        assert_eq!(plain(&bare, &diagnostics), "");
+        let ((with, _), (untoleranced, _)) = (document().model(&[]), document_bare.model(&[]));
+        assert_eq!(untoleranced.tolerances, []);
+        assert_eq!(with.parameters, untoleranced.parameters);
+        assert_eq!(with.elements, untoleranced.elements);
+        assert_eq!(format!("{:?}", with.terms), format!("{:?}", untoleranced.terms));
     }
 
     #[test]
     fn settings_of_implicit_parameters_change_the_model() {
         let document = document();
-        let (model, mistakes) = document.model(&[
+        let (model, diagnostics) = document.model(&[
             set("wg.inertia", 7, 1),
             set("bar.damping", 3, 1),
             set("belt.ratio", -5, 1),
             set("s", 4, 1),
         ]);
-        assert_eq!(mistakes, []);
+        assert_eq!(diagnostics, []);
         let of = |element: &str| -> Vec<&Term> {
             model.terms.iter().filter(|named| named.element == element).map(|named| &named.term).collect()
         };
@@ -348,8 +348,8 @@ damping = "0.02 N m s/rad +- 50 %"
         assert!(matches!(of("rk")[0], Term::Inertia { inertia, .. } if *inertia == integer(1)));
         assert!(matches!(of("bar")[0], Term::Spring { stiffness, .. } if *stiffness == integer(4)));
         assert!(matches!(of("bar")[1], Term::Damper { damping, .. } if *damping == integer(3)));
-        let Term::Constraint { along, .. } = of("belt")[0] else { panic!("a gear is a constraint") };
-        assert!(along.entries.iter().any(|(_, x)| *x == integer(5) || *x == integer(-5)), "{along:?}");
+        let Term::Constraint { direction, .. } = of("belt")[0] else { panic!("a gear is a constraint") };
+        assert!(direction.entries.iter().any(|(_, x)| *x == integer(5) || *x == integer(-5)), "{direction:?}");
         // `±` moves along, an interval does not; other keys are no parameters.
         let moved = document.tolerances(&[set("wg.inertia", 10, 1), set("c", 3, 10), set("belt.ratio", 0, 1)]);
         let ends = |name: &str| moved.iter().find(|t| t.parameter == name).map(|t| (t.lower.clone(), t.upper.clone()));
@@ -362,9 +362,9 @@ damping = "0.02 N m s/rad +- 50 %"
 
     #[test]
     fn a_setting_beyond_the_rule_of_its_key_is_reported() {
-        let (_, mistakes) = document().model(&[set("wg.inertia", -1, 1)]);
+        let (_, diagnostics) = document().model(&[set("wg.inertia", -1, 1)]);
         assert_eq!(
-            plain(SOURCE, &mistakes),
+            plain(SOURCE, &diagnostics),
             "error[number::sign] 8:11: `inertia` of shaft `wg` must be zero or more, but `wg.inertia` is -1/1 \
              | through this parameter | help: change `wg.inertia` under `[parameters]` or `[variants]`\n"
         );

@@ -3,15 +3,15 @@
 use std::collections::HashMap;
 
 use super::document::{Document, NamedVariant, Parameter, Setting, VariantSettings, Variants};
-use super::keys::mistake;
+use super::keys::expression_diagnostic;
 use super::parse::Node;
 use super::table_reader::TableReader;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use crate::entries::{Entry, KeyedEntry, Place, Written};
+use crate::entries::{Entry, KeyedEntry, Place, RawValue};
 use crate::names::{NamedList, did_you_mean, unknown_name};
 use crate::schema::{Placed, Table, Value};
 use crate::units::{
-    Dimension, Exact, Expression, UnitError, parse_quantity, parse_quantity_list, tolerance_mark, written_quantity,
+    Dimension, Exact, Expression, UnitError, format_quantity, parse_quantity, parse_quantity_list, tolerance_mark,
 };
 
 /// Most runs that one study may have.
@@ -24,7 +24,7 @@ type VariantValue = (Exact, Dimension, String, Place);
 
 /// The values in a list of variants; nothing if something is wrong with it, which is reported.
 fn variant_values(
-    (name, given): (&str, &Entry),
+    (name, entry): (&str, &Entry),
     (document, varied): (&Document, &[&str]),
     out: &mut Vec<Diagnostic>,
 ) -> Option<Vec<VariantValue>> {
@@ -43,21 +43,21 @@ fn variant_values(
                 .help("write the tolerance behind the value under `[parameters]`; `±` moves along with the variants"),
         )
     };
-    match &given.value {
-        Written::Text(text) if toleranced(text, &given.place).is_some() => out.extend(toleranced(text, &given.place)),
-        Written::Text(text) if text.trim_start().starts_with('[') => match parse_quantity_list(text) {
+    match &entry.value {
+        RawValue::Text(text) if toleranced(text, &entry.place).is_some() => out.extend(toleranced(text, &entry.place)),
+        RawValue::Text(text) if text.trim_start().starts_with('[') => match parse_quantity_list(text) {
             Ok(list) => {
-                let one = |(value, dimension, text)| (value, dimension, text, given.place.clone());
+                let one = |(value, dimension, text)| (value, dimension, text, entry.place.clone());
                 values.extend(list.into_iter().map(one));
             }
-            Err(error) => out.push(unreadable(error, text, &given.place)),
+            Err(error) => out.push(unreadable(error, text, &entry.place)),
         },
-        Written::List(list) => {
+        RawValue::List(list) => {
             for entry in list {
                 let text = match &entry.value {
-                    Written::Text(text) | Written::Number(text) => text.clone(),
-                    Written::Quantity(value, dimension) => {
-                        let text = written_quantity(value, *dimension);
+                    RawValue::Text(text) | RawValue::Number(text) => text.clone(),
+                    RawValue::Quantity(value, dimension) => {
+                        let text = format_quantity(value, *dimension);
                         values.push((value.clone(), *dimension, text, entry.place.clone()));
                         continue;
                     }
@@ -71,8 +71,8 @@ fn variant_values(
                         continue;
                     }
                 };
-                if let Some(mistake) = toleranced(&text, &entry.place) {
-                    out.push(mistake);
+                if let Some(expression_diagnostic) = toleranced(&text, &entry.place) {
+                    out.push(expression_diagnostic);
                     continue;
                 }
                 match parse_quantity(&text) {
@@ -83,23 +83,23 @@ fn variant_values(
                         Some(Ok((value, dimension, shown))) => {
                             values.push((value, dimension, shown, entry.place.clone()))
                         }
-                        Some(Err(mistake)) => out.push(mistake),
+                        Some(Err(expression_diagnostic)) => out.push(expression_diagnostic),
                         None => out.push(unreadable(error, &text, &entry.place)),
                     },
                 }
             }
         }
-        Written::Broken => return None,
+        RawValue::Broken => return None,
         _ => {
             let message = format!("variants of `{name}` must be a list of quantities");
             out.push(
-                Diagnostic::error("type::wrong", message).at(given.place.clone(), "not a list").help(VARIANTS_HELP),
+                Diagnostic::error("type::wrong", message).at(entry.place.clone(), "not a list").help(VARIANTS_HELP),
             );
         }
     }
     if values.is_empty() && out.len() == before {
         let message = format!("the list of variants of `{name}` is empty");
-        out.push(Diagnostic::error("list::length", message).at(given.place.clone(), "no entry").help(VARIANTS_HELP));
+        out.push(Diagnostic::error("list::length", message).at(entry.place.clone(), "no entry").help(VARIANTS_HELP));
     }
     (out.len() == before).then_some(values)
 }
@@ -131,34 +131,34 @@ fn computed(
             .at(place.clone(), "not one value")
             .help("write the values, or declare a parameter that follows from both and vary what it follows from")));
     }
-    if expression.names().iter().any(|name| document.doubts.has_key(name)) {
+    if expression.names().iter().any(|name| document.suppressed.has_key(name)) {
         return None;
     }
-    let known = |name: &str| {
+    let lookup = |name: &str| {
         let found = document.parameter(name)?;
         Some((found.value.clone(), found.dimension))
     };
-    Some(match expression.evaluate(&known) {
+    Some(match expression.evaluate(&lookup) {
         Ok(found) => {
             let declared = document.parameters.get(name);
             let dimension =
-                declared.map(|declared| declared.dimension).filter(|wanted| wanted.is_like(&found.dimension));
+                declared.map(|declared| declared.dimension).filter(|expected| expected.is_like(&found.dimension));
             let dimension = dimension.unwrap_or(found.dimension);
             let shown = format!("{} {}", found.value.to_f64(), dimension.si()).trim().to_string();
             Ok((found.value, dimension, shown))
         }
-        Err(error) => Err(mistake(document, &what, error, &expression, (place, out))),
+        Err(error) => Err(expression_diagnostic(document, &what, error, &expression, (place, out))),
     })
 }
 
 pub(super) fn read_named_variants(tables: &[Table], document: &mut Document, out: &mut Vec<Diagnostic>) {
     let before = out.len();
     let reader = TableReader::new(document, &[]);
-    let (mut read, mut seen) = (NamedList::<NamedVariant>::default(), HashMap::new());
+    let (mut read, mut first_places) = (NamedList::<NamedVariant>::default(), HashMap::new());
     for table in tables {
         let Some(Placed { value: Value::Word(name), place }) = table.values.get("name") else { continue };
         let what = format!("variant `{name}`");
-        let first = seen.entry(name.to_ascii_lowercase()).or_insert(place);
+        let first = first_places.entry(name.to_ascii_lowercase()).or_insert(place);
         if *first != place {
             out.push(
                 Diagnostic::error("name::duplicate", format!("there are two variants named `{name}`"))
@@ -170,12 +170,12 @@ pub(super) fn read_named_variants(tables: &[Table], document: &mut Document, out
         }
         let settings = reader.settings(table, "set", &what, out);
         let name = Placed { value: name.clone(), place: place.clone() };
-        let controls = match table.values.get("controls").map(|given| &given.value) {
-            Some(Value::Words(words)) => Some(words.clone()),
+        let controls = match table.values.get("controls").map(|entry| &entry.value) {
+            Some(Value::Names(names)) => Some(names.clone()),
             _ => None,
         };
-        let faults = match table.values.get("faults").map(|given| &given.value) {
-            Some(Value::Words(words)) => words.clone(),
+        let faults = match table.values.get("faults").map(|entry| &entry.value) {
+            Some(Value::Names(names)) => names.clone(),
             _ => Vec::new(),
         };
         read.push(NamedVariant { name, settings, controls, faults });
@@ -190,13 +190,13 @@ pub(super) fn read_named_variants(tables: &[Table], document: &mut Document, out
         );
         document.named_variants = NamedList::default();
     }
-    document.doubts.variants |= out.len() > before || tables.len() > document.named_variants.len();
+    document.suppressed.variants |= out.len() > before || tables.len() > document.named_variants.len();
 }
 
 pub(super) fn read_variants(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
     let before = out.len();
     let Some(node) = root.child("variants", out) else {
-        document.doubts.variants |= out.len() > before;
+        document.suppressed.variants |= out.len() > before;
         return;
     };
     let mut count = document.named_variants.len().max(1);
@@ -226,7 +226,7 @@ pub(super) fn read_variants(root: &Node<'_>, document: &mut Document, out: &mut 
         );
         document.variants = NamedList::default();
     }
-    document.doubts.variants |= out.len() > before;
+    document.suppressed.variants |= out.len() > before;
 }
 
 /// What is varied must be declared, and not be set by a variant with a name too.
@@ -241,7 +241,7 @@ fn check_varied(found: &KeyedEntry, document: &Document, out: &mut Vec<Diagnosti
                 .help("vary it here, or set it in each `[[variant]]`"),
         );
     }
-    if document.parameters.has(name) || document.doubts.has(name) {
+    if document.parameters.has(name) || document.suppressed.has(name) {
         return;
     }
     let names = document.parameters.iter().map(|p| p.name.as_str());
@@ -264,20 +264,21 @@ fn distinct(
     let before = out.len();
     for (value, found, text, place) in values {
         if found != dimension {
-            let (wanted, noun) = (dimension.noun(), found.noun());
+            let (expected, noun) = (dimension.noun(), found.noun());
             let message = match declared {
-                Some(_) => format!("variants of `{name}`: expected {wanted} as under `[parameters]`, found {noun}"),
-                None => format!("variants of `{name}`: the first is {wanted}, this one {noun}"),
+                Some(_) => format!("variants of `{name}`: expected {expected} as under `[parameters]`, found {noun}"),
+                None => format!("variants of `{name}`: the first is {expected}, this one {noun}"),
             };
-            let mut mistake = Diagnostic::error("unit::dimension", message).at(place, noun).help(dimension.hint(&text));
+            let mut expression_diagnostic =
+                Diagnostic::error("unit::dimension", message).at(place, noun).help(dimension.hint(&text));
             if let Some(declared) = declared {
-                mistake = mistake.at(declared.place.clone(), wanted);
+                expression_diagnostic = expression_diagnostic.at(declared.place.clone(), expected);
             }
             // One unit for a whole list is one mistake.
-            if out[before..].iter().all(|d| d.labels[0].place != mistake.labels[0].place) {
-                out.push(mistake);
+            if out[before..].iter().all(|d| d.labels[0].place != expression_diagnostic.labels[0].place) {
+                out.push(expression_diagnostic);
             }
-        } else if good.iter().any(|(other, _)| *other == value) {
+        } else if good.iter().any(|(candidate, _)| *candidate == value) {
             let message = format!("variants of `{name}`: the value {} is listed twice", shortened(&text));
             out.push(
                 Diagnostic::error("name::duplicate", message).at(place, "listed twice").help("remove one of the two"),
@@ -293,7 +294,9 @@ fn distinct(
 pub(super) fn check_named_controls(document: &Document, out: &mut Vec<Diagnostic>) {
     let variants = &document.named_variants;
     let used = |name: &String| {
-        variants.iter().any(|v| v.controls.as_ref().is_none_or(|names| names.iter().any(|other| other.value == *name)))
+        variants
+            .iter()
+            .any(|v| v.controls.as_ref().is_none_or(|names| names.iter().any(|candidate| candidate.value == *name)))
     };
     for control in document.controls.iter().filter(|control| !variants.is_empty() && !used(&control.name)) {
         out.push(
@@ -305,7 +308,9 @@ pub(super) fn check_named_controls(document: &Document, out: &mut Vec<Diagnostic
     for variant in &document.named_variants {
         for word in variant.controls.iter().flatten() {
             let names = || document.controls.iter().map(|control| control.name.as_str());
-            if names().any(|name| name == word.value) || document.doubts.references || document.doubts.has(&word.value)
+            if names().any(|name| name == word.value)
+                || document.suppressed.references
+                || document.suppressed.has(&word.value)
             {
                 continue;
             }
@@ -325,7 +330,7 @@ pub(super) fn check_named_controls(document: &Document, out: &mut Vec<Diagnostic
 /// Reports faults that a variant names and that are not there.
 pub(super) fn check_named_faults(document: &Document, out: &mut Vec<Diagnostic>) {
     for variant in &document.named_variants {
-        for word in variant.faults.iter().filter(|word| !document.doubts.all && !document.has_fault(&word.value)) {
+        for word in variant.faults.iter().filter(|word| !document.suppressed.all && !document.has_fault(&word.value)) {
             let what = format!("variant `{}`", variant.name.value);
             out.push(no_such_fault(document, &word.value, &what).at(word.place.clone(), "no such fault"));
         }

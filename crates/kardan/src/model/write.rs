@@ -35,32 +35,32 @@ struct Edit {
 /// which nothing else uses is changed there; one that is not given yet is added below the header of its table.
 ///
 /// ```
-/// use kardan::model::{NewValue, written};
+/// use kardan::model::{NewValue, write_values};
 /// let source = "[shaft.a] # motor\ninertia = \"2 kg cm^2\" # guessed\n";
 /// let value = |name: &str, value: f64, interval| NewValue { name: name.into(), value, interval, confidence: 0.95 };
 /// let new = [value("a.inertia", 3e-4, None), value("a.damping", 0.5, Some((0.25, 0.75)))];
-/// let (text, left) = written(source, &new).unwrap();
+/// let (text, left) = write_values(source, &new).unwrap();
 /// assert_eq!(text, "[shaft.a] # motor\ndamping = \"0.5 N m s/rad [0.25, 0.75] 95 %\"\ninertia = \"0.0003 kg m^2\" # guessed\n");
 /// assert!(left.is_empty());
 /// ```
 ///
 /// # Errors
 /// Mistakes of the file, or of what would come out.
-pub fn written(source: &str, values: &[NewValue]) -> Result<(String, Vec<String>), Vec<Diagnostic>> {
+pub fn write_values(source: &str, values: &[NewValue]) -> Result<(String, Vec<String>), Vec<Diagnostic>> {
     let errors = |found: Vec<Diagnostic>| -> Vec<Diagnostic> {
         found.into_iter().filter(|one| one.severity == Severity::Error).collect()
     };
-    let (document, mistakes) = read(source);
-    let mistakes = errors(mistakes);
-    if !mistakes.is_empty() {
-        return Err(mistakes);
+    let (document, diagnostics) = read(source);
+    let diagnostics = errors(diagnostics);
+    if !diagnostics.is_empty() {
+        return Err(diagnostics);
     }
-    let mut left = Vec::new();
+    let mut omissions = Vec::new();
     let mut edits: Vec<Edit> = Vec::new();
     for new in values {
         match edit(source, &document, new) {
             Ok(edit) => edits.push(edit),
-            Err(why) => left.push(format!("{}: {why}", new.name)),
+            Err(why) => omissions.push(format!("{}: {why}", new.name)),
         }
     }
     // From behind, so that places stay right.
@@ -69,12 +69,12 @@ pub fn written(source: &str, values: &[NewValue]) -> Result<(String, Vec<String>
     for edit in edits {
         text.replace_range(edit.place, &edit.text);
     }
-    let (after, mistakes) = read(&text);
-    let mut mistakes = errors(mistakes);
+    let (after, diagnostics) = read(&text);
+    let mut diagnostics = errors(diagnostics);
     for variant in after.variant_settings() {
-        mistakes.extend(errors(after.model_with(&variant.settings, variant.controls.as_deref()).1));
+        diagnostics.extend(errors(after.model_with(&variant.settings, variant.controls.as_deref()).1));
     }
-    if mistakes.is_empty() { Ok((text, left)) } else { Err(mistakes) }
+    if diagnostics.is_empty() { Ok((text, omissions)) } else { Err(diagnostics) }
 }
 
 fn edit(source: &str, document: &Document, new: &NewValue) -> Result<Edit, String> {
@@ -91,7 +91,7 @@ fn edit(source: &str, document: &Document, new: &NewValue) -> Result<Edit, Strin
     let (element, key) = names::parameter(&new.name).ok_or("no such parameter")?;
     let instance = document.elements.get(element).ok_or("no such element")?;
     let field = instance.kind.fields.iter().find(|field| field.name == key).ok_or("no such key")?;
-    let (unit, sign) = match field.kind.along(instance.table.along_masses) {
+    let (unit, sign) = match field.kind.for_translation(instance.table.translational) {
         Kind::Quantity(dimension, sign) => (dimension.si(), sign),
         Kind::Number(sign) => (String::new(), sign),
         _ => return Err("no quantity".into()),
@@ -126,7 +126,7 @@ fn users(document: &Document, parameter: &str) -> usize {
     let tables = document.elements.iter().map(|e| &e.table).chain(document.controls.iter().map(|c| &c.table));
     tables
         .flat_map(|table| table.values.values())
-        .filter(|given| match &given.value {
+        .filter(|entry| match &entry.value {
             Value::Scalar(Scalar::Parameter(name)) => name == parameter,
             Value::Scalar(Scalar::Expression(expression)) => expression.names().contains(&parameter),
             _ => false,

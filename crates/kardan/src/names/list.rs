@@ -31,7 +31,7 @@ pub struct NamedList<T> {
 }
 
 /// So few entries are looked through faster than a table of them is made.
-const FEW: usize = 8;
+const LINEAR_SEARCH_LIMIT: usize = 8;
 
 impl<T: HasName> NamedList<T> {
     /// The first entry of a name.
@@ -47,7 +47,7 @@ impl<T: HasName> NamedList<T> {
     /// Where the first entry of a name stands.
     pub fn position(&self, name: &str) -> Option<usize> {
         match self.list.len() {
-            0..=FEW => self.list.iter().position(|entry| entry.name() == name),
+            0..=LINEAR_SEARCH_LIMIT => self.list.iter().position(|entry| entry.name() == name),
             _ => self.places.get(name).map(|places| places[0]),
         }
     }
@@ -59,9 +59,9 @@ impl<T: HasName> NamedList<T> {
 
     /// All entries of a name.
     pub fn all(&self, name: &str) -> impl Iterator<Item = &T> {
-        let few = if self.list.len() <= FEW { &self.list[..] } else { &[] };
+        let short = if self.list.len() <= LINEAR_SEARCH_LIMIT { &self.list[..] } else { &[] };
         let many = self.places.get(name).map_or(&[][..], Vec::as_slice);
-        few.iter().filter(move |entry| entry.name() == name).chain(many.iter().map(|place| &self.list[*place]))
+        short.iter().filter(move |entry| entry.name() == name).chain(many.iter().map(|place| &self.list[*place]))
     }
 
     /// The entries alone.
@@ -72,20 +72,20 @@ impl<T: HasName> NamedList<T> {
     /// Adds an entry behind the others.
     pub fn push(&mut self, entry: T) {
         self.list.push(entry);
-        let first = if self.list.len() == FEW + 1 { 0 } else { self.list.len() - 1 };
+        let first = if self.list.len() == LINEAR_SEARCH_LIMIT + 1 { 0 } else { self.list.len() - 1 };
         self.enter(first);
     }
 
     /// Keeps the entries for which something holds.
-    pub fn retain(&mut self, keep: impl FnMut(&T) -> bool) {
-        self.list.retain(keep);
+    pub fn retain(&mut self, predicate: impl FnMut(&T) -> bool) {
+        self.list.retain(predicate);
         self.places.clear();
         self.enter(0);
     }
 
     /// Takes down where the entries from one on stand.
     fn enter(&mut self, first: usize) {
-        if self.list.len() <= FEW {
+        if self.list.len() <= LINEAR_SEARCH_LIMIT {
             return;
         }
         for place in first..self.list.len() {
@@ -167,10 +167,10 @@ mod tests {
     /// Short and long lists find what looking through them finds.
     #[test]
     fn entries_are_those_of_looking_through() {
-        for count in 0..4 * FEW {
+        for count in 0..4 * LINEAR_SEARCH_LIMIT {
             let mut list: NamedList<(String, usize)> = (0..count).map(|k| (format!("x{}", k % 7), k)).collect();
-            for kept in [1, 3] {
-                list.retain(|(_, k)| k % kept == 0);
+            for step in [1, 3] {
+                list.retain(|(_, k)| k % step == 0);
                 list.push(("last".into(), count));
                 for name in ["x0", "x3", "x6", "last", "none"] {
                     let all: Vec<_> = list.iter().filter(|entry| entry.0 == name).collect();

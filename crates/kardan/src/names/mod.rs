@@ -27,12 +27,12 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     }
     let tolerance = if length < 2 { 0 } else { 1 + length / 3 };
     let lower = word.to_lowercase();
-    let wanted = letters(word);
+    let letters_of_word = letters(word);
     candidates
         .into_iter()
         .filter(|candidate| candidate.len() <= 4 * LONGEST)
         // The distance itself costs a hundred times as much, and thousands of names may stand against thousands.
-        .filter(|candidate| least_distance(wanted, letters(candidate)) <= tolerance)
+        .filter(|candidate| least_distance(letters_of_word, letters(candidate)) <= tolerance)
         .map(|candidate| (strsim::damerau_levenshtein(&lower, &candidate.to_lowercase()), candidate))
         .filter(|(distance, _)| *distance <= tolerance && (*distance < length || *distance == 0))
         .min_by_key(|(distance, candidate)| {
@@ -45,21 +45,21 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
 /// The candidate nearest to a misspelt word; else the only one that shares a whole word of four letters or more with it.
 ///
 /// ```
-/// use kardan::names::nearest_or_alike;
-/// assert_eq!(nearest_or_alike("max_torque", ["torque_limit", "rate_limit"]), Some("torque_limit"));
-/// assert_eq!(nearest_or_alike("harmonic", ["harmonic_drive", "gear"]), Some("harmonic_drive"));
-/// assert_eq!(nearest_or_alike("limit", ["torque_limit", "rate_limit"]), None);
+/// use kardan::names::nearest_or_similar;
+/// assert_eq!(nearest_or_similar("max_torque", ["torque_limit", "rate_limit"]), Some("torque_limit"));
+/// assert_eq!(nearest_or_similar("harmonic", ["harmonic_drive", "gear"]), Some("harmonic_drive"));
+/// assert_eq!(nearest_or_similar("limit", ["torque_limit", "rate_limit"]), None);
 /// ```
-pub fn nearest_or_alike<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str> + Clone) -> Option<&'a str> {
+pub fn nearest_or_similar<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str> + Clone) -> Option<&'a str> {
     let parts = |name: &str| name.split(['_', '-']).map(str::to_lowercase).collect::<Vec<_>>();
     let own: Vec<String> = parts(word).into_iter().filter(|part| part.chars().count() >= 4).collect();
-    let alike = || {
+    let similar = || {
         let mut found =
-            candidates.clone().into_iter().filter(|known| parts(known).iter().any(|part| own.contains(part)));
+            candidates.clone().into_iter().filter(|candidate| parts(candidate).iter().any(|part| own.contains(part)));
         let first = found.next();
         if found.next().is_none() { first } else { None }
     };
-    nearest(word, candidates.clone()).or_else(alike)
+    nearest(word, candidates.clone()).or_else(similar)
 }
 
 /// Which letters stand in a word, in lower case and in 64 classes: one bit each.
@@ -133,28 +133,28 @@ pub fn circle(names: &[&str]) -> String {
 /// assert_eq!(unknown_name("rk.ph", ["rk.phi", "rk.w"]), "did you mean `rk.phi`?");
 /// assert_eq!(unknown_name("x", ["rk.phi", "rk.w"]), "there are `rk.phi`, `rk.w`");
 /// ```
-pub fn unknown_name<'a>(name: &str, known: impl IntoIterator<Item = &'a str> + Clone) -> String {
-    did_you_mean(nearest(name, known.clone()), || format!("there are {}", quoted(known)))
+pub fn unknown_name<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str> + Clone) -> String {
+    did_you_mean(nearest(name, candidates.clone()), || format!("there are {}", quoted(candidates)))
 }
 
 /// Whether a word says that something stands still: what the author calls the housing, or how a shaft would be fixed.
 ///
 /// ```
-/// use kardan::names::{how_to_hold, stands_still};
-/// assert!(stands_still("ground") && stands_still("Fixed") && !stands_still("rk"));
-/// assert_eq!(how_to_hold("rk"), "to hold a shaft still, add `[constraint.hold]` with `coefficients = { rk = 1 }`");
+/// use kardan::names::{how_to_fix_shaft, stands_still};
+/// assert!(is_fixed_name("ground") && is_fixed_name("Fixed") && !is_fixed_name("rk"));
+/// assert_eq!(how_to_fix_shaft("rk"), "to hold a shaft still, add `[constraint.hold]` with `coefficients = { rk = 1 }`");
 /// ```
-pub fn stands_still(word: &str) -> bool {
-    const WORDS: [&str; 16] = [
+pub fn is_fixed_name(word: &str) -> bool {
+    const GROUND_NAMES: [&str; 16] = [
         "ground", "gnd", "housing", "frame", "earth", "world", "base", "fixed", "fix", "clamp", "clamped", "locked",
         "lock", "held", "hold", "chassis",
     ];
     let word = word.to_lowercase();
-    WORDS.contains(&word.as_str()) || word.strip_suffix('s').is_some_and(|one| WORDS.contains(&one))
+    GROUND_NAMES.contains(&word.as_str()) || word.strip_suffix('s').is_some_and(|one| GROUND_NAMES.contains(&one))
 }
 
 /// What to write so that a shaft stands still.
-pub fn how_to_hold(shaft: &str) -> String {
+pub fn how_to_fix_shaft(shaft: &str) -> String {
     let shaft = shortened(shaft);
     format!("to hold a shaft still, add `[constraint.hold]` with `coefficients = {{ {shaft} = 1 }}`")
 }
@@ -171,7 +171,7 @@ mod tests {
     /// No candidate is passed over that is near.
     #[test]
     fn what_is_left_out_is_never_near() {
-        let words = [
+        let samples = [
             "inertia",
             "inerta",
             "damping",
@@ -186,8 +186,8 @@ mod tests {
             "Tiffness_",
             "İ",
         ];
-        for one in words {
-            for other in words {
+        for one in samples {
+            for other in samples {
                 let distance = strsim::damerau_levenshtein(&one.to_lowercase(), &other.to_lowercase());
                 assert!(least_distance(letters(one), letters(other)) <= distance, "{one} {other}");
             }

@@ -43,7 +43,7 @@ pub enum Quantity {
     Change,
 }
 
-const WORDS: [(Quantity, &str); 18] = [
+const QUANTITY_NAMES: [(Quantity, &str); 18] = [
     (Quantity::Angle, "phi"),
     (Quantity::Speed, "w"),
     (Quantity::Torque, "tau"),
@@ -68,7 +68,7 @@ const WORDS: [(Quantity, &str); 18] = [
 impl Quantity {
     /// The word in a name: `phi`.
     pub fn word(self) -> &'static str {
-        WORDS.iter().find(|(quantity, _)| *quantity == self).map_or("", |(_, word)| word)
+        QUANTITY_NAMES.iter().find(|(quantity, _)| *quantity == self).map_or("", |(_, word)| word)
     }
 
     /// The name of this signal of an element: `rk.phi`.
@@ -141,11 +141,11 @@ impl<'a> SignalName<'a> {
     /// What its last word says, if that is known; of `v` that it is a velocity.
     pub fn quantity(self) -> Option<Quantity> {
         let word = self.word?;
-        WORDS.iter().find(|(_, other)| *other == word).map(|(quantity, _)| *quantity)
+        QUANTITY_NAMES.iter().find(|(_, candidate)| *candidate == word).map(|(quantity, _)| *quantity)
     }
 
     /// The element, if the signal is that of one element alone.
-    pub fn alone(self) -> Option<&'a str> {
+    pub fn unqualified(self) -> Option<&'a str> {
         self.on.is_none().then_some(self.element)
     }
 
@@ -176,7 +176,7 @@ impl<'a> SignalName<'a> {
 
     /// The shaft or mass whose angle or position it is.
     pub fn angle_of(self) -> Option<&'a str> {
-        self.alone().filter(|_| self.is(Quantity::Angle) || self.is(Quantity::Position))
+        self.unqualified().filter(|_| self.is(Quantity::Angle) || self.is(Quantity::Position))
     }
 }
 
@@ -212,7 +212,7 @@ mod tests {
         for name in ["rk.phi", "gear.rack.tau", "ref", "a.b.c.tau", "", ".", "x.", ".phi", "rk.speed"] {
             assert_eq!(SignalName::new(name).to_string(), name);
         }
-        for (quantity, word) in WORDS {
+        for (quantity, word) in QUANTITY_NAMES {
             let name = quantity.of("rk");
             assert_eq!((SignalName::new(&name).is(quantity), quantity.word()), (true, word));
         }

@@ -42,7 +42,7 @@ pub struct AtZero {
 /// # Panics
 /// If the matrix is not square.
 pub fn at_zero(matrix: &Matrix<f64>) -> Option<AtZero> {
-    at_zero_within(matrix, Rounding::OfLargest)
+    at_zero_rounded(matrix, Rounding::OfLargest)
 }
 
 /// To which rounding a matrix is known.
@@ -72,7 +72,7 @@ pub enum Rounding<'a> {
 ///
 /// # Panics
 /// As [`at_zero`], and if there is not one size for each entry.
-pub fn at_zero_within(matrix: &Matrix<f64>, rounding: Rounding<'_>) -> Option<AtZero> {
+pub fn at_zero_rounded(matrix: &Matrix<f64>, rounding: Rounding<'_>) -> Option<AtZero> {
     let n = matrix.rows();
     assert_eq!(n, matrix.columns(), "eigenvalues of a matrix that is not square");
     if matrix.as_slice().iter().any(|x| !x.is_finite()) {
@@ -87,7 +87,7 @@ pub fn at_zero_within(matrix: &Matrix<f64>, rounding: Rounding<'_>) -> Option<At
         Rounding::OfEach(sizes) => Some(Mat::from_fn(n, n, |i, j| sizes[(i, j)].abs() * scales[j] / scales[i])),
         _ => None,
     };
-    let (mut motions, mut others) = (Mat::<f64>::zeros(n, 0), Mat::<f64>::identity(n, n));
+    let (mut motions, mut remaining) = (Mat::<f64>::zeros(n, 0), Mat::<f64>::identity(n, n));
     let mut rest = a.clone();
     while rest.nrows() > 0 {
         // The smallest singular value is no less than one over the norm of the inverse, which is a tenth of the work.
@@ -99,24 +99,24 @@ pub fn at_zero_within(matrix: &Matrix<f64>, rounding: Rounding<'_>) -> Option<At
         }
         let svd = rest.svd().ok()?;
         let p = rest.nrows();
-        let kept = (0..p).filter(|&j| svd.S()[j] > least).count();
-        if kept == p {
+        let rank = (0..p).filter(|&j| svd.S()[j] > least).count();
+        if rank == p {
             break;
         }
         let v = svd.V();
-        let more = &others * v.subcols(kept, p - kept);
+        let more = &remaining * v.subcols(rank, p - rank);
         let before = motions.ncols();
         motions =
-            Mat::from_fn(n, before + p - kept, |i, j| if j < before { motions[(i, j)] } else { more[(i, j - before)] });
-        others = &others * v.subcols(0, kept);
-        rest = others.transpose() * &a * &others;
+            Mat::from_fn(n, before + p - rank, |i, j| if j < before { motions[(i, j)] } else { more[(i, j - before)] });
+        remaining = &remaining * v.subcols(0, rank);
+        rest = remaining.transpose() * &a * &remaining;
     }
     let out = |m: &Mat<f64>| Matrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)]);
     Some(AtZero {
         motions: Matrix::from_fn(n, motions.ncols(), |i, j| motions[(i, j)] * scales[i]),
         rest: out(&rest),
-        left: Matrix::from_fn(others.ncols(), n, |i, j| others[(j, i)] / scales[j]),
-        right: Matrix::from_fn(n, others.ncols(), |i, j| others[(i, j)] * scales[i]),
+        left: Matrix::from_fn(remaining.ncols(), n, |i, j| remaining[(j, i)] / scales[j]),
+        right: Matrix::from_fn(n, remaining.ncols(), |i, j| remaining[(i, j)] * scales[i]),
         rounding: least,
     })
 }

@@ -19,8 +19,8 @@ pub fn balance(matrix: &Mat<f64>) -> Vec<f64> {
     for _ in 0..20 {
         let mut changed = false;
         for k in 0..n {
-            let others = |line: &[f64]| line[..k].iter().chain(&line[k + 1..]).map(|x| x.abs()).sum::<f64>();
-            let (column, row) = (others(&columns[k]), others(&rows[k]));
+            let off_diagonal = |line: &[f64]| line[..k].iter().chain(&line[k + 1..]).map(|x| x.abs()).sum::<f64>();
+            let (column, row) = (off_diagonal(&columns[k]), off_diagonal(&rows[k]));
             if !(column > 0.0 && row > 0.0 && column.is_finite() && row.is_finite()) {
                 continue;
             }

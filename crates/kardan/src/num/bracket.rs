@@ -76,10 +76,10 @@ mod tests {
             ("wave", |x| sin(40.0 * x) + 8.0 * (x - 0.4)),
         ];
         for (name, f) in functions {
-            for turned in [false, true] {
-                let f = |x: f64| if turned { f(1.0 - x) } else { f(x) };
+            for mirrored in [false, true] {
+                let f = |x: f64| if mirrored { f(1.0 - x) } else { f(x) };
                 let ends = [0.0, 1.0].map(|x| (x, f(x)));
-                let ends = if turned { [ends[1], ends[0]] } else { ends };
+                let ends = if mirrored { [ends[1], ends[0]] } else { ends };
                 let mut count = 0;
                 let [low, high] = bracket(ends, 1e-13, |x| {
                     count += 1;

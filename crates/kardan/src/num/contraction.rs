@@ -4,7 +4,7 @@ use dashu_int::IBig;
 use faer::{Mat, Side};
 use kardan_rt::functions::{exp2, log2};
 
-use super::{Matrix, Rational, Rounding, at_zero_within, balance, rational_from_f64};
+use super::{Matrix, Rational, Rounding, at_zero_rounded, balance, rational_from_f64};
 
 /// Binary digits behind the point to which what floating point found is taken.
 const DIGITS: usize = 100;
@@ -73,9 +73,9 @@ fn contraction(map: &Whole, off: f64) -> Option<Norm> {
     let sum = factor.transposed().times(&factor);
     let left = sum.minus(&after.transposed().times(&after)).minus(&Whole::identity(n));
     let size = sum.norm();
-    let within = left.norm() + size * off * (2.0 * map.norm() + off);
+    let residual_norm = left.norm() + size * off * (2.0 * map.norm() + off);
     // M ≥ 1/2, so that xᵀΦᵀPΦx ≤ xᵀPx − xᵀx/2.
-    (within < 0.5).then(|| Norm { size, contraction: (1.0 - 0.49 / size).max(0.0).sqrt() })
+    (residual_norm < 0.5).then(|| Norm { size, contraction: (1.0 - 0.49 / size).max(0.0).sqrt() })
 }
 
 /// `Σ (Φᵀ)ᵏ Φᵏ`, to rounding; `None` if it does not end.
@@ -111,13 +111,14 @@ impl Split {
         let n = map.rows;
         let floating = map.to_f64();
         let change = Matrix::from_fn(n, n, |i, j| floating[(i, j)] - f64::from(u8::from(i == j)));
-        let [right, left] = [&change, &change.transpose()].map(|change| at_zero_within(change, Rounding::OfOne));
+        let [right, left] = [&change, &change.transpose()].map(|change| at_zero_rounded(change, Rounding::OfOne));
         let (right, left) = (right?, left?);
         if right.motions.columns() != at_one || left.motions.columns() != at_one {
             return None;
         }
-        let others = left.right;
-        let basis = Mat::from_fn(n, n, |i, j| if j < at_one { right.motions[(i, j)] } else { others[(i, j - at_one)] });
+        let remaining = left.right;
+        let basis =
+            Mat::from_fn(n, n, |i, j| if j < at_one { right.motions[(i, j)] } else { remaining[(i, j - at_one)] });
         let inverse = faer::linalg::solvers::DenseSolveCore::inverse(&basis.partial_piv_lu());
         let (basis, mut inverse) = (Whole::of(&basis, DIGITS)?, Whole::of(&inverse, DIGITS)?);
         // Newton: twice as many digits each time.
@@ -126,14 +127,14 @@ impl Split {
             inverse = inverse.times(&two.minus(&basis.times(&inverse))).cut(3 * DIGITS);
         }
         let residual = inverse.times(&basis).minus(&Whole::identity(n)).norm();
-        let seen = inverse.times(map).times(&basis).cut(map.digits + DIGITS);
+        let transformed = inverse.times(map).times(&basis).cut(map.digits + DIGITS);
         // V⁻¹ = (WV)⁻¹ W, and the map itself is off.
-        let off = (residual * seen.norm() + inverse.norm() * basis.norm() * off) / (1.0 - residual)
+        let off = (residual * transformed.norm() + inverse.norm() * basis.norm() * off) / (1.0 - residual)
             + exp2(-(map.digits as f64)) * n as f64;
         if !(residual < 0.5 && off.is_finite()) {
             return None;
         }
-        let block = |rows: [usize; 2], columns: [usize; 2]| seen.block(rows, columns);
+        let block = |rows: [usize; 2], columns: [usize; 2]| transformed.block(rows, columns);
         let (first, second) = ([0, at_one], [at_one, n]);
         Some(Self {
             chains: block(first, first).minus(&Whole::identity(at_one)),

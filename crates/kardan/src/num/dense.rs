@@ -102,26 +102,26 @@ impl Cholesky {
     pub fn factor(&mut self, matrix: &[f64]) -> bool {
         let n = self.n;
         for i in 0..n {
-            let given = &matrix[i * n..=i * n + i];
+            let source_row = &matrix[i * n..=i * n + i];
             let (above, row) = self.lower.split_at_mut(i * n);
             if !self.profiled {
-                self.first[i] = given.iter().position(|x| *x != 0.0).unwrap_or(i);
+                self.first[i] = source_row.iter().position(|x| *x != 0.0).unwrap_or(i);
                 row[..self.first[i]].fill(0.0);
             }
             let first = self.first[i];
             for j in first..i {
                 let from = first.max(self.first[j]);
-                let mut sum = given[j];
+                let mut sum = source_row[j];
                 for (x, y) in row[from..j].iter().zip(&above[j * n + from..j * n + j]) {
                     sum -= x * y;
                 }
                 row[j] = sum / above[j * n + j];
             }
-            let mut pivot = given[i];
+            let mut pivot = source_row[i];
             for x in &row[first..i] {
                 pivot -= x * x;
             }
-            if !(pivot > 1e-13 * given[i].abs()) {
+            if !(pivot > 1e-13 * source_row[i].abs()) {
                 return false;
             }
             row[i] = pivot.sqrt();

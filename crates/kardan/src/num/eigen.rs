@@ -1,10 +1,10 @@
 use kardan_rt::functions::hypot;
 
-use super::{Matrix, alone, balance, square};
+use super::{Matrix, balance, isolated, square};
 
 /// The eigenvalues of a real square matrix as `(real, imaginary)`, sorted by size, then by imaginary part.
 ///
-/// Method: states that stand alone have theirs on the diagonal ([`alone()`]); the others by QR iteration (`faer`) in balanced coordinates, O(n³),
+/// Method: states that stand alone have theirs on the diagonal ([`isolated()`]); the others by QR iteration (`faer`) in balanced coordinates, O(n³),
 /// backward stable there: errors of a few ulp of the balanced norm, more for nearly multiple eigenvalues. Returns `None` if the iteration does not converge or an entry is not finite.
 ///
 /// ```
@@ -21,13 +21,13 @@ pub fn eigenvalues(matrix: &Matrix<f64>) -> Option<Vec<(f64, f64)>> {
     if matrix.as_slice().iter().any(|x| !x.is_finite()) {
         return None;
     }
-    let [alone, others] = alone(matrix);
-    let mut values: Vec<(f64, f64)> = alone.into_iter().map(|k| (matrix[(k, k)], 0.0)).collect();
-    if !others.is_empty() {
-        let rest = square(matrix, &others);
-        let m = faer::Mat::from_fn(others.len(), others.len(), |i, j| rest[(i, j)]);
+    let [isolated, coupled] = isolated(matrix);
+    let mut values: Vec<(f64, f64)> = isolated.into_iter().map(|k| (matrix[(k, k)], 0.0)).collect();
+    if !coupled.is_empty() {
+        let rest = square(matrix, &coupled);
+        let m = faer::Mat::from_fn(coupled.len(), coupled.len(), |i, j| rest[(i, j)]);
         let scales = balance(&m);
-        let m = faer::Mat::from_fn(others.len(), others.len(), |i, j| m[(i, j)] * scales[j] / scales[i]);
+        let m = faer::Mat::from_fn(coupled.len(), coupled.len(), |i, j| m[(i, j)] * scales[j] / scales[i]);
         values.extend(m.eigenvalues().ok()?.into_iter().map(|z| (z.re, z.im)));
     }
     values.sort_by(|a, b| hypot(a.0, a.1).total_cmp(&hypot(b.0, b.1)).then(a.1.total_cmp(&b.1)));

@@ -10,7 +10,7 @@ fn times(a: Pair, b: Pair) -> Pair {
     [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
 }
 
-fn turned(angle: f64) -> Pair {
+fn rotation(angle: f64) -> Pair {
     let (sine, cosine) = sin_cos(angle);
     [cosine, sine]
 }
@@ -33,7 +33,7 @@ pub fn fourier(samples: &[f64]) -> Vec<[f64; 2]> {
     }
     let length = (2 * n - 1).next_power_of_two();
     // k² grows beyond what an angle resolves; exp(-πi k²/n) has the period 2n in k².
-    let chirp = |k: usize| turned(-PI * ((k as u128 * k as u128) % (2 * n as u128)) as f64 / n as f64);
+    let chirp = |k: usize| rotation(-PI * ((k as u128 * k as u128) % (2 * n as u128)) as f64 / n as f64);
     let (mut a, mut b) = (vec![[0.0; 2]; length], vec![[0.0; 2]; length]);
     for (k, sample) in samples.iter().enumerate() {
         let [cosine, sine] = chirp(k);
@@ -66,7 +66,7 @@ fn transform(x: &mut [Pair], sign: f64) {
     }
     let mut half = 1;
     while half < n {
-        let roots: Vec<Pair> = (0..half).map(|k| turned(sign * PI * k as f64 / half as f64)).collect();
+        let roots: Vec<Pair> = (0..half).map(|k| rotation(sign * PI * k as f64 / half as f64)).collect();
         for block in x.chunks_exact_mut(2 * half) {
             let (low, high) = block.split_at_mut(half);
             for ((a, b), root) in low.iter_mut().zip(high).zip(&roots) {
@@ -90,7 +90,7 @@ mod tests {
             for (k, found) in fourier(&samples).iter().enumerate() {
                 let mut sum = [0.0; 2];
                 for (j, x) in samples.iter().enumerate() {
-                    let [cosine, sine] = turned(-2.0 * PI * ((j * k) % n) as f64 / n as f64);
+                    let [cosine, sine] = rotation(-2.0 * PI * ((j * k) % n) as f64 / n as f64);
                     sum = [sum[0] + x * cosine, sum[1] + x * sine];
                 }
                 assert!((found[0] - sum[0]).abs() + (found[1] - sum[1]).abs() < 1e-12, "{n} {k}: {found:?} {sum:?}");

@@ -29,13 +29,13 @@ impl Operator {
 
     /// The product with a vector.
     pub fn apply(&self, field: &PrimeField, x: &[Residue]) -> Vec<Residue> {
-        let mut few = Vec::new();
+        let mut gathered = Vec::new();
         let product = |row: &OperatorRow| match row {
             OperatorRow::Dense(values) => field.dot(values, x),
             OperatorRow::Sparse(places, values) => {
-                few.clear();
-                few.extend(places.iter().map(|&j| x[j]));
-                field.dot(values, &few)
+                gathered.clear();
+                gathered.extend(places.iter().map(|&j| x[j]));
+                field.dot(values, &gathered)
             }
         };
         self.rows.iter().map(product).collect()

@@ -41,7 +41,7 @@ impl LastDigits {
     }
 
     /// A number that is off by no more than this.
-    pub fn within(&mut self, value: &Rational, off: f64) -> Rational {
+    pub fn perturbed(&mut self, value: &Rational, off: f64) -> Rational {
         if off > 0.0 { value + self.fraction(off) } else { value.clone() }
     }
 

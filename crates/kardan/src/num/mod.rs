@@ -3,22 +3,21 @@
 //! Knows no mechanics. Structural decisions (rank, definiteness, which rows depend on which) are made here over
 //! [`Rational`]; floating point decides magnitudes only.
 
-mod alone;
 mod at_zero;
 mod balance;
+mod block_triangular;
 mod bracket;
 mod characteristic;
 mod contraction;
 mod dense;
 mod eigen;
 mod elimination;
+mod exact_zoh;
 mod exponential;
 mod float;
 mod fourier;
 mod golden;
-mod held;
 mod invariant_factors;
-mod keeper;
 mod krylov;
 mod last_digits;
 mod matrix;
@@ -36,16 +35,17 @@ mod roots;
 mod routh;
 mod scalar;
 mod size;
+mod snapshot;
 mod sparse;
 mod sparse_lu;
 mod steffen;
 mod wide;
 
-pub use alone::alone;
-pub(crate) use alone::square;
-pub use at_zero::{AtZero, Rounding, at_zero, at_zero_within};
+pub use at_zero::{AtZero, Rounding, at_zero, at_zero_rounded};
 pub use balance::balance;
 pub(crate) use balance::{scaled, unscaled};
+pub use block_triangular::isolated;
+pub(crate) use block_triangular::square;
 pub use bracket::bracket;
 pub use characteristic::{characteristic_polynomial, is_hurwitz};
 pub use contraction::contracts;
@@ -53,13 +53,12 @@ pub use dense::{Cholesky, Lu, dot, multiply};
 pub(crate) use dense::{LANES, Panels, product};
 pub use eigen::eigenvalues;
 pub use elimination::{Definiteness, Echelon, definiteness, definiteness_of_rows, echelon};
+pub use exact_zoh::{ExactZoh, characteristic, exact_zoh};
 pub use exponential::{Discretised, discretise, exponential};
 pub use float::{Float, max_or_nan};
 pub use fourier::fourier;
 pub use golden::golden;
-pub use held::{HeldTo, characteristic, held};
 pub use invariant_factors::invariant_factors;
-pub use keeper::Keeper;
 pub use krylov::{Operator, recurrence};
 pub use last_digits::LastDigits;
 pub use matrix::Matrix;
@@ -73,6 +72,7 @@ pub use root_sides::{RootSides, cayley, from_cayley, root_sides};
 pub use routh::routh_column;
 pub use scalar::{Rational, Scalar, rational_from_f64, rational_to_f64};
 pub use size::{above, below, exponent, length, power_of_two, root_above};
+pub use snapshot::StateArchive;
 pub use sparse::{
     SparseEchelon, SparseRow, dense_rows, project, sparse_echelon, sparse_rows, sparse_sum_of_outer, sum_of_outer,
 };

@@ -350,14 +350,14 @@ pub fn exact_rank(matrix: &Matrix<Rational>) -> usize {
         let free: Vec<usize> = (0..columns).filter(|j| !pivots.contains(j)).collect();
         let values = (0..rank).flat_map(|i| free.iter().map(move |&j| (i, j)));
         let values: Vec<u64> = values.map(|(i, j)| field.value(form.row(i)[j])).collect();
-        let at = groups.iter().position(|(other, ..)| *other == pivots).unwrap_or_else(|| {
+        let at = groups.iter().position(|(candidate, ..)| *candidate == pivots).unwrap_or_else(|| {
             groups.push((pivots, Reconstruction::new(), 0));
             groups.len() - 1
         });
-        let (pivots, known, primes) = &mut groups[at];
-        known.add(prime, &values);
+        let (pivots, reconstruction, primes) = &mut groups[at];
+        reconstruction.add(prime, &values);
         *primes += 1;
-        let Some(found) = primes.is_power_of_two().then(|| known.fractions()).flatten() else { continue };
+        let Some(found) = primes.is_power_of_two().then(|| reconstruction.fractions()).flatten() else { continue };
         // Column j is that combination of the pivot columns.
         let depends = |k: usize, i: usize| {
             let sum =

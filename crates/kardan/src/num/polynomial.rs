@@ -118,7 +118,7 @@ impl Polynomial {
         let (a, b) = (self.whole_coefficients(), other.whole_coefficients());
         let leading = dashu_int::ops::Gcd::gcd(&a[a.len() - 1], &b[b.len() - 1]);
         let leading = IBig::from(leading);
-        let (mut degree, mut known, mut primes) = (usize::MAX, Reconstruction::new(), 0usize);
+        let (mut degree, mut reconstruction, mut primes) = (usize::MAX, Reconstruction::new(), 0usize);
         let mut prime = 1 << 61;
         loop {
             prime = prime_below(prime);
@@ -136,13 +136,13 @@ impl Polynomial {
                 continue;
             }
             if divisor.len() < degree {
-                (degree, known, primes) = (divisor.len(), Reconstruction::new(), 0);
+                (degree, reconstruction, primes) = (divisor.len(), Reconstruction::new(), 0);
             }
             let scale = field.whole(&leading);
-            known.add(prime, &divisor.iter().map(|&x| field.value(field.times(x, scale))).collect::<Vec<_>>());
+            reconstruction.add(prime, &divisor.iter().map(|&x| field.value(field.times(x, scale))).collect::<Vec<_>>());
             primes += 1;
             if primes.is_power_of_two() {
-                let candidate = Self::new(known.integers().into_iter().map(Rational::from).collect()).monic();
+                let candidate = Self::new(reconstruction.integers().into_iter().map(Rational::from).collect()).monic();
                 if [self, other].iter().all(|p| p.may_divide(&candidate) && p.divide(&candidate).1.is_zero()) {
                     return candidate;
                 }
@@ -197,11 +197,11 @@ impl Polynomial {
                 g[..g.len() - 1].iter().map(|&x| field.value(field.times(x, scale))).collect::<Vec<_>>()
             };
             let values: Vec<u64> = parts.iter().flat_map(low).collect();
-            let known = groups.iter().position(|(other, ..)| *other == layout).unwrap_or_else(|| {
+            let index = groups.iter().position(|(candidate, ..)| *candidate == layout).unwrap_or_else(|| {
                 groups.push((layout, Reconstruction::new(), 0));
                 groups.len() - 1
             });
-            let (layout, all, bits) = &mut groups[known];
+            let (layout, all, bits) = &mut groups[index];
             if layout.iter().all(|(_, e)| *e == 1) {
                 return if self.degree() == 0 { Vec::new() } else { vec![(self.monic(), 1)] };
             }

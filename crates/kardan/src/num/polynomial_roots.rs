@@ -39,7 +39,7 @@ impl Polynomial {
             let (quotient, remainder) = rest.divide(&factor);
             if remainder.coefficients().is_empty() {
                 let mut take = |root: (f64, f64)| {
-                    rest_roots.iter().position(|other| *other == root).map(|at| rest_roots.remove(at))
+                    rest_roots.iter().position(|candidate| *candidate == root).map(|at| rest_roots.remove(at))
                 };
                 let roots = if im == 0.0 { vec![take((re, im))] } else { vec![take((re, -im)), take((re, im))] };
                 let roots = roots.into_iter().flatten().collect();

@@ -22,7 +22,7 @@ struct Piece {
 
 /// What is still to be looked at.
 enum Open {
-    Within(Piece),
+    Interval(Piece),
     Root(f64),
 }
 
@@ -53,11 +53,11 @@ impl Polynomial {
         let exponent = bound.unwrap_or(0) + 1;
         let shift = |k: usize| exponent.unsigned_abs() as usize * if exponent < 0 { n - k } else { k };
         let coefficients = whole.iter().enumerate().map(|(k, c)| c << shift(k)).collect();
-        let mut open = vec![Open::Within(Piece { coefficients, at: IBig::ZERO, exponent })];
+        let mut open = vec![Open::Interval(Piece { coefficients, at: IBig::ZERO, exponent })];
         let mut out = Vec::new();
         while let Some(next) = open.pop() {
             let piece = match next {
-                Open::Within(piece) => piece,
+                Open::Interval(piece) => piece,
                 Open::Root(root) => {
                     out.push(root);
                     continue;
@@ -72,9 +72,9 @@ impl Polynomial {
                 _ => {
                     let [lower, upper] = piece.halves();
                     let middle = upper.coefficients[0].is_zero().then(|| nearest(&upper.at, upper.exponent));
-                    open.push(Open::Within(upper));
+                    open.push(Open::Interval(upper));
                     open.extend(middle.map(Open::Root));
-                    open.push(Open::Within(lower));
+                    open.push(Open::Interval(lower));
                 }
             }
         }
@@ -85,9 +85,9 @@ impl Polynomial {
 impl Piece {
     /// No fewer than the roots within, and as many or an even number more.
     fn changes(&self) -> usize {
-        let mut turned: Vec<IBig> = self.coefficients.iter().rev().cloned().collect();
-        shift_by_one(&mut turned);
-        let mut signs = turned.iter().filter(|c| !c.is_zero()).map(|c| *c > IBig::ZERO);
+        let mut reversed: Vec<IBig> = self.coefficients.iter().rev().cloned().collect();
+        shift_by_one(&mut reversed);
+        let mut signs = reversed.iter().filter(|c| !c.is_zero()).map(|c| *c > IBig::ZERO);
         let Some(mut before) = signs.next() else { return 0 };
         signs.filter(|sign| std::mem::replace(&mut before, *sign) != *sign).count()
     }
@@ -214,8 +214,8 @@ mod tests {
             expected.dedup();
             let roots = whole.positive_roots();
             found += roots.len();
-            let alike = |(a, b): (&f64, &f64)| (a / b - 1.0).abs() < 1e-15;
-            assert!(roots.len() == expected.len() && roots.iter().zip(&expected).all(alike), "{roots:?} {expected:?}");
+            let close = |(a, b): (&f64, &f64)| (a / b - 1.0).abs() < 1e-15;
+            assert!(roots.len() == expected.len() && roots.iter().zip(&expected).all(close), "{roots:?} {expected:?}");
         }
         assert!(found > 500, "{found}");
         assert!(Polynomial::from_roots(&[Rational::ZERO]).positive_roots().is_empty());

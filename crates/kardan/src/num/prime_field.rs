@@ -1,4 +1,4 @@
-use super::Keeper;
+use super::StateArchive;
 use std::collections::{HashSet, VecDeque};
 use std::hash::{BuildHasher, RandomState};
 
@@ -205,8 +205,8 @@ impl Random {
     }
 
     /// Where it stands in its sequence.
-    pub fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        keeper.word(&mut self.0);
+    pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        archive.word(&mut self.0);
     }
 
     /// The next 64 bits.
@@ -264,15 +264,15 @@ impl Random {
 #[derive(Debug, Clone)]
 pub struct Primes {
     random: Random,
-    taken: HashSet<u64>,
+    used: HashSet<u64>,
     /// Primes that come first.
-    given: VecDeque<u64>,
+    queued: VecDeque<u64>,
 }
 
 impl Primes {
     /// The same for the same seed: for what is proven afterwards whatever the primes are.
     pub fn new(seed: u64) -> Self {
-        Self { random: Random::new(seed), taken: HashSet::new(), given: VecDeque::new() }
+        Self { random: Random::new(seed), used: HashSet::new(), queued: VecDeque::new() }
     }
 
     /// Others each time ([`Random::unforeseen`]).
@@ -282,8 +282,8 @@ impl Primes {
 
     /// The same, after the primes given.
     #[cfg(test)]
-    pub(crate) fn after(self, given: &[u64]) -> Self {
-        Self { given: given.iter().copied().collect(), ..self }
+    pub(crate) fn after(self, queued: &[u64]) -> Self {
+        Self { queued: queued.iter().copied().collect(), ..self }
     }
 }
 
@@ -292,8 +292,8 @@ impl Iterator for Primes {
 
     fn next(&mut self) -> Option<u64> {
         loop {
-            let prime = self.given.pop_front().unwrap_or_else(|| random_prime(&mut self.random));
-            if self.taken.insert(prime) {
+            let prime = self.queued.pop_front().unwrap_or_else(|| random_prime(&mut self.random));
+            if self.used.insert(prime) {
                 return Some(prime);
             }
         }
@@ -386,7 +386,7 @@ mod tests {
 
     /// A prime that comes again is passed over: the remainders modulo equal primes say nothing new.
     #[test]
-    fn no_prime_comes_twice() {
+    fn primes_are_distinct() {
         let first: Vec<u64> = Primes::new(3).take(4).collect();
         let again = [first[2], first[2], first[0]];
         let all: Vec<u64> = Primes::new(3).after(&again).take(6).collect();

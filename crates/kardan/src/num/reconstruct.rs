@@ -142,7 +142,7 @@ mod tests {
 
     /// One wrong image does not keep a small fraction from being found; it is told from the right ones.
     #[test]
-    fn wrong_images_are_told_apart() {
+    fn wrong_images_are_distinguished() {
         let value = Rational::from_parts(5.into(), 7u32.into());
         let (good, bad) = ([(1u64 << 61) - 1, 1_000_000_007, 998_244_353], 1_000_003);
         let mut all = Reconstruction::new();

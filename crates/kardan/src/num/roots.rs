@@ -14,7 +14,7 @@ const ROUNDS: usize = 2000;
 /// Most Newton steps for one root.
 const STEPS: usize = 100;
 /// log₂ of the relative error at which a part of a root is known.
-const KNOWN: i64 = -66;
+const NEGLIGIBLE: i64 = -66;
 
 /// The roots of a square-free polynomial, coefficients of 1, s, s², … with the first and the last other than zero.
 ///
@@ -28,14 +28,14 @@ pub(super) fn roots(whole: &[IBig]) -> Option<Vec<(f64, f64)>> {
     let (even, odd) = (Polynomial::new(part(0)), Polynomial::new(part(1)));
     let squares = even.gcd(&odd);
     if squares.degree() == 0 {
-        return upper_half(whole, true, alone);
+        return upper_half(whole, true, both_of_pair);
     }
     let mut out = upper_half(&squares.whole_coefficients(), false, square_roots)?;
     if 2 * squares.degree() + 1 < whole.len() {
         let spread = squares.coefficients().iter().flat_map(|c| [c.clone(), Rational::ZERO]).collect();
         let all = Polynomial::new(whole.iter().cloned().map(Rational::from).collect());
         let rest = all.divide(&Polynomial::new(spread)).0;
-        out.extend(upper_half(&rest.whole_coefficients(), true, alone)?);
+        out.extend(upper_half(&rest.whole_coefficients(), true, both_of_pair)?);
     }
     Some(out)
 }
@@ -63,7 +63,7 @@ fn upper_half(whole: &[IBig], both: bool, put: impl Fn(&Point) -> Vec<(f64, f64)
 }
 
 /// A root of its own, with its conjugate.
-fn alone(z: &Point) -> Vec<(f64, f64)> {
+fn both_of_pair(z: &Point) -> Vec<(f64, f64)> {
     let (re, im) = (nearest(&z.x, z.exponent), nearest(&z.y, z.exponent));
     if im == 0.0 { vec![(re, im)] } else { vec![(re, im), (re, -im)] }
 }
@@ -82,10 +82,10 @@ fn square_roots(z: &Point) -> Vec<(f64, f64)> {
     }
     let squared: UBig = (&a * &a).unsigned_abs() + (&b * &b).unsigned_abs();
     // 2t in units of 2ᵏ, and b/2t with as many bits more as it needs.
-    let twice = IBig::from(((squared.sqrt() + a.clone().unsigned_abs()) << 1).sqrt());
-    let finer = (twice.bit_len() + 100).saturating_sub(b.bit_len());
-    let large = nearest(&twice, exponent - 1);
-    let small = nearest(&((b.clone() << finer) / &twice), exponent - finer as i64);
+    let doubled = IBig::from(((squared.sqrt() + a.clone().unsigned_abs()) << 1).sqrt());
+    let finer = (doubled.bit_len() + 100).saturating_sub(b.bit_len());
+    let large = nearest(&doubled, exponent - 1);
+    let small = nearest(&((b.clone() << finer) / &doubled), exponent - finer as i64);
     let (re, im) = if a > IBig::ZERO { (large, small) } else { (small, large) };
     vec![(re, im), (re, -im), (-re, im), (-re, -im)]
 }
@@ -197,15 +197,16 @@ impl Scaled {
                     *values[i].get_or_insert_with(both)
                 })
                 .collect();
-            let around = surroundings(&points);
-            let radius = |i: usize| now[i][0].most().over(leading.times(around[i].product)).scaled(1.01 * n as f64, 0);
+            let neighbourhoods = surroundings(&points);
+            let radius =
+                |i: usize| now[i][0].most().over(leading.times(neighbourhoods[i].product)).scaled(1.01 * n as f64, 0);
             let radii: Vec<Size> = (0..n).map(radius).collect();
             let open: Vec<usize> =
-                (0..n).filter(|&i| radii[i].scaled(16.0 * n as f64, 0) > around[i].nearest).collect();
+                (0..n).filter(|&i| radii[i].scaled(16.0 * n as f64, 0) > neighbourhoods[i].nearest).collect();
             if open.is_empty() {
                 let disc = |(i, centre): (usize, Point)| {
                     let next = stepped(&centre, newton(&now[i]), bits);
-                    Disc { radius: radii[i], free: around[i].nearest.scaled(0.9, 0), next, centre }
+                    Disc { radius: radii[i], free: neighbourhoods[i].nearest.scaled(0.9, 0), next, centre }
                 };
                 return Some(points.into_iter().enumerate().map(disc).collect());
             }
@@ -222,13 +223,13 @@ impl Scaled {
             }
             for i in open.into_iter().filter(|&i| !now[i][0].is_noise()) {
                 let step = newton(&now[i]);
-                let beside = Wide::ONE.minus(step.times(around[i].repulsion));
+                let beside = Wide::ONE.minus(step.times(neighbourhoods[i].repulsion));
                 let step = if beside.is_zero() { step } else { step.over(beside) };
                 points[i] = stepped(&points[i], step, bits);
                 values[i] = None;
             }
             // Two that coincide part.
-            for i in (0..n).filter(|&i| around[i].product.is_zero()) {
+            for i in (0..n).filter(|&i| neighbourhoods[i].product.is_zero()) {
                 let size = points[i].wide();
                 points[i] = stepped(&points[i], aside(size, i, -20), bits);
                 values[i] = None;
@@ -260,10 +261,10 @@ impl Scaled {
                 bits *= 2;
                 z = onto_axis(disc.centre.clone());
             } else {
-                let known =
-                    |part: &IBig| radius <= Point::real(part.clone(), z.exponent).wide().size().scaled(1.0, KNOWN);
-                let real_part = if both { known(&z.x) } else { radius <= z.wide().size().scaled(1.0, KNOWN) };
-                if real_part && (real || known(&z.y)) {
+                let is_precise =
+                    |part: &IBig| radius <= Point::real(part.clone(), z.exponent).wide().size().scaled(1.0, NEGLIGIBLE);
+                let real_part = if both { is_precise(&z.x) } else { radius <= z.wide().size().scaled(1.0, NEGLIGIBLE) };
+                if real_part && (real || is_precise(&z.y)) {
                     return Some(z);
                 }
                 if !values[0].is_noise() {

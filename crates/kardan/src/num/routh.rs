@@ -18,9 +18,9 @@ use super::{Polynomial, Rational, Scalar};
 /// assert_eq!(column(&[-1, 1, -1]), numbers(&[1, -1]));
 /// ```
 pub fn routh_column(polynomial: &Polynomial) -> Vec<Rational> {
-    let turned = polynomial.coefficients().last().is_some_and(|leading| *leading < Rational::ZERO);
+    let negated = polynomial.coefficients().last().is_some_and(|leading| *leading < Rational::ZERO);
     let coefficients: Vec<Rational> =
-        polynomial.coefficients().iter().rev().map(|x| if turned { -x.clone() } else { x.clone() }).collect();
+        polynomial.coefficients().iter().rev().map(|x| if negated { -x.clone() } else { x.clone() }).collect();
     // Coefficients of every other power, highest first.
     let row = |offset: usize| coefficients.iter().skip(offset).step_by(2).cloned().collect::<Vec<_>>();
     let (mut upper, mut lower) = (row(0), row(1));
@@ -45,10 +45,10 @@ mod tests {
 
     /// Products of known factors: the column has n + 1 numbers above zero if and only if all roots are in the open left half-plane.
     #[test]
-    fn the_column_tells_where_roots_are() {
+    fn the_column_shows_where_roots_are() {
         let p = |list: &[i64]| Polynomial::new(list.iter().map(|&x| Rational::from(x)).collect());
         let stable = [p(&[1, 1]), p(&[2, 1]), p(&[5, 2, 1]), p(&[100, 1, 1])];
-        let others = [p(&[0, 1]), p(&[-1, 1]), p(&[4, 0, 1]), p(&[5, -2, 1]), p(&[1, 0, 0, 0, 1]), p(&[-4, 0, 1])];
+        let unstable = [p(&[0, 1]), p(&[-1, 1]), p(&[4, 0, 1]), p(&[5, -2, 1]), p(&[1, 0, 0, 0, 1]), p(&[-4, 0, 1])];
         let decided = |q: &Polynomial| {
             let column = routh_column(q);
             column.len() == q.degree() + 1 && column.iter().all(|x| *x > Rational::ZERO)
@@ -58,7 +58,7 @@ mod tests {
             for b in &stable[i..] {
                 let both = a.times(b).times(b);
                 assert!(decided(&both), "{both}");
-                for other in &others {
+                for other in &unstable {
                     assert!(!decided(&both.times(other)), "{both} {other}");
                 }
             }

@@ -45,17 +45,17 @@ pub struct SparseOrder {
     /// The row (and column) of each pivot.
     pivots: Vec<usize>,
     /// For each given number its row and column in the order of the pivots, sorted by rows; and which it is.
-    given: Vec<(usize, usize, usize)>,
+    entries: Vec<(usize, usize, usize)>,
     /// Right of the diagonal: where each row of U begins, and its columns.
     starts: Vec<usize>,
     columns: Vec<usize>,
     /// Left of it: where each row of L begins, and its columns.
-    left_starts: Vec<usize>,
-    left_columns: Vec<usize>,
+    lower_starts: Vec<usize>,
+    lower_columns: Vec<usize>,
 }
 
 /// The numbers of the bits that are set, but for one.
-fn others(bits: &[u64], but: usize) -> Vec<usize> {
+fn set_bits(bits: &[u64], but: usize) -> Vec<usize> {
     let set = |(word, bits): (usize, &u64)| {
         let bits = *bits;
         (0..64).filter(move |bit| bits >> bit & 1 == 1).map(move |bit| word * 64 + bit)
@@ -70,34 +70,35 @@ impl SparseOrder {
     /// # Panics
     /// If a place is outside.
     pub fn new(n: usize, places: &[(usize, usize)]) -> Option<Self> {
-        let words = n.div_ceil(64);
+        let stride = n.div_ceil(64);
         // Which columns each row has, and which rows each column, of those that are left.
-        let (mut rows, mut columns) = (vec![0u64; n * words], vec![0u64; n * words]);
+        let (mut rows, mut columns) = (vec![0u64; n * stride], vec![0u64; n * stride]);
         for &(i, j) in places {
             assert!(i < n && j < n, "place ({i}, {j}) of a matrix of {n} rows");
-            rows[i * words + j / 64] |= 1 << (j % 64);
-            columns[j * words + i / 64] |= 1 << (i % 64);
+            rows[i * stride + j / 64] |= 1 << (j % 64);
+            columns[j * stride + i / 64] |= 1 << (i % 64);
         }
-        let row_of = |bits: &[u64], i: usize| bits[i * words..(i + 1) * words].to_vec();
+        let row_of = |bits: &[u64], i: usize| bits[i * stride..(i + 1) * stride].to_vec();
         let cost = |rows: &[u64], columns: &[u64], i: usize| {
-            let count =
-                |bits: &[u64]| bits[i * words..(i + 1) * words].iter().map(|w| u64::from(w.count_ones())).sum::<u64>();
+            let count = |bits: &[u64]| {
+                bits[i * stride..(i + 1) * stride].iter().map(|w| u64::from(w.count_ones())).sum::<u64>()
+            };
             (count(rows).max(1) - 1) * (count(columns).max(1) - 1)
         };
         let mut costs: Vec<u64> = (0..n).map(|i| cost(&rows, &columns, i)).collect();
         let mut left: Vec<usize> = (0..n).collect();
         let (mut pivots, mut upper, mut lower) = (Vec::with_capacity(n), Vec::with_capacity(n), Vec::with_capacity(n));
         while !left.is_empty() {
-            let able = left.iter().enumerate().filter(|(_, i)| rows[**i * words + **i / 64] >> (**i % 64) & 1 == 1);
+            let able = left.iter().enumerate().filter(|(_, i)| rows[**i * stride + **i / 64] >> (**i % 64) & 1 == 1);
             let (place, &pivot) = able.min_by_key(|(_, i)| (costs[**i], **i))?;
             left.remove(place);
             let (own_row, own_column) = (row_of(&rows, pivot), row_of(&columns, pivot));
-            let (right, below) = (others(&own_row, pivot), others(&own_column, pivot));
+            let (right, below) = (set_bits(&own_row, pivot), set_bits(&own_column, pivot));
             for (bits, at, own) in [(&mut rows, &below, &own_row), (&mut columns, &right, &own_column)] {
                 for i in at {
-                    let there = &mut bits[i * words..(i + 1) * words];
-                    there.iter_mut().zip(own).for_each(|(there, own)| *there |= own);
-                    there[pivot / 64] &= !(1 << (pivot % 64));
+                    let target = &mut bits[i * stride..(i + 1) * stride];
+                    target.iter_mut().zip(own).for_each(|(target, own)| *target |= own);
+                    target[pivot / 64] &= !(1 << (pivot % 64));
                 }
             }
             right.iter().chain(&below).for_each(|i| costs[*i] = cost(&rows, &columns, *i));
@@ -107,9 +108,9 @@ impl SparseOrder {
         }
         let mut position = vec![0; n];
         pivots.iter().enumerate().for_each(|(k, pivot)| position[*pivot] = k);
-        let mut given: Vec<(usize, usize, usize)> =
+        let mut entries: Vec<(usize, usize, usize)> =
             places.iter().enumerate().map(|(number, &(i, j))| (position[i], position[j], number)).collect();
-        given.sort_unstable();
+        entries.sort_unstable();
         let (mut starts, mut columns) = (vec![0], Vec::new());
         for right in &upper {
             let mut row: Vec<usize> = right.iter().map(|j| position[*j]).collect();
@@ -121,14 +122,14 @@ impl SparseOrder {
         for (k, below) in lower.iter().enumerate() {
             below.iter().for_each(|i| left[position[*i]].push(k));
         }
-        let mut left_starts = vec![0];
-        left.iter().for_each(|row| left_starts.push(left_starts[left_starts.len() - 1] + row.len()));
-        Some(Self { pivots, given, starts, columns, left_starts, left_columns: left.concat() })
+        let mut lower_starts = vec![0];
+        left.iter().for_each(|row| lower_starts.push(lower_starts[lower_starts.len() - 1] + row.len()));
+        Some(Self { pivots, entries, starts, columns, lower_starts, lower_columns: left.concat() })
     }
 
     /// How many numbers the factors have.
     pub fn size(&self) -> usize {
-        self.columns.len() + self.left_columns.len() + self.pivots.len()
+        self.columns.len() + self.lower_columns.len() + self.pivots.len()
     }
 }
 
@@ -162,19 +163,19 @@ impl<T: Field> SparseLu<T> {
     pub fn factor(&mut self, order: &SparseOrder, numbers: &[T]) -> bool {
         let n = order.pivots.len();
         let Self { lower, upper, inverses, work } = self;
-        lower.resize(order.left_columns.len(), T::default());
+        lower.resize(order.lower_columns.len(), T::default());
         upper.resize(order.columns.len(), T::default());
         inverses.resize(n, T::default());
         work.clear();
         work.resize(n, T::default());
-        let mut given = order.given.iter().peekable();
+        let mut entries = order.entries.iter().peekable();
         for k in 0..n {
-            while let Some((_, column, number)) = given.next_if(|(row, ..)| *row == k) {
+            while let Some((_, column, number)) = entries.next_if(|(row, ..)| *row == k) {
                 work[*column] = work[*column] + numbers[*number];
             }
             let mut largest = work[k].size();
-            for at in order.left_starts[k]..order.left_starts[k + 1] {
-                let j = order.left_columns[at];
+            for at in order.lower_starts[k]..order.lower_starts[k + 1] {
+                let j = order.lower_columns[at];
                 let factor = work[j] * inverses[j];
                 (lower[at], work[j]) = (factor, T::default());
                 let before = work[k];
@@ -201,14 +202,14 @@ impl<T: Field> SparseLu<T> {
     pub fn solve(&mut self, order: &SparseOrder, b: &mut [T]) {
         let Self { lower, upper, inverses, work } = self;
         for (k, pivot) in order.pivots.iter().enumerate() {
-            let row = order.left_starts[k]..order.left_starts[k + 1];
-            let known = order.left_columns[row.clone()].iter().zip(&lower[row]);
-            work[k] = known.fold(b[*pivot], |sum, (j, entry)| sum - *entry * work[*j]);
+            let row = order.lower_starts[k]..order.lower_starts[k + 1];
+            let terms = order.lower_columns[row.clone()].iter().zip(&lower[row]);
+            work[k] = terms.fold(b[*pivot], |sum, (j, entry)| sum - *entry * work[*j]);
         }
         for (k, pivot) in order.pivots.iter().enumerate().rev() {
             let row = order.starts[k]..order.starts[k + 1];
-            let known = order.columns[row.clone()].iter().zip(&upper[row]);
-            work[k] = known.fold(work[k], |sum, (j, entry)| sum - *entry * work[*j]) * inverses[k];
+            let terms = order.columns[row.clone()].iter().zip(&upper[row]);
+            work[k] = terms.fold(work[k], |sum, (j, entry)| sum - *entry * work[*j]) * inverses[k];
             b[*pivot] = work[k];
         }
     }
@@ -273,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn a_chain_has_no_fill_and_singular_matrices_are_told() {
+    fn a_chain_has_no_fill_and_singular_matrices_are_reported() {
         let n = 500;
         let chain: Vec<(usize, usize)> = (0..n)
             .flat_map(|i| [Some((i, i)), (i > 0).then(|| (i, i - 1)), (i > 0).then(|| (i - 1, i))])

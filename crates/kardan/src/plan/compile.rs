@@ -46,8 +46,8 @@ impl Builder {
     }
 
     fn put(&mut self, operation: Operation) -> u32 {
-        if let Some(known) = self.index.get(&operation) {
-            return *known;
+        if let Some(cached) = self.index.get(&operation) {
+            return *cached;
         }
         let number = self.operations.len() as u32;
         self.operations.push(operation.clone());
@@ -56,7 +56,7 @@ impl Builder {
     }
 
     /// The numbers of operands that are all constants.
-    fn known(&self, operands: &[Value]) -> Option<Vec<f64>> {
+    fn constant_operands(&self, operands: &[Value]) -> Option<Vec<f64>> {
         let number = |value: &Value| match value {
             Value::Constant(number) => Some(self.constants[*number as usize]),
             _ => None,
@@ -73,8 +73,8 @@ impl Domain for Builder {
     }
 
     fn operation(&mut self, operator: Operator, operands: &[Value]) -> Value {
-        if let Some(known) = self.known(operands) {
-            let value = Floating::<f64>::default().operation(operator, &known);
+        if let Some(constant_operands) = self.constant_operands(operands) {
+            let value = Floating::<f64>::default().operation(operator, &constant_operands);
             return self.float(value);
         }
         let mut operands = operands.to_vec();
@@ -85,8 +85,8 @@ impl Domain for Builder {
     }
 
     fn sine_cosine(&mut self, angle: &Value) -> [Value; 2] {
-        if let Some(known) = self.known(&[*angle]) {
-            return Floating::<f64>::default().sine_cosine(&known[0]).map(|value| self.float(value));
+        if let Some(constant_operands) = self.constant_operands(&[*angle]) {
+            return Floating::<f64>::default().sine_cosine(&constant_operands[0]).map(|value| self.float(value));
         }
         let operation = Operation { operator: Operator::SineCosine, operands: vec![*angle], table: 0 };
         let number = self.put(operation);
@@ -94,11 +94,11 @@ impl Domain for Builder {
     }
 
     fn table(&mut self, table: &PiecewisePolynomial, x: &Value) -> Value {
-        if let Some(known) = self.known(&[*x]) {
-            let value = Floating::<f64>::default().table(table, &known[0]);
+        if let Some(constant_operands) = self.constant_operands(&[*x]) {
+            let value = Floating::<f64>::default().table(table, &constant_operands[0]);
             return self.float(value);
         }
-        let number = self.tables.iter().position(|other| other == table).unwrap_or_else(|| {
+        let number = self.tables.iter().position(|candidate| candidate == table).unwrap_or_else(|| {
             self.tables.push(table.clone());
             self.tables.len() - 1
         });

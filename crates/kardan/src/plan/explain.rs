@@ -41,7 +41,7 @@ impl Plan {
     }
 
     /// An output as it is computed, a few operations deep; what lies deeper is written as its value in a memory.
-    pub fn written(&self, output: usize, memory: &[f64]) -> String {
+    pub fn formatted(&self, output: usize, memory: &[f64]) -> String {
         Writing { plan: self, memory, results: &self.results() }.infix(self.place(output) as u32, DEPTH)
     }
 

@@ -29,5 +29,5 @@ pub(super) const OPERATORS: [(Operator, &str); 21] = [
 
 /// The word of an operator in texts.
 pub fn word(operator: Operator) -> &'static str {
-    OPERATORS.iter().find(|(other, _)| *other == operator).map_or("", |(_, word)| word)
+    OPERATORS.iter().find(|(candidate, _)| *candidate == operator).map_or("", |(_, word)| word)
 }

@@ -109,8 +109,8 @@ pub struct Resolution {
 
 impl Resolution {
     /// Of the values at some places of a plan's memory and of what they need; `steady` tells which inputs do not change.
-    pub fn new(plan: &Plan, wanted: &[usize], steady: impl Fn(usize) -> bool) -> Self {
-        let needed = super::series::needed(plan, wanted);
+    pub fn new(plan: &Plan, outputs: &[usize], steady: impl Fn(usize) -> bool) -> Self {
+        let needed = super::series::needed(plan, outputs);
         let (inputs, constants, values) = (plan.inputs.len(), plan.constants.len(), plan.block().memory());
         let mut is_steady: Vec<bool> =
             (0..values).map(|k| if k < inputs { steady(k) } else { k < inputs + constants }).collect();
@@ -175,8 +175,8 @@ impl Resolution {
     pub fn find(&mut self, inputs: &[Interval], values: &[f64]) -> bool {
         let Self { operations, tables, numbers, ranges, effects, .. } = self;
         effects.fill(None);
-        let (given, rest) = ranges.split_at_mut(inputs.len());
-        given.copy_from_slice(inputs);
+        let (input_ranges, rest) = ranges.split_at_mut(inputs.len());
+        input_ranges.copy_from_slice(inputs);
         rest.iter_mut().zip(&values[inputs.len()..]).for_each(|(range, value)| *range = Interval::point(*value));
         let mut resolved = true;
         for operation in operations.iter() {

@@ -64,8 +64,8 @@ pub struct Series<N = f64> {
 impl<N: Value> Series<N> {
     /// The series of a plan up to an order, of the values at some places of its memory and of what they need; `steady` tells which inputs
     /// do not change. `None` if one of them has kinks, which have no series.
-    pub fn new(plan: &Plan, order: usize, wanted: &[usize], steady: impl Fn(usize) -> bool) -> Option<Self> {
-        Self::with(plan, order, wanted, steady, |_, _| (0, Vec::new()))
+    pub fn new(plan: &Plan, order: usize, outputs: &[usize], steady: impl Fn(usize) -> bool) -> Option<Self> {
+        Self::with(plan, order, outputs, steady, |_, _| (0, Vec::new()))
     }
 
     /// The same with more values behind those of the plan: `more` tells from the place of the first one, and from which values of the plan do not change,
@@ -73,18 +73,18 @@ impl<N: Value> Series<N> {
     pub fn with(
         plan: &Plan,
         order: usize,
-        wanted: &[usize],
+        outputs: &[usize],
         steady: impl Fn(usize) -> bool,
         more: impl FnOnce(usize, &[bool]) -> (usize, Vec<Step>),
     ) -> Option<Self> {
-        Self::written(plan, order, wanted, steady, None, more)
+        Self::with_pieces(plan, order, outputs, steady, None, more)
     }
 
     /// The same, with pieces where something has kinks.
-    fn written(
+    fn with_pieces(
         plan: &Plan,
         order: usize,
-        wanted: &[usize],
+        outputs: &[usize],
         steady: impl Fn(usize) -> bool,
         mut pieces: Option<&mut Pieces>,
         more: impl FnOnce(usize, &[bool]) -> (usize, Vec<Step>),
@@ -93,7 +93,7 @@ impl<N: Value> Series<N> {
         let values = plan.block().memory();
         let mut is_steady: Vec<bool> =
             (0..values).map(|k| if k < inputs { steady(k) } else { k < inputs + constants }).collect();
-        let needed = needed(plan, wanted);
+        let needed = needed(plan, outputs);
         let (mut steps, mut done, mut beside) = (Vec::new(), inputs + constants, values);
         let mut operands = plan.operands.as_slice();
         for run in &plan.runs {
@@ -199,9 +199,9 @@ impl<N: Value> Series<N> {
 }
 
 /// Which values of a plan's memory some of them need.
-pub(super) fn needed(plan: &Plan, wanted: &[usize]) -> Vec<bool> {
+pub(super) fn needed(plan: &Plan, outputs: &[usize]) -> Vec<bool> {
     let mut needed = vec![false; plan.block().memory()];
-    wanted.iter().for_each(|place| needed[*place] = true);
+    outputs.iter().for_each(|place| needed[*place] = true);
     let (mut last, mut operands) = (needed.len(), plan.operands.as_slice());
     for run in plan.runs.iter().rev() {
         let first = last - run.count * run.operator.values();
@@ -269,9 +269,9 @@ pub struct PiecedSeries {
 
 impl PiecedSeries {
     /// See [`Series::new`].
-    pub fn new(plan: &Plan, order: usize, wanted: &[usize], steady: impl Fn(usize) -> bool) -> Self {
+    pub fn new(plan: &Plan, order: usize, outputs: &[usize], steady: impl Fn(usize) -> bool) -> Self {
         let mut pieces = Pieces::new(plan);
-        let series = Series::written(plan, order, wanted, steady, Some(&mut pieces), |_, _| (0, Vec::new()));
+        let series = Series::with_pieces(plan, order, outputs, steady, Some(&mut pieces), |_, _| (0, Vec::new()));
         Self { series: series.expect("all that has kinks has pieces"), pieces }
     }
 

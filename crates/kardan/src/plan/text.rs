@@ -117,8 +117,8 @@ impl Reader {
     }
 
     fn line(&mut self, line: &str) -> Result<(), String> {
-        let words: Vec<&str> = line.split_whitespace().collect();
-        match words.as_slice() {
+        let tokens: Vec<&str> = line.split_whitespace().collect();
+        match tokens.as_slice() {
             [] => Ok(()),
             [first, ..] if first.starts_with('#') => Ok(()),
             ["input", name] => {

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::{Motion, Reduced};
-use crate::assemble::{Along, SpringLaw};
-use crate::equations::Hold;
+use crate::assemble::{DirectionalTerm, SpringLaw};
+use crate::equations::UnilateralConstraint;
 use crate::expr::{Expr, Graph};
 use crate::num::Rational;
 use crate::units::Exact;
@@ -46,10 +46,10 @@ impl Motion {
         let spring = &reduced.equations.springs[spring];
         let twist = self.twist(reduced, spring);
         let torque = self.resisting(twist, &spring.value.stiffness);
-        self.left_of(reduced, &spring.element, torque)
+        self.scaled_by_fault(reduced, &spring.element, torque)
     }
 
-    fn twist(&mut self, reduced: &Reduced, spring: &Along<SpringLaw>) -> Expr {
+    fn twist(&mut self, reduced: &Reduced, spring: &DirectionalTerm<SpringLaw>) -> Expr {
         let (angle, rest) = (self.sum(&spring.row, |out, k| out.angles[k]), self.exact(&spring.value.rest));
         let twist = self.graph.subtract(angle, rest);
         let moved = reduced.equations.failing.get(&spring.element).and_then(|failing| failing.moved.clone());
@@ -63,23 +63,23 @@ impl Motion {
     }
 
     /// What is left of what an element gives, where it breaks in the course of a run: a product, so that zero is zero.
-    pub fn left_of(&mut self, reduced: &Reduced, element: &str, given: Expr) -> Expr {
+    pub fn scaled_by_fault(&mut self, reduced: &Reduced, element: &str, expr: Expr) -> Expr {
         let Some(share) = reduced.equations.failing.get(element).and_then(|failing| failing.share.clone()) else {
-            return given;
+            return expr;
         };
         let more = self.of_time(&share);
-        let left = self.graph.sum(Rational::ONE, &[(more, Rational::ONE)]);
-        let (left, given) = (self.graph.group(left), self.graph.group(given));
-        let product = self.graph.multiply(left, given);
+        let remaining_share = self.graph.sum(Rational::ONE, &[(more, Rational::ONE)]);
+        let (remaining_share, expr) = (self.graph.group(remaining_share), self.graph.group(expr));
+        let product = self.graph.multiply(remaining_share, expr);
         self.graph.group(product)
     }
 
     /// The torque of a damper, N m: `d aᵀq̇`.
     pub fn damper_torque(&mut self, reduced: &Reduced, damper: usize) -> Expr {
-        let Along { element, row, value } = &reduced.equations.dampers[damper];
+        let DirectionalTerm { element, row, value } = &reduced.equations.dampers[damper];
         let speed = self.sum(row, |out, k| out.speeds[k]);
         let torque = self.resisting(speed, value);
-        self.left_of(reduced, element, torque)
+        self.scaled_by_fault(reduced, element, torque)
     }
 
     /// A coefficient times a rate that is one number: a twist is taken before it is multiplied, so that rounding stays that of the twist.
@@ -95,10 +95,10 @@ impl Motion {
         let mut add = |out: &mut Self, rate: Expr, coefficient: &Exact, spring: Option<&str>| {
             let (rate, coefficient) = (out.graph.group(rate), out.exact(coefficient));
             let energy = out.graph.product(&[(coefficient, 1), (rate, 2)]);
-            let energy = spring.map_or(energy, |spring| out.left_of(reduced, spring, energy));
+            let energy = spring.map_or(energy, |spring| out.scaled_by_fault(reduced, spring, energy));
             terms.push((energy, half.clone()));
         };
-        for Along { row, value, .. } in &reduced.equations.inertias {
+        for DirectionalTerm { row, value, .. } in &reduced.equations.inertias {
             let speed = self.sum(row, |out, k| out.speeds[k]);
             add(self, speed, value, None);
         }
@@ -106,9 +106,9 @@ impl Motion {
             let twist = self.twist(reduced, spring);
             add(self, twist, &spring.value.stiffness, Some(&spring.element));
         }
-        for hold in &reduced.equations.holds {
-            let Hold::Cushion { offset, stiffness, .. } = &hold.value else { continue };
-            let (angle, offset) = (self.sum(&hold.row, |out, k| out.angles[k]), self.exact(offset));
+        for unilateral in &reduced.equations.unilaterals {
+            let UnilateralConstraint::Cushion { offset, stiffness, .. } = &unilateral.value else { continue };
+            let (angle, offset) = (self.sum(&unilateral.row, |out, k| out.angles[k]), self.exact(offset));
             let zero = self.graph.integer(0);
             let beyond = self.graph.subtract(offset, angle);
             let beyond = self.graph.max(beyond, zero);
@@ -131,12 +131,12 @@ impl Motion {
         }
         let dependents = reduced.dependents();
         let equations = dependents.iter().map(|&shaft| (std::mem::take(&mut columns[shaft]), forces[shaft])).collect();
-        let alone = System { graph: &mut self.graph, equations }.solve(count);
+        let minimal = System { graph: &mut self.graph, equations }.solve(count);
         if reduced.redundant.is_empty() {
-            return alone;
+            return minimal;
         }
         let share = |graph: &mut Graph, shares: Vec<(usize, Rational)>| {
-            let terms: Vec<(Expr, Rational)> = shares.into_iter().map(|(row, share)| (alone[row], share)).collect();
+            let terms: Vec<(Expr, Rational)> = shares.into_iter().map(|(row, share)| (minimal[row], share)).collect();
             graph.sum(Rational::ZERO, &terms)
         };
         reduced.split(count).into_iter().map(|shares| share(&mut self.graph, shares)).collect()
@@ -163,7 +163,7 @@ impl Motion {
             row.iter().for_each(|(shaft, c)| forces[*shaft].push((torque, c * Rational::from(sign))));
         };
         let accelerations = self.shaft_accelerations(acting.accelerations);
-        for Along { row, value, .. } in &equations.inertias {
+        for DirectionalTerm { row, value, .. } in &equations.inertias {
             let acceleration = self.sum(row, |_, k| accelerations[k]);
             add(row, self.resisting(acceleration, value), 1);
         }
@@ -179,7 +179,7 @@ impl Motion {
         equations.set_valued().zip(acting.frictions).for_each(|((_, row), torque)| add(row, *torque, 1));
         equations.inputs.iter().zip(acting.inputs).for_each(|(term, torque)| add(&term.row, *torque, -1));
         for (k, torque) in acting.frictions.iter().skip(equations.set_valued().count()).enumerate() {
-            for (shaft, entry) in self.kept[k].row.clone() {
+            for (shaft, entry) in self.multiplier_constraints[k].row.clone() {
                 forces[shaft].push((self.graph.multiply(entry, *torque), Rational::ONE));
             }
         }

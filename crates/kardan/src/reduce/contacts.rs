@@ -1,7 +1,7 @@
 //! Stops and cushions at a position: open, touched or pressed.
 
 use super::{Kinematics, Reduced};
-use crate::equations::Hold;
+use crate::equations::UnilateralConstraint;
 
 /// By how much a stop may be passed that counts as touched, relative to what its gap is the difference of.
 const TOUCHED: f64 = 1e-9;
@@ -10,7 +10,7 @@ const TOUCHED: f64 = 1e-9;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
     /// Its number among the holds.
-    pub hold: usize,
+    pub unilateral: usize,
     /// `aᵀq − offset`, rad or m; below zero it lies beyond.
     pub gap: f64,
     /// What rounding may make of that.
@@ -36,19 +36,25 @@ impl Contact {
 /// # Panics
 /// If `position` has not one entry per coordinate.
 pub fn contacts(reduced: &Reduced, position: &[f64]) -> Vec<Contact> {
-    let holds = &reduced.equations.holds;
-    if !holds.iter().any(|hold| matches!(hold.value, Hold::Stop { .. } | Hold::Cushion { .. })) {
+    let unilaterals = &reduced.equations.unilaterals;
+    if !unilaterals.iter().any(|unilateral| {
+        matches!(unilateral.value, UnilateralConstraint::Stop { .. } | UnilateralConstraint::Cushion { .. })
+    }) {
         return Vec::new();
     }
     let mut kinematics = Kinematics::new(reduced);
     kinematics.update(position, &vec![0.0; position.len()]);
-    let found = holds.iter().enumerate().filter_map(|(number, hold)| {
-        let (Hold::Stop { offset, .. } | Hold::Cushion { offset, .. }) = &hold.value else { return None };
-        let parts = hold.row_f64().into_iter().map(|(k, a)| a * kinematics.angles[k]);
+    let found = unilaterals.iter().enumerate().filter_map(|(number, unilateral)| {
+        let (UnilateralConstraint::Stop { offset, .. } | UnilateralConstraint::Cushion { offset, .. }) =
+            &unilateral.value
+        else {
+            return None;
+        };
+        let parts = unilateral.row_f64().into_iter().map(|(k, a)| a * kinematics.angles[k]);
         let (sum, size) = parts.fold((0.0, 0.0), |(sum, size), part| (sum + part, size + part.abs()));
         let offset = offset.to_f64();
-        let soft = matches!(hold.value, Hold::Cushion { .. });
-        Some(Contact { hold: number, gap: sum - offset, rounding: TOUCHED * (size + offset.abs()), soft })
+        let soft = matches!(unilateral.value, UnilateralConstraint::Cushion { .. });
+        Some(Contact { unilateral: number, gap: sum - offset, rounding: TOUCHED * (size + offset.abs()), soft })
     });
     found.collect()
 }

@@ -6,7 +6,7 @@ use kardan_rt::functions::exp;
 
 use super::motion::{Motion, SparseRow};
 use super::{Kinematics, Reduced};
-use crate::assemble::{Along, CoefficientKind, Equations, FrictionLaw, Weakened};
+use crate::assemble::{CoefficientKind, DirectionalTerm, Equations, FrictionLaw, Weakened};
 use crate::expr::{Expr, Floating, Symbol, lower};
 use crate::num::{Cholesky, dot};
 use crate::plan::{Plan, compile};
@@ -20,8 +20,8 @@ struct Directions {
 }
 
 impl Directions {
-    fn new<T>(terms: &[Along<T>], coefficient: impl Fn(&T) -> f64, kinematics: &Kinematics) -> Self {
-        let rows: Vec<Vec<(usize, f64)>> = terms.iter().map(Along::row_f64).collect();
+    fn new<T>(terms: &[DirectionalTerm<T>], coefficient: impl Fn(&T) -> f64, kinematics: &Kinematics) -> Self {
+        let rows: Vec<Vec<(usize, f64)>> = terms.iter().map(DirectionalTerm::row_f64).collect();
         let is_varying = |row: &Vec<(usize, f64)>| row.iter().any(|(shaft, _)| kinematics.is_varying(*shaft));
         let varying: Vec<usize> = (0..rows.len()).filter(|&k| is_varying(&rows[k])).collect();
         let coefficients = terms.iter().map(|term| coefficient(&term.value)).collect();
@@ -29,11 +29,11 @@ impl Directions {
     }
 
     /// These with others of the same kind behind them.
-    fn and(mut self, others: Self) -> Self {
+    fn and(mut self, appended: Self) -> Self {
         let first = self.rows.len();
-        self.rows.extend(others.rows);
-        self.coefficients.extend(others.coefficients);
-        self.varying.extend(others.varying.into_iter().map(|k| first + k));
+        self.rows.extend(appended.rows);
+        self.coefficients.extend(appended.coefficients);
+        self.varying.extend(appended.varying.into_iter().map(|k| first + k));
         self
     }
 
@@ -57,7 +57,7 @@ fn project(row: &[(usize, f64)], kinematics: &Kinematics, out: &mut [f64]) {
 }
 
 /// `Σ c x_shaft` over a row.
-fn along(row: &[(usize, f64)], x: &[f64]) -> f64 {
+fn row_dot(row: &[(usize, f64)], x: &[f64]) -> f64 {
     row.iter().map(|(shaft, c)| c * x[*shaft]).sum()
 }
 
@@ -146,30 +146,31 @@ impl Fails {
 
 /// What holds at rest along each direction of friction, and along the kept rows.
 fn breakaways(equations: &Equations) -> Vec<f64> {
-    let breakaway = |friction: &Along<FrictionLaw>| {
+    let breakaway = |friction: &DirectionalTerm<FrictionLaw>| {
         let FrictionLaw { torque, stribeck } = &friction.value;
         stribeck.as_ref().map_or(torque, |stribeck| &stribeck.breakaway).to_f64()
     };
-    let frictions = equations.frictions.iter().map(breakaway).chain(equations.holds.iter().map(|_| 0.0));
-    frictions.chain(equations.kept.iter().map(|_| f64::INFINITY)).collect()
+    let frictions = equations.frictions.iter().map(breakaway).chain(equations.unilaterals.iter().map(|_| 0.0));
+    frictions.chain(equations.multiplier_constraints.iter().map(|_| f64::INFINITY)).collect()
 }
 
 /// Directions of frictions, and of what else holds.
 fn set_valued(equations: &Equations, kinematics: &Kinematics) -> Directions {
-    let holds = Directions::new(&equations.holds, |_| 0.0, kinematics);
-    Directions::new(&equations.frictions, |x| x.torque.to_f64(), kinematics).and(holds)
+    let unilaterals = Directions::new(&equations.unilaterals, |_| 0.0, kinematics);
+    Directions::new(&equations.frictions, |x| x.torque.to_f64(), kinematics).and(unilaterals)
 }
 
 /// What the friction of each direction has more when motion begins, and the speed that it falls with.
 fn falls(equations: &Equations, breakaways: &[f64], torques: &[f64]) -> Vec<(f64, f64)> {
-    let speed = |friction: &Along<FrictionLaw>| friction.value.stribeck.as_ref().map_or(1.0, |s| s.speed.to_f64());
+    let speed =
+        |friction: &DirectionalTerm<FrictionLaw>| friction.value.stribeck.as_ref().map_or(1.0, |s| s.speed.to_f64());
     let frictions = equations.frictions.iter().zip(breakaways).zip(torques);
     let frictions = frictions.map(|((friction, most), torque)| (most - torque, speed(friction)));
-    frictions.chain(equations.holds.iter().map(|_| (0.0, 1.0))).collect()
+    frictions.chain(equations.unilaterals.iter().map(|_| (0.0, 1.0))).collect()
 }
 
 /// What is constant in kept rows.
-fn add_kept(rows: &[SparseRow], r: usize, constants: &dyn Fn(&[Expr]) -> Vec<f64>, out: &mut Vec<f64>) {
+fn add_multipliers(rows: &[SparseRow], r: usize, constants: &dyn Fn(&[Expr]) -> Vec<f64>, out: &mut Vec<f64>) {
     for row in rows {
         let entries: Vec<Expr> = row.values().copied().collect();
         let mut dense = vec![0.0; r];
@@ -193,9 +194,9 @@ fn with_constants(
         kinematics.transform(&relaxation.transform);
     }
     for (own, exprs) in [(&mut kinematics.speeds, &motion.speeds), (&mut kinematics.bias, &motion.bias)] {
-        for ((own, expr), known) in own.iter_mut().zip(exprs).zip(constants(exprs)) {
+        for ((own, expr), constant) in own.iter_mut().zip(exprs).zip(constants(exprs)) {
             if !varying(*expr) {
-                *own = known;
+                *own = constant;
             }
         }
     }
@@ -251,10 +252,10 @@ impl MotionPlan {
         let used = motion.graph.symbols(&shafts.iter().map(|(_, expr)| *expr).chain([energy]).collect::<Vec<_>>());
         let beside: Vec<usize> =
             (motion.symbols.len()..symbols.len()).filter(|input| used.contains(&symbols[*input])).collect();
-        let alone: Vec<Symbol> =
+        let needed_symbols: Vec<Symbol> =
             motion.symbols.iter().copied().chain(beside.iter().map(|input| symbols[*input])).collect();
         let compiled = |outputs: &[(String, Expr)]| {
-            compile(&motion.graph, &alone, outputs).expect("an extension names all that it is given")
+            compile(&motion.graph, &needed_symbols, outputs).expect("an extension names all that it is given")
         };
         let (shafts, energy) = (compiled(&shafts), compiled(&[("energy".into(), energy)]));
         let more = outputs.len()..outputs.len() + extension.outputs.len();
@@ -332,10 +333,11 @@ impl Work {
 }
 
 /// Whether the inertia depends on nothing but coefficients that are given.
-fn depends_on_given(motion: &Motion) -> bool {
+fn inertia_is_constant(motion: &Motion) -> bool {
     let entries: Vec<Expr> = motion.inertia.values().copied().collect();
-    let given: Vec<Symbol> = motion.given.iter().filter_map(|(_, symbol)| motion.graph.symbol_of(*symbol)).collect();
-    motion.graph.symbols(&entries).iter().all(|symbol| given.contains(symbol))
+    let run_parameters: Vec<Symbol> =
+        motion.run_parameters.iter().filter_map(|(_, symbol)| motion.graph.symbol_of(*symbol)).collect();
+    motion.graph.symbols(&entries).iter().all(|symbol| run_parameters.contains(symbol))
 }
 
 impl Dynamics {
@@ -375,8 +377,9 @@ impl Dynamics {
         // What is constant is there from the begin.
         let varying = motion.graph.varying();
         let constants = |exprs: &[Expr]| -> Vec<f64> {
-            let known: Vec<Expr> = exprs.iter().copied().filter(|expr| !varying(*expr)).collect();
-            let mut found = lower(&motion.graph, &known, &mut Floating::<f64>::default(), |_| f64::NAN).into_iter();
+            let constant_exprs: Vec<Expr> = exprs.iter().copied().filter(|expr| !varying(*expr)).collect();
+            let mut found =
+                lower(&motion.graph, &constant_exprs, &mut Floating::<f64>::default(), |_| f64::NAN).into_iter();
             exprs.iter().map(|expr| if varying(*expr) { 0.0 } else { found.next().unwrap_or(f64::NAN) }).collect()
         };
         let mut inertia = vec![0.0; r * r];
@@ -389,7 +392,7 @@ impl Dynamics {
         let rows = motion.basis.iter().chain(&motion.frictions).chain(&motion.inputs).flat_map(|row| row.values());
         let mut fixed = rows.chain(motion.inertia.values()).chain(&motion.bias).chain(&motion.friction_bias);
         let affine = motion.graph.affine();
-        let steady = equations.kept.is_empty()
+        let steady = equations.multiplier_constraints.is_empty()
             && equations.moving.is_empty()
             && equations.failing.is_empty()
             && equations.laws.iter().all(|law| !law.value.is_of_time());
@@ -398,7 +401,7 @@ impl Dynamics {
             && motion.passive.iter().chain(&motion.angles).all(|expr| affine(*expr));
         let out = Self {
             degrees_of_freedom: r,
-            constant: depends_on_given(&motion),
+            constant: inertia_is_constant(&motion),
             linear,
             failing: Fails::all(equations),
             rests,
@@ -417,7 +420,7 @@ impl Dynamics {
         let mut factor = Cholesky::profiled(first);
         factor.factor(&inertia);
         let mut friction_rows = out.frictions.projected(&kinematics, r);
-        add_kept(&motion.frictions[out.frictions.rows.len()..], r, &constants, &mut friction_rows);
+        add_multipliers(&motion.frictions[out.frictions.rows.len()..], r, &constants, &mut friction_rows);
         let work = Work {
             // What is constant in a row stays as it is here, what varies is written by each evaluation.
             friction_rows,
@@ -539,10 +542,10 @@ impl Dynamics {
 
     /// Kinetic and potential energy, J, at the last update.
     pub fn energy(&self, work: &Work) -> f64 {
-        let (energy, given) = (&self.plan.energy, 2 * self.degrees_of_freedom);
+        let (energy, state_count) = (&self.plan.energy, 2 * self.degrees_of_freedom);
         let mut memory = energy.memory();
-        memory[..given].copy_from_slice(&work.memory[..given]);
-        self.plan.beside.iter().enumerate().for_each(|(k, input)| memory[given + k] = work.memory[*input]);
+        memory[..state_count].copy_from_slice(&work.memory[..state_count]);
+        self.plan.beside.iter().enumerate().for_each(|(k, input)| memory[state_count + k] = work.memory[*input]);
         let block = energy.block();
         // What is no number is seen where it is used.
         let _ = block.evaluate(&mut memory);
@@ -553,14 +556,14 @@ impl Dynamics {
     /// them between evaluations.
     pub fn enter_faults(&mut self, time: f64) {
         for Fails { weakened: Weakened { share, moved }, springs, dampers } in &self.failing {
-            let left = 1.0 + share.as_ref().map_or(0.0, |share| share.value(time));
+            let remaining_share = 1.0 + share.as_ref().map_or(0.0, |share| share.value(time));
             let moved = moved.as_ref().map_or(0.0, |moved| moved.value(time));
             for (k, stiffness, rest) in springs {
-                self.springs.coefficients[*k] = left * stiffness;
+                self.springs.coefficients[*k] = remaining_share * stiffness;
                 self.rests[*k] = rest + moved;
             }
             for (k, damping) in dampers {
-                self.dampers.coefficients[*k] = left * damping;
+                self.dampers.coefficients[*k] = remaining_share * damping;
             }
         }
     }
@@ -586,18 +589,18 @@ impl Dynamics {
 
     /// Torque (N m) and speed (rad/s) of a damper by its number, at the last update.
     pub fn damper_factors(&self, damper: usize, work: &Work) -> [f64; 2] {
-        let speed = along(&self.dampers.rows[damper], &work.kinematics.speeds);
+        let speed = row_dot(&self.dampers.rows[damper], &work.kinematics.speeds);
         [self.dampers.coefficients[damper] * speed, speed]
     }
 
     /// Speed along an input direction, rad/s, at the last update.
     pub fn input_speed(&self, input: usize, work: &Work) -> f64 {
-        along(&self.inputs.rows[input], &work.kinematics.speeds)
+        row_dot(&self.inputs.rows[input], &work.kinematics.speeds)
     }
 
     /// Angle along a friction direction, rad, at the last update.
     pub fn friction_angle(&self, friction: usize, work: &Work) -> f64 {
-        along(&self.frictions.rows[friction], &work.kinematics.angles)
+        row_dot(&self.frictions.rows[friction], &work.kinematics.angles)
     }
 
     /// What may cancel in that, rad.
@@ -607,11 +610,11 @@ impl Dynamics {
 
     /// Speed along a friction direction, rad/s, at the last update.
     pub fn friction_speed(&self, friction: usize, work: &Work) -> f64 {
-        along(&self.frictions.rows[friction], &work.kinematics.speeds)
+        row_dot(&self.frictions.rows[friction], &work.kinematics.speeds)
     }
 
     /// A vector over the reduced coordinates along a friction direction, at the last update.
-    pub fn along_friction(&self, friction: usize, vector: &[f64], work: &Work) -> f64 {
+    pub fn friction_component(&self, friction: usize, vector: &[f64], work: &Work) -> f64 {
         let row = &work.friction_rows[friction * self.degrees_of_freedom..];
         self.friction_entries[friction].iter().map(|&i| row[i] * vector[i]).sum()
     }
@@ -626,8 +629,8 @@ impl Dynamics {
     pub fn friction_varies(&self, friction: usize) -> bool {
         let (r, own) = (self.degrees_of_freedom, self.frictions.rows.len());
         // Kept rows stand behind the frictions.
-        let kept_varies = || self.plan.friction_rows.iter().any(|(entry, _)| entry / r == friction);
-        if friction < own { self.frictions.varying.contains(&friction) } else { kept_varies() }
+        let multiplier_varies = || self.plan.friction_rows.iter().any(|(entry, _)| entry / r == friction);
+        if friction < own { self.frictions.varying.contains(&friction) } else { multiplier_varies() }
     }
 
     /// What may cancel in the speed of a friction direction, rad/s: `Σ |a_j K_ji v_i|` over shafts j and coordinates i, at the
@@ -643,7 +646,7 @@ impl Dynamics {
     /// Torque of a spring by its number, N m, at the last update: `s·(aᵀq − rest)`.
     pub fn spring_torque(&self, spring: usize, work: &Work) -> f64 {
         self.springs.coefficients[spring]
-            * (along(&self.springs.rows[spring], &work.kinematics.angles) - self.rests[spring])
+            * (row_dot(&self.springs.rows[spring], &work.kinematics.angles) - self.rests[spring])
     }
 
     /// Stiffness of a spring by its number, N m/rad.
@@ -653,7 +656,7 @@ impl Dynamics {
 
     /// Torque of a damper by its number, N m, at the last update: `d·aᵀq̇`.
     pub fn damper_torque(&self, damper: usize, work: &Work) -> f64 {
-        self.dampers.coefficients[damper] * along(&self.dampers.rows[damper], &work.kinematics.speeds)
+        self.dampers.coefficients[damper] * row_dot(&self.dampers.rows[damper], &work.kinematics.speeds)
     }
 
     /// Generalised constraint force over all shafts, N m: `τ_c = H q̈ + D q̇ + S q + friction − F τ` \[diss. (4.36)\].
@@ -683,10 +686,10 @@ impl Dynamics {
             add(row, inertia * acceleration);
         }
         for (row, d) in self.dampers.rows.iter().zip(&self.dampers.coefficients) {
-            add(row, d * along(row, &kinematics.speeds));
+            add(row, d * row_dot(row, &kinematics.speeds));
         }
         for ((row, s), rest) in self.springs.rows.iter().zip(&self.springs.coefficients).zip(&self.rests) {
-            add(row, s * (along(row, &kinematics.angles) - rest));
+            add(row, s * (row_dot(row, &kinematics.angles) - rest));
         }
         for (row, torque) in self.frictions.rows.iter().zip(frictions) {
             add(row, *torque);

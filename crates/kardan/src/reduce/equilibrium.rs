@@ -7,7 +7,7 @@ use faer::{Mat, linalg::solvers::Qr};
 use kardan_rt::Operator;
 
 use super::{Motion, Reduced, contacts};
-use crate::equations::{Hold, Kept};
+use crate::equations::{MultiplierLaw, UnilateralConstraint};
 use crate::expr::{Domain, Expr, Floating, Graph, Interval, Intervals, Rationals, Symbol, lower};
 use crate::num::{Matrix, Random, Rational, Scalar, echelon, rational_from_f64, rational_to_f64};
 use crate::units::{Dimension, Exact};
@@ -55,7 +55,7 @@ pub struct Equilibria {
 
 /// A position that inputs hold at rest, as far as they can.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Held {
+pub struct Trim {
     /// The reduced position, rad or m.
     pub position: Vec<f64>,
     /// Rates of the coordinates: currents that flow.
@@ -71,7 +71,7 @@ pub struct Held {
     /// The radius within which there is exactly one such position, proven, zero where this is one exactly; `None`: found to rounding only.
     pub radius: Option<f64>,
     /// The coordinate along which most is left, and how much, N m.
-    pub left: Option<(usize, f64)>,
+    pub residual_torque: Option<(usize, f64)>,
 }
 
 /// How coordinates move while nothing accelerates: with the speeds `base`, and along `directions` as fast as what is to be found says.
@@ -153,24 +153,24 @@ impl Statics {
             motion.passive.iter().map(|force| graph.copied(&motion.graph, *force, &values)).collect();
         let sought = inputs.iter().map(|input| (*input, None));
         for (input, torque) in sought.chain(given.iter().map(|(input, torque)| (*input, rational_from_f64(*torque)))) {
-            let held = match torque {
+            let unknown = match torque {
                 Some(torque) => graph.number(torque),
                 None => graph.new_symbol(reduced.equations.inputs[input].element.clone(), Dimension::TORQUE),
             };
-            symbols.extend(graph.symbol_of(held));
+            symbols.extend(graph.symbol_of(unknown));
             for (k, entry) in &motion.inputs[input] {
-                let along = graph.copied(&motion.graph, *entry, &values);
-                let part = graph.multiply(along, held);
+                let coefficient = graph.copied(&motion.graph, *entry, &values);
+                let part = graph.multiply(coefficient, unknown);
                 torques[*k] = graph.add(torques[*k], part);
             }
         }
-        let first = motion.frictions.len() - motion.kept.len();
-        for (kept, direction) in reduced.equations.kept.iter().zip(&motion.frictions[first..]) {
-            let held = graph.new_symbol(kept.element.clone(), Dimension::TORQUE);
-            symbols.extend(graph.symbol_of(held));
+        let first = motion.frictions.len() - motion.multiplier_constraints.len();
+        for (constraint, direction) in reduced.equations.multiplier_constraints.iter().zip(&motion.frictions[first..]) {
+            let unknown = graph.new_symbol(constraint.element.clone(), Dimension::TORQUE);
+            symbols.extend(graph.symbol_of(unknown));
             for (k, entry) in direction {
-                let along = graph.copied(&motion.graph, *entry, &values);
-                let part = graph.multiply(along, held);
+                let coefficient = graph.copied(&motion.graph, *entry, &values);
+                let part = graph.multiply(coefficient, unknown);
                 torques[*k] = graph.add(torques[*k], part);
             }
         }
@@ -237,7 +237,7 @@ impl Statics {
     }
 
     /// The torques that are left at a position, along coordinates.
-    pub(super) fn left(&self, position: &[f64]) -> Vec<(usize, f64)> {
+    pub(super) fn residual_torque(&self, position: &[f64]) -> Vec<(usize, f64)> {
         let all = self.torques.iter().zip(self.residual(position));
         all.map(|((k, _), torque)| (*k, torque)).filter(|(k, _)| *k < self.coordinates).collect()
     }
@@ -268,9 +268,9 @@ impl Statics {
                 for (j, place) in self.free.iter().enumerate() {
                     next[self.active[*place]] += part * step[(j, 0)];
                 }
-                let there = self.residual(&next);
-                if size(&there) < size(&residual) {
-                    (position, residual, better) = (next, there, true);
+                let next_residual = self.residual(&next);
+                if size(&next_residual) < size(&residual) {
+                    (position, residual, better) = (next, next_residual, true);
                     break;
                 }
                 part *= 0.5;
@@ -279,8 +279,9 @@ impl Statics {
                 break;
             }
         }
-        let left = self.left(&position).iter().fold(0.0_f64, |most, (_, torque)| most.max(torque.abs()));
-        (position, left)
+        let residual_torque =
+            self.residual_torque(&position).iter().fold(0.0_f64, |most, (_, torque)| most.max(torque.abs()));
+        (position, residual_torque)
     }
 
     /// Whether what is left at a position is no more than rounding makes: of torques of the largest of them, of each row of positions of its own.
@@ -297,22 +298,25 @@ impl Statics {
         let most = of_torques.fold(0.0, |most, (_, own)| f64::max(most, *own));
         let mut all = self.torques.iter().zip(self.residual(position)).zip(&rounding);
         rounding.iter().all(|own| own.is_finite())
-            && all.all(|(((k, _), left), own)| left.abs() <= if *k < self.coordinates { most } else { *own })
+            && all.all(|(((k, _), residual_torque), own)| {
+                residual_torque.abs() <= if *k < self.coordinates { most } else { *own }
+            })
     }
 
     /// A coordinate along which a torque (N m) acts that is the same everywhere and, rounding included, not zero.
     pub(super) fn constant(&self) -> Option<(usize, f64)> {
         let vanishes = |torque| self.at(&mut Intervals, &[torque], |_| Interval::ALL)[0].contains(0.0);
-        let mut along = self.torques.iter().filter(|(k, _)| *k < self.coordinates);
-        let (k, torque) = along.find(|(_, torque)| self.graph.symbols(&[*torque]).is_empty() && !vanishes(*torque))?;
+        let mut of_coordinates = self.torques.iter().filter(|(k, _)| *k < self.coordinates);
+        let (k, torque) =
+            of_coordinates.find(|(_, torque)| self.graph.symbols(&[*torque]).is_empty() && !vanishes(*torque))?;
         Some((*k, self.at(&mut Floating::<f64>::default(), &[*torque], |_| 0.0)[0]))
     }
 
     /// Kept rows that are not met at a position, with how far they are off.
     fn unmet(&self, position: &[f64]) -> Vec<(usize, f64)> {
         let rows = self.torques.iter().zip(self.residual(position)).filter(|((k, _), _)| *k >= self.coordinates);
-        let off = rows.map(|((k, _), left)| (self.rows[*k - self.coordinates], left));
-        off.filter(|(_, left)| !(left.abs() <= OFF)).collect()
+        let off = rows.map(|((k, _), residual_torque)| (self.rows[*k - self.coordinates], residual_torque));
+        off.filter(|(_, residual_torque)| !(residual_torque.abs() <= OFF)).collect()
     }
 
     /// The unknowns with multipliers at zero that carry nothing but rounding.
@@ -378,9 +382,9 @@ impl Statics {
         let plus = |a: Interval, b: Interval| Intervals.operation(Operator::Add, &[a, b]);
         [1e-12, 1e-10, 1e-8, 1e-6, 1e-4].into_iter().find(|radius| {
             let half = |k: usize| radius * position[k].abs().max(1.0);
-            let around = |k: usize| Interval { low: position[k] - half(k), high: position[k] + half(k) };
+            let interval_of = |k: usize| Interval { low: position[k] - half(k), high: position[k] + half(k) };
             let wide = self.at(&mut domain, &self.slopes, |k| {
-                if unknowns.contains(&k) { around(k) } else { Interval::point(position[k]) }
+                if unknowns.contains(&k) { interval_of(k) } else { Interval::point(position[k]) }
             });
             (0..n).all(|i| {
                 let own = half(unknowns[i]);
@@ -433,11 +437,13 @@ fn counters(reduced: &Reduced, motion: &mut Motion) -> Vec<Vec<(usize, Rational)
 /// What kept rows say of positions, as expressions that vanish: surfaces, and prescribed motions that stay where they start.
 fn rows_of_positions(reduced: &Reduced, motion: &mut Motion, start: &[f64]) -> Vec<(usize, Expr)> {
     let mut out = Vec::new();
-    for (number, (kept, row)) in reduced.equations.kept.iter().zip(motion.kept.clone()).enumerate() {
-        match kept.law {
-            Kept::Rates(_) => {}
-            Kept::Surface(_) => out.extend(row.position.map(|position| (number, position))),
-            Kept::Position(..) | Kept::Speed(..) | Kept::Acceleration(..) => {
+    for (number, (constraint, row)) in
+        reduced.equations.multiplier_constraints.iter().zip(motion.multiplier_constraints.clone()).enumerate()
+    {
+        match constraint.law {
+            MultiplierLaw::Rates(_) => {}
+            MultiplierLaw::Surface(_) => out.extend(row.position.map(|position| (number, position))),
+            MultiplierLaw::Position(..) | MultiplierLaw::Speed(..) | MultiplierLaw::Acceleration(..) => {
                 let terms =
                     row.row.iter().map(|(shaft, a)| (motion.graph.multiply(*a, motion.angles[*shaft]), Rational::ONE));
                 let terms: Vec<_> = terms.collect();
@@ -458,7 +464,7 @@ fn rows_of_positions(reduced: &Reduced, motion: &mut Motion, start: &[f64]) -> V
 ///
 /// # Panics
 /// If `start` has not one entry per coordinate, or there is no such input.
-pub fn held(reduced: &Reduced, start: &[f64], fixed: &[usize], inputs: &[usize]) -> Held {
+pub fn trim(reduced: &Reduced, start: &[f64], fixed: &[usize], inputs: &[usize]) -> Trim {
     let sought = Sought { inputs, fixed, ..Sought::default() };
     let (statics, r) = (Statics::new(reduced, &sought, start), reduced.degrees_of_freedom());
     let from = statics.start(start);
@@ -467,11 +473,14 @@ pub fn held(reduced: &Reduced, start: &[f64], fixed: &[usize], inputs: &[usize])
     let (position, rest) = found.split_at(r);
     let (currents, rest) = rest.split_at(statics.counters.len());
     let (torques, multipliers) = rest.split_at(inputs.len());
-    Held {
+    Trim {
         at_rest: radius.is_some() || statics.is_settled(&found),
         radius,
         unmet: statics.unmet(&found),
-        left: statics.left(&found).into_iter().max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs())),
+        residual_torque: statics
+            .residual_torque(&found)
+            .into_iter()
+            .max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs())),
         position: position.to_vec(),
         rates: statics.rates(currents),
         torques: torques.to_vec(),
@@ -489,27 +498,27 @@ struct Contacts<'a> {
 
 impl Contacts<'_> {
     /// `aᵀq − offset`, in the graph of the motion.
-    fn gap(&mut self, hold: usize, offset: &Exact) -> Expr {
-        let row = &self.reduced.equations.holds[hold].row;
+    fn gap(&mut self, unilateral: usize, offset: &Exact) -> Expr {
+        let row = &self.reduced.equations.unilaterals[unilateral].row;
         let angle = self.motion.sum(row, |motion, shaft| motion.angles[shaft]);
         let offset = self.motion.exact(offset);
         self.motion.graph.subtract(angle, offset)
     }
 
     /// Adds a torque along a hold.
-    fn push(&self, hold: usize, torque: Expr, graph: &mut Graph, torques: &mut [Expr]) {
-        let direction = &self.motion.frictions[self.reduced.equations.frictions.len() + hold];
+    fn push(&self, unilateral: usize, torque: Expr, graph: &mut Graph, torques: &mut [Expr]) {
+        let direction = &self.motion.frictions[self.reduced.equations.frictions.len() + unilateral];
         for (k, entry) in direction {
-            let along = graph.copied(&self.motion.graph, *entry, self.values);
-            let part = graph.multiply(along, torque);
+            let coefficient = graph.copied(&self.motion.graph, *entry, self.values);
+            let part = graph.multiply(coefficient, torque);
             torques[*k] = graph.add(torques[*k], part);
         }
     }
 
     /// Cushions press with their stiffness where their gap is negative.
     fn press(&mut self, graph: &mut Graph, torques: &mut [Expr]) {
-        for (k, hold) in self.reduced.equations.holds.iter().enumerate() {
-            let Hold::Cushion { offset, stiffness, .. } = &hold.value else { continue };
+        for (k, unilateral) in self.reduced.equations.unilaterals.iter().enumerate() {
+            let UnilateralConstraint::Cushion { offset, stiffness, .. } = &unilateral.value else { continue };
             let gap = self.gap(k, offset);
             let stiffness = self.motion.exact(stiffness);
             let own = &mut self.motion.graph;
@@ -523,13 +532,16 @@ impl Contacts<'_> {
     }
 
     /// A rigid stop is touched: its gap vanishes, and it pushes with a torque to be found, whose symbol is given back.
-    fn touch(&mut self, hold: usize, graph: &mut Graph, torques: &mut Vec<Expr>) -> Option<Symbol> {
-        let Hold::Stop { offset, .. } = &self.reduced.equations.holds[hold].value else { return None };
-        let gap = self.gap(hold, offset);
-        let held = graph.new_symbol(self.reduced.equations.holds[hold].element.clone(), Dimension::TORQUE);
-        self.push(hold, held, graph, torques);
+    fn touch(&mut self, unilateral: usize, graph: &mut Graph, torques: &mut Vec<Expr>) -> Option<Symbol> {
+        let UnilateralConstraint::Stop { offset, .. } = &self.reduced.equations.unilaterals[unilateral].value else {
+            return None;
+        };
+        let gap = self.gap(unilateral, offset);
+        let contact_torque =
+            graph.new_symbol(self.reduced.equations.unilaterals[unilateral].element.clone(), Dimension::TORQUE);
+        self.push(unilateral, contact_torque, graph, torques);
         torques.push(graph.copied(&self.motion.graph, gap, self.values));
-        graph.symbol_of(held)
+        graph.symbol_of(contact_torque)
     }
 }
 
@@ -546,8 +558,9 @@ pub fn equilibria(reduced: &Reduced, start: &[f64]) -> Equilibria {
     if !open.found.is_empty() {
         return open;
     }
-    let holds = reduced.equations.holds.iter().enumerate();
-    let stops: Vec<usize> = holds.filter(|(_, h)| matches!(h.value, Hold::Stop { .. })).map(|(k, _)| k).collect();
+    let unilaterals = reduced.equations.unilaterals.iter().enumerate();
+    let stops: Vec<usize> =
+        unilaterals.filter(|(_, h)| matches!(h.value, UnilateralConstraint::Stop { .. })).map(|(k, _)| k).collect();
     let count = stops.len().min(STOPS);
     let choice = |bits: usize| (0..count).filter(|k| bits >> k & 1 == 1).map(|k| stops[k]).collect::<Vec<_>>();
     let resting = (1..1 << count).map(|bits| with_stops(reduced, start, &choice(bits)));
@@ -577,22 +590,23 @@ fn with_stops(reduced: &Reduced, start: &[f64], stops: &[usize]) -> Equilibria {
         let (found, residual) = statics.newton(&from);
         let found = statics.without_rounding(found, 0);
         let (position, rest) = (found[..r].to_vec(), &found[r..]);
-        let (currents, held) = rest.split_at(statics.counters.len());
-        let (multipliers, pushes) = held.split_at(held.len() - stops.len());
+        let (currents, unknowns) = rest.split_at(statics.counters.len());
+        let (multipliers, pushes) = unknowns.split_at(unknowns.len() - stops.len());
         if pushes.iter().any(|push| *push < 0.0) {
             continue;
         }
         // What a stop keeps from being reached rests nowhere.
         let passed = contacts(reduced, &position).into_iter().find(|one| !one.soft && one.is_passed());
-        if let Some(one) = passed.filter(|one| !stops.contains(&one.hold)) {
+        if let Some(one) = passed.filter(|one| !stops.contains(&one.unilateral)) {
             if statics.is_settled(&found) && out.beyond.is_none() {
-                out.beyond = Some((position, one.hold));
+                out.beyond = Some((position, one.unilateral));
             }
             continue;
         }
         let near = |a: &f64, b: &f64| (a - b).abs() <= SAME * a.abs().max(1.0);
-        let known = out.found.iter().any(|other| other.position.iter().zip(&position).all(|(a, b)| near(a, b)));
-        if known {
+        let is_duplicate =
+            out.found.iter().any(|candidate| candidate.position.iter().zip(&position).all(|(a, b)| near(a, b)));
+        if is_duplicate {
             continue;
         }
         let radius = statics.proven(&found);

@@ -1,6 +1,6 @@
 //! Motions without inertia along which springs alone act: equations of equilibrium, which are constraints.
 
-use crate::assemble::{Along, Equations, KeptRow};
+use crate::assemble::{DirectionalTerm, Equations, MultiplierConstraint};
 use crate::num::{Matrix, Rational, Scalar, echelon};
 use crate::units::Exact;
 
@@ -20,7 +20,7 @@ pub enum NoEquilibrium {
         direction: Vec<(usize, Rational)>,
     },
     /// A constraint that is kept with its multiplier depends on it.
-    Kept {
+    MultiplierConstraint {
         /// Its element.
         element: String,
         /// The shafts that move, with their shares.
@@ -36,12 +36,12 @@ pub enum NoEquilibrium {
 type Row = Vec<(usize, Rational)>;
 
 /// `aᵀv` of a row and a column of a matrix.
-fn along(row: &Row, directions: &Matrix<Rational>, column: usize) -> Rational {
+fn row_dot(row: &Row, directions: &Matrix<Rational>, column: usize) -> Rational {
     row.iter().fold(Rational::ZERO, |sum, (k, x)| sum.plus(&x.times(&directions[(*k, column)])))
 }
 
 /// A basis of what none of these rows sees, one column for each direction, with the shaft that each is named after.
-fn unseen<'a>(shafts: usize, rows: impl Iterator<Item = &'a Row>) -> (Matrix<Rational>, Vec<usize>) {
+fn null_directions<'a>(shafts: usize, rows: impl Iterator<Item = &'a Row>) -> (Matrix<Rational>, Vec<usize>) {
     let rows: Vec<&Row> = rows.collect();
     let mut matrix = Matrix::zeros(rows.len(), shafts);
     for (k, row) in rows.iter().enumerate() {
@@ -58,7 +58,7 @@ fn unseen<'a>(shafts: usize, rows: impl Iterator<Item = &'a Row>) -> (Matrix<Rat
 ///
 /// # Errors
 /// [`NoEquilibrium`] where inputs or kept rows act along such a motion or nothing does.
-pub fn equilibrium_rows(equations: &Equations) -> Result<Vec<Along<Exact>>, NoEquilibrium> {
+pub fn equilibrium_rows(equations: &Equations) -> Result<Vec<DirectionalTerm<Exact>>, NoEquilibrium> {
     let n = equations.coordinates.len();
     let ends: Vec<Row> = equations
         .transmissions
@@ -69,8 +69,9 @@ pub fn equilibrium_rows(equations: &Equations) -> Result<Vec<Along<Exact>>, NoEq
     let terms = equations.constraints.iter().map(|term| &term.row);
     let terms = terms.chain(equations.inertias.iter().map(|term| &term.row)).chain(&ends);
     let terms = terms.chain(equations.dampers.iter().map(|term| &term.row));
-    let held = equations.holds.iter().map(|term| &term.row);
-    let (directions, named) = unseen(n, terms.chain(equations.frictions.iter().map(|term| &term.row)).chain(held));
+    let unilateral_rows = equations.unilaterals.iter().map(|term| &term.row);
+    let (directions, named) =
+        null_directions(n, terms.chain(equations.frictions.iter().map(|term| &term.row)).chain(unilateral_rows));
     let direction = |column: usize| -> Row {
         let entries = (0..n).map(|shaft| (shaft, directions[(shaft, column)].clone()));
         entries.filter(|(_, share)| !share.is_zero()).collect()
@@ -78,11 +79,16 @@ pub fn equilibrium_rows(equations: &Equations) -> Result<Vec<Along<Exact>>, NoEq
     let mut rows = Vec::new();
     for (column, &shaft) in named.iter().enumerate() {
         let moves = |shaft: usize| !directions[(shaft, column)].is_zero();
-        let kept = |kept: &&KeptRow| equations.coordinates_of_kept(&kept.law).into_iter().any(moves);
-        if let Some(kept) = equations.kept.iter().find(kept) {
-            return Err(NoEquilibrium::Kept { element: kept.element.clone(), direction: direction(column) });
+        let is_moved = |constraint: &&MultiplierConstraint| {
+            equations.coordinates_of_multiplier(&constraint.law).into_iter().any(moves)
+        };
+        if let Some(constraint) = equations.multiplier_constraints.iter().find(is_moved) {
+            return Err(NoEquilibrium::MultiplierConstraint {
+                element: constraint.element.clone(),
+                direction: direction(column),
+            });
         }
-        let acts = |row: &Row| !along(row, &directions, column).is_zero();
+        let acts = |row: &Row| !row_dot(row, &directions, column).is_zero();
         let inputs = equations.inputs.iter().filter(|input| acts(&input.row)).map(|input| input.element.clone());
         let laws = equations.laws.iter().filter(|law| acts(&law.row)).map(|law| law.element.clone());
         let inputs: Vec<String> = inputs.chain(laws).collect();
@@ -92,7 +98,7 @@ pub fn equilibrium_rows(equations: &Equations) -> Result<Vec<Along<Exact>>, NoEq
         }
         let (mut torque, mut offset) = (vec![Rational::ZERO; n], Rational::ZERO);
         for spring in &equations.springs {
-            let share = along(&spring.row, &directions, column).times(&spring.value.stiffness.to_rational());
+            let share = row_dot(&spring.row, &directions, column).times(&spring.value.stiffness.to_rational());
             spring.row.iter().for_each(|(k, x)| torque[*k] = torque[*k].plus(&share.times(x)));
             offset = offset.plus(&share.times(&spring.value.rest.to_rational()));
         }
@@ -101,14 +107,14 @@ pub fn equilibrium_rows(equations: &Equations) -> Result<Vec<Along<Exact>>, NoEq
             return Err(NoEquilibrium::Free { direction: direction(column) });
         };
         let row = torque.iter().enumerate().filter(|(_, x)| !x.is_zero());
-        rows.push(Along {
+        rows.push(DirectionalTerm {
             element: format!("{EQUILIBRIUM}{}", equations.coordinates[shaft]),
             row: row.map(|(k, x)| (k, x.over(&largest))).collect(),
             value: Exact::new(offset.over(&largest), 0),
         });
     }
     // Springs may leave a combination of them free.
-    let stiffness = Matrix::from_fn(rows.len(), named.len(), |i, j| along(&rows[i].row, &directions, j));
+    let stiffness = Matrix::from_fn(rows.len(), named.len(), |i, j| row_dot(&rows[i].row, &directions, j));
     let e = echelon(&stiffness, &(0..named.len()).collect::<Vec<_>>());
     if e.rank() < named.len() {
         let free = directions.multiply(&e.kernel());
@@ -120,7 +126,7 @@ pub fn equilibrium_rows(equations: &Equations) -> Result<Vec<Along<Exact>>, NoEq
 
 impl Equations {
     /// Takes equations of equilibrium among the constraints, before the balances of nodes.
-    pub fn with_equilibria(mut self, rows: Vec<Along<Exact>>) -> Self {
+    pub fn with_equilibria(mut self, rows: Vec<DirectionalTerm<Exact>>) -> Self {
         let place = self.constraints.len() - self.nodes.len();
         self.constraints.splice(place..place, rows);
         self

@@ -1,7 +1,7 @@
 //! The choice of coordinates, and how all other shafts follow from them.
 
 use super::error::MOST_IN_SERIES;
-use super::redundant::keep_independent;
+use super::redundant::independent_rows;
 use super::{Affine, ReduceError, Reduced, Step};
 use crate::assemble::{Equations, TransmissionRow};
 use crate::num::{Echelon, Rational, Scalar, echelon, rational_to_f64};
@@ -34,17 +34,21 @@ pub fn reduce(equations: Equations, named: Option<&[String]>) -> Result<Reduced,
         return found;
     }
     // What is prescribed behind a curve that is followed from its other end alone is kept: of one such constraint, or of all.
-    let kept = |names: &[String]| {
+    let with_moving = |names: &[String]| {
         let mut equations = equations.clone();
-        equations.keep_moving(names);
+        equations.prefer_moving(names);
         explicit(equations, named).ok()
     };
-    moving.iter().find_map(|name| kept(std::slice::from_ref(name))).or_else(|| kept(&moving)).map_or(found, Ok)
+    moving
+        .iter()
+        .find_map(|name| with_moving(std::slice::from_ref(name)))
+        .or_else(|| with_moving(&moving))
+        .map_or(found, Ok)
 }
 
 /// The same where nothing that is prescribed stands behind a curve.
 fn explicit(mut equations: Equations, named: Option<&[String]>) -> Result<Reduced, ReduceError> {
-    let redundant = keep_independent(&mut equations)?;
+    let redundant = independent_rows(&mut equations)?;
     let constraints = check_motion(&equations)?;
     let number = |name: &String| {
         equations.coordinates.iter().position(|shaft| shaft == name).unwrap_or_else(|| panic!("no shaft `{name}`"))
@@ -52,17 +56,17 @@ fn explicit(mut equations: Equations, named: Option<&[String]>) -> Result<Reduce
     let explicit = match named {
         None => automatic(&equations),
         Some(names) => {
-            let wanted: Vec<usize> = names.iter().map(number).collect();
+            let chosen: Vec<usize> = names.iter().map(number).collect();
             let suggestion = || match automatic(&equations) {
                 Ok((coordinates, _)) => coordinates.iter().map(|&shaft| equations.coordinates[shaft].clone()).collect(),
                 Err(_) => Vec::new(),
             };
             let degrees_of_freedom = equations.coordinates.len() - constraints;
-            if wanted.len() != degrees_of_freedom {
+            if chosen.len() != degrees_of_freedom {
                 let (named, suggestion) = (names.to_vec(), suggestion());
                 return Err(ReduceError::CoordinateCount { degrees_of_freedom, named, suggestion });
             }
-            with_coordinates(&equations, &wanted, suggestion)
+            with_coordinates(&equations, &chosen, suggestion)
         }
     };
     let (coordinates, steps) = explicit?;
@@ -106,7 +110,7 @@ fn check_motion(equations: &Equations) -> Result<usize, ReduceError> {
 const MOST_TRIED: usize = 500;
 
 fn automatic(equations: &Equations) -> Result<Explicit, ReduceError> {
-    let order = from_dropped_to_kept(equations);
+    let order = from_dropped_to_retained(equations);
     let e = echelon(&equations.constraint_matrix(), &order);
     let mut free: Vec<usize> = (0..order.len()).filter(|shaft| !e.pivots.contains(shaft)).collect();
     // Each transmission takes one of the free shafts away: its driven one if that is free, else its driving one, else any
@@ -134,8 +138,8 @@ fn automatic(equations: &Equations) -> Result<Explicit, ReduceError> {
         Ok(steps) => Ok((free, steps)),
         // Where transmissions and gears mesh, the first choice can need an equation solved that another choice does not.
         Err(open) => {
-            let kept: Vec<usize> = order.into_iter().rev().collect();
-            search(equations, &kept, degrees_of_freedom, &mut Vec::new(), &mut 0)
+            let order_of_retained: Vec<usize> = order.into_iter().rev().collect();
+            search(equations, &order_of_retained, degrees_of_freedom, &mut Vec::new(), &mut 0)
                 .ok_or_else(|| not_explicit(&open, Vec::new()))
         }
     }
@@ -143,7 +147,7 @@ fn automatic(equations: &Equations) -> Result<Explicit, ReduceError> {
 
 /// Shafts in the order in which they are given up as coordinates: ends of transmissions last, massless ones and those with
 /// large coefficients first; ties go by name.
-fn from_dropped_to_kept(equations: &Equations) -> Vec<usize> {
+fn from_dropped_to_retained(equations: &Equations) -> Vec<usize> {
     let n = equations.coordinates.len();
     let mut massless = vec![true; n];
     for term in &equations.inertias {
@@ -217,16 +221,16 @@ fn affine(equations: &Equations, e: &Echelon, shaft: usize) -> Affine {
 
 fn with_coordinates(
     equations: &Equations,
-    wanted: &[usize],
+    chosen: &[usize],
     suggestion: impl Fn() -> Vec<String>,
 ) -> Result<Explicit, ReduceError> {
-    let e = echelon(&equations.constraint_matrix(), &known_last(equations, wanted));
-    if e.pivots.iter().any(|pivot| wanted.contains(pivot)) {
-        let named = wanted.iter().map(|&shaft| equations.coordinates[shaft].clone()).collect();
+    let e = echelon(&equations.constraint_matrix(), &dependent_first(equations, chosen));
+    if e.pivots.iter().any(|pivot| chosen.contains(pivot)) {
+        let named = chosen.iter().map(|&shaft| equations.coordinates[shaft].clone()).collect();
         return Err(ReduceError::CoordinatesDependent { named, suggestion: suggestion() });
     }
-    let steps = plan(equations, wanted).map_err(|open| not_explicit(&open, suggestion()))?;
-    Ok((wanted.to_vec(), steps))
+    let steps = plan(equations, chosen).map_err(|open| not_explicit(&open, suggestion()))?;
+    Ok((chosen.to_vec(), steps))
 }
 
 fn not_explicit(open: &[&TransmissionRow], suggestion: Vec<String>) -> ReduceError {
@@ -234,9 +238,9 @@ fn not_explicit(open: &[&TransmissionRow], suggestion: Vec<String>) -> ReduceErr
     ReduceError::NotExplicit { elements: open.iter().map(|t| t.element.clone()).collect(), one_way, suggestion }
 }
 
-fn known_last(equations: &Equations, known: &[usize]) -> Vec<usize> {
-    let unknown = (0..equations.coordinates.len()).filter(|shaft| !known.contains(shaft));
-    unknown.chain(known.iter().copied()).collect()
+fn dependent_first(equations: &Equations, resolved: &[usize]) -> Vec<usize> {
+    let unknown = (0..equations.coordinates.len()).filter(|shaft| !resolved.contains(shaft));
+    unknown.chain(resolved.iter().copied()).collect()
 }
 
 /// Steps that find all shafts from the coordinates; the transmissions that stay open if that is not possible.
@@ -245,15 +249,15 @@ fn known_last(equations: &Equations, known: &[usize]) -> Vec<usize> {
 /// known; when none is left, the linear constraints must give the rest.
 fn plan<'a>(equations: &'a Equations, coordinates: &[usize]) -> Result<Vec<Step>, Vec<&'a TransmissionRow>> {
     let matrix = equations.constraint_matrix();
-    let mut known = coordinates.to_vec();
+    let mut resolved = coordinates.to_vec();
     let mut steps = Vec::new();
     let mut open: Vec<&TransmissionRow> = equations.transmissions.iter().collect();
     loop {
-        let e = echelon(&matrix, &known_last(equations, &known));
+        let e = echelon(&matrix, &dependent_first(equations, &resolved));
         let follows = |shaft: usize| {
-            known.contains(&shaft) || {
+            resolved.contains(&shaft) || {
                 let value = affine(equations, &e, shaft);
-                e.pivots.contains(&shaft) && value.terms.iter().all(|(s, _)| known.contains(s))
+                e.pivots.contains(&shaft) && value.terms.iter().all(|(s, _)| resolved.contains(s))
             }
         };
         let next = open.iter().enumerate().find_map(|(k, t)| match (follows(t.driving), follows(t.driven)) {
@@ -263,11 +267,11 @@ fn plan<'a>(equations: &'a Equations, coordinates: &[usize]) -> Result<Vec<Step>
         });
         if let Some((k, from, shaft, curve)) = next {
             steps.push(Step::Curve { shaft, curve, argument: affine(equations, &e, from) });
-            known.push(shaft);
+            resolved.push(shaft);
             open.remove(k);
             continue;
         }
-        let unknown: Vec<usize> = (0..equations.coordinates.len()).filter(|shaft| !known.contains(shaft)).collect();
+        let unknown: Vec<usize> = (0..equations.coordinates.len()).filter(|shaft| !resolved.contains(shaft)).collect();
         if !open.is_empty() || !unknown.iter().all(|&shaft| follows(shaft)) {
             return Err(open);
         }

@@ -8,7 +8,7 @@ use crate::units::Exact;
 
 /// A value that a coordinate, or its rate, has at the start.
 #[derive(Debug, Clone, PartialEq)]
-pub struct GivenStart {
+pub struct StartValue {
     /// Its number among all coordinates.
     pub coordinate: usize,
     /// SI
@@ -19,7 +19,7 @@ pub struct GivenStart {
 #[derive(Debug, Clone, PartialEq)]
 pub struct StartConflict {
     /// Numbers of what is given that take part.
-    pub given: Vec<usize>,
+    pub prescribed: Vec<usize>,
     /// What follows of one of them from the others, SI.
     pub follows: Option<(usize, f64)>,
     /// The transmission that does not allow it, where it is one.
@@ -99,7 +99,7 @@ impl Rows {
 /// All that is known of angles, or of speeds.
 struct Start<'a> {
     reduced: &'a Reduced,
-    given: &'a [GivenStart],
+    prescribed: &'a [StartValue],
     rows: Rows,
     /// Whether numbers in it were rounded.
     rounded: bool,
@@ -107,8 +107,8 @@ struct Start<'a> {
 
 impl<'a> Start<'a> {
     /// The linear constraints with these right sides, and what is given.
-    fn new(reduced: &'a Reduced, given: &'a [GivenStart], right: impl Fn(usize) -> (Graded, bool)) -> Self {
-        let mut out = Self { reduced, given, rows: Rows::default(), rounded: false };
+    fn new(reduced: &'a Reduced, prescribed: &'a [StartValue], right: impl Fn(usize) -> (Graded, bool)) -> Self {
+        let mut out = Self { reduced, prescribed, rows: Rows::default(), rounded: false };
         for (k, constraint) in reduced.equations.constraints.iter().enumerate() {
             let (right, rounded) = right(k);
             out.rounded |= rounded;
@@ -121,14 +121,14 @@ impl<'a> Start<'a> {
 
     /// Takes in what is given.
     fn give(&mut self) -> Result<(), StartConflict> {
-        for (number, given) in self.given.iter().enumerate() {
-            let entries = BTreeMap::from([(given.coordinate, Rational::ONE)]);
+        for (number, prescribed) in self.prescribed.iter().enumerate() {
+            let entries = BTreeMap::from([(prescribed.coordinate, Rational::ONE)]);
             let from = BTreeMap::from([(number, Rational::ONE)]);
-            let Some(rest) = self.rows.add(Row { entries, right: graded(&given.value), from }) else { continue };
-            let (value, excess) = (given.value.to_f64(), to_f64(&rest.right));
+            let Some(rest) = self.rows.add(Row { entries, right: graded(&prescribed.value), from }) else { continue };
+            let (value, excess) = (prescribed.value.to_f64(), to_f64(&rest.right));
             if !self.vanishes(&rest.right, value) {
-                let given = rest.from.into_keys().collect();
-                return Err(StartConflict { given, follows: Some((number, value - excess)), transmission: None });
+                let prescribed = rest.from.into_keys().collect();
+                return Err(StartConflict { prescribed, follows: Some((number, value - excess)), transmission: None });
             }
         }
         Ok(())
@@ -170,21 +170,21 @@ impl<'a> Start<'a> {
 ///
 /// # Errors
 /// [`StartConflict`]
-pub fn start_position(reduced: &Reduced, given: &[GivenStart]) -> Result<Vec<f64>, StartConflict> {
+pub fn start_position(reduced: &Reduced, prescribed: &[StartValue]) -> Result<Vec<f64>, StartConflict> {
     let equations = &reduced.equations;
     let moves = !equations.moving.is_empty();
-    let mut start = Start::new(reduced, given, |k| (graded(&equations.constraints[k].value), moves));
+    let mut start = Start::new(reduced, prescribed, |k| (graded(&equations.constraints[k].value), moves));
     start.give()?;
     let mut open: Vec<usize> = (0..equations.transmissions.len()).collect();
     start.close(&mut |start| {
         loop {
             let before = open.len();
-            let mut left = Vec::new();
+            let mut unresolved = Vec::new();
             for k in std::mem::take(&mut open) {
                 let one = &equations.transmissions[k];
-                let known = [one.driving, one.driven].map(|shaft| start.rows.value(shaft));
-                let value = |known: &(Graded, Vec<usize>)| to_f64(&known.0);
-                match &known {
+                let resolved = [one.driving, one.driven].map(|shaft| start.rows.value(shaft));
+                let value = |resolved: &(Graded, Vec<usize>)| to_f64(&resolved.0);
+                match &resolved {
                     [Some(x), None] => {
                         start.rounded = true;
                         start.set(one.driven, one.curve.value(value(x)), &x.1);
@@ -194,22 +194,22 @@ pub fn start_position(reduced: &Reduced, given: &[GivenStart]) -> Result<Vec<f64
                             start.rounded = true;
                             start.set(one.driving, inverse.value(value(y)), &y.1);
                         }
-                        None => left.push(k),
+                        None => unresolved.push(k),
                     },
                     [Some(x), Some(y)] => {
-                        let (there, found) = (one.curve.value(value(x)), value(y));
-                        if (there - found).abs() > ROUNDED * there.abs().max(found.abs()).max(1.0) {
-                            let mut given = [x.1.clone(), y.1.clone()].concat();
-                            given.sort_unstable();
-                            given.dedup();
+                        let (expected, found) = (one.curve.value(value(x)), value(y));
+                        if (expected - found).abs() > ROUNDED * expected.abs().max(found.abs()).max(1.0) {
+                            let mut prescribed = [x.1.clone(), y.1.clone()].concat();
+                            prescribed.sort_unstable();
+                            prescribed.dedup();
                             let transmission = Some(one.element.clone());
-                            return Err(StartConflict { given, follows: None, transmission });
+                            return Err(StartConflict { prescribed, follows: None, transmission });
                         }
                     }
-                    [None, None] => left.push(k),
+                    [None, None] => unresolved.push(k),
                 }
             }
-            open = left;
+            open = unresolved;
             if open.len() == before {
                 return Ok(());
             }
@@ -224,14 +224,14 @@ pub fn start_position(reduced: &Reduced, given: &[GivenStart]) -> Result<Vec<f64
 ///
 /// # Panics
 /// If `position` has not one entry per coordinate.
-pub fn start_speed(reduced: &Reduced, position: &[f64], given: &[GivenStart]) -> Result<Vec<f64>, StartConflict> {
+pub fn start_speed(reduced: &Reduced, position: &[f64], prescribed: &[StartValue]) -> Result<Vec<f64>, StartConflict> {
     let equations = &reduced.equations;
     let rate = |k: usize| {
         let function = equations.moving.get(&equations.constraints[k].element);
         let rate = function.map_or(0.0, |function| function.rate().value(0.0));
         (graded(&Exact::new(rational_from_f64(rate).unwrap_or(Rational::ZERO), 0)), rate != 0.0)
     };
-    let mut start = Start::new(reduced, given, rate);
+    let mut start = Start::new(reduced, prescribed, rate);
     let mut numeric = Kinematics::new(reduced);
     numeric.update(position, &vec![0.0; reduced.degrees_of_freedom()]);
     for transmission in &equations.transmissions {

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use super::law_slopes::unconstrained;
 use super::{Kinematics, Motion, Reduced, kinematics, reduce};
-use crate::assemble::{Along, Equations, SpringLaw};
-use crate::equations::{Formula, Hold, Meaning};
+use crate::assemble::{DirectionalTerm, Equations, SpringLaw};
+use crate::equations::{Formula, Meaning, UnilateralConstraint};
 use crate::expr::{Floating, lower};
 use crate::num::{Rational, project, rational_from_f64, rational_to_f64};
 use crate::units::{Dimension, Exact};
@@ -17,7 +17,7 @@ pub struct Instant {
     /// s
     pub time: f64,
     /// What blocks answer then; those that are not named answer zero.
-    pub answers: BTreeMap<String, f64>,
+    pub outputs: BTreeMap<String, f64>,
 }
 
 fn exact(value: f64) -> Exact {
@@ -37,7 +37,7 @@ impl Instant {
             Meaning::Time => Meaning::Constant(exact(self.time), Dimension::TIME),
             Meaning::Signal(function) => Meaning::Constant(exact(function.value(self.time)), function.dimension()),
             Meaning::Block(name, dimension) => {
-                Meaning::Constant(exact(self.answers.get(name).copied().unwrap_or(0.0)), *dimension)
+                Meaning::Constant(exact(self.outputs.get(name).copied().unwrap_or(0.0)), *dimension)
             }
             Meaning::Shared(shared) => Meaning::Shared(self.formula(shared)),
             other => other.clone(),
@@ -50,13 +50,16 @@ impl Instant {
     pub fn equations(&self, equations: &Equations) -> Equations {
         let mut out = equations.clone();
         out.laws.iter_mut().for_each(|law| law.value = self.formula(&law.value));
-        for hold in &mut out.holds {
-            match &mut hold.value {
-                Hold::Friction { torque: formula, .. } | Hold::Lock { engaged: formula } => {
+        for unilateral in &mut out.unilaterals {
+            match &mut unilateral.value {
+                UnilateralConstraint::Friction { torque: formula, .. }
+                | UnilateralConstraint::Lock { engaged: formula } => {
                     *formula = self.formula(formula);
                 }
-                Hold::Mesh(mesh) => mesh.loss = mesh.loss.as_ref().map(|loss| self.formula(loss)),
-                Hold::OneWay | Hold::Stop { .. } | Hold::Cushion { .. } => {}
+                UnilateralConstraint::GearLoss(gear) => gear.loss = gear.loss.as_ref().map(|loss| self.formula(loss)),
+                UnilateralConstraint::OneWay
+                | UnilateralConstraint::Stop { .. }
+                | UnilateralConstraint::Cushion { .. } => {}
             }
         }
         for (element, function) in std::mem::take(&mut out.moving) {
@@ -73,10 +76,11 @@ impl Instant {
 /// If these have not one entry per coordinate.
 pub fn engaged_locks(reduced: &Reduced, position: &[f64], speeds: &[f64]) -> BTreeSet<usize> {
     let first = reduced.equations.frictions.len();
-    let locks = reduced.equations.holds.iter().enumerate().filter_map(|(k, hold)| match &hold.value {
-        Hold::Lock { engaged } => Some((first + k, engaged)),
-        _ => None,
-    });
+    let locks =
+        reduced.equations.unilaterals.iter().enumerate().filter_map(|(k, unilateral)| match &unilateral.value {
+            UnilateralConstraint::Lock { engaged } => Some((first + k, engaged)),
+            _ => None,
+        });
     let engaged = |(_, formula): &(usize, &Arc<Formula>)| value_at(reduced, formula, position, speeds) > 0.5;
     locks.filter(engaged).map(|(direction, _)| direction).collect()
 }
@@ -100,13 +104,13 @@ fn value_at(reduced: &Reduced, formula: &Formula, position: &[f64], speeds: &[f6
 pub fn slip_speeds(reduced: &Reduced, position: &[f64], speeds: &[f64]) -> Vec<f64> {
     let mut numeric = Kinematics::new(reduced);
     numeric.update(position, speeds);
-    let along = |row: &[(usize, Rational)]| {
+    let row_speed = |row: &[(usize, Rational)]| {
         // What differs by rounding alone does not slip.
         let parts = row.iter().map(|(k, a)| rational_to_f64(a) * numeric.speeds[*k]);
         let (sum, size) = parts.fold((0.0, 0.0), |(sum, size), part: f64| (sum + part, f64::max(size, part.abs())));
         if sum.abs() <= SLIPS * size { 0.0 } else { sum }
     };
-    reduced.equations.set_valued().map(|(_, row)| along(row)).collect()
+    reduced.equations.set_valued().map(|(_, row)| row_speed(row)).collect()
 }
 
 /// Part of the speeds that a slip is the difference of, below which it is none.
@@ -124,14 +128,14 @@ pub fn with_sliding(equations: &Equations, signs: &[f64]) -> Equations {
                 let friction = &equations.frictions[k];
                 (&friction.element, &friction.row, coulomb(equations, k, &against))
             }
-            Some(hold) => {
-                let hold = &equations.holds[hold];
-                let Hold::Friction { torque, .. } = &hold.value else { continue };
+            Some(unilateral) => {
+                let unilateral = &equations.unilaterals[unilateral];
+                let UnilateralConstraint::Friction { torque, .. } = &unilateral.value else { continue };
                 let names = vec![("torque".to_string(), Meaning::Shared(Arc::clone(torque)))];
-                (&hold.element, &hold.row, Formula::of(&against("@"), names, torque.dimension))
+                (&unilateral.element, &unilateral.row, Formula::of(&against("@"), names, torque.dimension))
             }
         };
-        out.laws.push(Along { element: element.clone(), row: row.clone(), value: formula });
+        out.laws.push(DirectionalTerm { element: element.clone(), row: row.clone(), value: formula });
     }
     out
 }
@@ -146,16 +150,16 @@ fn coulomb(equations: &Equations, friction: usize, against: &dyn Fn(&str) -> Str
     let [_, speed] = domain.dimensions();
     let c = names[0].clone();
     names.extend([("breakaway".to_string(), Meaning::Constant(stribeck.breakaway.clone(), effort)), c]);
-    let mut along = Vec::new();
+    let mut squares = Vec::new();
     for (number, (k, a)) in friction.row.iter().enumerate() {
         let [_, own] = equations.domain(*k).dimensions();
         let share = Meaning::Constant(Exact::new(a.clone(), 0), speed.times(&own, -1).unwrap_or(Dimension::NONE));
         names.push((format!("share_{number}"), share));
         names.push((format!("rate_{number}"), Meaning::Rate(equations.coordinates[*k].clone())));
-        along.push("@ * @");
+        squares.push("@ * @");
     }
     names.push(("scale".to_string(), Meaning::Constant(stribeck.speed.clone(), speed)));
-    Formula::of(&against(&format!("@ + (@ - @) * exp(-(({}) / @)^2)", along.join(" + "))), names, effort)
+    Formula::of(&against(&format!("@ + (@ - @) * exp(-(({}) / @)^2)", squares.join(" + "))), names, effort)
 }
 
 /// The model in which these set-valued directions hold, as they are at a reduced position (rad): constraints in their place. Coordinates in `named` stay
@@ -163,40 +167,41 @@ fn coulomb(equations: &Equations, friction: usize, against: &dyn Fn(&str) -> Str
 ///
 /// # Panics
 /// If the position has not one entry per coordinate.
-pub fn with_held(reduced: &Reduced, held: &BTreeSet<usize>, position: &[f64], named: &[String]) -> Reduced {
+pub fn with_enforced(reduced: &Reduced, enforced: &BTreeSet<usize>, position: &[f64], named: &[String]) -> Reduced {
     let mut numeric = Kinematics::new(reduced);
     numeric.update(position, &vec![0.0; position.len()]);
     let rows: Vec<(String, Vec<(usize, Rational)>)> = reduced
         .equations
         .set_valued()
         .enumerate()
-        .filter(|(k, _)| held.contains(k))
+        .filter(|(k, _)| enforced.contains(k))
         .map(|(_, (element, row))| (element.to_string(), row.to_vec()))
         .collect();
     let mut equations = reduced.equations.clone();
     let mut number = 0;
     let mut stays = || {
         number += 1;
-        !held.contains(&(number - 1))
+        !enforced.contains(&(number - 1))
     };
     equations.frictions.retain(|_| stays());
-    equations.holds.retain(|_| stays());
+    equations.unilaterals.retain(|_| stays());
     let mut out = Reduced { equations, ..reduced.clone() };
     for (element, row) in rows {
         let at: Vec<f64> = out.coordinates.iter().map(|shaft| numeric.angles[*shaft]).collect();
-        let along = project(&row, &kinematics::exact_basis(&out, &at));
+        let reduced_row = project(&row, &kinematics::exact_basis(&out, &at));
         let names = out.coordinate_names();
-        let mut places: Vec<usize> = along.iter().map(|(k, _)| *k).rev().collect();
+        let mut places: Vec<usize> = reduced_row.iter().map(|(k, _)| *k).rev().collect();
         places.sort_by_key(|k| named.contains(&names[*k]));
         let offset = row.iter().map(|(k, a)| rational_to_f64(a) * numeric.angles[*k]).sum();
         let mut equations = out.equations.clone();
         let place = equations.constraints.len() - equations.nodes.len();
-        equations.constraints.insert(place, Along { element, row, value: exact(offset) });
-        let without = |k: usize| {
-            let left: Vec<String> = names.iter().enumerate().filter(|(j, _)| *j != k).map(|(_, n)| n.clone()).collect();
-            reduce(equations.clone(), Some(&left)).ok()
+        equations.constraints.insert(place, DirectionalTerm { element, row, value: exact(offset) });
+        let eliminate = |k: usize| {
+            let free_names: Vec<String> =
+                names.iter().enumerate().filter(|(j, _)| *j != k).map(|(_, n)| n.clone()).collect();
+            reduce(equations.clone(), Some(&free_names)).ok()
         };
-        out = places.into_iter().find_map(without).unwrap_or(out);
+        out = places.into_iter().find_map(eliminate).unwrap_or(out);
     }
     out
 }
@@ -211,22 +216,26 @@ pub fn closed_contacts(reduced: &Reduced, closed: &BTreeSet<usize>, position: &[
     let (mut number, mut soft) = (0, BTreeSet::new());
     let equations = &mut out.equations;
     for k in closed {
-        let hold = &reduced.equations.holds[*k];
-        let Hold::Cushion { offset, stiffness, damping, .. } = &hold.value else { continue };
-        let (element, row) = (hold.element.clone(), hold.row.clone());
+        let unilateral = &reduced.equations.unilaterals[*k];
+        let UnilateralConstraint::Cushion { offset, stiffness, damping, .. } = &unilateral.value else { continue };
+        let (element, row) = (unilateral.element.clone(), unilateral.row.clone());
         if !damping.is_zero() {
-            equations.dampers.push(Along { element: element.clone(), row: row.clone(), value: damping.clone() });
+            equations.dampers.push(DirectionalTerm {
+                element: element.clone(),
+                row: row.clone(),
+                value: damping.clone(),
+            });
         }
         let value = SpringLaw { stiffness: stiffness.clone(), rest: offset.clone() };
-        equations.springs.push(Along { element, row, value });
+        equations.springs.push(DirectionalTerm { element, row, value });
         soft.insert(*k);
     }
-    equations.holds.retain(|_| {
+    equations.unilaterals.retain(|_| {
         number += 1;
         !soft.contains(&(number - 1))
     });
     let first = equations.frictions.len();
-    let now = |k: &usize| first + k - soft.iter().filter(|other| *other < k).count();
+    let now = |k: &usize| first + k - soft.iter().filter(|candidate| *candidate < k).count();
     let rigid: BTreeSet<usize> = closed.difference(&soft).map(now).collect();
-    if rigid.is_empty() { out } else { with_held(&out, &rigid, position, &[]) }
+    if rigid.is_empty() { out } else { with_enforced(&out, &rigid, position, &[]) }
 }

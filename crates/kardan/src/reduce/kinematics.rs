@@ -231,7 +231,7 @@ pub struct Slope {
 pub(super) fn exact_angles(reduced: &Reduced, position: &[f64]) -> Vec<Option<Surd>> {
     let mut angles = vec![None; reduced.equations.coordinates.len()];
     for (&shaft, position) in reduced.coordinates.iter().zip(position) {
-        angles[shaft] = Surd::meant_by_double(*position);
+        angles[shaft] = Surd::recognise_double(*position);
     }
     for step in &reduced.steps {
         let (Step::Linear { value: affine, .. } | Step::Curve { argument: affine, .. }) = step;
@@ -251,7 +251,7 @@ pub(super) fn exact_angles(reduced: &Reduced, position: &[f64]) -> Vec<Option<Su
 
 fn exact_argument(affine: &Affine, angles: &[Option<Surd>]) -> Option<Surd> {
     let term = |(shaft, c): &(usize, Rational)| Some(angles[*shaft].as_ref()?.scale(c));
-    let constant = Surd::meant_by_double(affine.constant)?;
+    let constant = Surd::recognise_double(affine.constant)?;
     affine.terms.iter().try_fold(constant, |sum, entry| Some(sum.plus(&term(entry)?)))
 }
 

@@ -1,8 +1,8 @@
 //! Torques that expressions give, around a position at rest.
 
 use super::{Kinematics, Motion, Reduced, Step, kinematics, pressed_cushions};
-use crate::assemble::{Along, Equations, RestTorque};
-use crate::equations::{Formula, Hold};
+use crate::assemble::{DirectionalTerm, Equations, RestTorque};
+use crate::equations::{Formula, UnilateralConstraint};
 use crate::expr::{Expr, Interval, Linear, Place, Rationals, Side, Surd, Symbol, bending, linear_sides, lower};
 use crate::num::{LastDigits, Rational, SparseRow, rational_from_f64, rational_to_f64};
 
@@ -21,7 +21,7 @@ pub struct LawSlopes {
     /// h, N m s/rad.
     pub on_rates: SparseRow,
     /// Slopes by what blocks answer, N m for each unit, where these are given.
-    pub on_answers: Vec<(String, f64)>,
+    pub on_outputs: Vec<(String, f64)>,
     /// Whether an entry is no fraction, as far as is known, and was rounded once.
     pub rounded: bool,
     /// By how much rounding may move each entry of g, and of h.
@@ -36,10 +36,10 @@ pub struct LawSlopes {
 
 impl LawSlopes {
     /// Moves rounded entries within what rounding leaves open.
-    pub fn move_within(&mut self, digits: &mut LastDigits) {
+    pub fn perturb(&mut self, digits: &mut LastDigits) {
         for (row, off) in [&mut self.on_positions, &mut self.on_rates].into_iter().zip(&self.off) {
             for ((_, slope), off) in row.iter_mut().zip(off) {
-                *slope = if *off > 0.0 { digits.within(slope, *off) } else { digits.near(slope) };
+                *slope = if *off > 0.0 { digits.perturbed(slope, *off) } else { digits.near(slope) };
             }
         }
     }
@@ -108,9 +108,9 @@ pub fn geometric_stiffness(reduced: &Reduced, point: &OperatingPoint, laws: &[La
         act(&row, -spring.value.stiffness.to_f64() * twist);
     }
     for one in pressed_cushions(reduced, position) {
-        let hold = &equations.holds[one.hold];
-        if let Hold::Cushion { stiffness, .. } = &hold.value {
-            act(&hold.row_f64(), -stiffness.to_f64() * one.gap);
+        let unilateral = &equations.unilaterals[one.unilateral];
+        if let UnilateralConstraint::Cushion { stiffness, .. } = &unilateral.value {
+            act(&unilateral.row_f64(), -stiffness.to_f64() * one.gap);
         }
     }
     let mut out = Vec::new();
@@ -175,19 +175,19 @@ pub(super) fn all_free(equations: &Equations) -> Reduced {
 const ROUNDED: f64 = 4.0 * f64::EPSILON;
 
 /// A model at rest at a place, left by motions that its constraints allow.
-struct Standing {
+struct RestPoint {
     /// Angles, behind all of them speeds.
     symbols: Vec<Symbol>,
     exact: Vec<Option<Surd>>,
     numeric: Kinematics,
     basis: Vec<SparseRow>,
     /// What blocks answer.
-    answers: Vec<(Symbol, f64)>,
+    outputs: Vec<(Symbol, f64)>,
     /// What stands still: functions of time as they begin.
     fixed: Vec<(Symbol, f64)>,
 }
 
-impl Standing {
+impl RestPoint {
     fn new(reduced: &Reduced, point: &OperatingPoint, motion: &Motion) -> Self {
         let mut numeric = Kinematics::new(reduced);
         numeric.update(&point.position, &point.rates);
@@ -196,7 +196,7 @@ impl Standing {
             exact: kinematics::exact_angles(reduced, &point.position),
             numeric,
             basis: kinematics::exact_basis(reduced, &point.position),
-            answers: Vec::new(),
+            outputs: Vec::new(),
             fixed: Vec::new(),
         }
     }
@@ -207,10 +207,10 @@ impl Standing {
     }
 }
 
-impl Place for Standing {
+impl Place for RestPoint {
     fn place(&self, symbol: Symbol) -> Option<usize> {
         let moving = self.symbols.iter().position(|own| *own == symbol).filter(|place| *place < 2 * self.basis.len());
-        let answer = || self.answers.iter().position(|(own, _)| *own == symbol);
+        let answer = || self.outputs.iter().position(|(own, _)| *own == symbol);
         moving.or_else(|| Some(2 * self.basis.len() + answer()?))
     }
 
@@ -223,17 +223,17 @@ impl Place for Standing {
     }
 
     fn value(&self, symbol: Symbol) -> f64 {
-        let answers = self.answers.iter().map(|(_, value)| value);
-        let mut all = self.numeric.angles.iter().chain(&self.numeric.speeds).chain(answers);
+        let outputs = self.outputs.iter().map(|(_, value)| value);
+        let mut all = self.numeric.angles.iter().chain(&self.numeric.speeds).chain(outputs);
         let fixed = || self.fixed.iter().find(|(own, _)| *own == symbol).map_or(0.0, |(_, value)| *value);
         self.place(symbol).and_then(|place| all.nth(place).copied()).unwrap_or_else(fixed)
     }
 
-    fn around(&self, symbol: Symbol) -> Interval {
+    fn enclosure(&self, symbol: Symbol) -> Interval {
         let value = self.value(symbol);
         // Zero is exact; what a search found near it is not.
-        let few = if value == 0.0 { 0.0 } else { ROUNDED * value.abs().max(1.0) };
-        Interval { low: value - few, high: value + few }
+        let half_width = if value == 0.0 { 0.0 } else { ROUNDED * value.abs().max(1.0) };
+        Interval { low: value - half_width, high: value + half_width }
     }
 
     fn moves(&self, symbol: Symbol) -> SparseRow {
@@ -248,16 +248,16 @@ impl Place for Standing {
 }
 
 /// What a multiplier carries, whose row turns.
-fn carried_slopes(along: &Along<RestTorque>) -> LawSlopes {
+fn carried_slopes(rest_term: &DirectionalTerm<RestTorque>) -> LawSlopes {
     LawSlopes {
-        element: along.element.clone(),
-        row: along.row.clone(),
-        value: along.value.value,
-        on_positions: along.value.on_positions.clone(),
+        element: rest_term.element.clone(),
+        row: rest_term.row.clone(),
+        value: rest_term.value.value,
+        on_positions: rest_term.value.on_positions.clone(),
         on_rates: SparseRow::new(),
-        on_answers: Vec::new(),
+        on_outputs: Vec::new(),
         rounded: false,
-        off: [vec![0.0; along.value.on_positions.len()], Vec::new()],
+        off: [vec![0.0; rest_term.value.on_positions.len()], Vec::new()],
         undefined: Vec::new(),
         jumps: Vec::new(),
         kinks: Vec::new(),
@@ -299,18 +299,18 @@ pub fn law_slopes_with(
     let free = unconstrained(reduced);
     // Blocks are symbols where they answer, and functions of time with them.
     let mut motion = if answer.is_some() { Motion::kinematics(&free, false) } else { Motion::free(&free) };
-    let mut standing = Standing::new(reduced, point, &motion);
+    let mut rest_point = RestPoint::new(reduced, point, &motion);
     let mut out = Vec::new();
     for term in equations.laws.iter().filter(|law| which(&law.value)) {
         let torque = motion.formula(&free, &term.value);
         let blocks = || motion.timed.blocks.iter();
         let symbol = |(name, own): &(String, Expr)| Some((motion.graph.symbol_of(*own)?, answer?(name)));
-        standing.answers = blocks().filter_map(symbol).collect();
-        standing.fixed = motion.timed.symbols(&motion.graph).into_iter().zip(motion.timed.values(0.0)).collect();
+        rest_point.outputs = blocks().filter_map(symbol).collect();
+        rest_point.fixed = motion.timed.symbols(&motion.graph).into_iter().zip(motion.timed.values(0.0)).collect();
         let names: Vec<String> = blocks().map(|(name, _)| name.clone()).collect();
-        let sides = linear_sides(&mut motion.graph, &[torque], &standing);
+        let sides = linear_sides(&mut motion.graph, &[torque], &rest_point);
         let (element, row) = (term.element.clone(), term.row.clone());
-        out.push(slopes_of(sides, (standing.coordinates(), &names), &point.side, (element, row)));
+        out.push(slopes_of(sides, (rest_point.coordinates(), &names), &point.side, (element, row)));
     }
     out
 }
@@ -328,7 +328,7 @@ fn slopes_of(
         value: f64::NAN,
         on_positions: SparseRow::new(),
         on_rates: SparseRow::new(),
-        on_answers: Vec::new(),
+        on_outputs: Vec::new(),
         rounded: false,
         off: Default::default(),
         undefined: Vec::new(),
@@ -351,11 +351,11 @@ fn slopes_of(
         undefined.push("its slope is infinite".into());
     }
     let (mut on_positions, mut on_rates, mut rounded) = (SparseRow::new(), SparseRow::new(), false);
-    let mut on_answers = Vec::new();
+    let mut on_outputs = Vec::new();
     let mut off = [Vec::new(), Vec::new()];
     for (place, number) in &own.slopes[0] {
         if let Some(block) = place.checked_sub(2 * coordinates) {
-            on_answers.push((blocks[block].clone(), number.exact.as_ref().map_or(number.value, rational_to_f64)));
+            on_outputs.push((blocks[block].clone(), number.exact.as_ref().map_or(number.value, rational_to_f64)));
             continue;
         }
         rounded |= number.exact.is_none();
@@ -372,7 +372,7 @@ fn slopes_of(
         value: value.value,
         on_positions,
         on_rates,
-        on_answers,
+        on_outputs,
         rounded,
         off,
         undefined,

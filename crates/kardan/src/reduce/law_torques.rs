@@ -51,8 +51,8 @@ pub fn law_waves(equations: &Equations) -> Vec<Wave> {
 }
 
 /// Expressions with given numbers in place of sines and cosines of angles, where both are given.
-fn with_waves(motion: &mut Motion, torques: &[Expr], waves: &[Wave], given: &[Expr]) -> Vec<Expr> {
-    let mut others = Vec::new();
+fn with_waves(motion: &mut Motion, torques: &[Expr], waves: &[Wave], wave_exprs: &[Expr]) -> Vec<Expr> {
+    let mut replacements = Vec::new();
     for (expr, is_sine, symbol, [order, shift]) in motion.graph.waves(torques) {
         let place = motion.symbols.iter().position(|own| *own == symbol);
         let order = rational_to_f64(&order);
@@ -65,13 +65,14 @@ fn with_waves(motion: &mut Motion, torques: &[Expr], waves: &[Wave], given: &[Ex
         let [of_cosine, of_sine] = [Function::Cos, Function::Sin].map(|function| graph.apply(function, angle));
         // sin(a + c) = sin a cos c + cos a sin c, cos(a + c) = cos a cos c − sin a sin c.
         let (first, second, sign) = match is_sine {
-            true => (given[sine], given[cosine], 1),
-            false => (given[cosine], given[sine], -1),
+            true => (wave_exprs[sine], wave_exprs[cosine], 1),
+            false => (wave_exprs[cosine], wave_exprs[sine], -1),
         };
         let parts = [graph.multiply(first, of_cosine), graph.multiply(second, of_sine)];
-        others.push((expr, graph.sum(Rational::ZERO, &[(parts[0], Rational::ONE), (parts[1], Rational::from(sign))])));
+        replacements
+            .push((expr, graph.sum(Rational::ZERO, &[(parts[0], Rational::ONE), (parts[1], Rational::from(sign))])));
     }
-    motion.graph.replace(torques, &others)
+    motion.graph.replace(torques, &replacements)
 }
 
 /// Torques that formulas give, at any angles and speeds of all shafts: `τ = τ₀ + Σ p ∂τ/∂p` with exact derivatives by parameters p in which
@@ -106,16 +107,16 @@ impl LawTorques {
         let (n, free) = (reduced.equations.coordinates.len(), unconstrained(reduced));
         let mut motion = Motion::kinematics(&free, false);
         let mut symbol = |name: &str| motion.graph.new_symbol(name.into(), Dimension::NONE);
-        let mesh = [symbol("load"), symbol("speed")];
+        let load_and_speed = [symbol("load"), symbol("speed")];
         let waved: Vec<Expr> = (0..waves.len()).map(|k| symbol(&format!("wave.{k}"))).collect();
         let open: Vec<(String, Expr)> = parameters.iter().map(|name| (name.clone(), symbol(name))).collect();
         let plain: Vec<Expr> =
-            formulas.iter().map(|formula| motion.formula_with(&free, formula, mesh, &open)).collect();
+            formulas.iter().map(|formula| motion.formula_with(&free, formula, load_and_speed, &open)).collect();
         let torques = with_waves(&mut motion, &plain, waves, &waved);
         let own = |graph: &Graph, exprs: &[Expr]| -> Vec<Symbol> {
             exprs.iter().filter_map(|expr| graph.symbol_of(*expr)).collect()
         };
-        let (moving, given) = (motion.symbols.clone(), motion.timed.symbols(&motion.graph));
+        let (moving, time_symbols) = (motion.symbols.clone(), motion.timed.symbols(&motion.graph));
         let graph = &mut motion.graph;
         let opened = own(graph, &open.iter().map(|(_, symbol)| *symbol).collect::<Vec<_>>());
         let shares = shares(graph, &torques, &opened, parameters)?;
@@ -144,8 +145,13 @@ impl LawTorques {
                 jumps.push((place, derivatives(graph, &mut outputs, at)));
             }
         }
-        let inputs: Vec<Symbol> =
-            moving.iter().copied().chain(own(graph, &mesh)).chain(own(graph, &waved)).chain(given).collect();
+        let inputs: Vec<Symbol> = moving
+            .iter()
+            .copied()
+            .chain(own(graph, &load_and_speed))
+            .chain(own(graph, &waved))
+            .chain(time_symbols)
+            .collect();
         let named: Vec<(String, Expr)> = outputs.iter().enumerate().map(|(k, one)| (k.to_string(), *one)).collect();
         let plan = compile(graph, &inputs, &named).expect("a torque depends on motion, load and time");
         Ok(Self {
@@ -166,11 +172,11 @@ impl LawTorques {
     ///
     /// # Panics
     /// If a length does not fit.
-    pub fn update(&mut self, angles: &[f64], speeds: &[f64], time: f64, mesh: [f64; 2], waves: &[f64]) {
+    pub fn update(&mut self, angles: &[f64], speeds: &[f64], time: f64, load_and_speed: [f64; 2], waves: &[f64]) {
         let n = self.shafts;
         self.memory[..n].copy_from_slice(angles);
         self.memory[n..2 * n].copy_from_slice(speeds);
-        self.memory[2 * n..2 * n + 2].copy_from_slice(&mesh);
+        self.memory[2 * n..2 * n + 2].copy_from_slice(&load_and_speed);
         let from = 2 * n + 2 + self.waves;
         self.memory[2 * n + 2..from].copy_from_slice(waves);
         let given = self.memory[from..].iter_mut();
@@ -242,12 +248,12 @@ fn shares(
 fn values(graph: &mut Graph, formulas: &[&Formula], open: &[(String, Expr)]) -> Vec<(Symbol, Expr)> {
     let mut out = Vec::new();
     for (name, expr) in open {
-        let given =
-            formulas.iter().flat_map(|formula| formula.all_names()).find_map(|(other, meaning)| match meaning {
-                Meaning::Constant(value, _) if other == name => Some(value.clone()),
+        let coefficient =
+            formulas.iter().flat_map(|formula| formula.all_names()).find_map(|(candidate, meaning)| match meaning {
+                Meaning::Constant(value, _) if candidate == name => Some(value.clone()),
                 _ => None,
             });
-        let value = graph.number(given.map(|value| value.to_rational()).unwrap_or_default());
+        let value = graph.number(coefficient.map(|value| value.to_rational()).unwrap_or_default());
         out.extend(graph.symbol_of(*expr).map(|symbol| (symbol, value)));
     }
     out

@@ -22,8 +22,8 @@ impl Motion {
     ///
     /// # Panics
     /// As [`Self::formula`].
-    pub fn formula_of(&mut self, reduced: &Reduced, formula: &Formula, of_mesh: [Expr; 2]) -> Expr {
-        self.formula_with(reduced, formula, of_mesh, &[])
+    pub fn formula_of(&mut self, reduced: &Reduced, formula: &Formula, load_and_speed: [Expr; 2]) -> Expr {
+        self.formula_with(reduced, formula, load_and_speed, &[])
     }
 
     /// The same with parameters that are symbols.
@@ -38,7 +38,7 @@ impl Motion {
             let number = reduced.coordinate(name).expect("a formula names coordinates of its model");
             (number, reduced.equations.domain(number).dimensions())
         };
-        let mut known: Vec<(&str, Named)> = Vec::with_capacity(formula.names.len());
+        let mut bindings: Vec<(&str, Named)> = Vec::with_capacity(formula.names.len());
         for (name, meaning) in &formula.names {
             let own = free.iter().find(|(other, _)| other == name);
             let named = match meaning {
@@ -65,11 +65,12 @@ impl Motion {
                 Meaning::Load(dimension) => Named::Varying(load, *dimension),
                 Meaning::Slip(dimension) => Named::Varying(slip, *dimension),
             };
-            known.push((name, named));
+            bindings.push((name, named));
         }
-        let mut named = |_: &mut _, name: &str| known.iter().find(|(other, _)| *other == name).map(|(_, n)| n.clone());
+        let mut named =
+            |_: &mut _, name: &str| bindings.iter().find(|(other, _)| *other == name).map(|(_, n)| n.clone());
         // It was checked when it was read: no more than a division can fail, by what is zero where the motion stands still. It has no value there.
-        let value = match self.graph.written(&formula.expression, &mut named) {
+        let value = match self.graph.lowered(&formula.expression, &mut named) {
             Ok((value, _)) => value,
             Err(_) => self.graph.without_value(),
         };
@@ -80,7 +81,7 @@ impl Motion {
     /// what is prescribed of the speeds; what else they do cancels with dampers or comes with ẏ.
     pub(super) fn add_laws(&mut self, reduced: &Reduced) {
         for law in &reduced.equations.laws {
-            let (torque, mut row) = (self.formula(reduced, &law.value), self.along(&law.row));
+            let (torque, mut row) = (self.formula(reduced, &law.value), self.reduced_row(&law.row));
             if let Some(relaxation) = &reduced.relaxation {
                 let (relaxes, moves): (SparseRow, SparseRow) =
                     row.into_iter().partition(|(place, _)| relaxation.is_state(*place));
@@ -110,9 +111,9 @@ impl Motion {
         if timed.begin {
             return graph.integer(0);
         }
-        let mut known = timed.answered.iter().chain(&timed.blocks);
-        if let Some((_, known)) = known.find(|(other, _)| other == name) {
-            return *known;
+        let mut bindings = timed.block_outputs.iter().chain(&timed.blocks);
+        if let Some((_, bindings)) = bindings.find(|(candidate, _)| candidate == name) {
+            return *bindings;
         }
         let symbol = graph.new_symbol(name.to_string(), dimension);
         timed.blocks.push((name.to_string(), symbol));
@@ -120,18 +121,18 @@ impl Motion {
     }
 
     /// Puts what blocks answer at every instant in the place of what stands for it.
-    pub fn answer(&mut self, answers: Vec<(String, Expr)>) {
+    pub fn answer(&mut self, outputs: Vec<(String, Expr)>) {
         let (graph, timed) = (&mut self.graph, &mut self.timed);
-        let value = |name: &str| answers.iter().find(|(other, _)| other == name).map(|(_, value)| *value);
-        let known: Vec<(Symbol, Expr)> =
+        let value = |name: &str| outputs.iter().find(|(candidate, _)| candidate == name).map(|(_, value)| *value);
+        let substitutions: Vec<(Symbol, Expr)> =
             timed.blocks.iter().filter_map(|(name, symbol)| Some((graph.symbol_of(*symbol)?, value(name)?))).collect();
         timed.blocks.retain(|(name, _)| value(name).is_none());
-        if !known.is_empty() {
-            self.passive = graph.substitute(&self.passive, &known);
-            self.laws = graph.substitute(&self.laws, &known);
-            self.passive_terms.substitute(graph, &known);
+        if !substitutions.is_empty() {
+            self.passive = graph.substitute(&self.passive, &substitutions);
+            self.laws = graph.substitute(&self.laws, &substitutions);
+            self.passive_terms.substitute(graph, &substitutions);
         }
-        timed.answered = answers;
+        timed.block_outputs = outputs;
     }
 
     /// The time; where it stands still a number.

@@ -6,8 +6,8 @@ use super::{
     Contact, FirstOrder, OperatingPoint, Reduced, geometric_stiffness, kinematics, law_slopes_at, pressed_cushions,
     with_inertia,
 };
-use crate::assemble::Along;
-use crate::equations::Hold;
+use crate::assemble::DirectionalTerm;
+use crate::equations::UnilateralConstraint;
 use crate::num::{LastDigits, Matrix, Rational, SparseRow, dense_rows, project, sparse_sum_of_outer};
 
 /// The reduced matrices of a linear(ised) model \[diss. Theorem 4.1\], exact for the stored numbers.
@@ -168,17 +168,17 @@ fn sparse_model_near(
         basis.iter_mut().flatten().for_each(|(_, x)| *x = digits.near(x));
     }
     let (r, equations) = (reduced.degrees_of_freedom(), &reduced.equations);
-    let along = |row: &SparseRow| project(row, &basis);
+    let reduced_row = |row: &SparseRow| project(row, &basis);
     let (inertias, dampers, springs) = (&equations.inertias, &equations.dampers, &equations.springs);
     let mut slopes = law_slopes_at(reduced, point);
     if let Some(digits) = digits.as_deref_mut() {
-        slopes.iter_mut().for_each(|one| one.move_within(digits));
+        slopes.iter_mut().for_each(|one| one.perturb(digits));
     }
     let laws: Vec<_> = slopes
         .iter()
         .map(|slopes| {
-            let row = along(&slopes.row);
-            (row, along(&slopes.on_positions), along(&slopes.on_rates))
+            let row = reduced_row(&slopes.row);
+            (row, reduced_row(&slopes.on_positions), reduced_row(&slopes.on_rates))
         })
         .collect();
     let minus_laws = |rows: &mut Vec<SparseRow>, of: &dyn Fn(&(SparseRow, SparseRow, SparseRow)) -> SparseRow| {
@@ -193,30 +193,30 @@ fn sparse_model_near(
             }
         }
     };
-    let contacts = pressed.iter().filter_map(|one| match &equations.holds[one.hold] {
-        Along { row, value: Hold::Cushion { stiffness, damping, .. }, .. } => {
-            Some((along(row), [stiffness.to_rational(), damping.to_rational()]))
+    let contacts = pressed.iter().filter_map(|one| match &equations.unilaterals[one.unilateral] {
+        DirectionalTerm { row, value: UnilateralConstraint::Cushion { stiffness, damping, .. }, .. } => {
+            Some((reduced_row(row), [stiffness.to_rational(), damping.to_rational()]))
         }
         _ => None,
     });
     let contacts: Vec<(SparseRow, [Rational; 2])> = contacts.collect();
     let of_contacts = |which: usize| contacts.iter().map(move |(row, values)| (row.clone(), values[which].clone()));
-    let damped = dampers.iter().map(|d| (along(&d.row), d.value.to_rational()));
+    let damped = dampers.iter().map(|d| (reduced_row(&d.row), d.value.to_rational()));
     let mut damping = sparse_sum_of_outer(damped.chain(of_contacts(1)), r);
     let mut geometric = geometric_stiffness(reduced, point, &slopes);
     if let Some(digits) = digits {
         geometric.iter_mut().for_each(|one| one.stiffness = digits.near(&one.stiffness));
     }
-    let bent = geometric.iter().map(|one| (along(&one.row), one.stiffness.clone()));
-    let stretched = springs.iter().map(|s| (along(&s.row), s.value.stiffness.to_rational()));
+    let bent = geometric.iter().map(|one| (reduced_row(&one.row), one.stiffness.clone()));
+    let stretched = springs.iter().map(|s| (reduced_row(&s.row), s.value.stiffness.to_rational()));
     let mut stiffness = sparse_sum_of_outer(stretched.chain(bent).chain(of_contacts(0)), r);
     minus_laws(&mut damping, &|law| law.2.clone());
     minus_laws(&mut stiffness, &|law| law.1.clone());
     SparseModel {
-        inertia: sparse_sum_of_outer(inertias.iter().map(|j| (along(&j.row), j.value.to_rational())), r),
+        inertia: sparse_sum_of_outer(inertias.iter().map(|j| (reduced_row(&j.row), j.value.to_rational())), r),
         damping,
         stiffness,
-        input: equations.inputs.iter().map(|input| along(&input.row)).collect(),
+        input: equations.inputs.iter().map(|input| reduced_row(&input.row)).collect(),
         basis,
     }
 }

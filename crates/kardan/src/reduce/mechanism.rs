@@ -40,7 +40,7 @@ pub struct MechanismData<T> {
     /// Names of the shafts, in the order of their numbers; those of cuts and of the ends they make come last.
     pub shafts: Vec<String>,
     coordinates: Vec<usize>,
-    held: usize,
+    cuts: usize,
     inputs: usize,
     frictions: Vec<T>,
     /// The plan, with its numbers as `f64`.
@@ -71,14 +71,14 @@ impl MechanismData<f64> {
         Ok(Self::opened(&opened, cuts.len()))
     }
 
-    fn opened(reduced: &Reduced, held: usize) -> Self {
+    fn opened(reduced: &Reduced, cuts: usize) -> Self {
         let (equations, mut motion) = (&reduced.equations, Motion::at_time_zero(reduced));
-        let wanted = wanted(reduced, &mut motion);
-        let plan = motion.compile(&wanted);
+        let evaluated_lists = evaluated_lists(reduced, &mut motion);
+        let plan = motion.compile(&evaluated_lists);
         Self {
             shafts: equations.coordinates.clone(),
             coordinates: reduced.coordinates.clone(),
-            held,
+            cuts,
             inputs: equations.inputs.len(),
             frictions: equations.frictions.iter().map(|friction| friction.value.torque.to_f64()).collect(),
             constants: plan.constants().to_vec(),
@@ -89,7 +89,7 @@ impl MechanismData<f64> {
 }
 
 /// The lists of a [`kardan_rt::Evaluation`] in their order, by name.
-fn wanted(reduced: &Reduced, motion: &mut Motion) -> Vec<(String, Expr)> {
+fn evaluated_lists(reduced: &Reduced, motion: &mut Motion) -> Vec<(String, Expr)> {
     let (equations, r) = (&reduced.equations, reduced.degrees_of_freedom());
     let zero = motion.graph.integer(0);
     let dense = |rows: &[SparseRow]| -> Vec<Expr> {
@@ -102,7 +102,7 @@ fn wanted(reduced: &Reduced, motion: &mut Motion) -> Vec<(String, Expr)> {
     let (angles, speeds, bias) = (motion.angles.clone(), motion.speeds.clone(), motion.bias.clone());
     let mut centrifugal: Vec<Vec<(Expr, Rational)>> = vec![Vec::new(); r];
     for body in &equations.inertias {
-        let (row, bias) = (motion.along(&body.row), motion.sum(&body.row, |motion, k| motion.bias[k]));
+        let (row, bias) = (motion.reduced_row(&body.row), motion.sum(&body.row, |motion, k| motion.bias[k]));
         let coefficient = motion.exact(&body.value);
         for (column, entry) in row {
             let force = motion.graph.product(&[(coefficient, 1), (entry, 1), (bias, 1)]);
@@ -110,8 +110,9 @@ fn wanted(reduced: &Reduced, motion: &mut Motion) -> Vec<(String, Expr)> {
         }
     }
     let centrifugal = centrifugal.iter().map(|terms| motion.graph.sum(Rational::ZERO, terms)).collect();
-    let along = |term: &assemble::Along<assemble::FrictionLaw>| motion.sum(&term.row, |motion, k| motion.speeds[k]);
-    let friction_speeds = equations.frictions.iter().map(along).collect();
+    let reduced_row =
+        |term: &assemble::DirectionalTerm<assemble::FrictionLaw>| motion.sum(&term.row, |motion, k| motion.speeds[k]);
+    let friction_speeds = equations.frictions.iter().map(reduced_row).collect();
     let lists: [(&str, Vec<Expr>); 10] = [
         ("angle", angles),
         ("speed", speeds),
@@ -136,7 +137,7 @@ impl<T: Real> MechanismData<T> {
         Mechanism {
             shafts: self.shafts.len(),
             coordinates: self.coordinates.len(),
-            held: self.held,
+            cuts: self.cuts,
             inputs: self.inputs,
             frictions: &self.frictions,
             plan: self.plan.block_of(&self.constants, &self.numbers),
@@ -156,8 +157,8 @@ impl<T: Real> MechanismData<T> {
     }
 
     /// How many of the last coordinates are cuts.
-    pub fn held(&self) -> usize {
-        self.held
+    pub fn cuts(&self) -> usize {
+        self.cuts
     }
 
     /// The same in another precision.
@@ -166,7 +167,7 @@ impl<T: Real> MechanismData<T> {
         MechanismData {
             shafts: self.shafts.clone(),
             coordinates: self.coordinates.clone(),
-            held: self.held,
+            cuts: self.cuts,
             inputs: self.inputs,
             frictions: list(&self.frictions),
             plan: self.plan.clone(),
@@ -206,7 +207,9 @@ fn cut(reduced: &Reduced, element: &str, shaft: &str) -> Option<Reduced> {
         let row = vec![(s, one.clone()), (z, -one.clone()), (end, -one)];
         // Balances of nodes stay last.
         let place = equations.constraints.len() - equations.nodes.len();
-        equations.constraints.insert(place, assemble::Along { element: name.clone(), row, value: Exact::zero() });
+        equations
+            .constraints
+            .insert(place, assemble::DirectionalTerm { element: name.clone(), row, value: Exact::zero() });
         found = true;
     }
     let mut coordinates = reduced.coordinate_names();

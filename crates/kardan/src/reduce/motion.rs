@@ -19,9 +19,9 @@ pub struct Forces(Vec<BTreeMap<Expr, Vec<(Expr, Rational)>>>);
 
 impl Forces {
     /// With other expressions in the place of symbols of what acts.
-    pub(super) fn substitute(&mut self, graph: &mut Graph, known: &[(Symbol, Expr)]) {
+    pub(super) fn substitute(&mut self, graph: &mut Graph, substitutions: &[(Symbol, Expr)]) {
         for (value, _) in self.0.iter_mut().flat_map(BTreeMap::values_mut).flatten() {
-            *value = graph.substitute(&[*value], known)[0];
+            *value = graph.substitute(&[*value], substitutions)[0];
         }
     }
 
@@ -82,18 +82,18 @@ pub struct Motion {
     /// Torques that expressions give, N m.
     pub laws: Vec<Expr>,
     /// More of the kept rows.
-    pub kept: Vec<KeptRate>,
+    pub multiplier_constraints: Vec<MultiplierTerms>,
     /// What is given of the time.
     pub timed: Timed,
     /// Coefficients that are given, by name.
-    pub given: Vec<(String, Expr)>,
+    pub run_parameters: Vec<(String, Expr)>,
     /// Motions without inertia that dampers hold.
     pub(super) relaxing: Option<Box<Relaxing>>,
 }
 
 /// What a run needs of a kept row besides its direction and its bias.
 #[derive(Debug, Clone)]
-pub struct KeptRate {
+pub struct MultiplierTerms {
     /// Its coefficients over the shafts.
     pub row: Vec<(usize, Expr)>,
     /// φ, which vanishes; none for a row that has no integral.
@@ -112,7 +112,7 @@ pub struct Timed {
     /// What blocks answer, each with its symbol.
     pub blocks: Vec<(String, Expr)>,
     /// What of that is no symbol any more: blocks at every instant.
-    pub answered: Vec<(String, Expr)>,
+    pub block_outputs: Vec<(String, Expr)>,
     /// Parts, each with its symbol.
     pub parts: Vec<(Arc<Part>, Expr)>,
     /// Whether it stands still at zero: then there are no symbols.
@@ -123,8 +123,8 @@ impl Timed {
     /// What is given: the parts, the time, then what blocks answer.
     pub fn symbols(&self, graph: &Graph) -> Vec<Symbol> {
         let blocks = self.blocks.iter().map(|(_, symbol)| *symbol);
-        let given = self.parts.iter().map(|(_, symbol)| *symbol).chain(self.time).chain(blocks);
-        given.filter_map(|symbol| graph.symbol_of(symbol)).collect()
+        let all = self.parts.iter().map(|(_, symbol)| *symbol).chain(self.time).chain(blocks);
+        all.filter_map(|symbol| graph.symbol_of(symbol)).collect()
     }
 
     /// Their values at a time, of blocks before their first sample.
@@ -142,9 +142,9 @@ impl Timed {
 pub(super) struct Relaxing {
     pub relaxation: Relaxation,
     /// Speeds of all shafts while y stands still.
-    pub standing: Vec<Expr>,
+    pub base_speeds: Vec<Expr>,
     /// Speed of each motion that slips if it alone did.
-    pub alone: Vec<Expr>,
+    pub slip_speeds: Vec<Expr>,
 }
 
 impl Motion {
@@ -161,9 +161,9 @@ impl Motion {
     fn with_time(reduced: &Reduced, begin: bool) -> Self {
         let mut out = Self::kinematics(reduced, begin);
         out.terms(reduced);
-        out.begin_to_relax(reduced);
+        out.begin_massless_rates(reduced);
         let rows = |out: &mut Self, rows: Vec<&[(usize, Rational)]>| -> Vec<SparseRow> {
-            rows.into_iter().map(|row| out.along(row)).collect()
+            rows.into_iter().map(|row| out.reduced_row(row)).collect()
         };
         let equations = &reduced.equations;
         out.frictions = rows(&mut out, equations.set_valued().map(|(_, row)| row).collect());
@@ -172,7 +172,7 @@ impl Motion {
             out.frictions[slip.friction].clear();
         }
         out.friction_bias = equations.set_valued().map(|(_, row)| out.sum(row, |out, k| out.bias[k])).collect();
-        out.keep_rows(reduced);
+        out.add_multiplier_rows(reduced);
         out
     }
 
@@ -194,7 +194,7 @@ impl Motion {
         };
         let (position, speed) = (symbols(0), symbols(1));
         let mut coefficient = |name: &String| (name.clone(), graph.new_symbol(name.clone(), Dimension::NONE));
-        let given = reduced.equations.given.iter().map(&mut coefficient).collect();
+        let run_parameters = reduced.equations.run_parameters.iter().map(&mut coefficient).collect();
         let (zero, one) = (graph.integer(0), graph.integer(1));
         let mut out = Self {
             symbols: position.iter().chain(&speed).filter_map(|&symbol| graph.symbol_of(symbol)).collect(),
@@ -211,9 +211,9 @@ impl Motion {
             friction_bias: Vec::new(),
             inputs: Vec::new(),
             laws: Vec::new(),
-            kept: Vec::new(),
+            multiplier_constraints: Vec::new(),
             timed: Timed { begin, ..Timed::default() },
-            given,
+            run_parameters,
             relaxing: None,
         };
         for (k, &shaft) in reduced.coordinates.iter().enumerate() {
@@ -237,7 +237,7 @@ impl Motion {
             let angle = self.graph.sum(constant, &[(angle, Rational::ONE)]);
             let carried = self.sum(terms, |out, k| out.carried[k]);
             let [angle, speed, bias, carried] = self.moved([angle, speed, bias, carried], &argument.moving, &moving);
-            let (row, shaft) = (self.along(terms), step.shaft());
+            let (row, shaft) = (self.reduced_row(terms), step.shaft());
             let (angle, speed, bias, carried, row) = match step {
                 Step::Linear { .. } => (angle, speed, bias, carried, row),
                 Step::Curve { curve, .. } => {
@@ -245,8 +245,8 @@ impl Motion {
                     let graph = &mut self.graph;
                     let [value, slope, curvature] = curve.expressions(graph, angle);
                     let bent = graph.product(&[(curvature, 1), (speed, 2)]);
-                    let along = graph.multiply(slope, bias);
-                    let bias = graph.add(bent, along);
+                    let slope_term = graph.multiply(slope, bias);
+                    let bias = graph.add(bent, slope_term);
                     let row = row.into_iter().map(|(k, entry)| (k, graph.multiply(slope, entry))).collect();
                     (value, graph.multiply(slope, speed), bias, graph.multiply(slope, carried), row)
                 }
@@ -263,7 +263,7 @@ impl Motion {
     }
 
     /// `aᵀK`
-    pub fn along(&mut self, row: &[(usize, Rational)]) -> SparseRow {
+    pub fn reduced_row(&mut self, row: &[(usize, Rational)]) -> SparseRow {
         let mut entries: BTreeMap<usize, Vec<(Expr, Rational)>> = BTreeMap::new();
         for (shaft, c) in row {
             for (column, entry) in &self.basis[*shaft] {
@@ -281,7 +281,7 @@ impl Motion {
         let mut inertia: BTreeMap<(usize, usize), Vec<(Expr, Rational)>> = BTreeMap::new();
         let minus = Rational::from(-1);
         let resist = |out: &mut Self, row: &[(usize, Rational)], force: Expr| -> SparseRow {
-            let row = out.along(row);
+            let row = out.reduced_row(row);
             out.passive_terms.add(&mut out.graph, &row, force, &minus);
             row
         };
@@ -295,7 +295,7 @@ impl Motion {
         }
         for (k, spring) in equations.springs.iter().enumerate() {
             let force = self.spring_torque(reduced, k);
-            let row = self.along(&spring.row);
+            let row = self.reduced_row(&spring.row);
             self.passive_terms.add(&mut self.graph, &Self::spring_row(reduced, row), force, &minus);
         }
         for body in &equations.inertias {
@@ -338,10 +338,10 @@ impl Motion {
             outputs.extend(row.iter().map(|(i, expr)| (format!("{kind}[{element},{}]", names[*i]), *expr)));
         }
         let first = equations.set_valued().count();
-        for (k, kept) in equations.kept.iter().enumerate() {
+        for (k, constraint) in equations.multiplier_constraints.iter().enumerate() {
             let row = self.frictions[first + k].iter();
-            outputs.extend(row.map(|(i, expr)| (format!("kept[{},{}]", kept.element, names[*i]), *expr)));
-            outputs.push((format!("kept[{}]", kept.element), self.friction_bias[first + k]));
+            outputs.extend(row.map(|(i, expr)| (format!("kept[{},{}]", constraint.element, names[*i]), *expr)));
+            outputs.push((format!("kept[{}]", constraint.element), self.friction_bias[first + k]));
         }
         outputs
     }
@@ -354,7 +354,8 @@ impl Motion {
             true => graph.integer(0),
             false => *time.get_or_insert_with(|| graph.new_symbol("t".into(), Dimension::TIME)),
         };
-        let mut part = |graph: &mut Graph, part: &Arc<Part>| match parts.iter().find(|(other, _)| other == part) {
+        let mut part = |graph: &mut Graph, part: &Arc<Part>| match parts.iter().find(|(candidate, _)| candidate == part)
+        {
             _ if begin => graph.number(rational_from_f64(part.pieces.value(0.0)).unwrap_or(Rational::ZERO)),
             Some((_, symbol)) => *symbol,
             None => {
@@ -368,8 +369,8 @@ impl Motion {
 
     /// The expression of a rational times a power of π; the symbol of a coefficient that is given.
     pub fn exact(&mut self, value: &Exact) -> Expr {
-        if let (false, Some(InNames::Name(name))) = (self.given.is_empty(), value.in_names())
-            && let Some((_, symbol)) = self.given.iter().find(|(own, _)| own == name)
+        if let (false, Some(InNames::Name(name))) = (self.run_parameters.is_empty(), value.in_names())
+            && let Some((_, symbol)) = self.run_parameters.iter().find(|(own, _)| own == name)
         {
             return *symbol;
         }
@@ -378,8 +379,8 @@ impl Motion {
 
     /// The plan of expressions, by name.
     pub fn compile(&self, outputs: &[(String, Expr)]) -> Plan {
-        let given: Vec<Symbol> = self.symbols.iter().copied().chain(self.timed.symbols(&self.graph)).collect();
-        compile(&self.graph, &given, outputs)
+        let inputs: Vec<Symbol> = self.symbols.iter().copied().chain(self.timed.symbols(&self.graph)).collect();
+        compile(&self.graph, &inputs, outputs)
             .expect("expressions of a model depend on its coordinates, their speeds and the time")
     }
 }

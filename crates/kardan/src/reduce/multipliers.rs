@@ -78,8 +78,8 @@ impl Multipliers {
         self.solver.factor(&self.matrix);
         self.solver.solve(&mut out[..count]);
         if !self.split.is_empty() {
-            let alone = out[..count].to_vec();
-            let sum = |shares: &Vec<(usize, f64)>| shares.iter().map(|(row, share)| share * alone[*row]).sum();
+            let minimal = out[..count].to_vec();
+            let sum = |shares: &Vec<(usize, f64)>| shares.iter().map(|(row, share)| share * minimal[*row]).sum();
             out.iter_mut().zip(&self.split).for_each(|(out, shares)| *out = sum(shares));
         }
     }

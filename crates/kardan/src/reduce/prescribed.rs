@@ -15,8 +15,9 @@ impl Motion {
         let frictions =
             reduced.equations.set_valued().map(|(_, row)| self.sum(row, |motion, shaft| motion.carried[shaft]));
         let mut speeds: Vec<Expr> = frictions.collect();
-        for k in 0..self.kept.len() {
-            let (speed, rate) = (self.along_kept(k, |motion, shaft| motion.carried[shaft]), self.kept[k].rate);
+        for k in 0..self.multiplier_constraints.len() {
+            let (speed, rate) =
+                (self.along_multiplier(k, |motion, shaft| motion.carried[shaft]), self.multiplier_constraints[k].rate);
             speeds.push(self.graph.subtract(speed, rate));
         }
         speeds.into_iter().map(|speed| !self.graph.is_zero(speed)).collect()

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use crate::assemble::{Along, Equations};
+use crate::assemble::{DirectionalTerm, Equations};
 use crate::equations::Curve;
 use crate::num::{Matrix, Rational};
 use crate::units::Exact;
@@ -95,7 +95,7 @@ pub enum Step {
 #[derive(Debug, Clone)]
 pub struct Redundant {
     /// The constraint.
-    pub constraint: Along<Exact>,
+    pub constraint: DirectionalTerm<Exact>,
     /// What it is the sum of: numbers of the constraints that are kept, with factors.
     pub shares: Vec<(usize, Rational)>,
 }

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Dependency, ReduceError, Reduced, Redundant};
-use crate::assemble::{Along, Equations, KeptAgain, KeptRow};
-use crate::equations::{Domain, Kept};
+use crate::assemble::{DependentConstraint, DirectionalTerm, Equations, MultiplierConstraint};
+use crate::equations::{Domain, MultiplierLaw};
 use crate::expr::{Expr, Graph};
 use crate::num::{Matrix, Rational, Scalar, echelon, rational_to_f64};
 use crate::units::Exact;
@@ -16,13 +16,13 @@ use crate::units::Exact;
 /// # Errors
 /// [`ReduceError::ConstraintsDependent`] for rows whose offsets contradict each other, and for balances of nodes, whose multipliers are
 /// potentials.
-pub(super) fn keep_independent(equations: &mut Equations) -> Result<Vec<Redundant>, ReduceError> {
+pub(super) fn independent_rows(equations: &mut Equations) -> Result<Vec<Redundant>, ReduceError> {
     let (n, rows) = (equations.coordinates.len(), equations.constraints.len());
     let matrix = equations.constraint_matrix();
     let rank = echelon(&matrix, &(0..n).collect::<Vec<_>>()).rank();
     if rank == rows {
         let redundant = redundant_rates(equations);
-        keep_rates_once(equations);
+        remove_dependent_rates(equations);
         return Ok(redundant);
     }
     // Pivots of the transpose are the first independent rows; the other columns are their shares.
@@ -30,7 +30,8 @@ pub(super) fn keep_independent(equations: &mut Equations) -> Result<Vec<Redundan
     let elements = rows - equations.nodes.len();
     let (mut redundant, mut dependencies) = (Vec::new(), Vec::new());
     for row in e.free() {
-        let entries = e.pivots.iter().enumerate().map(|(kept, &other)| (kept, other, &e.form[(kept, row)]));
+        let entries =
+            e.pivots.iter().enumerate().map(|(independent, &other)| (independent, other, &e.form[(independent, row)]));
         let entries: Vec<(usize, usize, &Rational)> = entries.filter(|(.., share)| !share.is_zero()).collect();
         let contradiction = !agree(equations, row, &entries);
         let moves = |row: usize| equations.moving.contains_key(&equations.constraints[row].element);
@@ -40,7 +41,7 @@ pub(super) fn keep_independent(equations: &mut Equations) -> Result<Vec<Redundan
         }
         redundant.push(Redundant {
             constraint: equations.constraints[row].clone(),
-            shares: entries.into_iter().map(|(kept, _, share)| (kept, share.clone())).collect(),
+            shares: entries.into_iter().map(|(independent, _, share)| (independent, share.clone())).collect(),
         });
     }
     if !dependencies.is_empty() {
@@ -49,7 +50,7 @@ pub(super) fn keep_independent(equations: &mut Equations) -> Result<Vec<Redundan
     let mut row = 0..rows;
     equations.constraints.retain(|_| e.pivots.contains(&row.next().expect("a number for each row")));
     redundant.extend(redundant_rates(equations));
-    keep_rates_once(equations);
+    remove_dependent_rates(equations);
     Ok(redundant)
 }
 
@@ -58,8 +59,8 @@ fn redundant_rates(equations: &mut Equations) -> Vec<Redundant> {
     let (n, rows) = (equations.coordinates.len(), equations.constraints.len());
     let elements = rows - equations.nodes.len();
     let mut out = Vec::new();
-    let follows = |kept: &KeptRow| {
-        let Kept::Rates(row) = &kept.law else { return None };
+    let follows = |multiplier_constraint: &MultiplierConstraint| {
+        let MultiplierLaw::Rates(row) = &multiplier_constraint.law else { return None };
         let row: Vec<(usize, Rational)> =
             row.iter().map(|(shaft, formula)| Some((*shaft, formula.number()?))).collect::<Option<_>>()?;
         let mut matrix = Matrix::zeros(n, rows + 1);
@@ -72,22 +73,30 @@ fn redundant_rates(equations: &mut Equations) -> Vec<Redundant> {
         let shares: Vec<(usize, Rational)> = shares.filter(|(_, share)| !share.is_zero()).collect();
         let moves = |other: usize| equations.moving.contains_key(&equations.constraints[other].element);
         let follows = !e.pivots.contains(&rows) && !shares.is_empty();
-        let stands = || shares.iter().all(|(other, _)| *other < elements && !moves(*other));
-        let constraint = Along { element: kept.element.clone(), row, value: Exact::new(Rational::ZERO, 0) };
+        let are_constant = || shares.iter().all(|(other, _)| *other < elements && !moves(*other));
+        let constraint = DirectionalTerm {
+            element: multiplier_constraint.element.clone(),
+            row,
+            value: Exact::new(Rational::ZERO, 0),
+        };
         // Multipliers in other units than torques and forces are not split with these.
-        equations.domain_of_kept(kept)?;
-        (follows && stands()).then_some(Redundant { constraint, shares })
+        equations.domain_of_multiplier(multiplier_constraint)?;
+        (follows && are_constant()).then_some(Redundant { constraint, shares })
     };
-    for kept in &equations.kept {
-        out.extend(follows(kept));
+    for multiplier_constraint in &equations.multiplier_constraints {
+        out.extend(follows(multiplier_constraint));
     }
-    let measured: Vec<(String, Domain)> = (equations.kept.iter())
-        .filter(|kept| out.iter().any(|row| row.constraint.element == kept.element))
-        .filter_map(|kept| Some((kept.element.clone(), equations.domain_of_kept(kept)?)))
+    let measured: Vec<(String, Domain)> = (equations.multiplier_constraints.iter())
+        .filter(|multiplier_constraint| out.iter().any(|row| row.constraint.element == multiplier_constraint.element))
+        .filter_map(|multiplier_constraint| {
+            Some((multiplier_constraint.element.clone(), equations.domain_of_multiplier(multiplier_constraint)?))
+        })
         .filter(|(_, domain)| *domain == Domain::Translation)
         .collect();
     equations.measures.extend(measured);
-    equations.kept.retain(|kept| out.iter().all(|row| row.constraint.element != kept.element));
+    equations
+        .multiplier_constraints
+        .retain(|multiplier_constraint| out.iter().all(|row| row.constraint.element != multiplier_constraint.element));
     out
 }
 
@@ -95,26 +104,29 @@ fn redundant_rates(equations: &mut Equations) -> Vec<Redundant> {
 type Parts = BTreeMap<(usize, Option<Expr>), Rational>;
 
 /// Takes rows of speeds that are sums of others of the same unit, times fractions, out of the kept ones: as expressions, at every position.
-fn keep_rates_once(equations: &mut Equations) {
-    let is_row = |kept: &&KeptRow| matches!(kept.law, Kept::Rates(_));
-    if equations.kept.iter().filter(is_row).count() < 2 {
+fn remove_dependent_rates(equations: &mut Equations) {
+    let is_row = |constraint: &&MultiplierConstraint| matches!(constraint.law, MultiplierLaw::Rates(_));
+    if equations.multiplier_constraints.iter().filter(is_row).count() < 2 {
         return;
     }
     let mut graph = Graph::default();
-    let mut by_unit: BTreeMap<[i8; 7], Vec<(&KeptRow, Parts)>> = BTreeMap::new();
-    for kept in &equations.kept {
-        if let Some(parts) = parts_of(equations, &mut graph, kept) {
-            by_unit.entry(equations.dimension_of_kept(kept).exponents).or_default().push((kept, parts));
+    let mut by_unit: BTreeMap<[i8; 7], Vec<(&MultiplierConstraint, Parts)>> = BTreeMap::new();
+    for constraint in &equations.multiplier_constraints {
+        if let Some(parts) = parts_of(equations, &mut graph, constraint) {
+            by_unit
+                .entry(equations.dimension_of_multiplier(constraint).exponents)
+                .or_default()
+                .push((constraint, parts));
         }
     }
-    let found: Vec<KeptAgain> = by_unit.values().flat_map(|rows| sums(rows)).collect();
-    equations.kept.retain(|kept| found.iter().all(|one| one.row.element != kept.element));
-    equations.kept_again.extend(found);
+    let found: Vec<DependentConstraint> = by_unit.values().flat_map(|rows| sums(rows)).collect();
+    equations.multiplier_constraints.retain(|constraint| found.iter().all(|one| one.row.element != constraint.element));
+    equations.dependent_constraints.extend(found);
 }
 
 /// What the coefficients of a row of speeds are made of; nothing of another constraint.
-fn parts_of(equations: &Equations, graph: &mut Graph, kept: &KeptRow) -> Option<Parts> {
-    let Kept::Rates(entries) = &kept.law else { return None };
+fn parts_of(equations: &Equations, graph: &mut Graph, constraint: &MultiplierConstraint) -> Option<Parts> {
+    let MultiplierLaw::Rates(entries) = &constraint.law else { return None };
     let dimension = |name: &str| {
         let number = equations.coordinates.iter().position(|own| own == name)?;
         Some(equations.domain(number).dimensions()[0])
@@ -133,7 +145,7 @@ fn parts_of(equations: &Equations, graph: &mut Graph, kept: &KeptRow) -> Option<
 }
 
 /// The rows among these that are sums of those before them.
-fn sums(rows: &[(&KeptRow, Parts)]) -> Vec<KeptAgain> {
+fn sums(rows: &[(&MultiplierConstraint, Parts)]) -> Vec<DependentConstraint> {
     let columns: BTreeSet<(usize, Option<Expr>)> = rows.iter().flat_map(|(_, parts)| parts.keys().copied()).collect();
     let columns: Vec<(usize, Option<Expr>)> = columns.into_iter().collect();
     let entry = |column: usize, row: usize| rows[row].1.get(&columns[column]).cloned().unwrap_or(Rational::ZERO);
@@ -143,7 +155,7 @@ fn sums(rows: &[(&KeptRow, Parts)]) -> Vec<KeptAgain> {
         let shares = e.pivots.iter().enumerate().map(|(k, &other)| (other, e.form[(k, row)].clone()));
         let shares = shares.filter(|(_, share)| !share.is_zero());
         let shares = shares.map(|(other, share)| (rows[other].0.element.clone(), share)).collect();
-        KeptAgain { row: rows[row].0.clone(), shares }
+        DependentConstraint { row: rows[row].0.clone(), shares }
     };
     // A row that says nothing is a mistake of its own.
     e.free().into_iter().map(again).filter(|one| !one.shares.is_empty()).collect()
@@ -152,25 +164,25 @@ fn sums(rows: &[(&KeptRow, Parts)]) -> Vec<KeptAgain> {
 /// Of each multiplier its combination of those that independent rows would carry alone, first of these rows, then of the redundant ones
 /// `R = B C`, with the least sum of squares: `λ = (1 + BᵀB)⁻¹ λ_alone`, `μ = B λ`.
 fn least_split(redundant: &[Vec<(usize, Rational)>], rows: usize) -> Vec<Vec<(usize, Rational)>> {
-    let involved: BTreeSet<usize> = redundant.iter().flatten().map(|(kept, _)| *kept).collect();
+    let involved: BTreeSet<usize> = redundant.iter().flatten().map(|(row, _)| *row).collect();
     let involved: Vec<usize> = involved.into_iter().collect();
     let share = |row: usize, column: usize| {
-        let own = redundant[row].iter().find(|(kept, _)| *kept == involved[column]);
+        let own = redundant[row].iter().find(|(row, _)| *row == involved[column]);
         own.map_or(Rational::ZERO, |(_, share)| share.clone())
     };
     let b = Matrix::from_fn(redundant.len(), involved.len(), share);
     let one = Matrix::identity(involved.len());
     let sum = one.plus(&b.transpose().multiply(&b));
-    let kept = sum.solve(&one).expect("one plus a Gram matrix is positive definite");
+    let shared = sum.solve(&one).expect("one plus a Gram matrix is positive definite");
     let combination = |matrix: &Matrix<Rational>, row: usize| -> Vec<(usize, Rational)> {
         let entries = involved.iter().zip(matrix.row(row)).filter(|(_, share)| !share.is_zero());
         entries.map(|(&other, share)| (other, share.clone())).collect()
     };
     let of = |row: usize| match involved.binary_search(&row) {
-        Ok(place) => combination(&kept, place),
+        Ok(place) => combination(&shared, place),
         Err(_) => vec![(row, Rational::ONE)],
     };
-    let carried = b.multiply(&kept);
+    let carried = b.multiply(&shared);
     (0..rows).map(of).chain((0..redundant.len()).map(|row| combination(&carried, row))).collect()
 }
 
@@ -202,7 +214,7 @@ fn dependency(
 
 impl Reduced {
     /// A linear constraint by the number of its multiplier: those that are kept, behind the transmissions the redundant ones.
-    pub fn linear_constraint(&self, multiplier: usize) -> Option<&Along<Exact>> {
+    pub fn linear_constraint(&self, multiplier: usize) -> Option<&DirectionalTerm<Exact>> {
         let equations = &self.equations;
         let first = equations.constraints.len() + equations.transmissions.len();
         let redundant = || Some(&self.redundant.get(multiplier.checked_sub(first)?)?.constraint);
@@ -210,23 +222,23 @@ impl Reduced {
     }
 
     /// Elements between which the split of the constraint torques is not unique, in groups.
-    pub fn sharing(&self) -> Vec<BTreeSet<String>> {
+    pub fn redundant_groups(&self) -> Vec<BTreeSet<String>> {
         let mut groups: Vec<BTreeSet<String>> = Vec::new();
         let linear = self.redundant.iter().map(|Redundant { constraint, shares }| {
-            let kept = shares.iter().map(|(kept, _)| &self.equations.constraints[*kept].element);
-            kept.chain([&constraint.element]).cloned().collect()
+            let independent = shares.iter().map(|(candidate, _)| &self.equations.constraints[*candidate].element);
+            independent.chain([&constraint.element]).cloned().collect()
         });
         let rates = self
             .equations
-            .kept_again
+            .dependent_constraints
             .iter()
-            .map(|again| again.shares.iter().map(|(kept, _)| kept).chain([&again.row.element]).cloned().collect());
+            .map(|again| again.shares.iter().map(|(name, _)| name).chain([&again.row.element]).cloned().collect());
         let found: Vec<BTreeSet<String>> = linear.chain(rates).collect();
         for mut group in found {
-            groups.retain(|other| {
-                let apart = other.is_disjoint(&group);
+            groups.retain(|candidate| {
+                let apart = candidate.is_disjoint(&group);
                 if !apart {
-                    group.extend(other.iter().cloned());
+                    group.extend(candidate.iter().cloned());
                 }
                 apart
             });
@@ -237,7 +249,7 @@ impl Reduced {
 
     /// Whether the split of constraint torques between an element and others is not unique.
     pub fn shares_torque(&self, element: &str) -> bool {
-        self.sharing().iter().any(|group| group.contains(element))
+        self.redundant_groups().iter().any(|group| group.contains(element))
     }
 
     /// The multipliers of the rows of a system whose first rows are the kept constraints, from what these would carry alone: those of the
@@ -252,12 +264,15 @@ impl Reduced {
     }
 
     /// The same of kept rows, and of those that follow from them.
-    pub fn split_of_kept(&self) -> Vec<Vec<(usize, Rational)>> {
-        let kept = &self.equations.kept;
-        let number = |name: &str| kept.iter().position(|row| row.element == *name);
-        let shares = |again: &KeptAgain| {
+    pub fn split_multipliers(&self) -> Vec<Vec<(usize, Rational)>> {
+        let multiplier_constraints = &self.equations.multiplier_constraints;
+        let number = |name: &str| multiplier_constraints.iter().position(|row| row.element == *name);
+        let shares = |again: &DependentConstraint| {
             again.shares.iter().filter_map(|(name, share)| Some((number(name)?, share.clone()))).collect()
         };
-        least_split(&self.equations.kept_again.iter().map(shares).collect::<Vec<_>>(), kept.len())
+        least_split(
+            &self.equations.dependent_constraints.iter().map(shares).collect::<Vec<_>>(),
+            multiplier_constraints.len(),
+        )
     }
 }

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use super::motion::{Motion, Relaxing, SparseRow};
 use super::slipping::slips;
 use super::{LawSlopes, Reduced, Relaxation, Slip, is_linear_law, law_slopes, linearise};
-use crate::assemble::Along;
-use crate::equations::Hold;
+use crate::assemble::DirectionalTerm;
+use crate::equations::UnilateralConstraint;
 use crate::expr::{Expr, Graph};
 use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, dot, echelon};
 use crate::units::Exact;
@@ -17,7 +17,7 @@ pub enum NoRelaxation {
     /// Torques that expressions give act along them or depend on them, in another way than linearly on speeds.
     Laws(Vec<String>),
     /// The ratio of a transmission changes with its angle.
-    Bends,
+    PositionDependent,
     /// Frictions act along them beside dampers, or more of them than there are motions.
     Friction {
         /// Elements of the frictions.
@@ -32,9 +32,9 @@ pub enum NoRelaxation {
     /// Frictions slip along them without any spring.
     Slides(Vec<String>),
     /// A constraint that is kept with its multiplier depends on them: its element.
-    Kept(String),
+    MultiplierConstraint(String),
     /// Something holds one way or at times along them or depends on them, or teeth rub beside frictions that slide: these elements.
-    Holds(Vec<String>),
+    Unilaterals(Vec<String>),
     /// Frictions alone hold them against inputs.
     Driven {
         /// Elements of the frictions.
@@ -92,11 +92,11 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     if slots.is_empty() {
         return Ok(None);
     }
-    if let Some(element) = kept_along(reduced, &model.basis.multiply(&directions)) {
-        return Err(NoRelaxation::Kept(element));
+    if let Some(element) = multiplier_along(reduced, &model.basis.multiply(&directions)) {
+        return Err(NoRelaxation::MultiplierConstraint(element));
     }
     if !reduced.equations.transmissions.is_empty() {
-        return Err(NoRelaxation::Bends);
+        return Err(NoRelaxation::PositionDependent);
     }
     if (0..r).any(|i| !slots.contains(&i) && directions.row(i).iter().any(|x| !x.is_zero())) {
         return Err(NoRelaxation::Coordinates);
@@ -104,20 +104,20 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     let frictions = &reduced.equations.frictions;
     let sliding = projected(frictions.iter().map(|term| &term.row), &model.basis);
     let felt = sliding.multiply(&directions);
-    let sliders: Vec<usize> = (0..frictions.len()).filter(|&k| felt.row(k).iter().any(|x| !x.is_zero())).collect();
-    check_holds(reduced, &model.basis.multiply(&directions), !sliders.is_empty())?;
-    check_laws(reduced, &model.basis, &directions, !sliders.is_empty())?;
-    let names = || sliders.iter().map(|&k| frictions[k].element.clone()).collect::<Vec<_>>();
-    let falls = sliders.iter().map(|&k| &frictions[k]).filter(|friction| friction.value.stribeck.is_some());
+    let jenkins: Vec<usize> = (0..frictions.len()).filter(|&k| felt.row(k).iter().any(|x| !x.is_zero())).collect();
+    check_unilaterals(reduced, &model.basis.multiply(&directions), !jenkins.is_empty())?;
+    check_laws(reduced, &model.basis, &directions, !jenkins.is_empty())?;
+    let names = || jenkins.iter().map(|&k| frictions[k].element.clone()).collect::<Vec<_>>();
+    let falls = jenkins.iter().map(|&k| &frictions[k]).filter(|friction| friction.value.stribeck.is_some());
     let falls: Vec<String> = falls.map(|friction| friction.element.clone()).collect();
     if !falls.is_empty() {
         return Err(NoRelaxation::Falls(falls));
     }
-    let felt = Matrix::from_fn(sliders.len(), slots.len(), |i, j| felt[(sliders[i], j)].clone());
+    let felt = Matrix::from_fn(jenkins.len(), slots.len(), |i, j| felt[(jenkins[i], j)].clone());
     let damped = directions.multiply(&kernel(&felt));
     let across = damped.transpose().multiply(&model.damping);
     let own = across.multiply(&damped);
-    let slips = if sliders.is_empty() {
+    let slips = if jenkins.is_empty() {
         Matrix::zeros(r, 0)
     } else {
         slips(&model.damping.multiply(&directions), &felt, &directions, damped.columns())
@@ -140,7 +140,7 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     check_slips(&stiffness, &coupled, names)?;
     let compliance = own.solve(&Matrix::identity(own.rows())).expect("a definite matrix is regular");
     let carried = damped.multiply(&compliance.multiply(&across));
-    let slid = Matrix::from_fn(sliders.len(), r, |i, j| sliding[(sliders[i], j)].clone());
+    let slid = Matrix::from_fn(jenkins.len(), r, |i, j| sliding[(jenkins[i], j)].clone());
     let carried = carried.plus(&slips.multiply(&slid));
     let states = beside(&damped, &slips);
     let transform = Matrix::from_fn(r, r, |i, j| match slots.binary_search(&j) {
@@ -154,7 +154,7 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     let slip = |(&place, &friction): (&usize, &usize)| Slip { place, friction };
     Ok(Some(Relaxation {
         places: places.to_vec(),
-        slips: slipping.iter().zip(&sliders).map(slip).collect(),
+        slips: slipping.iter().zip(&jenkins).map(slip).collect(),
         stiffness,
         transform,
         inverse,
@@ -165,20 +165,20 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
 
 /// Refuses what holds one way or at times along such motions, or depends on them; and teeth that rub where frictions slide, which their load may
 /// depend on.
-fn check_holds(reduced: &Reduced, moved: &Matrix<Rational>, slides: bool) -> Result<(), NoRelaxation> {
+fn check_unilaterals(reduced: &Reduced, moved: &Matrix<Rational>, slides: bool) -> Result<(), NoRelaxation> {
     let feels = |shaft: usize| moved.row(shaft).iter().any(|x| !x.is_zero());
-    let along = |row: &[(usize, Rational)], column: usize| {
+    let row_dot = |row: &[(usize, Rational)], column: usize| {
         row.iter().fold(Rational::ZERO, |sum, (k, x)| sum.plus(&x.times(&moved[(*k, column)])))
     };
-    let hinders = |hold: &&Along<Hold>| {
-        let depends = || hold.value.formula().into_iter().flat_map(|formula| formula.coordinates());
-        (slides && matches!(hold.value, Hold::Mesh(_)))
-            || (0..moved.columns()).any(|column| !along(&hold.row, column).is_zero())
+    let hinders = |unilateral: &&DirectionalTerm<UnilateralConstraint>| {
+        let depends = || unilateral.value.formula().into_iter().flat_map(|formula| formula.coordinates());
+        (slides && matches!(unilateral.value, UnilateralConstraint::GearLoss(_)))
+            || (0..moved.columns()).any(|column| !row_dot(&unilateral.row, column).is_zero())
             || depends().filter_map(|name| reduced.coordinate(name)).any(feels)
     };
-    let hindering = reduced.equations.holds.iter().filter(hinders).map(|hold| hold.element.clone());
+    let hindering = reduced.equations.unilaterals.iter().filter(hinders).map(|unilateral| unilateral.element.clone());
     let hindering: Vec<String> = hindering.collect();
-    if hindering.is_empty() { Ok(()) } else { Err(NoRelaxation::Holds(hindering)) }
+    if hindering.is_empty() { Ok(()) } else { Err(NoRelaxation::Unilaterals(hindering)) }
 }
 
 /// Refuses laws that act along motions without inertia, or depend on them, otherwise than linearly on speeds, or between themselves, or where
@@ -191,11 +191,11 @@ fn check_laws(
 ) -> Result<(), NoRelaxation> {
     let equations = &reduced.equations;
     let moved = basis.multiply(directions);
-    let along = |row: &[(usize, Rational)], column: usize| {
+    let row_dot = |row: &[(usize, Rational)], column: usize| {
         row.iter().fold(Rational::ZERO, |sum, (k, x)| sum.plus(&x.times(&moved[(*k, column)])))
     };
     let columns = 0..directions.columns();
-    let feels = |row: &[(usize, Rational)]| columns.clone().any(|column| !along(row, column).is_zero());
+    let feels = |row: &[(usize, Rational)]| columns.clone().any(|column| !row_dot(row, column).is_zero());
     let slopes = law_slopes(reduced, &vec![0.0; reduced.degrees_of_freedom()]);
     let hinders = |(k, slopes): (usize, &LawSlopes)| {
         let law = &equations.laws[k];
@@ -231,7 +231,7 @@ impl Relaxation {
     }
 
     pub(super) fn is_state(&self, place: usize) -> bool {
-        self.states().any(|other| other == place)
+        self.states().any(|candidate| candidate == place)
     }
 
     fn slips_at(&self, place: usize) -> bool {
@@ -280,7 +280,7 @@ impl Motion {
         let Some(relaxation) = &reduced.relaxation else { return };
         let carried = self.sum(row, |out, k| out.carried[k]);
         let carried = self.resisting(carried, coefficient);
-        let row = self.along(row);
+        let row = self.reduced_row(row);
         let (relaxes, moves): (SparseRow, SparseRow) =
             row.into_iter().partition(|(place, _)| relaxation.is_state(*place));
         self.passive_terms.add(&mut self.graph, &moves, torque, &Rational::from(-1));
@@ -297,19 +297,20 @@ impl Motion {
     }
 
     /// Begins to relax: what forces there are without inputs moves y, and all that may slip slips.
-    pub(super) fn begin_to_relax(&mut self, reduced: &Reduced) {
+    pub(super) fn begin_massless_rates(&mut self, reduced: &Reduced) {
         let Some(relaxation) = &reduced.relaxation else { return };
         for slip in &relaxation.slips {
             let one = self.graph.integer(1);
             self.inertia.insert((slip.place, slip.place), one);
         }
-        let relaxing = Relaxing { relaxation: relaxation.clone(), standing: self.speeds.clone(), alone: Vec::new() };
+        let relaxing =
+            Relaxing { relaxation: relaxation.clone(), base_speeds: self.speeds.clone(), slip_speeds: Vec::new() };
         self.relaxing = Some(Box::new(relaxing));
         let one = self.graph.integer(1);
         let couplings =
             relaxation.all_slip().into_iter().map(|coupling| self.graph.number(coupling)).collect::<Vec<_>>();
         let mut forces = self.passive.clone();
-        self.relax(reduced, &mut forces, (&vec![one; reduced.equations.frictions.len()], &couplings));
+        self.massless_rates(reduced, &mut forces, (&vec![one; reduced.equations.frictions.len()], &couplings));
         let moves = (0..forces.len()).filter(|place| !relaxation.is_state(*place));
         moves.for_each(|place| self.passive[place] = forces[place]);
     }
@@ -317,9 +318,9 @@ impl Motion {
     /// Speeds of all shafts with `ẏ = D_y⁻¹ f_y`, from the forces along the reduced coordinates, and of what slips, which is written among the
     /// forces too. What ẏ does to x by way of laws is added to the forces. Senses are those of the frictions' motions, zero where they stick; behind
     /// them what slips of sliders that springs couple ([`Relaxation::coupled_slips`]) have of each other. Without motions that relax nothing changes.
-    pub fn relax(&mut self, reduced: &Reduced, forces: &mut [Expr], slipping: (&[Expr], &[Expr])) {
+    pub fn massless_rates(&mut self, reduced: &Reduced, forces: &mut [Expr], slipping: (&[Expr], &[Expr])) {
         let Some(mut relaxing) = self.relaxing.take() else { return };
-        let Relaxing { relaxation, standing, alone } = &mut *relaxing;
+        let Relaxing { relaxation, base_speeds, slip_speeds } = &mut *relaxing;
         let rate = |graph: &mut Graph, row: &[Rational]| {
             let terms = relaxation.places.iter().zip(row).map(|(&place, entry)| (forces[place], entry.clone()));
             let sum = graph.sum(Rational::ZERO, &terms.collect::<Vec<_>>());
@@ -337,9 +338,9 @@ impl Motion {
                 forces[place] = self.graph.sum(Rational::ZERO, &terms);
             }
         }
-        self.speeds.clone_from(standing);
+        self.speeds.clone_from(base_speeds);
         self.add_rates(rates);
-        *alone = self.slip(reduced, relaxation, forces, slipping);
+        *slip_speeds = self.slip(reduced, relaxation, forces, slipping);
         self.laws = reduced.equations.laws.iter().map(|law| self.formula(reduced, &law.value)).collect();
         self.relaxing = Some(relaxing);
     }
@@ -361,11 +362,14 @@ impl Motion {
 }
 
 /// The element of a constraint kept with its multiplier that depends on motions, columns over all coordinates; the first one.
-fn kept_along(reduced: &Reduced, motions: &Matrix<Rational>) -> Option<String> {
+fn multiplier_along(reduced: &Reduced, motions: &Matrix<Rational>) -> Option<String> {
     let equations = &reduced.equations;
     let moves = |shaft: usize| motions.row(shaft).iter().any(|x| !x.is_zero());
-    let found = equations.kept.iter().find(|kept| equations.coordinates_of_kept(&kept.law).into_iter().any(moves));
-    found.map(|kept| kept.element.clone())
+    let found = equations
+        .multiplier_constraints
+        .iter()
+        .find(|constraint| equations.coordinates_of_multiplier(&constraint.law).into_iter().any(moves));
+    found.map(|constraint| constraint.element.clone())
 }
 
 /// Refuses sliders without springs, whose stiffness is given, and those that springs couple with motions that relax.

@@ -6,7 +6,7 @@
 
 use super::motion::Motion;
 use super::{Kinematics, Reduced, Relaxation, Slip};
-use crate::assemble::{Along, SpringLaw};
+use crate::assemble::{DirectionalTerm, SpringLaw};
 use crate::expr::Expr;
 use crate::num::{Matrix, Rational, Scalar, dot, echelon, rational_to_f64};
 
@@ -28,11 +28,11 @@ pub(super) fn slips(
 
 impl Reduced {
     /// What each slider holds where it sticks at reduced coordinates `position`, N m: its friction and `−T_yᵀ(S q − s₀)`.
-    pub fn held_by_sliders(&self, position: &[f64]) -> Vec<(usize, f64)> {
+    pub fn carried_by_sliders(&self, position: &[f64]) -> Vec<(usize, f64)> {
         let mut kinematics = Kinematics::new(self);
         kinematics.update(position, &vec![0.0; position.len()]);
         let slips = self.relaxation.iter().flat_map(|relaxation| &relaxation.slips);
-        let held = self.slider_shares(&kinematics).into_iter().map(|shares| {
+        let slider_torques = self.jenkins_shares(&kinematics).into_iter().map(|shares| {
             let torque = |(spring, share): (usize, f64)| {
                 let spring = &self.equations.springs[spring];
                 let twist = spring.row.iter().map(|(shaft, x)| rational_to_f64(x) * kinematics.angles[*shaft]);
@@ -40,34 +40,35 @@ impl Reduced {
             };
             -shares.into_iter().map(torque).sum::<f64>()
         });
-        slips.map(|slip| slip.friction).zip(held).collect()
+        slips.map(|slip| slip.friction).zip(slider_torques).collect()
     }
 
     /// What the torque of each slider while it sticks grows by with the speeds of the shafts, `−T_yᵀ S`, N m/rad: a row with its shafts for each.
-    pub fn slider_rows(&self) -> Vec<Vec<(usize, f64)>> {
+    pub fn jenkins_rows(&self) -> Vec<Vec<(usize, f64)>> {
         let mut kinematics = Kinematics::new(self);
         let zero = vec![0.0; self.degrees_of_freedom()];
         kinematics.update(&zero, &zero);
         let row = |shares: Vec<(usize, f64)>| {
             let mut row = vec![0.0; self.equations.coordinates.len()];
             for (spring, share) in shares {
-                let along = &self.equations.springs[spring].row;
-                along.iter().for_each(|(shaft, x)| row[*shaft] -= share * rational_to_f64(x));
+                let spring_row = &self.equations.springs[spring].row;
+                spring_row.iter().for_each(|(shaft, x)| row[*shaft] -= share * rational_to_f64(x));
             }
             row.into_iter().enumerate().filter(|(_, x)| *x != 0.0).collect()
         };
-        self.slider_shares(&kinematics).into_iter().map(row).collect()
+        self.jenkins_shares(&kinematics).into_iter().map(row).collect()
     }
 
     /// Of each slider the springs that it twists, and what it has of their torque for one of the twist.
-    fn slider_shares(&self, kinematics: &Kinematics) -> Vec<Vec<(usize, f64)>> {
+    fn jenkins_shares(&self, kinematics: &Kinematics) -> Vec<Vec<(usize, f64)>> {
         let Some(relaxation) = &self.relaxation else { return Vec::new() };
         let transform = relaxation.transform.to_f64();
         let shares = |slip: &Slip| {
             let moved: Vec<f64> = (0..self.degrees_of_freedom()).map(|i| transform[(i, slip.place)]).collect();
-            let share = |spring: &Along<SpringLaw>| {
-                let along = |(shaft, x): &(usize, Rational)| rational_to_f64(x) * dot(kinematics.row(*shaft), &moved);
-                spring.row.iter().map(along).sum::<f64>() * spring.value.stiffness.to_f64()
+            let share = |spring: &DirectionalTerm<SpringLaw>| {
+                let component =
+                    |(shaft, x): &(usize, Rational)| rational_to_f64(x) * dot(kinematics.row(*shaft), &moved);
+                spring.row.iter().map(component).sum::<f64>() * spring.value.stiffness.to_f64()
             };
             let shares = self.equations.springs.iter().map(share).enumerate();
             shares.filter(|(_, share)| *share != 0.0).collect()
@@ -86,8 +87,8 @@ impl Relaxation {
             let (from, to) = (group[i].max(group[j]), group[i].min(group[j]));
             group.iter_mut().filter(|own| **own == from).for_each(|own| *own = to);
         }
-        let alone = |i: usize| group.iter().filter(|own| **own == group[i]).count() == 1;
-        (0..n * n).map(|k| (k / n, k % n)).filter(|(i, j)| group[*i] == group[*j] && !alone(*i)).collect()
+        let is_uncoupled = |i: usize| group.iter().filter(|own| **own == group[i]).count() == 1;
+        (0..n * n).map(|k| (k / n, k % n)).filter(|(i, j)| group[*i] == group[*j] && !is_uncoupled(*i)).collect()
     }
 
     /// The factors of [`Self::coupled_slips`] where all slip: `S_y⁻¹ diag S_y`.
@@ -116,16 +117,17 @@ impl Motion {
         };
         let back: Vec<(usize, Expr)> = relaxation.slips.iter().map(|slip| (slip.place, back(self, slip))).collect();
         self.add_rates(back.iter().copied().filter(|(_, rate)| !self.graph.is_zero(*rate)).collect());
-        let alone: Vec<Expr> =
-            (0..relaxation.slips.len()).map(|slider| self.speed_alone(reduced, relaxation, slider)).collect();
+        let slip_speeds: Vec<Expr> = (0..relaxation.slips.len())
+            .map(|element| self.uncoupled_slip_speed(reduced, relaxation, element))
+            .collect();
         let pairs = relaxation.coupled_slips();
         let mut slipping = Vec::new();
-        for (slider, slip) in relaxation.slips.iter().enumerate() {
-            let own = pairs.iter().zip(couplings).filter(|((i, _), _)| *i == slider);
+        for (element, slip) in relaxation.slips.iter().enumerate() {
+            let own = pairs.iter().zip(couplings).filter(|((i, _), _)| *i == element);
             let terms: Vec<(Expr, Rational)> =
-                own.map(|((_, j), factor)| (self.graph.multiply(*factor, alone[*j]), Rational::ONE)).collect();
+                own.map(|((_, j), factor)| (self.graph.multiply(*factor, slip_speeds[*j]), Rational::ONE)).collect();
             let speed = if terms.is_empty() {
-                self.graph.product(&[(senses[slip.friction], 2), (alone[slider], 1)])
+                self.graph.product(&[(senses[slip.friction], 2), (slip_speeds[element], 1)])
             } else {
                 let speed = self.graph.sum(Rational::ZERO, &terms);
                 self.graph.group(speed)
@@ -136,14 +138,14 @@ impl Motion {
             forces[*place] = self.graph.add(*speed, *back);
         }
         self.add_rates(slipping);
-        alone
+        slip_speeds
     }
 
     /// `T_yᵀ S x` of a motion that slips, with what `of` gives of each spring; the springs along it, each with its share.
-    fn along_slip(&mut self, reduced: &Reduced, slip: &Slip, of: impl Fn(&mut Self, usize) -> Expr) -> Expr {
+    fn slip_component(&mut self, reduced: &Reduced, slip: &Slip, of: impl Fn(&mut Self, usize) -> Expr) -> Expr {
         let mut terms = Vec::new();
         for (k, spring) in reduced.equations.springs.iter().enumerate() {
-            let Some(share) = self.along(&spring.row).get(&slip.place).copied() else { continue };
+            let Some(share) = self.reduced_row(&spring.row).get(&slip.place).copied() else { continue };
             let share = self.graph.number_of(share).cloned().expect("directions of states are constant");
             terms.push((of(self, k), share));
         }
@@ -151,28 +153,28 @@ impl Motion {
     }
 
     /// `−T_yᵀ S q̇/S_ii`, the speed of a motion if it alone slipped.
-    fn speed_alone(&mut self, reduced: &Reduced, relaxation: &Relaxation, slider: usize) -> Expr {
-        let sum = self.along_slip(reduced, &relaxation.slips[slider], |out, k| {
+    fn uncoupled_slip_speed(&mut self, reduced: &Reduced, relaxation: &Relaxation, element: usize) -> Expr {
+        let sum = self.slip_component(reduced, &relaxation.slips[element], |out, k| {
             let spring = &reduced.equations.springs[k];
             let twisting = out.sum(&spring.row, |out, shaft| out.speeds[shaft]);
             out.resisting(twisting, &spring.value.stiffness)
         });
-        let scale = Rational::from(-1).over(&relaxation.stiffness[(slider, slider)]);
+        let scale = Rational::from(-1).over(&relaxation.stiffness[(element, element)]);
         let speed = self.graph.scale(scale, sum);
         self.graph.group(speed)
     }
 
     /// Of each motion that may slip the torque that its friction has, `−T_yᵀ(S q − s₀)`, and the speed that it would slip with alone.
-    pub fn sliders(&mut self, reduced: &Reduced) -> [Vec<Expr>; 2] {
+    pub fn jenkins(&mut self, reduced: &Reduced) -> [Vec<Expr>; 2] {
         let Some(relaxing) = self.relaxing.take() else { return [Vec::new(), Vec::new()] };
         let torque = |out: &mut Self, slip: &Slip| {
-            let sum = out.along_slip(reduced, slip, |out, k| out.spring_torque(reduced, k));
+            let sum = out.slip_component(reduced, slip, |out, k| out.spring_torque(reduced, k));
             let torque = out.graph.negate(sum);
             out.graph.group(torque)
         };
         let torques = relaxing.relaxation.slips.iter().map(|slip| torque(self, slip)).collect();
-        let alone = relaxing.alone.clone();
+        let slip_speeds = relaxing.slip_speeds.clone();
         self.relaxing = Some(relaxing);
-        [torques, alone]
+        [torques, slip_speeds]
     }
 }

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::equilibrium::{Moves, Sought, Statics};
-use super::{Kinematics, Motion, OperatingPoint, Reduced, kinematics, slip_speeds, with_held, with_sliding};
-use crate::equations::{Hold, Meaning};
+use super::{Kinematics, Motion, OperatingPoint, Reduced, kinematics, slip_speeds, with_enforced, with_sliding};
+use crate::equations::{Meaning, UnilateralConstraint};
 use crate::expr::Side;
 use crate::expr::{Expr, Floating};
 use crate::num::{Matrix, Rational, Scalar, SparseRow, echelon, rational_from_f64, rational_to_f64};
@@ -20,7 +20,7 @@ const SLIDINGS: usize = 8;
 
 /// What is given of a motion, and what may balance it. Coordinates are numbered among all of the equations.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct GivenMotion {
+pub struct MotionSpec {
     /// Positions of coordinates of the reduced model, rad.
     pub positions: Vec<(usize, f64)>,
     /// Speeds of any coordinates, rad/s.
@@ -30,7 +30,7 @@ pub struct GivenMotion {
     /// Torques of inputs that are given, N m.
     pub torques: Vec<(usize, f64)>,
     /// Set-valued directions that hold: frictions that stick, locks that are engaged.
-    pub held: BTreeSet<usize>,
+    pub enforced: BTreeSet<usize>,
 }
 
 /// A steady motion, or the instant of another one where all of it is given.
@@ -80,22 +80,22 @@ pub enum NoSteadyMotion {
 ///
 /// # Panics
 /// If the position has not one entry per coordinate, or there is no such input.
-pub fn steady_motion(base: &Reduced, start: &[f64], given: &GivenMotion) -> Result<SteadyMotion, NoSteadyMotion> {
+pub fn steady_motion(base: &Reduced, start: &[f64], spec: &MotionSpec) -> Result<SteadyMotion, NoSteadyMotion> {
     let names: Vec<String> = base.equations.coordinates.clone();
     let mut from = start.to_vec();
-    for (shaft, angle) in &given.positions {
+    for (shaft, angle) in &spec.positions {
         base.coordinates.iter().position(|own| own == shaft).into_iter().for_each(|k| from[k] = *angle);
     }
-    let named: Vec<String> = given.positions.iter().map(|(shaft, _)| names[*shaft].clone()).collect();
+    let named: Vec<String> = spec.positions.iter().map(|(shaft, _)| names[*shaft].clone()).collect();
     let mut sliding = vec![0.0; base.equations.set_valued().count()];
     for _ in 0..SLIDINGS {
         let slid = Reduced { equations: with_sliding(&base.equations, &sliding), ..base.clone() };
-        let model = with_held(&slid, &given.held, &from, &named);
-        let found = Search::new(base, &model, &from, given)?.find(given)?;
+        let model = with_enforced(&slid, &spec.enforced, &from, &named);
+        let found = Search::new(base, &model, &from, spec)?.find(spec)?;
         let now: Vec<f64> = slip_speeds(base, &found.motion[0], &found.motion[1])
             .iter()
             .enumerate()
-            .map(|(k, speed)| if given.held.contains(&k) || *speed == 0.0 { 0.0 } else { speed.signum() })
+            .map(|(k, speed)| if spec.enforced.contains(&k) || *speed == 0.0 { 0.0 } else { speed.signum() })
             .collect();
         if now == sliding {
             return Ok(SteadyMotion { sliding, ..found });
@@ -118,16 +118,16 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(base: &'a Reduced, model: &'a Reduced, from: &[f64], given: &GivenMotion) -> Result<Self, NoSteadyMotion> {
+    fn new(base: &'a Reduced, model: &'a Reduced, from: &[f64], spec: &MotionSpec) -> Result<Self, NoSteadyMotion> {
         let mut numeric = Kinematics::new(base);
         numeric.update(from, &vec![0.0; from.len()]);
         let start: Vec<f64> = model.coordinates.iter().map(|shaft| numeric.angles[*shaft]).collect();
         let place = |shaft: &usize| model.coordinates.iter().position(|own| own == shaft);
-        let fixed: Vec<usize> = given.positions.iter().filter_map(|(shaft, _)| place(shaft)).collect();
+        let fixed: Vec<usize> = spec.positions.iter().filter_map(|(shaft, _)| place(shaft)).collect();
         let r = model.degrees_of_freedom();
         let basis = kinematics::exact_basis(model, &start);
-        let rows: Vec<&SparseRow> = given.speeds.iter().map(|(shaft, _)| &basis[*shaft]).collect();
-        let values: Vec<f64> = given.speeds.iter().map(|(_, speed)| *speed).collect();
+        let rows: Vec<&SparseRow> = spec.speeds.iter().map(|(shaft, _)| &basis[*shaft]).collect();
+        let values: Vec<f64> = spec.speeds.iter().map(|(_, speed)| *speed).collect();
         let over = |rows: &[&SparseRow]| {
             let mut out = Matrix::<Rational>::zeros(rows.len(), r);
             rows.iter().enumerate().for_each(|(i, row)| row.iter().for_each(|(k, x)| out[(i, *k)] = x.clone()));
@@ -135,7 +135,7 @@ impl<'a> Search<'a> {
         };
         let matrix = over(&rows);
         let whole = fixed.len() == r && echelon(&matrix, &(0..r).collect::<Vec<_>>()).rank() == r;
-        let directions = if whole { Matrix::identity(r) } else { running(&without_laws_at(model, given)) };
+        let directions = if whole { Matrix::identity(r) } else { steady_directions(&without_laws_at(model, spec)) };
         let moves = moves(&directions, &matrix, &values)?;
         Ok(Self { base, model, start, fixed, moves, whole })
     }
@@ -159,22 +159,23 @@ impl<'a> Search<'a> {
         (statics, found)
     }
 
-    fn find(&self, given: &GivenMotion) -> Result<SteadyMotion, NoSteadyMotion> {
-        let (statics, found) = self.statics(&given.inputs, &given.torques);
-        let determined = statics.determination(&found, given.inputs.len());
-        let of = |numbers: &[usize]| -> Vec<usize> { numbers.iter().map(|k| given.inputs[*k]).collect() };
+    fn find(&self, spec: &MotionSpec) -> Result<SteadyMotion, NoSteadyMotion> {
+        let (statics, found) = self.statics(&spec.inputs, &spec.torques);
+        let determined = statics.determination(&found, spec.inputs.len());
+        let of = |numbers: &[usize]| -> Vec<usize> { numbers.iter().map(|k| spec.inputs[*k]).collect() };
         if !determined.ambiguous.is_empty() {
             return Err(NoSteadyMotion::Undetermined(of(&determined.ambiguous)));
         }
         let idle = of(&determined.idle);
-        let needed: Vec<usize> = given.inputs.iter().copied().filter(|input| !idle.contains(input)).collect();
-        let (statics, found) = if idle.is_empty() { (statics, found) } else { self.statics(&needed, &given.torques) };
+        let needed: Vec<usize> = spec.inputs.iter().copied().filter(|input| !idle.contains(input)).collect();
+        let (statics, found) = if idle.is_empty() { (statics, found) } else { self.statics(&needed, &spec.torques) };
         let r = self.model.degrees_of_freedom();
         let radius = if statics.is_exact(&found) { Some(0.0) } else { statics.proven(&found) };
         let balanced = radius.is_some() || statics.is_settled(&found);
         if !balanced && !self.whole {
-            let left = statics.left(&found).into_iter().max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()));
-            let (k, torque) = left.unwrap_or_default();
+            let residual_torque =
+                statics.residual_torque(&found).into_iter().max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()));
+            let (k, torque) = residual_torque.unwrap_or_default();
             let name = self.model.coordinate_names()[k].clone();
             return Err(NoSteadyMotion::Unbalanced(name, torque, found[..r].to_vec()));
         }
@@ -185,7 +186,7 @@ impl<'a> Search<'a> {
             direction.iter().for_each(|(k, share)| rates[*k] += rational_to_f64(share) * speed);
         }
         let mut torques = vec![0.0; self.model.equations.inputs.len()];
-        given.torques.iter().for_each(|(input, torque)| torques[*input] = *torque);
+        spec.torques.iter().for_each(|(input, torque)| torques[*input] = *torque);
         needed.iter().zip(rest).for_each(|(input, torque)| torques[*input] = *torque);
         let mut open: Vec<usize> =
             determined.open.iter().flat_map(|k| &self.moves.directions[*k]).map(|(k, _)| *k).collect();
@@ -247,9 +248,9 @@ pub fn accelerations(model: &Reduced, point: &OperatingPoint) -> Vec<f64> {
 }
 
 /// A model without the laws that are taken at an angle that is given together with its speed.
-fn without_laws_at(model: &Reduced, given: &GivenMotion) -> Reduced {
+fn without_laws_at(model: &Reduced, spec: &MotionSpec) -> Reduced {
     let equations = &model.equations;
-    let both = given.positions.iter().filter(|(shaft, _)| given.speeds.iter().any(|(other, _)| other == shaft));
+    let both = spec.positions.iter().filter(|(shaft, _)| spec.speeds.iter().any(|(candidate, _)| candidate == shaft));
     let bodies: Vec<&str> = both.map(|(shaft, _)| equations.coordinates[*shaft].as_str()).collect();
     let mut out = model.clone();
     out.equations.laws.retain(|law| {
@@ -261,7 +262,7 @@ fn without_laws_at(model: &Reduced, given: &GivenMotion) -> Reduced {
 
 /// Directions in which a model may go on at constant speeds: along them no torque and no direction of an input changes, and no gap of a stop; columns
 /// over the coordinates. Exact where slopes are sums of the same terms, as those of a spring are.
-fn running(model: &Reduced) -> Matrix<Rational> {
+fn steady_directions(model: &Reduced) -> Matrix<Rational> {
     let reduced = &*model.unrelaxed();
     let mut motion = Motion::at_time_zero(reduced);
     let r = reduced.degrees_of_freedom();
@@ -281,8 +282,8 @@ fn running(model: &Reduced) -> Matrix<Rational> {
         slopes.into_iter().enumerate().for_each(|(i, slope)| add(&motion, i, k, slope));
     }
     let first = reduced.equations.frictions.len();
-    for (k, hold) in reduced.equations.holds.iter().enumerate() {
-        if matches!(hold.value, Hold::Stop { .. } | Hold::Cushion { .. }) {
+    for (k, unilateral) in reduced.equations.unilaterals.iter().enumerate() {
+        if matches!(unilateral.value, UnilateralConstraint::Stop { .. } | UnilateralConstraint::Cushion { .. }) {
             let row: Vec<(usize, Expr)> = motion.frictions[first + k].iter().map(|(j, x)| (*j, *x)).collect();
             row.into_iter().for_each(|(j, entry)| add(&motion, exprs.len() + k, j, entry));
         }
@@ -294,11 +295,11 @@ fn running(model: &Reduced) -> Matrix<Rational> {
 
 /// The motions along directions (columns) that have these speeds: rows over the coordinates with their values, rad/s.
 fn moves(directions: &Matrix<Rational>, rows: &Matrix<Rational>, values: &[f64]) -> Result<Moves, NoSteadyMotion> {
-    let (given, count) = (rows.multiply(directions), directions.columns());
+    let (products, count) = (rows.multiply(directions), directions.columns());
     let order: Vec<usize> = (0..count).collect();
     let exact = |value: f64| rational_from_f64(value).unwrap_or_default();
     let with_values = Matrix::from_fn(values.len(), count + 1, |i, j| match j < count {
-        true => given[(i, j)].clone(),
+        true => products[(i, j)].clone(),
         false => exact(values[i]),
     });
     let found = echelon(&with_values, &order);
@@ -319,7 +320,7 @@ fn moves(directions: &Matrix<Rational>, rows: &Matrix<Rational>, values: &[f64])
         let share = &found.form[(row, count)];
         (0..directions.rows()).for_each(|k| base[k] += share * &directions[(k, *pivot)]);
     }
-    let free = directions.multiply(&echelon(&given, &order).kernel());
+    let free = directions.multiply(&echelon(&products, &order).kernel());
     let column = |j: usize| {
         let entries = (0..free.rows()).map(|k| (k, free[(k, j)].clone()));
         entries.filter(|(_, x)| !Scalar::is_zero(x)).collect()
@@ -369,8 +370,8 @@ impl Statics {
             joins(of(k), &mut basis);
         });
         let open = (0..moving).filter(|k| !joins(of(r + k), &mut basis)).collect();
-        let alone = basis.clone();
-        let idle: Vec<usize> = (0..inputs).filter(|k| !joins(of(r + moving + k), &mut alone.clone())).collect();
+        let span = basis.clone();
+        let idle: Vec<usize> = (0..inputs).filter(|k| !joins(of(r + moving + k), &mut span.clone())).collect();
         let needed: Vec<usize> = (0..inputs).filter(|k| !idle.contains(k)).collect();
         let more = needed.iter().filter(|k| !joins(of(r + moving + **k), &mut basis)).count();
         Determination { open, idle, ambiguous: if more > 0 { needed } else { Vec::new() } }

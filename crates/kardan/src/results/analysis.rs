@@ -97,9 +97,9 @@ pub struct Counting {
     /// Each charge, or sum of charges.
     pub charges: Vec<String>,
     /// Whether all other states are reached.
-    pub others_controllable: bool,
+    pub rest_controllable: bool,
     /// Whether all other states are seen, where no output shows these charges.
-    pub others_observable: bool,
+    pub rest_observable: bool,
 }
 
 /// Definition 4.4, judged.
@@ -121,7 +121,7 @@ pub struct Assumption {
     /// `the inertia matrix is constant, symmetric and positive definite (4.27)`.
     pub statement: String,
     /// Whether it holds.
-    pub holds: bool,
+    pub satisfied: bool,
     /// What breaks it.
     pub breaches: Vec<Breach>,
 }
@@ -539,11 +539,11 @@ pub struct Certificate {
     /// Proof that the rank of the controllability matrix is not larger: left vectors that no input reaches.
     pub unreached: Option<Invariant>,
     /// The same for the transposed pencil.
-    pub unseen: Option<Invariant>,
+    pub unobservable: Option<Invariant>,
     /// Proof that the rank of the controllability matrix is not smaller.
     pub reached: Option<Minor>,
     /// The same for the transposed pencil.
-    pub seen: Option<Minor>,
+    pub observable: Option<Minor>,
     /// Proofs of what is called stable, stabilisable and detectable, or not; left out where that is not decided.
     pub stability: StabilityProofs,
 }
@@ -555,7 +555,7 @@ pub struct StabilityProofs {
     pub stable: Option<StabilityProof>,
     /// Of what no input reaches: that of the action of `unreached`, 1 where all is reached.
     pub stabilisable: Option<StabilityProof>,
-    /// Of what no output shows: that of the action of `unseen`.
+    /// Of what no output shows: that of the action of `unobservable`.
     pub detectable: Option<StabilityProof>,
 }
 

@@ -50,7 +50,7 @@ pub struct BenchPlan {
     /// What it is to tell.
     pub parameters: Vec<PlannedParameter>,
     /// Coefficients that this kind of motion, or the choice of the file, leaves to the model.
-    pub known: Vec<String>,
+    pub fixed: Vec<String>,
     /// Names of the shafts, in the order of the speeds.
     pub shafts: Vec<String>,
     /// Names of the motors, in the order of the torques.
@@ -91,9 +91,9 @@ pub struct Difference {
     /// `compliance of hd`, `sampling, delay and sensors`.
     pub what: String,
     /// Put into the simulation alone.
-    pub alone: Option<f64>,
+    pub added: Option<f64>,
     /// Taken from the bench alone.
-    pub without: Option<f64>,
+    pub removed: Option<f64>,
 }
 
 /// A number in the simulation and on the bench.

@@ -32,7 +32,7 @@ pub struct DescriptorSystem {
     /// Where outputs respond to derivatives of inputs; empty if the transfer matrix is proper.
     pub polynomial_part: Vec<ImproperEntry>,
     /// Outputs with a polynomial part: no state space has them, and the equivalent one is without them.
-    pub left_out: Vec<String>,
+    pub excluded: Vec<String>,
     /// Normal rank of the transfer matrix from all inputs to all outputs; `null` if it is not decided.
     pub normal_rank: Option<usize>,
     /// Finite invariant zeros with all outputs; `null` if they are not decided.

@@ -7,8 +7,8 @@ use serde::{Serialize, Serializer};
 
 use super::serial::{self, by_name};
 use super::{
-    Complex, Definition, ElementShare, Exploration, LawSummary, LoopResponses, Margins, Mechanism, NamedMatrix,
-    OppositeSide, Passage, Pole, Robustness, ScenarioStrain, ShapePart, StabilityVerdict, StrainView,
+    Complex, Definition, ElementShare, Exploration, LawSummary, LoopAlongPath, LoopResponses, Margins, Mechanism,
+    MotorLoadView, NamedMatrix, OppositeSide, Pole, Robustness, ScenarioMotorLoad, ShapePart, StabilityVerdict,
 };
 use crate::names::Quantity;
 
@@ -50,7 +50,7 @@ pub struct Design {
     pub law: String,
     /// Names of the other controllers of the file, which are in the loop too.
     #[serde(rename = "other_controllers")]
-    pub others: Vec<String>,
+    pub other_controllers: Vec<String>,
     /// The model it is designed on, in words: `linear, at the initial position, beta = 0 deg`.
     pub design_model: String,
     /// Constraints whose rows are rounded numbers at the operating point: what is proven holds for these numbers.
@@ -117,11 +117,11 @@ pub struct Design {
     /// What the loop answers to sines and to steps; `None` if nobody asked, or several sample times are in it.
     pub responses: Option<LoopResponses>,
     /// What the scenario of the file asks of its motors, where it was run.
-    #[serde(serialize_with = "strains")]
+    #[serde(serialize_with = "motor_loads")]
     #[schemars(with = "Vec<ScenarioView>")]
-    pub strains: Vec<ScenarioStrain>,
+    pub motor_loads: Vec<ScenarioMotorLoad>,
     /// The loop with the parameters of the variant, where its joints stand; `None` where it is the linear loop of the design.
-    pub passage: Option<Passage>,
+    pub loop_along_path: Option<LoopAlongPath>,
     /// Designs beside this one; `None` if nobody asked.
     pub exploration: Option<Exploration>,
     /// The loop over a box of plants; `None` if nobody asked.
@@ -462,14 +462,14 @@ struct ScenarioView<'a> {
     /// Length of its run, s.
     duration_s: f64,
     /// What it asked.
-    motor: StrainView<'a>,
+    motor: MotorLoadView<'a>,
 }
 
-fn strains<S: Serializer>(all: &[ScenarioStrain], to: S) -> Result<S::Ok, S::Error> {
+fn motor_loads<S: Serializer>(all: &[ScenarioMotorLoad], to: S) -> Result<S::Ok, S::Error> {
     to.collect_seq(all.iter().map(|one| ScenarioView {
         variant: &one.variant,
         duration_s: one.duration,
-        motor: StrainView::of(&one.strain, one.duration),
+        motor: MotorLoadView::of(&one.motor_load, one.duration),
     }))
 }
 
@@ -493,11 +493,11 @@ fn zero_dynamics<S: Serializer>(found: &ZeroDynamics, to: S) -> Result<S::Ok, S:
         let mirrored = Complex { im: -mode.pole.im, ..mode.pole };
         std::iter::once(mode.pole).chain((mode.pole.im != 0.0).then_some(mirrored))
     };
-    let asked = !(found.polynomial.is_empty() && found.modes.is_empty());
+    let is_analysed = !(found.polynomial.is_empty() && found.modes.is_empty());
     let view = ZerosView {
         polynomial: &found.polynomial,
         poles: found.modes.iter().flat_map(both).collect(),
-        stability: if asked { found.stability.clone() } else { StabilityVerdict::undecided("it was not asked") },
+        stability: if is_analysed { found.stability.clone() } else { StabilityVerdict::undecided("it was not asked") },
         modes: &found.modes,
     };
     view.serialize(to)

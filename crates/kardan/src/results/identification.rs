@@ -102,7 +102,7 @@ pub struct NotDetermined {
 /// Probability below which a test of what is left over speaks.
 const UNLIKELY: f64 = 0.01;
 /// What is remarked of a parameter that the file gives beside those that are sought.
-pub(crate) const GIVEN: &str = "given";
+pub(crate) const FIXED_REMARK: &str = "given";
 /// Residual over the noise of the sensors from which the two are told apart in words.
 const LOUD: f64 = 10.0;
 /// Logs that are named in the verdict.
@@ -124,7 +124,7 @@ impl Identification {
     /// ));
     /// ```
     pub fn verdict(&self) -> Verdict {
-        let sought = || self.parameters.iter().filter(|one| one.remark != GIVEN);
+        let sought = || self.parameters.iter().filter(|one| one.remark != FIXED_REMARK);
         let all = sought().count();
         let determined = sought().filter(|one| one.interval.is_some() && one.combination.is_empty()).count();
         let parameters = match (determined, all) {
@@ -143,8 +143,8 @@ impl Identification {
 
     /// `; what is left over looks like noise`
     fn tested(&self) -> String {
-        let doubts = self.tests.iter().filter(|test| test.probability < UNLIKELY).count();
-        match (doubts, self.tests.len()) {
+        let failed_tests = self.tests.iter().filter(|test| test.probability < UNLIKELY).count();
+        match (failed_tests, self.tests.len()) {
             (_, 0) if self.freedom == 0 => "; too few windows to tell errors from parameters".into(),
             (_, 0) => String::new(),
             // Noise that is much more than that of the sensors is something else, however random it looks.
@@ -355,10 +355,10 @@ pub struct Validation {
     pub torque: f64,
     /// Root mean square of the residual on the samples of the fit, N m.
     #[serde(rename = "residual_seen_N_m")]
-    pub seen: f64,
+    pub in_sample: f64,
     /// The same on samples left out of the fit, each once; `None` if there are too few.
     #[serde(rename = "residual_unseen_N_m")]
-    pub unseen: Option<f64>,
+    pub cross_validated: Option<f64>,
 }
 
 /// A model compared with others.
@@ -390,7 +390,7 @@ pub struct Suggestions {
     /// What was not tried, and why.
     pub not_tried: Vec<String>,
     /// The terms to take, in order.
-    pub taken: Vec<String>,
+    pub accepted: Vec<String>,
     /// What to write into the model file to take them.
     pub text: String,
     /// What is found with them.
@@ -402,7 +402,7 @@ pub struct Suggestions {
     /// How well unseen segments are predicted with them.
     pub validation: Vec<Validation>,
     /// How well whole logs are predicted by the others; empty of few logs, or where terms of single logs were asked for.
-    pub unseen_logs: Vec<UnseenLogs>,
+    pub held_out_logs: Vec<HeldOutLogs>,
     /// What a model file can hold of what is found with them.
     #[serde(skip)]
     pub for_file: Vec<FileValue>,
@@ -419,7 +419,7 @@ pub struct Suggestions {
 
 impl Suggestions {
     /// Tests that speak against the model with the terms taken.
-    pub fn doubts(&self) -> usize {
+    pub fn failed_tests(&self) -> usize {
         self.tests.iter().filter(|test| test.probability < UNLIKELY).count()
     }
 }
@@ -442,14 +442,14 @@ pub struct Suggestion {
     /// Its standard error over the folds.
     pub gain_spread: Option<f64>,
     /// Whether it is taken.
-    pub taken: bool,
+    pub accepted: bool,
     /// Why, or why not.
     pub verdict: String,
 }
 
 /// How well whole logs are predicted by the others, without terms of single logs.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
-pub struct UnseenLogs {
+pub struct HeldOutLogs {
     /// Row of the balance.
     pub row: String,
     /// Root mean square of the residual of the model as it is, N m.

@@ -42,7 +42,7 @@ pub struct Margins {
     /// How many poles at zero (multipliers at one) these motions are.
     pub free_poles: usize,
     /// How it is known that they are at zero.
-    pub free_known: FreeKnown,
+    pub zero_pole_evidence: ZeroPoleEvidence,
     /// Whether these motions are charges that only count what has flowed, exactly.
     pub only_count: bool,
     /// Poles that are not at zero, and so close to it that 64 bits do not tell: of a loop that is decided over the rationals,
@@ -63,7 +63,7 @@ pub struct Margins {
     /// How wrong all torques may be at once; `None` with one motor.
     pub together: Option<TogetherMargin>,
     /// Whether it is stable, but the torque of a motor may not be wrong by 10 %, or its disk margin is not larger than that.
-    pub hardly: bool,
+    pub low_margins: bool,
     /// Of a loop with backlash that is open where it stands: the same with it in contact.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub contacts: Vec<ContactMargins>,
@@ -80,7 +80,7 @@ impl Margins {
     /// The channel with the lowest disk margin, where that is low.
     pub fn low(&self) -> Option<&ChannelMargin> {
         let least = self.channels.iter().min_by(|a, b| a.disk.total_cmp(&b.disk));
-        least.filter(|one| self.hardly || one.disk < LOW_DISK)
+        least.filter(|one| self.low_margins || one.disk < LOW_DISK)
     }
 }
 
@@ -114,19 +114,19 @@ pub struct OppositeSide {
 
 /// How it is known that poles are at zero.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
-#[serde(into = "KnownWord")]
-pub enum FreeKnown {
+#[serde(into = "EvidenceWord")]
+pub enum ZeroPoleEvidence {
     /// Exactly, with the gains of the design, before they are rounded.
     Design,
     /// Exactly, with gains that are the fractions which their doubles are.
     Rounded,
     /// Numbers below this size, 1/s, counted as zero.
-    Within(f64),
+    ToRounding(f64),
 }
 
-impl Default for FreeKnown {
+impl Default for ZeroPoleEvidence {
     fn default() -> Self {
-        Self::Within(0.0)
+        Self::ToRounding(0.0)
     }
 }
 
@@ -246,7 +246,7 @@ pub struct TorquePeak {
 
 /// How it is known that poles are at zero.
 #[derive(Serialize, JsonSchema)]
-enum KnownWord {
+enum EvidenceWord {
     /// With the gains of the design, before they are rounded.
     #[serde(rename = "exactly, gains of the design")]
     Design,
@@ -255,15 +255,15 @@ enum KnownWord {
     Rounded,
     /// Numbers of the size of rounding count as zero.
     #[serde(rename = "to rounding")]
-    Within,
+    ToRounding,
 }
 
-impl From<FreeKnown> for KnownWord {
-    fn from(known: FreeKnown) -> Self {
-        match known {
-            FreeKnown::Design => Self::Design,
-            FreeKnown::Rounded => Self::Rounded,
-            FreeKnown::Within(_) => Self::Within,
+impl From<ZeroPoleEvidence> for EvidenceWord {
+    fn from(evidence: ZeroPoleEvidence) -> Self {
+        match evidence {
+            ZeroPoleEvidence::Design => Self::Design,
+            ZeroPoleEvidence::Rounded => Self::Rounded,
+            ZeroPoleEvidence::ToRounding(_) => Self::ToRounding,
         }
     }
 }

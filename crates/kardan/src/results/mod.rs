@@ -9,10 +9,10 @@ mod exploration;
 mod extremes;
 mod identification;
 mod linearised;
+mod loop_along_path;
 mod margins;
 mod mechanism;
 mod parity;
-mod passage;
 mod pencil;
 mod realisation;
 mod reference;
@@ -43,10 +43,10 @@ pub use exploration::*;
 pub use extremes::*;
 pub use identification::*;
 pub use linearised::*;
+pub use loop_along_path::*;
 pub use margins::*;
 pub use mechanism::*;
 pub use parity::*;
-pub use passage::*;
 pub use pencil::*;
 pub use realisation::*;
 pub use reference::*;
@@ -138,20 +138,20 @@ impl Physical {
     /// The kind of a value of a dimension.
     pub fn of(dimension: Dimension) -> Self {
         use Physical::{Angle, Charge, Current, Force, Position, Speed, Torque, Velocity, Voltage};
-        let known = [Angle, Speed, Torque, Position, Velocity, Force, Charge, Current, Voltage];
-        let found = known.into_iter().find(|physical| physical.dimension() == dimension);
-        found.unwrap_or_else(|| Physical::other(&dimension.si()))
+        let kinds = [Angle, Speed, Torque, Position, Velocity, Force, Charge, Current, Voltage];
+        let found = kinds.into_iter().find(|physical| physical.dimension() == dimension);
+        found.unwrap_or_else(|| Physical::of_unit(&dimension.si()))
     }
 
     /// The kind of a value with another unit, as of `motor.tau * shaft.w`. Each unit is kept through the life of the process.
-    pub fn other(unit: &str) -> Self {
+    pub fn of_unit(unit: &str) -> Self {
         let mut units = UNITS.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = units.get(unit) {
-            return Self::Other(known);
+        if let Some(interned) = units.get(unit) {
+            return Self::Other(interned);
         }
-        let kept: &'static str = String::from(unit).leak();
-        units.insert(kept);
-        Self::Other(kept)
+        let leaked: &'static str = String::from(unit).leak();
+        units.insert(leaked);
+        Self::Other(leaked)
     }
 
     /// The word for an axis label.
@@ -186,10 +186,10 @@ impl Quantity {
             Self::Charge => Physical::Charge,
             Self::Current => Physical::Current,
             Self::Voltage => Physical::Voltage,
-            Self::Multiplier => Physical::other(""),
-            Self::Sum => Physical::other("s"),
-            Self::State => Physical::other(""),
-            Self::Change => Physical::other("1/s"),
+            Self::Multiplier => Physical::of_unit(""),
+            Self::Sum => Physical::of_unit("s"),
+            Self::State => Physical::of_unit(""),
+            Self::Change => Physical::of_unit("1/s"),
             Self::Torque | Self::Command | Self::Ripple | Self::Friction | Self::Disturbance | Self::Excess => {
                 Physical::Torque
             }
@@ -226,7 +226,7 @@ impl Series {
     }
 
     /// Largest torque asked of a motor in the rows, before its limits, N m; `None` if there is no such motor.
-    pub fn largest_torque_asked(&self, motor: &str) -> Option<f64> {
+    pub fn largest_torque_demand(&self, motor: &str) -> Option<f64> {
         let names = [Quantity::Command, Quantity::Torque, Quantity::Force, Quantity::Voltage]
             .map(|quantity| quantity.of(motor));
         let signal = names.iter().find_map(|name| self.signal(name));
@@ -251,7 +251,7 @@ pub struct Energy {
 
 impl Energy {
     /// The residual as a part of what was exchanged; none where nothing was.
-    pub fn left_out(&self) -> Option<f64> {
+    pub fn residual_share(&self) -> Option<f64> {
         (self.exchanged > 0.0).then(|| (self.residual / self.exchanged).abs())
     }
 }
@@ -375,7 +375,7 @@ pub struct FigureResult {
 
 /// What a run asked of a motor that has limits.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct MotorStrain {
+pub struct MotorLoad {
     /// Name of the motor.
     pub motor: String,
     /// Unit of its torque: `N m`, of a force `N`, of a voltage `V`.
@@ -387,22 +387,22 @@ pub struct MotorStrain {
     /// Its rate limit, N m/s.
     pub rate_limit: Option<f64>,
     /// Largest torque asked of it in the rows of the run, N m.
-    pub asked: f64,
+    pub demand: f64,
     /// When it was at its torque limit, s, in order.
     pub at_torque_limit: Vec<Span>,
     /// When it moved at its rate limit, s, in order.
     pub at_rate_limit: Vec<Span>,
 }
 
-impl MotorStrain {
+impl MotorLoad {
     /// How long it was at its torque limit within a window, s.
     ///
     /// ```
-    /// use kardan::results::{MotorStrain, Span};
+    /// use kardan::results::{MotorLoad, Span};
     /// let spans = vec![Span { from: 1.0, until: 1.5 }, Span { from: 3.0, until: 4.0 }];
-    /// let strain = MotorStrain { at_torque_limit: spans, ..MotorStrain::default() };
-    /// assert_eq!(strain.seconds_at_limit(0.0, f64::INFINITY), 1.5);
-    /// assert_eq!(strain.seconds_at_limit(1.25, 3.25), 0.5);
+    /// let motor_load = MotorLoad { at_torque_limit: spans, ..MotorLoad::default() };
+    /// assert_eq!(motor_load.seconds_at_limit(0.0, f64::INFINITY), 1.5);
+    /// assert_eq!(motor_load.seconds_at_limit(1.25, 3.25), 0.5);
     /// ```
     pub fn seconds_at_limit(&self, from: f64, until: f64) -> f64 {
         length(&self.at_torque_limit, from, until)
@@ -423,7 +423,7 @@ impl MotorStrain {
     }
 
     /// Whether it was at one of its limits at all.
-    pub fn strained(&self) -> bool {
+    pub fn at_limit(&self) -> bool {
         !self.at_torque_limit.is_empty() || !self.at_rate_limit.is_empty()
     }
 
@@ -431,10 +431,10 @@ impl MotorStrain {
     /// for 0.42 s of 9 s, first at 1.002 s; up to 23.7 N m are asked of it`. `None` if it never is.
     ///
     /// ```
-    /// use kardan::results::MotorStrain;
-    /// assert_eq!(MotorStrain::default().in_words(9.0), None);
+    /// use kardan::results::MotorLoad;
+    /// assert_eq!(MotorLoad::default().describe(9.0), None);
     /// ```
-    pub fn in_words(&self, duration: f64) -> Option<String> {
+    pub fn describe(&self, duration: f64) -> Option<String> {
         let (unit, what) = (self.unit, self.effort());
         let total = |spans: &[Span]| length(spans, 0.0, f64::INFINITY);
         let of = |spans: &[Span]| {
@@ -442,31 +442,31 @@ impl MotorStrain {
             format!("for {} s of {duration} s, first at {} s", rounded(total(spans)), rounded(first))
         };
         let torque = self.torque_limit.filter(|_| !self.at_torque_limit.is_empty()).map(|limit| {
-            let asked = if self.asked > limit * (1.0 + 1e-3) {
-                format!("; up to {} {unit} are asked of it", rounded(self.asked))
+            let demand = if self.demand > limit * (1.0 + 1e-3) {
+                format!("; up to {} {unit} are asked of it", rounded(self.demand))
             } else {
                 String::new()
             };
-            format!("is at its {what} limit of {limit} {unit} {}{asked}", of(&self.at_torque_limit))
+            format!("is at its {what} limit of {limit} {unit} {}{demand}", of(&self.at_torque_limit))
         });
         let rate = self
             .rate_limit
             .filter(|_| !self.at_rate_limit.is_empty())
             .map(|limit| format!("moves at its rate limit of {limit} {unit}/s {}", of(&self.at_rate_limit)));
-        let said: Vec<String> = torque.into_iter().chain(rate).collect();
-        (!said.is_empty()).then(|| format!("{} {}", self.motor, said.join("; it ")))
+        let parts: Vec<String> = torque.into_iter().chain(rate).collect();
+        (!parts.is_empty()).then(|| format!("{} {}", self.motor, parts.join("; it ")))
     }
 }
 
 /// What the scenario of a file asks of a motor of a controller.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct ScenarioStrain {
+pub struct ScenarioMotorLoad {
     /// Name of the variant.
     pub variant: String,
     /// Length of its run, s.
     pub duration: f64,
     /// What it asked.
-    pub strain: MotorStrain,
+    pub motor_load: MotorLoad,
 }
 
 /// To four decimals, without zeros at the end.
@@ -546,7 +546,7 @@ pub struct Run {
     /// What speaks against its numbers, such as an estimated error that is as large as a signal.
     pub warnings: Vec<String>,
     /// What the run asked of each motor that has limits.
-    pub strains: Vec<MotorStrain>,
+    pub motor_loads: Vec<MotorLoad>,
     /// What the integrator did.
     pub effort: Effort,
     /// How far it may be wrong; none where that was not asked.
@@ -816,7 +816,7 @@ impl From<Interval> for [f64; 2] {
 /// What was asked of a motor with limits.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "MotorStrain")]
-pub(crate) struct StrainView<'a> {
+pub(crate) struct MotorLoadView<'a> {
     /// Name of the motor.
     name: &'a str,
     /// The controller that commands it, if one does.
@@ -826,7 +826,7 @@ pub(crate) struct StrainView<'a> {
     /// Its rate limit, N m/s.
     rate_limit_n_m_per_s: Option<f64>,
     /// Largest torque asked of it, N m.
-    asked_n_m: f64,
+    demand_n_m: f64,
     /// How long it was at its torque limit, s.
     time_at_torque_limit_s: f64,
     /// How long it moved at its rate limit, s.
@@ -835,18 +835,18 @@ pub(crate) struct StrainView<'a> {
     first_at_torque_limit_s: Option<f64>,
 }
 
-impl<'a> StrainView<'a> {
+impl<'a> MotorLoadView<'a> {
     /// In a run of this length, s.
-    pub(crate) fn of(strain: &'a MotorStrain, length: f64) -> Self {
+    pub(crate) fn of(motor_load: &'a MotorLoad, length: f64) -> Self {
         Self {
-            name: &strain.motor,
-            controller: strain.controller.as_deref(),
-            torque_limit_n_m: strain.torque_limit,
-            rate_limit_n_m_per_s: strain.rate_limit,
-            asked_n_m: strain.asked,
-            time_at_torque_limit_s: strain.seconds_at_limit(0.0, length),
-            time_at_rate_limit_s: strain.seconds_at_rate_limit(0.0, length),
-            first_at_torque_limit_s: strain.at_torque_limit.first().map(|span| span.from),
+            name: &motor_load.motor,
+            controller: motor_load.controller.as_deref(),
+            torque_limit_n_m: motor_load.torque_limit,
+            rate_limit_n_m_per_s: motor_load.rate_limit,
+            demand_n_m: motor_load.demand,
+            time_at_torque_limit_s: motor_load.seconds_at_limit(0.0, length),
+            time_at_rate_limit_s: motor_load.seconds_at_rate_limit(0.0, length),
+            first_at_torque_limit_s: motor_load.at_torque_limit.first().map(|span| span.from),
         }
     }
 }

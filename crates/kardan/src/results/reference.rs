@@ -54,7 +54,7 @@ pub struct SymbolicEquations {
     pub friction: Vec<SymbolicFormula>,
     /// What clutches, stops, locks and teeth carry, by coordinate.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
-    pub held: Vec<SymbolicFormula>,
+    pub unilateral: Vec<SymbolicFormula>,
     /// On what that depends.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub modes: Vec<SymbolicMode>,
@@ -62,10 +62,10 @@ pub struct SymbolicEquations {
     pub input: Vec<SymbolicFormula>,
     /// A^T lambda by coordinate: what kept constraints do.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
-    pub kept_forces: Vec<SymbolicFormula>,
+    pub multiplier_forces: Vec<SymbolicFormula>,
     /// The constraints that are kept with their multipliers.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
-    pub kept: Vec<SymbolicKeptConstraint>,
+    pub multiplier_constraints: Vec<SymbolicMultiplierConstraint>,
     /// What constraints prescribe as functions of time, where no formula of the time and of parameters is one of the letters.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub prescribed: Vec<SymbolicMode>,
@@ -79,7 +79,7 @@ pub struct SymbolicEquations {
     /// What was taken as zero because it is so for the values of the model: the equations hold only there.
     pub zeros: Vec<SymbolicText>,
     /// Parameters that are not in the equations because their value is zero.
-    pub left_out: Vec<String>,
+    pub excluded: Vec<String>,
     /// Motors whose ripple acts beside their torque, and is not in the equations.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub ripples: Vec<String>,
@@ -87,7 +87,7 @@ pub struct SymbolicEquations {
 
 /// A constraint that is kept with its multiplier.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
-pub struct SymbolicKeptConstraint {
+pub struct SymbolicMultiplierConstraint {
     /// The element.
     pub of: String,
     /// Its multiplier.
@@ -208,7 +208,7 @@ pub struct ManualKey {
     /// The key.
     pub name: String,
     /// What it holds: `kg m^2, above zero`.
-    pub holds: String,
+    pub value_kind: String,
     /// Whether the table is incomplete without it.
     pub required: bool,
     /// What holds when it is left out, if that is one value.

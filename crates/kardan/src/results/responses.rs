@@ -29,19 +29,19 @@ pub struct LoopResponses {
     /// What follows a step of each reference; empty for a loop that is not stable.
     pub steps: Vec<StepResponse>,
     /// Margins where the joints stand; `None` without joints that turn.
-    pub along: Option<MarginsAlong>,
+    pub over_positions: Option<MarginsOverPositions>,
 }
 
 /// Margins of the motors along the motions of the joints that stretch no spring, half a turn each.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
-pub struct MarginsAlong {
+pub struct MarginsOverPositions {
     /// The coordinates that turn.
-    pub turned: String,
+    pub coordinates: String,
     /// What was found at each position.
     pub positions: Vec<PositionMargins>,
 }
 
-impl MarginsAlong {
+impl MarginsOverPositions {
     /// The motor with the least disk margin, and the angle at which it has it, rad.
     pub fn worst(&self) -> Option<(&ChannelMargin, f64)> {
         let all = self.positions.iter().flat_map(|one| one.motors.iter().map(|motor| (motor, one.angle)));

@@ -23,7 +23,7 @@ pub struct Safety {
     /// Rows that were not computed.
     pub missing: usize,
     /// What the monitors of the file did in all these runs.
-    pub monitors: Vec<MonitorSeen>,
+    pub monitors: Vec<MonitorOutcome>,
     /// What the reader must know.
     pub notes: Vec<String>,
     /// What speaks against the table.
@@ -83,7 +83,7 @@ pub struct EffectMeasured {
     /// SI; `null` if it could not be measured.
     pub measured: Option<f64>,
     /// Whether its bounds hold; `null` if it has none.
-    pub holds: Option<bool>,
+    pub satisfied: Option<bool>,
 }
 
 /// A run with its faults, or without one.
@@ -101,7 +101,7 @@ pub struct SafetyRow {
     /// last before it, s; of a run without a fault the time of the first row in which it holds.
     pub detected_after: Option<f64>,
     /// How long before the row of the detection the row before it stands, s: so much earlier it may have been.
-    pub known_to: Option<f64>,
+    pub detection_uncertainty: Option<f64>,
     /// States that the state machine of the file enters after the begin, where it does not without the fault.
     pub reaction: Vec<StateEntered>,
     /// The effects, in the order of [`Safety::effects`].
@@ -161,7 +161,7 @@ impl SafetyVerdict {
     }
 
     /// As it stands in the table.
-    pub fn words(self) -> &'static str {
+    pub fn label(self) -> &'static str {
         match self {
             Self::NoAlarm => "no alarm",
             Self::FalseAlarm => "false alarm",
@@ -180,11 +180,11 @@ impl SafetyVerdict {
 
 /// What a monitor did in all runs.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
-pub struct MonitorSeen {
+pub struct MonitorOutcome {
     /// The block.
     pub name: String,
     /// Faults that raise it where it is not raised without them.
     pub raised_by: Vec<String>,
     /// Variants in which it is raised without a fault.
-    pub raised_without: Vec<String>,
+    pub false_alarms: Vec<String>,
 }

@@ -10,12 +10,12 @@ pub(crate) fn by_name<'a, S: Serializer, V: Serialize>(
     pairs: impl Iterator<Item = (&'a str, V)>,
     to: S,
 ) -> Result<S::Ok, S::Error> {
-    let mut taken = BTreeSet::new();
+    let mut used_keys = BTreeSet::new();
     to.collect_map(pairs.map(|(name, value)| {
         let numbered = (2..).map(|k| format!("{name}_{k}"));
-        let key = std::iter::once(name.to_string()).chain(numbered).find(|key| !taken.contains(key));
+        let key = std::iter::once(name.to_string()).chain(numbered).find(|key| !used_keys.contains(key));
         let key = key.unwrap_or_default();
-        taken.insert(key.clone());
+        used_keys.insert(key.clone());
         (key, value)
     }))
 }

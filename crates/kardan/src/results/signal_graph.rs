@@ -15,7 +15,7 @@ pub struct SignalNode {
     /// Its place among those that compute at the same samples, from 1; laws compute behind blocks.
     pub order: usize,
     /// What it answers or commands.
-    pub answers: Vec<SignalAnswer>,
+    pub outputs: Vec<SignalAnswer>,
     /// What it reads: answers of others, sensors, what moves, references, functions of time.
     pub reads: Vec<String>,
     /// Answers of others that its own follow from at the same sample.

@@ -27,7 +27,7 @@ pub enum Stability {
 
 /// How a [`Stability`] is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
-pub enum StabilityKnown {
+pub enum StabilityEvidence {
     /// Over the rationals.
     #[serde(rename = "exactly")]
     Exactly,
@@ -98,7 +98,7 @@ pub struct StabilityVerdict {
     /// The word.
     pub word: Stability,
     /// How it is known.
-    pub known: StabilityKnown,
+    pub evidence: StabilityEvidence,
     /// What lies on the border, where nothing lies outside.
     pub border: Vec<BorderMotion>,
     /// Why it is not decided, as a part of a sentence.
@@ -115,12 +115,12 @@ impl StabilityVerdict {
             (false, false) => Stability::Marginal,
         };
         let border = if outside { Vec::new() } else { border };
-        Self { word, known: StabilityKnown::Exactly, border, why: String::new() }
+        Self { word, evidence: StabilityEvidence::Exactly, border, why: String::new() }
     }
 
     /// A word without motions on the border.
-    pub fn plain(word: Stability, known: StabilityKnown) -> Self {
-        Self { word, known, ..Self::default() }
+    pub fn plain(word: Stability, evidence: StabilityEvidence) -> Self {
+        Self { word, evidence, ..Self::default() }
     }
 
     /// Stable but for free parts with so many poles at zero (at one of a map).
@@ -136,11 +136,11 @@ impl StabilityVerdict {
     /// The verdict on a nonlinear system by its linearisation: where nothing is outside and something on the border, that decides nothing.
     #[must_use]
     pub fn of_linearisation(self) -> Self {
-        let held = self.without_free();
-        if held.border.is_empty() || self.word == Stability::Undecided {
+        let controlled = self.without_free();
+        if controlled.border.is_empty() || self.word == Stability::Undecided {
             return self;
         }
-        let motions: Vec<String> = held.border.iter().map(BorderMotion::to_string).collect();
+        let motions: Vec<String> = controlled.border.iter().map(BorderMotion::to_string).collect();
         let why = format!(
             "the linearisation has {} on the border, and decides nothing about the nonlinear model",
             motions.join(", ")
@@ -155,8 +155,8 @@ impl StabilityVerdict {
 
     /// Whether it is decided without floating point.
     pub fn is_proven(&self) -> bool {
-        use StabilityKnown::{Certified, DespiteRounding, Exactly};
-        self.word != Stability::Undecided && matches!(self.known, Exactly | DespiteRounding | Certified)
+        use StabilityEvidence::{Certified, DespiteRounding, Exactly};
+        self.word != Stability::Undecided && matches!(self.evidence, Exactly | DespiteRounding | Certified)
     }
 
     /// The same without what free parts do.
@@ -216,12 +216,12 @@ impl fmt::Display for StabilityVerdict {
         if self.word == Stability::Undecided {
             return if self.why.is_empty() { Ok(()) } else { write!(f, ": {}", self.why) };
         }
-        f.write_str(match self.known {
-            StabilityKnown::Exactly => " (decided exactly)",
-            StabilityKnown::DespiteRounding => " (decided exactly for the numbers as they are rounded, and the same for other last digits that were tried)",
-            StabilityKnown::Certified => " (certified: poles bounded away from the border)",
-            StabilityKnown::Bounded => " (eigenvalues in floating point, their rounding bounded)",
-            StabilityKnown::Unknown => "",
+        f.write_str(match self.evidence {
+            StabilityEvidence::Exactly => " (decided exactly)",
+            StabilityEvidence::DespiteRounding => " (decided exactly for the numbers as they are rounded, and the same for other last digits that were tried)",
+            StabilityEvidence::Certified => " (certified: poles bounded away from the border)",
+            StabilityEvidence::Bounded => " (eigenvalues in floating point, their rounding bounded)",
+            StabilityEvidence::Unknown => "",
         })?;
         if self.border.is_empty() {
             return Ok(());
@@ -240,7 +240,7 @@ struct StabilityView {
     /// Whether all motions die away; `null` if it is not decided.
     stable: Option<bool>,
     /// How it is known.
-    stability_known: StabilityKnown,
+    stability_evidence: StabilityEvidence,
     /// What lies on the border, where nothing lies outside.
     border_motions: Vec<BorderMotion>,
     /// Why it is not decided; empty if it is.
@@ -252,7 +252,7 @@ impl From<StabilityVerdict> for StabilityView {
         Self {
             stability: verdict.word,
             stable: verdict.is_stable(),
-            stability_known: verdict.known,
+            stability_evidence: verdict.evidence,
             border_motions: verdict.border,
             not_decided_because: verdict.why,
         }

@@ -218,7 +218,7 @@ pub struct SweptUntil {
     /// Samples of the last look.
     pub samples: u64,
     /// How often the intervals are looked at, at most.
-    pub looks: u64,
+    pub interim_analyses: u64,
     /// The confidence of the intervals of each look, so that those of all looks hold together at the confidence of the sweep (Bonferroni).
     pub confidence: f64,
     /// Whether all are as narrow.
@@ -466,7 +466,7 @@ impl SweepRows {
     }
 
     /// Leaves those of that range alone.
-    pub fn keep(&mut self, range: std::ops::Range<usize>) {
+    pub fn restrict(&mut self, range: std::ops::Range<usize>) {
         let width = self.width();
         self.heads.truncate(range.end);
         self.heads.drain(..range.start);

@@ -1,6 +1,6 @@
 //! What is said of a result in one sentence.
 
-use super::{Design, Feedback, Motion, Passage, Pole, Stability, ZeroDynamics};
+use super::{Design, Feedback, LoopAlongPath, Motion, Pole, Stability, ZeroDynamics};
 
 /// What came of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -29,8 +29,8 @@ impl Design {
         };
         let claimed = first.starts_with("Decoupled");
         let first = if claimed { format!("{first}, {}", proven(self)) } else { first.to_string() };
-        let own = self.passage.as_ref().map(|found| there(found, claimed)).unwrap_or_default();
-        let decoupled = decoupled && self.passage.as_ref().is_none_or(|found| !claimed || found.acceptable());
+        let own = self.loop_along_path.as_ref().map(|found| opposite_text(found, claimed)).unwrap_or_default();
+        let decoupled = decoupled && self.loop_along_path.as_ref().is_none_or(|found| !claimed || found.acceptable());
         let grows = self.closed_loop_poles.iter().any(|&pole| self.motion(pole) == Motion::Grows);
         let hidden = match self.zero_dynamics.kind() {
             _ if !self.cancels_zeros => "",
@@ -46,7 +46,7 @@ impl Design {
         // A law that does not invert the plant leaves its zeros alone.
         let stable =
             !self.cancels_zeros || self.zero_dynamics.is_stable() || self.zero_dynamics.kind() != HiddenMotion::Some;
-        let loop_ = self.loop_in_words(grows);
+        let loop_ = self.describe_stability(grows);
         let grows = grows || self.margins.as_ref().is_some_and(|margins| margins.stable == Some(false));
         let opposite = match &self.opposite_side {
             Some(found) if found.margins.stable == Some(false) && !grows => {
@@ -56,18 +56,18 @@ impl Design {
             None => String::new(),
         };
         let grows = grows || self.opposite_side.as_ref().is_some_and(|found| found.margins.stable == Some(false));
-        let strained = self.strains.iter().any(|found| found.strain.strained());
-        let strained = if strained { "; the scenario drives its motors to their limits" } else { "" };
+        let at_limit = self.motor_loads.iter().any(|found| found.motor_load.at_limit());
+        let at_limit = if at_limit { "; the scenario drives its motors to their limits" } else { "" };
         let warnings = counted(&self.warnings);
-        let grows = grows || self.passage.as_ref().is_some_and(|found| !found.stable);
+        let grows = grows || self.loop_along_path.as_ref().is_some_and(|found| !found.stable);
         let early = early(self.unfinished.as_deref());
-        let hardly = self.margins.as_ref().is_some_and(|margins| margins.hardly);
-        let good = decoupled && stable && !grows && !hardly && self.unfinished.is_none();
-        Verdict { sound: good, text: format!("{early}{first}{own}{loop_}{opposite}{hidden}{strained}{warnings}.") }
+        let low_margins = self.margins.as_ref().is_some_and(|margins| margins.low_margins);
+        let good = decoupled && stable && !grows && !low_margins && self.unfinished.is_none();
+        Verdict { sound: good, text: format!("{early}{first}{own}{loop_}{opposite}{hidden}{at_limit}{warnings}.") }
     }
 
     /// Whether the loop is stable, as a part of a sentence; `grows`: a pole says that it is not.
-    fn loop_in_words(&self, grows: bool) -> String {
+    fn describe_stability(&self, grows: bool) -> String {
         let Some(margins) = &self.margins else {
             return match (grows, self.exact_poles) {
                 (false, _) => String::new(),
@@ -90,7 +90,7 @@ impl Design {
             (_, Stability::Unstable) => format!("; {at} the loop is unstable"),
             (Some(false), _) => format!("; {at} the loop is marginal"),
             (None, _) => format!("; whether it is stable {all} is not known"),
-            (Some(true), _) if margins.hardly => format!("; stable {at}{free}, but hardly"),
+            (Some(true), _) if margins.low_margins => format!("; stable {at}{free}, but hardly"),
             (Some(true), _) => format!("; stable {at}{free}"),
         }
     }
@@ -156,7 +156,7 @@ fn proven(design: &Design) -> &'static str {
     if !design.rounded.is_empty() {
         return "proven for the linear design model with rounded rows of its constraints";
     }
-    match (&design.passage, &design.observer) {
+    match (&design.loop_along_path, &design.observer) {
         (None, None) => "proven exactly",
         (None, Some(_)) => "proven exactly for the true state",
         (Some(_), None) => "proven exactly for the linear design model",
@@ -165,9 +165,12 @@ fn proven(design: &Design) -> &'static str {
 }
 
 /// What the loop with the parameters of the variant does, as a part of a sentence.
-fn there(found: &Passage, claimed: bool) -> String {
-    let how =
-        if found.turned.is_empty() { "with the parameters of the variant" } else { "where the variant's joints stand" };
+fn opposite_text(found: &LoopAlongPath, claimed: bool) -> String {
+    let how = if found.coordinates.is_empty() {
+        "with the parameters of the variant"
+    } else {
+        "where the variant's joints stand"
+    };
     match found.worst() {
         _ if !found.stable => format!("; {how} the loop is unstable"),
         Some(worst) if claimed && worst.largest > worst.acceptable => format!("; {how} it is coupled"),

@@ -1,6 +1,6 @@
 //! Words between which a key chooses, as a type.
 
-/// Declares a type for the words of a choice: `Measure::WORDS` for its key, `of` to read one, `word` to write it.
+/// Declares a type for the words of a choice: `Measure::NAMES` for its key, `of` to read one, `word` to write it.
 macro_rules! choice {
     ($(#[$meta:meta])* $name:ident { $($(#[$about:meta])* $variant:ident = $word:literal,)* }) => {
         $(#[$meta])*
@@ -11,7 +11,7 @@ macro_rules! choice {
 
         impl $name {
             /// The words of a model file.
-            pub const WORDS: &'static [&'static str] = &[$($word),*];
+            pub const NAMES: &'static [&'static str] = &[$($word),*];
 
             /// What a word stands for.
             pub fn of(word: &str) -> Option<Self> {

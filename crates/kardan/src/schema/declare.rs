@@ -43,19 +43,19 @@ macro_rules! keys {
 
             #[allow(unused_mut, clippy::let_and_return)]
             fn entries(&self) -> $crate::entries::Entries {
-                use $crate::schema::Given;
+                use $crate::schema::EntryValue;
                 let mut out = $crate::entries::Entries::default();
-                $( out.set(stringify!($rkey), self.$rkey.written()); )*
-                $( if let Some(value) = &self.$key { out.set(stringify!($key), value.written()); } )*
+                $( out.set(stringify!($rkey), self.$rkey.raw()); )*
+                $( if let Some(value) = &self.$key { out.set(stringify!($key), value.raw()); } )*
                 out
             }
 
             #[allow(unused_variables)]
             fn read_entries(entries: &$crate::entries::Entries) -> Option<Self> {
-                use $crate::schema::Given;
+                use $crate::schema::EntryValue;
                 Some(Self {
-                    $( $rkey: Given::read(entries.get(stringify!($rkey))?)?, )*
-                    $( $key: match entries.get(stringify!($key)) { Some(written) => Some(Given::read(written)?), None => None }, )*
+                    $( $rkey: EntryValue::read(entries.get(stringify!($rkey))?)?, )*
+                    $( $key: match entries.get(stringify!($key)) { Some(raw) => Some(EntryValue::read(raw)?), None => None }, )*
                 })
             }
         }
@@ -135,11 +135,11 @@ macro_rules! keys {
     (@type Functions) => { $crate::schema::Named };
     (@type Lists) => { $crate::schema::Lists };
     (@type Poles) => { $crate::schema::Quantities };
-    (@type Shafts $($args:tt)*) => { $crate::schema::Words };
-    (@type Elements $($args:tt)*) => { $crate::schema::Words };
-    (@type Signals) => { $crate::schema::Words };
-    (@type Outputs) => { $crate::schema::Words };
-    (@type Words) => { $crate::schema::Words };
+    (@type Shafts $($args:tt)*) => { $crate::schema::Names };
+    (@type Elements $($args:tt)*) => { $crate::schema::Names };
+    (@type Signals) => { $crate::schema::Names };
+    (@type Outputs) => { $crate::schema::Names };
+    (@type Names) => { $crate::schema::Names };
     (@type $kind:ident $($args:tt)*) => { String };
 }
 

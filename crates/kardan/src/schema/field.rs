@@ -57,7 +57,7 @@ pub enum Kind {
     /// A list of signal names.
     Signals,
     /// A list of names of variants.
-    Words,
+    Names,
     /// A new name that this table introduces (a reference such as `ref_rk`).
     Name,
     /// Free text.
@@ -104,12 +104,12 @@ impl Kind {
 
     /// What it holds for an element along shafts or along masses.
     #[must_use]
-    pub fn along(self, masses: bool) -> Self {
+    pub fn for_translation(self, masses: bool) -> Self {
         match self {
-            Self::Mechanical(dimension, sign) if masses => Self::Quantity(dimension.along_masses(), sign),
+            Self::Mechanical(dimension, sign) if masses => Self::Quantity(dimension.translational(), sign),
             Self::Mechanical(dimension, sign) => Self::Quantity(dimension, sign),
-            Self::Formula(dimension) if masses => Self::Formula(dimension.along_masses()),
-            Self::OfTime(dimension) if masses => Self::OfTime(dimension.along_masses()),
+            Self::Formula(dimension) if masses => Self::Formula(dimension.translational()),
+            Self::OfTime(dimension) if masses => Self::OfTime(dimension.translational()),
             other => other,
         }
     }
@@ -199,8 +199,8 @@ pub enum Scalar {
 pub enum Value {
     /// For `Shaft`, `Node`, `Element`, `Signal`, `Output`, `Choice`, `Name` and `Text`.
     Word(String),
-    /// For `Shafts`, `Elements`, `Signals`, `Outputs` and `Words`.
-    Words(Vec<Placed<String>>),
+    /// For `Shafts`, `Elements`, `Signals`, `Outputs` and `Names`.
+    Names(Vec<Placed<String>>),
     /// For `Quantity`, `AnyQuantity`, `Number` and `Formula` (an expression).
     Scalar(Scalar),
     /// For `Coefficients` (numbers), `Overrides` and `Point` (quantities), `Functions` (expressions) and `Lists` (an entry for each quantity of a list).
@@ -221,9 +221,9 @@ pub struct Table {
     /// The values by key.
     pub values: BTreeMap<&'static str, Placed<Value>>,
     /// Quantities as they are written, `179 deg`, by key.
-    pub written: BTreeMap<&'static str, String>,
+    pub source_text: BTreeMap<&'static str, String>,
     /// Whether its element acts along masses.
-    pub along_masses: bool,
+    pub translational: bool,
     /// Keys that are in the file but could not be read, misspelt ones included; each has been reported.
     pub unread: Vec<&'static str>,
 }
@@ -236,7 +236,7 @@ impl Table {
     /// The number that holds for a key that is left out.
     pub fn default_scalar(&self, key: &str) -> Option<Scalar> {
         let field = self.default_of(key)?;
-        let kind = field.kind.along(self.along_masses);
+        let kind = field.kind.for_translation(self.translational);
         let dimension = if let Kind::Quantity(dimension, _) = kind { dimension } else { Dimension::NONE };
         Some(Scalar::Literal(field.default_number()?, dimension))
     }

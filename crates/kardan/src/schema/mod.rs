@@ -2,12 +2,12 @@
 
 mod choice;
 mod declare;
+mod entry_value;
 mod field;
-mod given;
 mod keys;
 
+pub use entry_value::{EntryValue, Lists, Named, Names, Quantities, Quantity};
 pub use field::{ExactPole, Field, Kind, Placed, SHORTEST_PERIOD, Scalar, Sign, Table, Value};
-pub use given::{Given, Lists, Named, Quantities, Quantity, Words};
 pub use keys::{BlockKeys, ElementKeys, Keys, LawKeys, SignalKeys};
 
 pub(crate) use choice::choice;

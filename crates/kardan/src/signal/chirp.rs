@@ -1,4 +1,4 @@
-use super::{Course, Refused, SignalKind};
+use super::{Refused, SignalKind, SignalWriter};
 use crate::element::Values;
 use crate::expr::{Expr, Function};
 use crate::num::Rational;
@@ -44,11 +44,11 @@ sweep = \"logarithmic\"
     write,
 };
 
-fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
+fn write(values: &Values, writer: &mut SignalWriter<'_>) -> Result<Expr, Refused> {
     let [from, to, over] = ["from", "to", "over"].map(|key| values.exact_or_default(key));
-    let (on, clock) = course.clock(&values.exact_or_default("start"), Some(&over))?;
-    let [first, last, length] = [&from, &to, &over].map(|value| course.exact(value));
-    let graph = &mut *course.graph;
+    let (on, clock) = writer.clock(&values.exact_or_default("start"), Some(&over))?;
+    let [first, last, length] = [&from, &to, &over].map(|value| writer.exact(value));
+    let graph = &mut *writer.graph;
     let waves = if values.word_or_default("sweep") == "logarithmic" && from != to {
         let growth = graph.divide(last, first);
         let growth = graph.apply(Function::Ln, growth);
@@ -62,6 +62,6 @@ fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
         let straight = graph.multiply(first, clock);
         graph.sum(Rational::ZERO, &[(straight, Rational::ONE), (bent, Rational::from_parts(1.into(), 2u8.into()))])
     };
-    let angle = course.turns(waves, &values.exact_or_default("phase"));
-    Ok(course.wave(values, on, angle))
+    let angle = writer.turns(waves, &values.exact_or_default("phase"));
+    Ok(writer.wave(values, on, angle))
 }

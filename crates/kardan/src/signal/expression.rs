@@ -1,4 +1,4 @@
-use super::{Course, Refused, SignalKind};
+use super::{Refused, SignalKind, SignalWriter};
 use crate::element::Values;
 use crate::expr::Expr;
 use crate::schema::{Keys, SignalKeys, keys};
@@ -30,14 +30,14 @@ value = \"2 N m * exp(-t / 0.5 s) * sin(2 pi t / 0.1 s)\"
     write,
 };
 
-fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
+fn write(values: &Values, writer: &mut SignalWriter<'_>) -> Result<Expr, Refused> {
     let read = Expression::parse_law(values.word_or_default("value")).map_err(Refused::Expression)?;
-    let known = course.names;
+    let bindings = writer.names;
     let mut names = |_: &mut _, name: &str| {
-        let found = known.iter().find(|(other, _)| other == name);
+        let found = bindings.iter().find(|(candidate, _)| candidate == name);
         found.map(|(_, named)| named.clone())
     };
-    let (value, dimension) = course.graph.written(&read, &mut names).map_err(Refused::Expression)?;
-    course.dimension = dimension;
+    let (value, dimension) = writer.graph.lowered(&read, &mut names).map_err(Refused::Expression)?;
+    writer.dimension = dimension;
     Ok(value)
 }

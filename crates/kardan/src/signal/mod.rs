@@ -4,7 +4,6 @@
 //! the time; what steps or bends is made of pieces between exact breakpoints, at which steps of the integrator end.
 
 mod chirp;
-mod course;
 mod expression;
 mod multisine;
 mod noise;
@@ -14,9 +13,9 @@ mod sine;
 mod sine_with_dwell;
 mod smooth_step;
 mod table;
+mod writer;
 
 pub use chirp::Chirp;
-pub use course::{Course, MOST_BREAKPOINTS, Refused, Samples, SignalKind};
 pub use expression::ExpressionSignal;
 pub use multisine::{Multisine, MultisineLine};
 pub use noise::Noise;
@@ -26,6 +25,7 @@ pub use sine::Sine;
 pub use sine_with_dwell::SineWithDwell;
 pub use smooth_step::SmoothStep;
 pub use table::TableSignal;
+pub use writer::{MOST_BREAKPOINTS, Refused, Samples, SignalKind, SignalWriter};
 
 /// All kinds of signals.
 pub const REGISTRY: &[SignalKind] = &[

@@ -1,6 +1,6 @@
-use super::course::mistake;
-use super::{Course, Refused, SignalKind};
-use crate::element::{Mistake, Values};
+use super::writer::key_error;
+use super::{Refused, SignalKind, SignalWriter};
+use crate::element::{KeyError, Values};
 use crate::expr::{Expr, Function};
 use crate::num::Rational;
 use crate::schema::{Keys, Sign, SignalKeys, keys};
@@ -57,27 +57,27 @@ count = 20
     write,
 };
 
-fn check(values: &Values) -> Vec<Mistake> {
+fn check(values: &Values) -> Vec<KeyError> {
     let band = ["amplitude", "from", "to", "count"];
     let missing = band.iter().find(|key| !values.has(key));
     let listed = values.tables("line").is_some();
     let mut out = Vec::new();
     if let (Some(key), true) = (band.iter().find(|key| values.has(key)), listed) {
         let message = format!("`{key}` is that of a band, but the sines are listed by `line`");
-        out.push(mistake(key, message, "take out one of the two"));
+        out.push(key_error(key, message, "take out one of the two"));
     }
     if let (Some(key), false) = (missing, listed) {
         let message = format!("a band needs `amplitude`, `from`, `to` and `count`; `{key}` is missing");
-        out.push(mistake("kind", message, "add it, or list the sines by `[[signal.NAME.line]]`"));
+        out.push(key_error("kind", message, "add it, or list the sines by `[[signal.NAME.line]]`"));
     }
     if let Some(count) = values.number("count").filter(|n| n.fract() != 0.0 || !(2.0..=MOST_LINES).contains(n)) {
         let message = format!("expected a whole number of sines from 2 to {MOST_LINES}, found {count}");
-        out.push(mistake("count", message, "write a number such as 20"));
+        out.push(key_error("count", message, "write a number such as 20"));
     }
     if let (Some(from), Some(to)) = (values.number("from"), values.number("to"))
         && from >= to
     {
-        out.push(mistake(
+        out.push(key_error(
             "to",
             format!("the band ends at {to} Hz, not above its begin at {from} Hz"),
             "make `to` more",
@@ -86,8 +86,8 @@ fn check(values: &Values) -> Vec<Mistake> {
     out
 }
 
-fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
-    let (on, clock) = course.clock(&values.exact_or_default("start"), None)?;
+fn write(values: &Values, writer: &mut SignalWriter<'_>) -> Result<Expr, Refused> {
+    let (on, clock) = writer.clock(&values.exact_or_default("start"), None)?;
     let line = |line: &Values| ["amplitude", "frequency", "phase"].map(|key| line.exact_or_default(key));
     let lines: Vec<[Exact; 3]> = match values.tables("line") {
         Some(lines) => lines.iter().map(line).collect(),
@@ -95,17 +95,17 @@ fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
     };
     let mut terms = Vec::new();
     for [amplitude, frequency, phase] in &lines {
-        let [amplitude, frequency] = [amplitude, frequency].map(|value| course.exact(value));
-        let waves = course.graph.multiply(frequency, clock);
-        let angle = course.turns(waves, phase);
-        let angle = course.graph.group(angle);
-        let sine = course.graph.apply(Function::Sin, angle);
-        terms.push((course.graph.multiply(amplitude, sine), Rational::ONE));
+        let [amplitude, frequency] = [amplitude, frequency].map(|value| writer.exact(value));
+        let waves = writer.graph.multiply(frequency, clock);
+        let angle = writer.turns(waves, phase);
+        let angle = writer.graph.group(angle);
+        let sine = writer.graph.apply(Function::Sin, angle);
+        terms.push((writer.graph.multiply(amplitude, sine), Rational::ONE));
     }
-    let offset = course.exact(&values.exact_or_default("offset"));
-    let sum = course.graph.sum(Rational::ZERO, &terms);
-    let sum = course.graph.multiply(on, sum);
-    Ok(course.graph.add(offset, sum))
+    let offset = writer.exact(&values.exact_or_default("offset"));
+    let sum = writer.graph.sum(Rational::ZERO, &terms);
+    let sum = writer.graph.multiply(on, sum);
+    Ok(writer.graph.add(offset, sum))
 }
 
 /// Amplitude, frequency and phase of the sines of a band.
@@ -116,8 +116,8 @@ fn band(values: &Values) -> Vec<[Exact; 3]> {
     let line = |k: i64| {
         let frequency = Exact::new(&from + &step * Rational::from(k), 0);
         // Of -pi k (k + 1)/N whole turns are left out.
-        let turned = -(k * (k + 1)) % (2 * count);
-        let phase = Exact::new(Rational::from(turned) / Rational::from(count), 1);
+        let half_turns = -(k * (k + 1)) % (2 * count);
+        let phase = Exact::new(Rational::from(half_turns) / Rational::from(count), 1);
         [values.exact_or_default("amplitude"), frequency, phase]
     };
     (0..count).map(line).collect()

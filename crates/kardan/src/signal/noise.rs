@@ -1,6 +1,6 @@
-use super::course::{mistake, times};
-use super::{Course, Refused, SignalKind};
-use crate::element::{Mistake, Values};
+use super::writer::{key_error, times};
+use super::{Refused, SignalKind, SignalWriter};
+use crate::element::{KeyError, Values};
 use crate::expr::Expr;
 use crate::num::Random;
 use crate::schema::{Keys, Sign, SignalKeys, keys};
@@ -38,24 +38,28 @@ seed = 7
     write,
 };
 
-fn check(values: &Values) -> Vec<Mistake> {
+fn check(values: &Values) -> Vec<KeyError> {
     let mut out = Vec::new();
     if let Some(deviation) = values.number("deviation").filter(|deviation| *deviation < 0.0) {
         let message = format!("a standard deviation has no sign, found {deviation}");
-        out.push(mistake("deviation", message, "write zero or a number above zero"));
+        out.push(key_error("deviation", message, "write zero or a number above zero"));
     }
     if let Some(seed) = values.number("seed").filter(|seed| seed.fract() != 0.0 || *seed > 9e15) {
-        out.push(mistake("seed", format!("expected a whole number, found {seed}"), "write a whole number, such as 1"));
+        out.push(key_error(
+            "seed",
+            format!("expected a whole number, found {seed}"),
+            "write a whole number, such as 1",
+        ));
     }
     out
 }
 
-fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
+fn write(values: &Values, writer: &mut SignalWriter<'_>) -> Result<Expr, Refused> {
     let [mean, deviation] = ["mean", "deviation"].map(|key| values.number_or_default(key));
     let [start, hold] = ["start", "hold"].map(|key| values.exact_or_default(key));
-    let seed = values.number("seed").map_or(course.seed, |seed| seed as u64);
-    let mut random = Random::named(seed, course.name);
+    let seed = values.number("seed").map_or(writer.seed, |seed| seed as u64);
+    let mut random = Random::named(seed, writer.name);
     let draws = times(&start, &hold).map(|time| (time, [mean + deviation * random.normal(), 0.0, 0.0, 0.0]));
     let before = (!start.is_zero()).then_some((0.0, [mean, 0.0, 0.0, 0.0]));
-    course.pieces("", (course.dimension, false), before.into_iter().chain(draws))
+    writer.pieces("", (writer.dimension, false), before.into_iter().chain(draws))
 }

@@ -1,6 +1,6 @@
-use super::course::{mistake, times};
-use super::{Course, Refused, SignalKind};
-use crate::element::{Mistake, Values};
+use super::writer::{key_error, times};
+use super::{Refused, SignalKind, SignalWriter};
+use crate::element::{KeyError, Values};
 use crate::expr::Expr;
 use crate::schema::{Keys, Sign, SignalKeys, keys};
 use crate::units::{Dimension, Exact};
@@ -39,16 +39,16 @@ count = 3
     write,
 };
 
-fn check(values: &Values) -> Vec<Mistake> {
+fn check(values: &Values) -> Vec<KeyError> {
     let mut out = Vec::new();
     if let (Some(width), Some(period)) = (values.number("width"), values.number("period"))
         && width >= period
     {
         let message = format!("a pulse of {width} s does not end before the next one begins, after {period} s");
-        out.push(mistake("width", message, "make `width` less than `period`"));
+        out.push(key_error("width", message, "make `width` less than `period`"));
     }
     if let Some(count) = values.number("count").filter(|count| count.fract() != 0.0) {
-        out.push(mistake(
+        out.push(key_error(
             "count",
             format!("expected a whole number of pulses, found {count}"),
             "write a number such as 3",
@@ -57,7 +57,7 @@ fn check(values: &Values) -> Vec<Mistake> {
     out
 }
 
-fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
+fn write(values: &Values, writer: &mut SignalWriter<'_>) -> Result<Expr, Refused> {
     let [low, high] = ["low", "high"].map(|key| values.number_or_default(key));
     let [start, period, width] = ["start", "period", "width"].map(|key| values.exact_or_default(key));
     let end = Exact::new(start.to_rational() + width.to_rational(), 0);
@@ -67,6 +67,6 @@ fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
     let pulses = times(&start, &period).zip(times(&end, &period)).take(count).flat_map(pulse);
     // Before the run: no step that is told.
     let before = (!start.is_zero()).then_some((-1.0, level(low)));
-    let about = (course.dimension, true);
-    course.pieces("", about, before.into_iter().chain(pulses))
+    let about = (writer.dimension, true);
+    writer.pieces("", about, before.into_iter().chain(pulses))
 }

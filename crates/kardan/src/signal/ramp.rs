@@ -1,4 +1,4 @@
-use super::{Course, Refused, SignalKind};
+use super::{Refused, SignalKind, SignalWriter};
 use crate::element::Values;
 use crate::expr::Expr;
 use crate::num::rational_to_f64;
@@ -35,11 +35,11 @@ over = \"0.5 s\"
     write,
 };
 
-fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
+fn write(values: &Values, writer: &mut SignalWriter<'_>) -> Result<Expr, Refused> {
     let [from, to, over] = ["from", "to", "over"].map(|key| values.number_or_default(key));
     let [start, length] = ["start", "over"].map(|key| values.exact_or_default(key).to_rational());
     let (begin, end) = (rational_to_f64(&start), rational_to_f64(&(start + length)));
     let level = |level: f64| [level, 0.0, 0.0, 0.0];
     let pieces = [(0.0, level(from)), (begin, [from, (to - from) / over, 0.0, 0.0]), (end, level(to))];
-    course.pieces("", (course.dimension, false), pieces.into_iter())
+    writer.pieces("", (writer.dimension, false), pieces.into_iter())
 }

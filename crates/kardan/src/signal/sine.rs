@@ -1,4 +1,4 @@
-use super::{Course, Refused, SignalKind};
+use super::{Refused, SignalKind, SignalWriter};
 use crate::element::Values;
 use crate::expr::Expr;
 use crate::schema::{Keys, Sign, SignalKeys, keys};
@@ -35,10 +35,10 @@ phase = \"90 deg\"
     write,
 };
 
-fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
-    let (on, clock) = course.clock(&values.exact_or_default("start"), None)?;
-    let frequency = course.exact(&values.exact_or_default("frequency"));
-    let waves = course.graph.multiply(frequency, clock);
-    let angle = course.turns(waves, &values.exact_or_default("phase"));
-    Ok(course.wave(values, on, angle))
+fn write(values: &Values, writer: &mut SignalWriter<'_>) -> Result<Expr, Refused> {
+    let (on, clock) = writer.clock(&values.exact_or_default("start"), None)?;
+    let frequency = writer.exact(&values.exact_or_default("frequency"));
+    let waves = writer.graph.multiply(frequency, clock);
+    let angle = writer.turns(waves, &values.exact_or_default("phase"));
+    Ok(writer.wave(values, on, angle))
 }

@@ -1,4 +1,4 @@
-use super::{Course, Refused, SignalKind};
+use super::{Refused, SignalKind, SignalWriter};
 use crate::element::Values;
 use crate::expr::Expr;
 use crate::num::rational_to_f64;
@@ -36,7 +36,7 @@ start = \"0.5 s\"
     write,
 };
 
-fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
+fn write(values: &Values, writer: &mut SignalWriter<'_>) -> Result<Expr, Refused> {
     let [start, dwell] = ["start", "dwell"].map(|key| values.exact_or_default(key).to_rational());
     let frequency = values.exact_or_default("frequency");
     let period = frequency.recip().map(|period| period.to_rational()).unwrap_or_default();
@@ -53,10 +53,10 @@ fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
     let clock = [(begin, rises(0.0))].into_iter().chain(dwell);
     let clock = clock.chain([(goes_on, rises(three_quarters)), (end, level(period))]);
     let clock = before(0.0).into_iter().chain(clock);
-    let on = course.pieces("on", (Dimension::NONE, false), on)?;
-    let clock = course.pieces("clock", (Dimension::TIME, false), clock)?;
-    let frequency = course.exact(&frequency);
-    let waves = course.graph.multiply(frequency, clock);
-    let angle = course.turns(waves, &crate::units::Exact::zero());
-    Ok(course.wave(values, on, angle))
+    let on = writer.pieces("on", (Dimension::NONE, false), on)?;
+    let clock = writer.pieces("clock", (Dimension::TIME, false), clock)?;
+    let frequency = writer.exact(&frequency);
+    let waves = writer.graph.multiply(frequency, clock);
+    let angle = writer.turns(waves, &crate::units::Exact::zero());
+    Ok(writer.wave(values, on, angle))
 }

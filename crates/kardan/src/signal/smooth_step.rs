@@ -1,4 +1,4 @@
-use super::{Course, Refused, SignalKind};
+use super::{Refused, SignalKind, SignalWriter};
 use crate::element::Values;
 use crate::expr::Expr;
 use crate::num::rational_to_f64;
@@ -35,7 +35,7 @@ over = \"0.3 s\"
     write,
 };
 
-fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
+fn write(values: &Values, writer: &mut SignalWriter<'_>) -> Result<Expr, Refused> {
     let [from, to, over] = ["from", "to", "over"].map(|key| values.number_or_default(key));
     let [start, length] = ["start", "over"].map(|key| values.exact_or_default(key).to_rational());
     let (begin, end) = (rational_to_f64(&start), rational_to_f64(&(start + length)));
@@ -43,5 +43,5 @@ fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
     let way = (to - from) / (over * over);
     let before = (begin > 0.0).then_some((0.0, level(from)));
     let pieces = before.into_iter().chain([(begin, [from, 0.0, 3.0 * way, -2.0 * way / over]), (end, level(to))]);
-    course.pieces("", (course.dimension, false), pieces)
+    writer.pieces("", (writer.dimension, false), pieces)
 }

@@ -1,6 +1,6 @@
-use super::course::mistake;
-use super::{Course, Refused, Samples, SignalKind};
-use crate::element::{Mistake, Values};
+use super::writer::key_error;
+use super::{Refused, Samples, SignalKind, SignalWriter};
+use crate::element::{KeyError, Values};
 use crate::expr::Expr;
 use crate::num::steffen;
 use crate::schema::{Keys, Sign, SignalKeys, keys};
@@ -47,24 +47,24 @@ beyond = \"hold\"
     write,
 };
 
-fn check(values: &Values) -> Vec<Mistake> {
+fn check(values: &Values) -> Vec<KeyError> {
     let mut out = Vec::new();
     match (values.has("points"), values.has("file")) {
-        (true, true) => out.push(mistake("points", "there are points and a file", "take out one of the two")),
-        (false, false) => out.push(mistake("kind", "there are neither points nor a file", "add `points` or `file`")),
+        (true, true) => out.push(key_error("points", "there are points and a file", "take out one of the two")),
+        (false, false) => out.push(key_error("kind", "there are neither points nor a file", "add `points` or `file`")),
         _ => {}
     }
     let of_file = ["time", "column", "unit", "time_unit"];
     if let Some(key) = of_file.iter().find(|key| values.has("points") && values.has(key)) {
-        out.push(mistake(key, format!("`{key}` tells of a file, but there are points"), "take it out"));
+        out.push(key_error(key, format!("`{key}` tells of a file, but there are points"), "take it out"));
     }
     out
 }
 
-fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
+fn write(values: &Values, writer: &mut SignalWriter<'_>) -> Result<Expr, Refused> {
     let key = if values.has("file") { "file" } else { "points" };
     let refused = |code, message: String, help: &str| Refused::new(code, key, message, help);
-    let Some(Samples { times, values: samples }) = course.samples else {
+    let Some(Samples { times, values: samples }) = writer.samples else {
         return Err(refused("signal::points", "there are no points".into(), "add some"));
     };
     let delay = values.number_or_default("delay");
@@ -89,8 +89,8 @@ fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
     }
     let (first, last) = (times[0], times[times.len() - 1]);
     let beyond = values.word_or_default("beyond");
-    if beyond == "refuse" && (first > 0.0 || last < course.horizon) {
-        let message = format!("the points are from {first} s to {last} s, the run is from 0 s to {} s", course.horizon);
+    if beyond == "refuse" && (first > 0.0 || last < writer.horizon) {
+        let message = format!("the points are from {first} s to {last} s, the run is from 0 s to {} s", writer.horizon);
         let help = "say what holds beyond them by `beyond = \"hold\"` or `beyond = \"repeat\"`";
         return Err(refused("signal::beyond", message, help));
     }
@@ -104,11 +104,11 @@ fn write(values: &Values, course: &mut Course<'_>) -> Result<Expr, Refused> {
             pieces.clone().into_iter().map(move |(start, coefficients)| (start + shift, coefficients))
         };
         let all = (0..).flat_map(round);
-        return course.pieces("", (course.dimension, false), from_zero(all));
+        return writer.pieces("", (writer.dimension, false), from_zero(all));
     }
     pieces.push((last, level(samples[samples.len() - 1])));
     let before = (first > 0.0).then_some((0.0, level(samples[0])));
-    course.pieces("", (course.dimension, false), from_zero(before.into_iter().chain(pieces)))
+    writer.pieces("", (writer.dimension, false), from_zero(before.into_iter().chain(pieces)))
 }
 
 /// Pieces without those that end before time zero.

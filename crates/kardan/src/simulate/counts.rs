@@ -7,7 +7,7 @@ const MOST: usize = 1 << 20;
 
 /// What a sensor that counts met at the readings of a sampled law.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Met {
+pub struct EncoderReading {
     /// Name of the sensor.
     pub sensor: String,
     /// The time of each reading, s, and what was read there, in counts before they are rounded down: whole numbers are the boundaries of counts.
@@ -18,8 +18,8 @@ pub struct Met {
 
 /// A reading that comes out on the other side of a boundary.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Turned {
-    /// Number of its sensor in [`RunResult::met`](super::RunResult::met).
+pub struct FlippedReading {
+    /// Number of its sensor in [`RunResult::encoder_readings`](super::RunResult::encoder_readings).
     pub sensor: usize,
     /// Number of the reading.
     pub reading: usize,
@@ -32,16 +32,16 @@ pub struct Turned {
 /// Takes the readings of a sensor down, and turns some of them.
 #[derive(Debug, Clone)]
 pub(super) struct Notes {
-    met: Met,
+    encoder_readings: EncoderReading,
     /// Number of the next reading.
     next: usize,
-    turned: VecDeque<Turned>,
+    flipped: VecDeque<FlippedReading>,
 }
 
 impl Notes {
     /// Of a sensor; its turned readings in their order.
-    pub fn new(sensor: String, turned: VecDeque<Turned>) -> Self {
-        Self { met: Met { sensor, ..Met::default() }, next: 0, turned }
+    pub fn new(sensor: String, flipped: VecDeque<FlippedReading>) -> Self {
+        Self { encoder_readings: EncoderReading { sensor, ..EncoderReading::default() }, next: 0, flipped }
     }
 
     /// The count of what is met.
@@ -49,20 +49,20 @@ impl Notes {
         let number = self.next;
         self.next += 1;
         if number < MOST {
-            self.met.readings.push((time, steps));
-        } else if self.met.until.is_none() {
-            self.met.until = Some(time);
+            self.encoder_readings.readings.push((time, steps));
+        } else if self.encoder_readings.until.is_none() {
+            self.encoder_readings.until = Some(time);
         }
-        let turned = self.turned.pop_front_if(|turned| turned.reading == number);
-        match turned.filter(|turned| (steps - turned.boundary).abs() < 0.5) {
-            Some(Turned { boundary, above, .. }) => boundary - f64::from(u8::from(!above)),
+        let flipped = self.flipped.pop_front_if(|flipped| flipped.reading == number);
+        match flipped.filter(|flipped| (steps - flipped.boundary).abs() < 0.5) {
+            Some(FlippedReading { boundary, above, .. }) => boundary - f64::from(u8::from(!above)),
             None => steps.floor(),
         }
     }
 
     /// What it met.
-    pub fn met(self) -> Met {
-        self.met
+    pub fn encoder_readings(self) -> EncoderReading {
+        self.encoder_readings
     }
 }
 
@@ -71,15 +71,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn turned_readings_come_out_on_the_side_asked_for() {
-        let turned = |reading, above| Turned { sensor: 0, reading, boundary: 5.0, above };
-        let all = [turned(1, true), turned(2, false), turned(3, true), turned(4, true)];
+    fn flipped_readings_come_out_on_the_requested_side() {
+        let flipped = |reading, above| FlippedReading { sensor: 0, reading, boundary: 5.0, above };
+        let all = [flipped(1, true), flipped(2, false), flipped(3, true), flipped(4, true)];
         let mut notes = Notes::new("encoder".into(), all.into());
         // Not turned; below and turned up; above and turned down; above already; far from the boundary.
-        let met = [4.999, 4.999, 5.001, 5.001, 7.2];
-        let counts: Vec<f64> = met.iter().zip([0.0, 0.1, 0.2, 0.3, 0.4]).map(|(x, t)| notes.count(t, *x)).collect();
+        let encoder_readings = [4.999, 4.999, 5.001, 5.001, 7.2];
+        let counts: Vec<f64> =
+            encoder_readings.iter().zip([0.0, 0.1, 0.2, 0.3, 0.4]).map(|(x, t)| notes.count(t, *x)).collect();
         assert_eq!(counts, [4.0, 5.0, 4.0, 5.0, 7.0]);
-        let noted = notes.met();
+        let noted = notes.encoder_readings();
         assert_eq!(noted.readings, [(0.0, 4.999), (0.1, 4.999), (0.2, 5.001), (0.3, 5.001), (0.4, 7.2)]);
         assert_eq!((noted.sensor.as_str(), noted.until), ("encoder", None));
     }

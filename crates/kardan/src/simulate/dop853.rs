@@ -11,7 +11,7 @@
 use kardan_rt::functions::{exp, ln, powi};
 
 use super::rounding::Rounding;
-use crate::num::Keeper;
+use crate::num::StateArchive;
 
 /// Why a step could not be made. The solver then still stands at its last accepted point.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -134,19 +134,19 @@ impl Dop853 {
     }
 
     /// Everything that its next steps depend on.
-    pub fn keep(&mut self, keeper: &mut Keeper<'_>) {
+    pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         for time in [&mut self.previous_time, &mut self.time, &mut self.next, &mut self.last_error] {
-            keeper.number(time);
+            archive.number(time);
         }
         for list in [&mut self.previous, &mut self.state] {
-            keeper.numbers(list);
+            archive.numbers(list);
         }
-        self.slopes.iter_mut().chain(&mut self.dense).for_each(|list| keeper.numbers(list));
-        keeper.flag(&mut self.slope_at_end);
-        keeper.flag(&mut self.dense_ready);
+        self.slopes.iter_mut().chain(&mut self.dense).for_each(|list| archive.numbers(list));
+        archive.flag(&mut self.slope_at_end);
+        archive.flag(&mut self.dense_ready);
         let Counts { accepted, rejected, evaluations } = &mut self.counts;
-        [accepted, rejected, evaluations].into_iter().for_each(|count| keeper.word(count));
-        self.rounding.keep(keeper);
+        [accepted, rejected, evaluations].into_iter().for_each(|count| archive.word(count));
+        self.rounding.archive_state(archive);
     }
 
     /// Puts the solver at `state` (n components) at `time` and evaluates the slope there; all history but the counts
@@ -363,8 +363,8 @@ impl Dop853 {
         let [r2, r3, r4, r5, r6, r7] = self.dense.each_ref().map(|r| &r[..n]);
         for i in 0..n {
             let inner = r4[i] + theta * (r5[i] + rest * (r6[i] + theta * r7[i]));
-            let bend = r2[i] + theta * (r3[i] + rest * inner);
-            out[i] = near[i] + way * (far[i] - near[i]) + theta * rest * bend;
+            let correction = r2[i] + theta * (r3[i] + rest * inner);
+            out[i] = near[i] + way * (far[i] - near[i]) + theta * rest * correction;
         }
     }
 
@@ -459,8 +459,8 @@ impl Dop853 {
     fn starting_step(&mut self, until: f64, rhs: &mut impl FnMut(f64, &[f64], &mut [f64])) -> f64 {
         let Self { relative, absolute, controlled, state: x, slopes, work, .. } = self;
         let room = until - self.time;
-        let (first, others) = slopes.split_at_mut(1);
-        let (slope, slope_there) = (&first[0], &mut others[0]);
+        let (first, later) = slopes.split_at_mut(1);
+        let (slope, trial_slope) = (&first[0], &mut later[0]);
         let norm = |value: &dyn Fn(usize) -> f64| {
             let square = |i: usize| powi(value(i) / (absolute[i] + *relative * x[i].abs()), 2);
             ((0..x.len()).map(square).sum::<f64>() / (*controlled).max(1) as f64).sqrt()
@@ -471,9 +471,9 @@ impl Dop853 {
         for i in 0..x.len() {
             work[i] = x[i] + euler * slope[i];
         }
-        rhs((self.time + euler).min(until), work, slope_there);
+        rhs((self.time + euler).min(until), work, trial_slope);
         self.counts.evaluations += 1;
-        let curvature = norm(&|i| slope_there[i] - slope[i]) / euler;
+        let curvature = norm(&|i| trial_slope[i] - slope[i]) / euler;
         let most = speed.max(curvature);
         if !curvature.is_finite() || !speed.is_finite() {
             return euler;
@@ -970,8 +970,8 @@ mod tests {
             }
             let counts = solver.counts();
             // Two more for each look at what rounding makes.
-            let looks = counts.evaluations - (2 + 15 * counts.accepted + 11 * counts.rejected);
-            assert!(looks.is_multiple_of(2) && looks <= 2 * (counts.accepted + counts.rejected), "{counts:?}");
+            let scans = counts.evaluations - (2 + 15 * counts.accepted + 11 * counts.rejected);
+            assert!(scans.is_multiple_of(2) && scans <= 2 * (counts.accepted + counts.rejected), "{counts:?}");
             assert!(counts.rejected * 10 < counts.accepted, "{counts:?}");
         }
     }
@@ -990,8 +990,8 @@ mod tests {
             solver.start(0.0, &[1000.0 + cos(phase), -sin(phase)], &mut rhs);
             solver.set_step(1.7);
             solver.step(10.0, &mut rhs).unwrap();
-            let there = phase + solver.time();
-            assert!(distance(solver.state(), &[1000.0 + cos(there), -sin(there)]) < 1e-7, "{phase} {}", solver.time());
+            let angle = phase + solver.time();
+            assert!(distance(solver.state(), &[1000.0 + cos(angle), -sin(angle)]) < 1e-7, "{phase} {}", solver.time());
         }
     }
 
@@ -1024,7 +1024,7 @@ mod tests {
     }
 
     #[test]
-    fn never_looks_beyond_until() {
+    fn never_evaluates_beyond_until() {
         let latest = std::cell::Cell::new(0.0_f64);
         let mut rhs = |t: f64, x: &[f64], slope: &mut [f64]| {
             latest.set(latest.get().max(t));
@@ -1058,7 +1058,7 @@ mod tests {
     }
 
     #[test]
-    fn blow_up_ends_at_the_pole() {
+    fn finite_escape_ends_at_the_pole() {
         // x' = x², x(0) = 1: x = 1/(1 - t).
         let mut rhs = |_: f64, x: &[f64], slope: &mut [f64]| slope[0] = x[0] * x[0];
         let mut solver = Dop853::new(1e-10, &[1e-10]);
@@ -1110,7 +1110,7 @@ mod tests {
 
     /// A stiff spring far from zero: what is left of its force is 1e-10 of what cancels in it.
     #[test]
-    fn rounding_shortens_no_steps_and_is_told() {
+    fn rounding_shortens_no_steps_and_is_reported() {
         let mut rhs = |_: f64, x: &[f64], slope: &mut [f64]| {
             (slope[0], slope[1]) = (x[1], 0.0);
             slope[2] = x[3];
@@ -1133,7 +1133,7 @@ mod tests {
 
     #[test]
     fn uncontrolled_quadrature_does_not_touch_the_steps() {
-        let mut alone = |_: f64, x: &[f64], slope: &mut [f64]| {
+        let mut plain_rhs = |_: f64, x: &[f64], slope: &mut [f64]| {
             slope[0] = x[1];
             slope[1] = -x[0];
         };
@@ -1144,10 +1144,10 @@ mod tests {
         };
         let mut a = Dop853::new(1e-9, &[1e-9; 2]);
         let mut b = Dop853::new(1e-9, &[1e-9, 1e-9, f64::INFINITY]);
-        a.start(0.0, &[1.0, 0.0], &mut alone);
+        a.start(0.0, &[1.0, 0.0], &mut plain_rhs);
         b.start(0.0, &[1.0, 0.0, 0.0], &mut with);
         while a.time() < 10.0 {
-            a.step(10.0, &mut alone).unwrap();
+            a.step(10.0, &mut plain_rhs).unwrap();
             b.step(10.0, &mut with).unwrap();
             assert_eq!(a.time(), b.time());
             assert_eq!(a.state(), &b.state()[..2]);

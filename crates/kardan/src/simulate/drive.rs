@@ -2,7 +2,7 @@
 
 use super::faults::{MotorFault, MotorFaultKind};
 use crate::equations::{Domain, Motor};
-use crate::num::Keeper;
+use crate::num::StateArchive;
 use crate::results::Span;
 use crate::units::Exact;
 
@@ -62,8 +62,8 @@ pub(super) struct Spans {
 
 impl Spans {
     /// From this time on it holds, or not.
-    pub(super) fn now(&mut self, time: f64, holds: bool) {
-        match (self.since, holds) {
+    pub(super) fn now(&mut self, time: f64, active: bool) {
+        match (self.since, active) {
             (None, true) => self.since = Some(time),
             (Some(from), false) => {
                 self.since = None;
@@ -83,12 +83,12 @@ impl Spans {
 }
 
 impl Spans {
-    fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        keeper.list(&mut self.closed, (0.0, 0.0), |keeper, (from, until)| {
-            keeper.number(from);
-            keeper.number(until);
+    fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        archive.list(&mut self.closed, (0.0, 0.0), |archive, (from, until)| {
+            archive.number(from);
+            archive.number(until);
         });
-        keeper.optional(&mut self.since);
+        archive.optional(&mut self.since);
     }
 }
 
@@ -126,17 +126,17 @@ impl Drive {
     }
 
     /// Its modes, and what it remembers of its limits.
-    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
+    pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         let mut mode = [self.limit_mode as usize, self.rate_mode as usize];
-        mode.iter_mut().for_each(|number| keeper.count(number));
+        mode.iter_mut().for_each(|number| archive.count(number));
         self.limit_mode = [Limit::Inside, Limit::High, Limit::Low][mode[0].min(2)];
         self.rate_mode = [Rate::Follow, Rate::Rise, Rate::Fall][mode[1].min(2)];
         if let Some(limit) = &mut self.limit {
-            keeper.number(limit);
+            archive.number(limit);
         }
-        keeper.number(&mut self.stuck);
-        self.at_limit.keep(keeper);
-        self.at_rate_limit.keep(keeper);
+        archive.number(&mut self.stuck);
+        self.at_limit.archive_state(archive);
+        self.at_rate_limit.archive_state(archive);
     }
 
     /// Whether its torque sticks some time in the run.
@@ -175,11 +175,11 @@ impl Drive {
         }
     }
 
-    /// Notes whether it is at its limits from a time on; `held`: its command stays as it is until the next decision, so that a
+    /// Notes whether it is at its limits from a time on; `constant`: its command stays as it is until the next decision, so that a
     /// controller may have brought it to the limit itself.
-    pub(super) fn note_limits(&mut self, time: f64, command: f64, held: bool) {
-        let there = |limit: f64| held && command.abs() >= limit * (1.0 - AT_LIMIT);
-        let at = self.limit_mode != Limit::Inside || self.limit.is_some_and(there);
+    pub(super) fn note_limits(&mut self, time: f64, command: f64, constant: bool) {
+        let reaches = |limit: f64| constant && command.abs() >= limit * (1.0 - AT_LIMIT);
+        let at = self.limit_mode != Limit::Inside || self.limit.is_some_and(reaches);
         self.at_limit.now(time, at);
         self.at_rate_limit.now(time, self.rate_mode != Rate::Follow);
     }
@@ -200,10 +200,10 @@ mod tests {
     #[test]
     fn spans_join_where_they_touch_and_the_last_one_ends_with_the_run() {
         let mut spans = Spans::default();
-        for (time, holds) in
+        for (time, active) in
             [(0.0, false), (1.0, true), (1.5, true), (2.0, false), (3.0, true), (3.0, false), (4.0, true)]
         {
-            spans.now(time, holds);
+            spans.now(time, active);
         }
         assert_eq!(spans.until(6.0), [Span { from: 1.0, until: 2.0 }, Span { from: 4.0, until: 6.0 }]);
         assert_eq!(spans.until(4.0), [Span { from: 1.0, until: 2.0 }]);

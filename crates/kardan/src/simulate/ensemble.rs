@@ -7,8 +7,8 @@
 use kardan_native::lanes;
 use kardan_rt::Lanes;
 
-use super::machine::{Abreast, Lane, Machine, Prospect, Setup};
-use super::outputs::{Outputs, Parted};
+use super::machine::{Lane, Machine, Prospect, Setup, SimdTaylor};
+use super::outputs::{Outputs, SplitSignals};
 use super::readings::Readings;
 use super::run::absolute_tolerances;
 use super::{Scenario, Tolerance, taylor};
@@ -29,11 +29,11 @@ const FIRST: f64 = 4.0 * f64::EPSILON;
 const LEAST: f64 = 1e-9;
 const WIDER: f64 = 32.0;
 /// Places in a step where modes are looked at if series do not tell.
-const LOOKS: usize = 12;
+const EVENT_SCAN_POINTS: usize = 12;
 /// Rows that are found at a time.
 const SIDE: usize = 8;
 /// Events with next to nothing between them after which a run is left to the reference.
-const FLURRY: usize = 200;
+const MOST_ZENO_EVENTS: usize = 200;
 /// Relative difference of two times that are one.
 const SAME: f64 = 1e-14;
 
@@ -60,7 +60,7 @@ struct Common {
     breakpoints: Vec<f64>,
     input_names: Vec<String>,
     /// What laws with a clock are before a run.
-    clocked_laws: Vec<u64>,
+    sampled_laws: Vec<u64>,
 }
 
 /// A lane: its run, and where it stands.
@@ -69,8 +69,8 @@ struct Own {
     run: Option<usize>,
     /// Signals that have series, so many, then those that are read at each row.
     series: Series,
-    alone: usize,
-    others: Option<Readings>,
+    direct_count: usize,
+    machine_readings: Option<Readings>,
     between: Vec<f64>,
     /// Memory for states at the begin, in the middle and at the end of a part of a step.
     parts: [Vec<f64>; 3],
@@ -81,14 +81,14 @@ struct Own {
     breakpoint: f64,
     tick: f64,
     /// Whether its rates are known there.
-    stands: bool,
+    rates_known: bool,
     state: Vec<f64>,
     looked: Vec<f64>,
     rates: Vec<f64>,
     reversed: Vec<usize>,
     next_row: usize,
     /// Events close behind each other, and the last one.
-    flurry: usize,
+    zeno_events: usize,
     last: f64,
     coefficients: Vec<f64>,
 }
@@ -103,7 +103,7 @@ enum Kind {
 }
 
 impl Ensemble {
-    /// Lanes for a loop whose equations are [given](crate::assemble::Equations::given) the coefficients that vary, in the same order; as many as machine
+    /// Lanes for a loop whose equations are [given](crate::assemble::Equations::run_parameters) the coefficients that vary, in the same order; as many as machine
     /// code has where `count` asks for no other number: 1, 4 or 8.
     ///
     /// # Errors
@@ -132,7 +132,7 @@ impl Ensemble {
 }
 
 struct Group<N> {
-    abreast: Abreast<N>,
+    simd_taylor: SimdTaylor<N>,
     common: Common,
     own: Vec<Own>,
     times: N,
@@ -152,17 +152,22 @@ impl<N: Lane> Group<N> {
             return Err(why);
         }
         let machine = || {
-            let mut parted = None;
+            let mut split_signals = None;
             let machine = Machine::finding(setup, |motion, found| {
-                parted = Outputs::new(reduced, scenario).parted(motion, reduced, found);
-                parted.as_mut().map(|parted| std::mem::take(&mut parted.alone)).unwrap_or_default()
+                split_signals = Outputs::new(reduced, scenario).split_signals(motion, reduced, found);
+                split_signals
+                    .as_mut()
+                    .map(|split_signals| std::mem::take(&mut split_signals.direct))
+                    .unwrap_or_default()
             });
-            parted.map(|parted| (machine, parted)).ok_or("a figure or a requirement reads what lanes do not tell")
+            split_signals
+                .map(|split_signals| (machine, split_signals))
+                .ok_or("a figure or a requirement reads what lanes do not tell")
         };
-        let (mut first, parted) = machine()?;
+        let (mut first, split_signals) = machine()?;
         let absolute = absolute_tolerances(reduced, tolerance, first.size());
         let order = (taylor::order(tolerance.relative) + MORE).min(MOST_ORDER);
-        let abreast = Abreast::new(&first, (tolerance.relative, &absolute), order)?;
+        let simd_taylor = SimdTaylor::new(&first, (tolerance.relative, &absolute), order)?;
         let mut breakpoints: Vec<f64> = (0..scenario.sources.len())
             .flat_map(|k| first.profile(k).breakpoints().collect::<Vec<_>>())
             .chain([scenario.duration])
@@ -175,19 +180,19 @@ impl<N: Lane> Group<N> {
             tolerances: (tolerance.relative, absolute),
             breakpoints,
             input_names: reduced.equations.inputs.iter().map(|input| input.element.clone()).collect(),
-            clocked_laws: first.clocked_laws(),
+            sampled_laws: first.sampled_laws(),
         };
-        let alone = abreast.also_places().len();
-        let also = abreast.also_places().to_vec();
-        let own = |(mut machine, parted): (Machine, _)| {
+        let direct_count = simd_taylor.also_places().len();
+        let also = simd_taylor.also_places().to_vec();
+        let own = |(mut machine, split_signals): (Machine, _)| {
             machine.prepare_resolution(&also);
-            Own::new(machine, parted, scenario, alone)
+            Own::new(machine, split_signals, scenario, direct_count)
         };
-        let mut all = vec![own((first, parted))];
+        let mut all = vec![own((first, split_signals))];
         for _ in 1..N::COUNT {
             all.push(own(machine()?));
         }
-        Ok(Self { abreast, common, own: all, times: N::all(0.0), rooms: N::all(1.0), nexts: N::all(0.0) })
+        Ok(Self { simd_taylor, common, own: all, times: N::all(0.0), rooms: N::all(1.0), nexts: N::all(0.0) })
     }
 
     fn run(&mut self, runs: &[LaneRun], take: &mut TakeRun<'_>) {
@@ -213,14 +218,14 @@ impl<N: Lane> Group<N> {
 
     /// What a lane does where its equations change: it stands anew, waits as long as nothing moves, and ends.
     fn proceed(&mut self, lane: usize, take: &mut TakeRun<'_>) {
-        let Self { own, abreast, common, times, rooms, .. } = self;
+        let Self { own, simd_taylor, common, times, rooms, .. } = self;
         let own = &mut own[lane];
         while let Some(number) = own.run {
             if own.time >= common.scenario.duration {
                 if own.sample() {
                     own.settle(common);
                 }
-                own.repeat(common.scenario.times.len() - own.next_row, abreast.also_places());
+                own.repeat(common.scenario.times.len() - own.next_row, simd_taylor.also_places());
                 own.run = None;
                 take(number, Some(&mut own.series));
                 return;
@@ -228,10 +233,10 @@ impl<N: Lane> Group<N> {
             if own.time >= own.end {
                 own.cross(common);
             }
-            if !own.stands {
+            if !own.rates_known {
                 own.stand();
             }
-            own.stands = false;
+            own.rates_known = false;
             if !own.is_fit() {
                 own.run = None;
                 take(number, None);
@@ -239,40 +244,40 @@ impl<N: Lane> Group<N> {
             }
             if !own.rests() {
                 own.observe_here();
-                abreast.load(lane, &own.machine, &own.state);
+                simd_taylor.load(lane, &own.machine, &own.state);
                 times.lanes_mut()[lane] = own.time;
                 rooms.lanes_mut()[lane] = own.end - own.time;
                 return;
             }
-            own.wait(abreast.also_places(), common);
+            own.wait(simd_taylor.also_places(), common);
         }
     }
 
     /// One step of every lane.
     fn step(&mut self, take: &mut TakeRun<'_>) {
-        self.abreast.expand(&self.times, &self.rooms, &self.nexts);
+        self.simd_taylor.expand(&self.times, &self.rooms, &self.nexts);
         for lane in 0..N::COUNT {
-            let Self { own, abreast, common, times, rooms, nexts } = self;
+            let Self { own, simd_taylor, common, times, rooms, nexts } = self;
             let own = &mut own[lane];
             let Some(number) = own.run else { continue };
-            let length = abreast.length(lane);
+            let length = simd_taylor.length(lane);
             if !(length > FIRST * own.time && own.steps < MOST_STEPS) {
                 own.run = None;
                 take(number, None);
                 continue;
             }
             own.steps += 1;
-            let cut = own.resolve(lane, length, (abreast, common));
+            let cut = own.resolve(lane, length, (simd_taylor, common));
             let length = cut.unwrap_or(length);
             let whole = cut.is_none() && length < rooms.lanes()[lane];
             if whole {
                 nexts.lanes_mut()[lane] = length;
             }
             match cut {
-                Some(length) => abreast.state(lane, length, &mut own.looked),
-                None => abreast.end(lane, &mut own.looked),
+                Some(length) => simd_taylor.state(lane, length, &mut own.looked),
+                None => simd_taylor.end(lane, &mut own.looked),
             }
-            let event = if abreast.stays(lane) { None } else { own.event(lane, length, abreast) };
+            let event = if simd_taylor.stays(lane) { None } else { own.event(lane, length, simd_taylor) };
             let end = match event {
                 Some(later) => (own.time + later).min(own.end),
                 None if whole || cut.is_some() => own.time + length,
@@ -282,14 +287,14 @@ impl<N: Lane> Group<N> {
             let mut fits =
                 own.looked.iter().all(|x| x.is_finite()) && own.looked[r..2 * r].iter().all(|w| w.abs() < DIVERGED);
             if !whole && event.is_none() && cut.is_none() && own.tick > own.end {
-                fits &= own.belongs(lane, length, (abreast, common));
+                fits &= own.belongs(lane, length, (simd_taylor, common));
             }
             if !fits {
                 own.run = None;
                 take(number, None);
                 continue;
             }
-            own.observe(lane, end, abreast);
+            own.observe(lane, end, simd_taylor);
             own.arrive(end);
             if event.is_some() {
                 own.happen(common);
@@ -297,7 +302,7 @@ impl<N: Lane> Group<N> {
             if event.is_some() || cut.is_some() || own.time >= own.end {
                 self.proceed(lane, take);
             } else {
-                abreast.go_on(lane);
+                simd_taylor.go_on(lane);
                 times.lanes_mut()[lane] = end;
                 rooms.lanes_mut()[lane] = own.end - end;
             }
@@ -306,14 +311,14 @@ impl<N: Lane> Group<N> {
 }
 
 impl Own {
-    fn new(machine: Machine, parted: Parted, scenario: &Scenario, alone: usize) -> Self {
+    fn new(machine: Machine, split_signals: SplitSignals, scenario: &Scenario, direct_count: usize) -> Self {
         let size = machine.size();
         Self {
             machine,
             run: None,
-            series: Series { time: scenario.times.clone(), signals: parted.signals },
-            alone,
-            others: parted.others,
+            series: Series { time: scenario.times.clone(), signals: split_signals.signals },
+            direct_count,
+            machine_readings: split_signals.machine_readings,
             between: vec![0.0; size],
             parts: std::array::from_fn(|_| vec![0.0; size]),
             steps: 0,
@@ -321,13 +326,13 @@ impl Own {
             end: 0.0,
             breakpoint: 0.0,
             tick: 0.0,
-            stands: false,
+            rates_known: false,
             state: vec![0.0; size],
             looked: vec![0.0; size],
             rates: vec![0.0; size],
             reversed: Vec::new(),
             next_row: 0,
-            flurry: 0,
+            zeno_events: 0,
             last: 0.0,
             coefficients: Vec::new(),
         }
@@ -335,13 +340,13 @@ impl Own {
 
     /// Begins a run.
     fn begin(&mut self, number: usize, run: &LaneRun, common: &Common) {
-        (self.run, self.stands) = (Some(number), false);
-        self.machine.begin_anew(&common.coefficients, &run.values, (&common.clocked_laws, run.seed));
+        (self.run, self.rates_known) = (Some(number), false);
+        self.machine.begin_anew(&common.coefficients, &run.values, (&common.sampled_laws, run.seed));
         self.state.fill(0.0);
         self.state[..common.start.len()].copy_from_slice(&common.start);
         self.machine.start_laws(&mut self.state);
         self.series.signals.iter_mut().for_each(|signal| signal.values.clear());
-        (self.time, self.next_row, self.steps, self.flurry, self.last) = (0.0, 0, 0, 0, 0.0);
+        (self.time, self.next_row, self.steps, self.zeno_events, self.last) = (0.0, 0, 0, 0, 0.0);
         self.machine.enter_segment(0.0);
         if self.machine.next_tick() <= 0.0 {
             self.machine.tick(0.0, &self.state);
@@ -368,8 +373,8 @@ impl Own {
         }
         self.sample();
         self.stand();
-        self.stands = self.machine.keeps_modes();
-        if !self.stands {
+        self.rates_known = self.machine.keeps_modes();
+        if !self.rates_known {
             self.settle(common);
         }
         self.open(common);
@@ -377,11 +382,11 @@ impl Own {
 
     /// Lets laws compute whose sample is due.
     fn sample(&mut self) -> bool {
-        let due = self.tick <= self.time * (1.0 + SAME);
-        if due {
+        let at_sample = self.tick <= self.time * (1.0 + SAME);
+        if at_sample {
             self.machine.tick(self.time, &self.state);
         }
-        due
+        at_sample
     }
 
     fn settle(&mut self, common: &Common) {
@@ -395,7 +400,7 @@ impl Own {
 
     fn is_fit(&self) -> bool {
         self.machine.contradiction().is_empty()
-            && self.flurry < FLURRY
+            && self.zeno_events < MOST_ZENO_EVENTS
             && self.rates.iter().all(|rate| rate.is_finite())
     }
 
@@ -408,40 +413,45 @@ impl Own {
     }
 
     /// How long a step is that passes nothing unresolved, where it is to be shorter.
-    fn resolve<N: Lane>(&mut self, lane: usize, length: f64, (abreast, common): (&Abreast<N>, &Common)) -> Option<f64> {
-        if abreast.resolves(lane, length, &self.machine) {
+    fn resolve<N: Lane>(
+        &mut self,
+        lane: usize,
+        length: f64,
+        (simd_taylor, common): (&SimdTaylor<N>, &Common),
+    ) -> Option<f64> {
+        if simd_taylor.resolves(lane, length, &self.machine) {
             return None;
         }
         let (from, (relative, absolute)) = (self.time, &common.tolerances);
-        let state = |at: f64, out: &mut [f64]| abreast.state(lane, at - from, out);
+        let state = |at: f64, out: &mut [f64]| simd_taylor.state(lane, at - from, out);
         let until = self.machine.resolved_until((from, from + length), &mut self.parts, state, (*relative, absolute));
         (until < from + length).then_some(until - from)
     }
 
     /// Whether a step up to where the equations change, which no terms have limited, belongs to the motion.
-    fn belongs<N: Lane>(&mut self, lane: usize, length: f64, (abreast, common): (&Abreast<N>, &Common)) -> bool {
+    fn belongs<N: Lane>(&mut self, lane: usize, length: f64, (simd_taylor, common): (&SimdTaylor<N>, &Common)) -> bool {
         let (relative, absolute) = &common.tolerances;
         let mut slope = vec![0.0; self.between.len() - 2];
         taylor::INSIDE.iter().all(|part| {
-            abreast.state(lane, part * length, &mut self.between);
+            simd_taylor.state(lane, part * length, &mut self.between);
             self.machine.derivative(self.time + part * length, &self.between, &mut self.rates);
-            abreast.slope(lane, part * length, &mut slope);
+            simd_taylor.slope(lane, part * length, &mut slope);
             slope.iter().enumerate().all(|(k, slope)| {
                 let size = self.state[k].abs().max(self.looked[k].abs()).max((slope * length).abs());
-                (slope - self.rates[k]).abs() * length <= taylor::LEFT_OUT * (absolute[k] + relative * size)
+                (slope - self.rates[k]).abs() * length <= taylor::SLOPE_DEFECT * (absolute[k] + relative * size)
             })
         })
     }
 
     /// Records a row just where it stands of what needs more than the state: it is evaluated there.
     fn observe_here(&mut self) {
-        if let Some(others) = self.others.as_mut()
+        if let Some(machine_readings) = self.machine_readings.as_mut()
             && self.series.time.get(self.next_row) == Some(&self.time)
         {
-            others.observe_here(&mut self.machine);
-            for (number, signal) in self.series.signals[self.alone..].iter_mut().enumerate() {
+            machine_readings.observe_here(&mut self.machine);
+            for (number, signal) in self.series.signals[self.direct_count..].iter_mut().enumerate() {
                 signal.values.truncate(self.next_row);
-                signal.values.push(others.value(number));
+                signal.values.push(machine_readings.value(number));
             }
         }
     }
@@ -454,15 +464,15 @@ impl Own {
     }
 
     /// Records all rows before a time within the step.
-    fn observe<N: Lane>(&mut self, lane: usize, end: f64, abreast: &Abreast<N>) {
+    fn observe<N: Lane>(&mut self, lane: usize, end: f64, simd_taylor: &SimdTaylor<N>) {
         let rows = &self.series.time[self.next_row..];
         let count = rows.iter().take_while(|row| **row < end).count();
         let rows = &rows[..count];
         if rows.is_empty() {
             return;
         }
-        for (number, signal) in self.series.signals[..self.alone].iter_mut().enumerate() {
-            abreast.also(lane, number, &mut self.coefficients);
+        for (number, signal) in self.series.signals[..self.direct_count].iter_mut().enumerate() {
+            simd_taylor.also(lane, number, &mut self.coefficients);
             for rows in rows.chunks(SIDE) {
                 let (mut later, mut sums) = ([0.0; SIDE], [0.0; SIDE]);
                 later.iter_mut().zip(rows).for_each(|(later, row)| *later = row - self.time);
@@ -472,13 +482,13 @@ impl Own {
                 signal.values.extend_from_slice(&sums[..rows.len()]);
             }
         }
-        if let Some(others) = &mut self.others {
-            let known = self.series.signals[self.alone].values.len() - self.next_row;
-            for row in &rows[known..] {
-                abreast.state(lane, row - self.time, &mut self.between);
-                others.observe(&mut self.machine, *row, &self.between);
-                let signals = self.series.signals[self.alone..].iter_mut().enumerate();
-                signals.for_each(|(number, signal)| signal.values.push(others.value(number)));
+        if let Some(machine_readings) = &mut self.machine_readings {
+            let recorded = self.series.signals[self.direct_count].values.len() - self.next_row;
+            for row in &rows[recorded..] {
+                simd_taylor.state(lane, row - self.time, &mut self.between);
+                machine_readings.observe(&mut self.machine, *row, &self.between);
+                let signals = self.series.signals[self.direct_count..].iter_mut().enumerate();
+                signals.for_each(|(number, signal)| signal.values.push(machine_readings.value(number)));
             }
         }
         self.next_row += count;
@@ -498,34 +508,39 @@ impl Own {
     }
 
     /// When a mode is left within a step, after the time where it stands; [`Self::looked`] is the state at its end.
-    fn event<N: Lane>(&mut self, lane: usize, length: f64, abreast: &Abreast<N>) -> Option<f64> {
-        let prospect = abreast.prospect(lane, length, &mut self.machine);
+    fn event<N: Lane>(&mut self, lane: usize, length: f64, simd_taylor: &SimdTaylor<N>) -> Option<f64> {
+        let prospect = simd_taylor.prospect(lane, length, &mut self.machine);
         if prospect == Prospect::Stays {
             return None;
         }
         self.machine.measure_step(length, &self.state, &self.looked);
         let found = match prospect {
-            Prospect::Leaves(part) => self.confirm(lane, (part, length), abreast),
+            Prospect::Leaves(part) => self.confirm(lane, (part, length), simd_taylor),
             _ => None,
         };
-        let found = found.or_else(|| self.look(lane, length, abreast));
+        let found = found.or_else(|| self.look(lane, length, simd_taylor));
         if found.is_none() {
-            abreast.state(lane, length, &mut self.looked);
+            simd_taylor.state(lane, length, &mut self.looked);
         }
         found
     }
 
-    fn leaves_after<N: Lane>(&mut self, lane: usize, later: f64, abreast: &Abreast<N>) -> bool {
-        abreast.state(lane, later, &mut self.looked);
+    fn leaves_after<N: Lane>(&mut self, lane: usize, later: f64, simd_taylor: &SimdTaylor<N>) -> bool {
+        simd_taylor.state(lane, later, &mut self.looked);
         self.leaves(self.time + later)
     }
 
     /// Just behind the zero of a series, where a mode is left.
-    fn confirm<N: Lane>(&mut self, lane: usize, (part, length): (f64, f64), abreast: &Abreast<N>) -> Option<f64> {
+    fn confirm<N: Lane>(
+        &mut self,
+        lane: usize,
+        (part, length): (f64, f64),
+        simd_taylor: &SimdTaylor<N>,
+    ) -> Option<f64> {
         let mut apart = (FIRST * (self.time + length)).max(LEAST * length);
         for _ in 0..CONFIRMATIONS {
             let later = (part * length + apart).min(length);
-            if self.leaves_after(lane, later, abreast) {
+            if self.leaves_after(lane, later, simd_taylor) {
                 return Some(later);
             }
             apart *= WIDER;
@@ -534,11 +549,11 @@ impl Own {
     }
 
     /// The first place found by looking where a mode is left.
-    fn look<N: Lane>(&mut self, lane: usize, length: f64, abreast: &Abreast<N>) -> Option<f64> {
+    fn look<N: Lane>(&mut self, lane: usize, length: f64, simd_taylor: &SimdTaylor<N>) -> Option<f64> {
         let mut low = 0.0;
-        for look in 1..LOOKS + 1 {
-            let mut high = length * look as f64 / LOOKS as f64;
-            if !self.leaves_after(lane, high, abreast) {
+        for look in 1..EVENT_SCAN_POINTS + 1 {
+            let mut high = length * look as f64 / EVENT_SCAN_POINTS as f64;
+            if !self.leaves_after(lane, high, simd_taylor) {
                 low = high;
                 continue;
             }
@@ -546,10 +561,10 @@ impl Own {
             let ends = [(high, self.beyond(true, what)), (low, f64::INFINITY)];
             let tolerance = 0.5 * FIRST * (self.time + length);
             [high, _] = bracket(ends, tolerance, |later| {
-                let leaves = self.leaves_after(lane, later, abreast);
+                let leaves = self.leaves_after(lane, later, simd_taylor);
                 self.beyond(leaves, what)
             });
-            self.leaves_after(lane, high, abreast);
+            self.leaves_after(lane, high, simd_taylor);
             return Some(high);
         }
         None
@@ -559,7 +574,7 @@ impl Own {
     fn beyond(&mut self, leaves: bool, what: Option<usize>) -> f64 {
         let size = match what {
             Some(direction) => self.machine.slip_margin(direction).abs(),
-            None if self.reversed.is_empty() => self.machine.hold_room_here().abs(),
+            None if self.reversed.is_empty() => self.machine.active_reserve_here().abs(),
             None => f64::INFINITY,
         };
         if leaves { -size.max(f64::MIN_POSITIVE) } else { size }
@@ -569,7 +584,7 @@ impl Own {
     fn happen(&mut self, common: &Common) {
         // Nobody reads what happens in words.
         let close = 1e-7 * common.scenario.duration.min(1.0);
-        self.flurry = if self.time - self.last <= close { self.flurry + 1 } else { 0 };
+        self.zeno_events = if self.time - self.last <= close { self.zeno_events + 1 } else { 0 };
         self.last = self.time;
         let crossing = std::mem::take(&mut self.reversed);
         self.machine.settle(self.time, &mut self.state, &crossing, false, &[], &common.input_names);
@@ -582,11 +597,11 @@ impl Own {
         for (signal, place) in self.series.signals.iter_mut().zip(places) {
             signal.values.extend(std::iter::repeat_n(self.machine.plan_value(*place), count));
         }
-        if let Some(others) = self.others.as_mut().filter(|_| count > 0) {
-            others.observe(&mut self.machine, self.time, &self.state);
-            for (number, signal) in self.series.signals[self.alone..].iter_mut().enumerate() {
+        if let Some(machine_readings) = self.machine_readings.as_mut().filter(|_| count > 0) {
+            machine_readings.observe(&mut self.machine, self.time, &self.state);
+            for (number, signal) in self.series.signals[self.direct_count..].iter_mut().enumerate() {
                 signal.values.truncate(self.next_row);
-                signal.values.extend(std::iter::repeat_n(others.value(number), count));
+                signal.values.extend(std::iter::repeat_n(machine_readings.value(number), count));
             }
         }
         self.next_row += count;

@@ -1,7 +1,7 @@
 //! What becomes of the readings of a sensor while it fails.
 
 use super::{SensorFault, SensorFaultKind};
-use crate::num::{Keeper, Random};
+use crate::num::{Random, StateArchive};
 
 /// Two times within this are one, s.
 const INSTANT: f64 = 1e-9;
@@ -33,42 +33,43 @@ impl FailingSensor {
     /// When it is stuck next, s: what it gives then it gives on.
     pub fn next_stuck(&self) -> Option<f64> {
         // One that begins while another one holds is none of its own.
-        let alone = |at: f64| self.faults.iter().find(|fault| fault.holds(at)).is_some_and(|fault| fault.at == at);
+        let is_first =
+            |at: f64| self.faults.iter().find(|fault| fault.is_active(at)).is_some_and(|fault| fault.at == at);
         let stuck = |fault: &&SensorFault| fault.kind == SensorFaultKind::Stuck && fault.at > self.stuck;
-        let all = self.faults.iter().filter(stuck).filter(|fault| alone(fault.at));
+        let all = self.faults.iter().filter(stuck).filter(|fault| is_first(fault.at));
         all.map(|fault| fault.at).min_by(f64::total_cmp)
     }
 
     /// What it gives where it would read this: no number where it is lost.
-    pub fn reading(&mut self, held: f64, time: f64) -> f64 {
-        let Some(fault) = self.faults.iter().find(|fault| fault.holds(time)) else {
-            self.last = held;
-            return held;
+    pub fn reading(&mut self, value: f64, time: f64) -> f64 {
+        let Some(fault) = self.faults.iter().find(|fault| fault.is_active(time)) else {
+            self.last = value;
+            return value;
         };
         match fault.kind {
             SensorFaultKind::Lost => f64::NAN,
             SensorFaultKind::Stuck => {
                 // Where it is stuck is what it gives then; who comes later has what was given before.
                 if fault.at > self.stuck && time - fault.at <= INSTANT {
-                    self.last = held;
+                    self.last = value;
                 }
                 self.stuck = fault.at;
                 self.last
             }
-            SensorFaultKind::Offset(more) => held + more,
-            SensorFaultKind::Drift(rate) => held + rate * (time - fault.at),
+            SensorFaultKind::Offset(more) => value + more,
+            SensorFaultKind::Drift(rate) => value + rate * (time - fault.at),
             SensorFaultKind::Noise(size) => {
                 // To a microsecond: who reads at one instant may know it by other last bits.
                 let instant = (time * 1e6).round().to_bits();
-                held + size * Random::new(Random::fnv(self.seed, &instant.to_le_bytes())).normal()
+                value + size * Random::new(Random::fnv(self.seed, &instant.to_le_bytes())).normal()
             }
-            SensorFaultKind::Reversed => -held,
+            SensorFaultKind::Reversed => -value,
         }
     }
 
     /// What its next readings depend on.
-    pub fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        keeper.number(&mut self.last);
-        keeper.number(&mut self.stuck);
+    pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        archive.number(&mut self.last);
+        archive.number(&mut self.stuck);
     }
 }

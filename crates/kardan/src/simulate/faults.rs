@@ -75,7 +75,7 @@ pub struct Failing<Kind> {
 
 impl<Kind> Failing<Kind> {
     /// Whether it is there at a time.
-    pub fn holds(&self, time: f64) -> bool {
+    pub fn is_active(&self, time: f64) -> bool {
         (self.at..self.until).contains(&time)
     }
 
@@ -88,9 +88,9 @@ impl<Kind> Failing<Kind> {
 /// Whether none of these is there at the same time; else its name.
 fn free<'a, Kind: 'a>(
     fault: &Failing<Kind>,
-    mut others: impl Iterator<Item = &'a Failing<Kind>>,
+    mut declared: impl Iterator<Item = &'a Failing<Kind>>,
 ) -> Result<(), String> {
-    others.find(|other| fault.overlaps(other)).map_or(Ok(()), |other| Err(other.name.clone()))
+    declared.find(|existing| fault.overlaps(existing)).map_or(Ok(()), |existing| Err(existing.name.clone()))
 }
 
 /// Zero, and a number from a time on.
@@ -99,7 +99,7 @@ fn step(name: &str, at: f64, value: f64) -> Option<Arc<OfTime>> {
     let time = graph.new_symbol("t".into(), Dimension::TIME);
     let symbol = graph.new_symbol(name.into(), Dimension::NONE);
     let pieces = Pieces::new([(at, [value, 0.0, 0.0, 0.0])]);
-    let part = Part { name: name.into(), dimension: Dimension::NONE, pieces, told: false };
+    let part = Part { name: name.into(), dimension: Dimension::NONE, pieces, reported: false };
     OfTime::new(graph, time, vec![(symbol, Arc::new(part))], symbol, Dimension::NONE).map(Arc::new)
 }
 
@@ -158,23 +158,23 @@ impl Faults {
     ///
     /// # Errors
     /// Such a part, by its name.
-    pub fn with(&self, others: &Self) -> Result<Self, String> {
+    pub fn with(&self, added: &Self) -> Result<Self, String> {
         let mut out = self.clone();
-        for fault in &others.sensors {
-            let same = |other: &&SensorFault| other.concerns(&fault.name) || fault.concerns(&other.name);
+        for fault in &added.sensors {
+            let same = |declared: &&SensorFault| declared.concerns(&fault.name) || fault.concerns(&declared.name);
             free(fault, out.sensors.iter().filter(same))?;
             out.sensors.push(fault.clone());
         }
-        for fault in &others.motors {
-            free(fault, out.motors.iter().filter(|other| other.name == fault.name))?;
+        for fault in &added.motors {
+            free(fault, out.motors.iter().filter(|declared| declared.name == fault.name))?;
             out.motors.push(fault.clone());
         }
-        for fault in &others.units {
-            free(fault, out.units.iter().filter(|other| other.name == fault.name))?;
+        for fault in &added.units {
+            free(fault, out.units.iter().filter(|declared| declared.name == fault.name))?;
             out.units.push(fault.clone());
         }
-        for fault in &others.mechanics {
-            free(fault, out.mechanics.iter().filter(|other| other.name == fault.name))?;
+        for fault in &added.mechanics {
+            free(fault, out.mechanics.iter().filter(|declared| declared.name == fault.name))?;
             out.mechanics.push(fault.clone());
         }
         Ok(out)
@@ -198,15 +198,15 @@ impl Faults {
 
     /// What springs and teeth do at a time, in words.
     pub fn mechanics_at(&self, time: f64) -> Vec<String> {
-        let told = |fault: &MechanicalFault| match fault.kind {
+        let describe = |fault: &MechanicalFault| match fault.kind {
             MechanicalFaultKind::Broken => format!("{} breaks", fault.name),
             MechanicalFaultKind::Jump(by) => format!("{} jumps by {by}", fault.name),
         };
-        self.mechanics.iter().filter(|fault| fault.at == time).map(told).collect()
+        self.mechanics.iter().filter(|fault| fault.at == time).map(describe).collect()
     }
 
     /// What happens, with its time: each begin and each end.
-    pub fn told(&self) -> Vec<(f64, String)> {
+    pub fn events(&self) -> Vec<(f64, String)> {
         let mut out = Vec::new();
         let mut add = |name: &str, at: f64, until: f64, what: &str| {
             out.push((at, format!("{name} {what}")));

@@ -50,7 +50,7 @@ impl Bounds<'_> {
     }
 
     /// Whether a torque is within them, with some of them to spare.
-    pub fn hold(&self, direction: usize, torque: f64) -> bool {
+    pub fn contains(&self, direction: usize, torque: f64) -> bool {
         torque.abs() < self.of(direction, torque) * (1.0 - 1e-12)
     }
 }
@@ -76,14 +76,14 @@ pub struct BoxProblem {
     /// Variables that drove each other without end in the last problem, which then has no solution.
     unbounded: Vec<usize>,
     /// Variables that nothing bounds against each other, and that contradict them by no more than rounding: they are left as they are.
-    left: Vec<usize>,
+    rejected: Vec<usize>,
 }
 
 impl BoxProblem {
     /// Memory for up to `m` directions; it grows if there are more.
     pub fn new(m: usize) -> Self {
         let free = Vec::with_capacity(m);
-        Self { free, lower: vec![0.0; m * m], response: vec![0.0; m], unbounded: Vec::new(), left: Vec::new() }
+        Self { free, lower: vec![0.0; m * m], response: vec![0.0; m], unbounded: Vec::new(), rejected: Vec::new() }
     }
 
     /// The variables that nothing bounds against each other, if the last problem had no solution for them.
@@ -108,11 +108,11 @@ impl BoxProblem {
         }
         self.free.clear();
         self.unbounded.clear();
-        self.left.clear();
+        self.rejected.clear();
         lambda.fill(0.0);
         for _ in 0..50 * (m + 1) {
             let mut worst = (SETTLED, None);
-            for i in (0..m).filter(|i| !self.free.contains(i) && !self.left.contains(i)) {
+            for i in (0..m).filter(|i| !self.free.contains(i) && !self.rejected.contains(i)) {
                 let (rest, size) = residual(w, r, lambda, i);
                 if c.of(i, rest) - rest.signum() * lambda[i] <= 0.0 {
                     continue;
@@ -125,7 +125,7 @@ impl BoxProblem {
             if !self.drive(enter, w, r, c, lambda) {
                 let (rest, size) = residual(w, r, lambda, enter);
                 if rest.abs() <= CONTRADICTS * size.max(self.noise(w, r, lambda)) {
-                    self.left.push(enter);
+                    self.rejected.push(enter);
                     continue;
                 }
                 let own = w[enter * m + enter];
@@ -289,12 +289,12 @@ impl Span {
             .collect();
         while !rows.is_empty() && span.basis.len() < most {
             // A direction along which nothing can move depends on everything.
-            let left =
+            let rejected =
                 |(_, rest, size): &(usize, Vec<f64>, f64)| if *size == 0.0 { 0.0 } else { dot(rest, rest) / size };
-            let left: Vec<f64> = rows.iter().map(left).collect();
+            let rejected: Vec<f64> = rows.iter().map(rejected).collect();
             let among = if first > 0 { first } else { rows.len() };
-            let best = (0..among).max_by(|&a, &b| left[a].total_cmp(&left[b]).then(b.cmp(&a))).unwrap_or(0);
-            if left[best] <= OUTSIDE {
+            let best = (0..among).max_by(|&a, &b| rejected[a].total_cmp(&rejected[b]).then(b.cmp(&a))).unwrap_or(0);
+            if rejected[best] <= OUTSIDE {
                 if first == 0 {
                     break;
                 }
@@ -315,7 +315,7 @@ impl Span {
     }
 
     /// The part of a row outside the span, relative to its size and squared.
-    pub(super) fn left(&self, mut row: Vec<f64>) -> f64 {
+    pub(super) fn rejected(&self, mut row: Vec<f64>) -> f64 {
         let size = dot(&row, &row);
         if size == 0.0 {
             // A direction along which nothing can move depends on everything.

@@ -60,7 +60,7 @@ impl Contacts<'_> {
     }
 
     /// Whether a contact holds both ways.
-    fn holds(&self, a: usize) -> bool {
+    fn is_bilateral(&self, a: usize) -> bool {
         self.bounds.forward[a] > 0.0 && self.bounds.backward[a] > 0.0
     }
 
@@ -93,8 +93,10 @@ impl Contacts<'_> {
         let struck = |a: &usize| impulses[*a] != 0.0 && speeds[*a].abs() > noise(*a);
         let e = (0..m).find(struck).map_or(0.0, |a| rebounds[a]);
         let part: Vec<f64> = impulses.iter().map(|x| x / (1.0 + e)).collect();
-        let fits = |a: usize| match (impulses[a] != 0.0, self.holds(a)) {
-            _ if e == 0.0 && impulses[a] != 0.0 && speeds[a] > noise(a) => self.holds(a) || self.restitution[a] == 0.0,
+        let fits = |a: usize| match (impulses[a] != 0.0, self.is_bilateral(a)) {
+            _ if e == 0.0 && impulses[a] != 0.0 && speeds[a] > noise(a) => {
+                self.is_bilateral(a) || self.restitution[a] == 0.0
+            }
             (true, _) => rebounds[a] == e || speeds[a].abs() <= noise(a),
             (false, true) => true,
             (false, false) => self.after(speeds, &part, a).0 >= -noise(a),
@@ -111,25 +113,25 @@ impl Contacts<'_> {
         most: f64,
     ) -> Option<Vec<f64>> {
         let m = self.count();
-        let given = |a: usize| {
+        let rebound = |a: usize| {
             let back = self.restitution[a] * compression[a];
-            if self.holds(a) || back.abs() * self.w[a * m + a] <= self.least[a] { 0.0 } else { back }
+            if self.is_bilateral(a) || back.abs() * self.w[a * m + a] <= self.least[a] { 0.0 } else { back }
         };
-        let back: Vec<f64> = (0..m).map(given).collect();
+        let back: Vec<f64> = (0..m).map(rebound).collect();
         if back.iter().all(|x| *x == 0.0) {
             return None;
         }
         let closed = |bounds: &[f64]| -> Vec<f64> {
-            let without = |a: usize| self.holds(a) || self.restitution[a] == 0.0;
-            bounds.iter().enumerate().map(|(a, bound)| if without(a) { *bound } else { 0.0 }).collect()
+            let is_plastic = |a: usize| self.is_bilateral(a) || self.restitution[a] == 0.0;
+            bounds.iter().enumerate().map(|(a, bound)| if is_plastic(a) { *bound } else { 0.0 }).collect()
         };
         let [forward, backward] = [self.bounds.forward, self.bounds.backward].map(closed);
         let bounds = Bounds { forward: &forward, backward: &backward };
         let mut with = |part: f64| -> Vec<f64> {
             let back: Vec<f64> = back.iter().map(|x| part * x).collect();
-            let mut held = vec![0.0; m];
-            problem.solve(self.w, &self.all_after(compressed, &back), bounds, &mut held);
-            back.iter().zip(held).map(|(back, held)| back + held).collect()
+            let mut correction = vec![0.0; m];
+            problem.solve(self.w, &self.all_after(compressed, &back), bounds, &mut correction);
+            back.iter().zip(correction).map(|(back, correction)| back + correction).collect()
         };
         let whole = with(1.0);
         // The energy gained is a convex function of the part that is given back.
@@ -144,8 +146,8 @@ impl Contacts<'_> {
         let (mut speeds, mut impulses) = (before.to_vec(), vec![0.0; m]);
         let mut shared: Vec<usize> = Vec::new();
         let add = |impulses: &mut Vec<f64>, more: &[f64]| impulses.iter_mut().zip(more).for_each(|(sum, x)| *sum += x);
-        let mut share = |taken: &[f64]| {
-            let own: Vec<usize> = (0..m).filter(|a| taken[*a] != 0.0 && !self.holds(*a)).collect();
+        let mut share = |removed_impulses: &[f64]| {
+            let own: Vec<usize> = (0..m).filter(|a| removed_impulses[*a] != 0.0 && !self.is_bilateral(*a)).collect();
             if own.len() > 1 {
                 shared.extend(own);
             }

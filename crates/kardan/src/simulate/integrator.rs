@@ -4,7 +4,7 @@ use super::dop853::{Counts, Dop853, StepError};
 use super::machine::{Machine, Prospect};
 use super::radau::{Descriptor, Equations, Radau};
 use super::taylor::{self, Taylor};
-use crate::num::Keeper;
+use crate::num::StateArchive;
 use crate::reduce::Reduced;
 use crate::results::IntegrationMethod;
 
@@ -70,8 +70,8 @@ impl Integrator {
         }
     }
 
-    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        each!(self, keep, keeper)
+    pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        each!(self, archive_state, archive)
     }
 
     /// Stands at a state, which the machine has then evaluated.
@@ -195,11 +195,11 @@ impl Integrator {
 
     /// The largest error that rounding alone was seen to make of each component in a step, and the largest of all in tolerances.
     pub(super) fn rounding(&self) -> (&[f64], f64) {
-        let seen = match self {
+        let rounding = match self {
             Self::Dop853(solver) => return (solver.rounding(), solver.rounding_in_tolerances()),
             Self::Taylor(solver) => solver.rounding(),
             Self::Radau(solver) => solver.rounding(),
         };
-        (&seen.largest, seen.tolerances)
+        (&rounding.largest, rounding.tolerances)
     }
 }

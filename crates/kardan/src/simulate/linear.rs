@@ -2,13 +2,13 @@
 //!
 //! With `z = (x, 1, t − t₀)` a segment is `ż = M z`, so `z(t) = e^{M (t − t₀)} z₀`: one matrix exponential for each spacing of the rows and a
 //! product for each row, or for eight rows at once, however stiff the loop is. Every signal is affine in x and t, and the work of the inputs
-//! and the loss have quadratic rates `zᵀ Q z`; see [`Walk`].
+//! and the loss have quadratic rates `zᵀ Q z`; see [`Recurrence`].
 //!
 //! The matrices are read from the machine by evaluating it at unit vectors. Whether it is linear is decided before, on exact expressions.
 //! What rounding does to them is measured: read with vectors of another length they round otherwise, and where the two solutions
 //! differ by more than the tolerance (stiff springs between large angles), the loop is left to the integrator.
 
-use super::{Machine, outputs::Outputs, walk::Walk};
+use super::{Machine, outputs::Outputs, recurrence::Recurrence};
 use crate::num::{LANES, Matrix, Panels, balance, dot, exponential, product, scaled, unscaled};
 use faer::Mat;
 
@@ -66,15 +66,17 @@ impl LinearSegment {
         let z: Vec<f64> =
             (0..order).map(|i| if i < states { state[i] } else { f64::from(u8::from(i == states)) }).collect();
         let scales = balance(&Mat::from_fn(order, order, |i, j| generator[(i, j)]));
-        let [mut walk, mut beside] = [
-            Walk::new(&generator, &powers, &scales, &z, until - from)?,
-            Walk::new(&other, &[], &scales, &z, until - from)?,
+        let [mut recurrence, mut beside] = [
+            Recurrence::new(&generator, &powers, &scales, &z, until - from)?,
+            Recurrence::new(&other, &[], &scales, &z, until - from)?,
         ];
         let (mut largest, mut apart) = (vec![0.0f64; states], vec![0.0f64; states]);
-        while walk.left > 0 {
-            walk.step();
+        while recurrence.remaining_steps > 0 {
+            recurrence.step();
             beside.step();
-            for ((largest, apart), (x, other)) in largest.iter_mut().zip(&mut apart).zip(walk.z.iter().zip(&beside.z)) {
+            for ((largest, apart), (x, other)) in
+                largest.iter_mut().zip(&mut apart).zip(recurrence.z.iter().zip(&beside.z))
+            {
                 *largest = larger(*largest, x.abs());
                 *apart = larger(*apart, (x - other).abs());
             }
@@ -89,8 +91,8 @@ impl LinearSegment {
             return None;
         }
         let (readout, evaluations) = (probe.readout(states, outputs), probe.evaluations);
-        let end = walk.z;
-        let energies = [state[states] + walk.work[0], state[states + 1] + walk.work[1]];
+        let end = recurrence.z;
+        let energies = [state[states] + recurrence.work[0], state[states + 1] + recurrence.work[1]];
         let finite = end.iter().chain(&energies).all(|x| x.is_finite());
         finite.then(|| Self {
             states,
@@ -223,10 +225,10 @@ impl Block {
             (0..count).for_each(|k| signals.row_mut(BLOCK * k + j).copy_from_slice(next.row(k)));
             std::mem::swap(&mut here, &mut next);
         }
-        let [mut whole, mut twice] = [power.clone(), power.clone()];
+        let [mut whole, mut doubled] = [power.clone(), power.clone()];
         for _ in 0..BLOCK.ilog2() {
-            product(&whole, &whole, &mut twice);
-            std::mem::swap(&mut whole, &mut twice);
+            product(&whole, &whole, &mut doubled);
+            std::mem::swap(&mut whole, &mut doubled);
         }
         Self { signals: Panels::new(&signals), power: Panels::new(&whole) }
     }

@@ -1,6 +1,5 @@
 //! Simulation in the accurate mode: adaptive high-order integration, located events, set-valued friction.
 
-mod clocked;
 mod counts;
 pub mod dop853;
 mod drive;
@@ -15,16 +14,17 @@ mod machine;
 mod outputs;
 mod radau;
 mod readings;
+mod recurrence;
 mod rounding;
 mod run;
+mod sampled_runtime;
 mod sampler;
 mod scenario;
 mod simulation;
 mod stiffness;
 mod taylor;
-mod walk;
 
-pub use counts::{Met, Turned};
+pub use counts::{EncoderReading, FlippedReading};
 pub(crate) use ensemble::{Ensemble, LaneRun};
 pub use faults::{
     Failing, Faults, MechanicalFault, MechanicalFaultKind, MotorFault, MotorFaultKind, SensorFault, SensorFaultKind,

@@ -7,11 +7,11 @@ use super::machine::{Found, Machine};
 use super::readings::{Read, Readings};
 use super::sampler::{Compliance, Sampler, stiffness};
 use super::scenario::{Scenario, Source, SourceTarget};
-use crate::assemble::Along;
-use crate::equations::{Domain, Hold, InputKind, Measured};
+use crate::assemble::DirectionalTerm;
+use crate::equations::{Domain, InputKind, Measured, UnilateralConstraint};
 use crate::expr::Expr;
 use crate::names::Quantity;
-use crate::num::{Keeper, rational_to_f64};
+use crate::num::{StateArchive, rational_to_f64};
 use crate::reduce::{Motion, Multipliers, Reduced};
 use crate::results::{Physical, Signal};
 
@@ -55,11 +55,11 @@ impl Columns<'_> {
             // A source shows its own voltage.
             if equations.inputs.iter().all(|input| input.row.iter().all(|(charge, _)| *charge != k)) {
                 // One of current counts it as what gives power.
-                let kept = equations.kept.iter().map(|kept| &kept.element);
-                let given = equations.moving.keys().chain(kept).any(|element| element == shaft);
-                let sign = if given { -1.0 } else { 1.0 };
-                let share = |(row, along): (usize, &Along<_>)| {
-                    let share = along.row_f64().into_iter().find(|(charge, _)| *charge == k);
+                let own = equations.multiplier_constraints.iter().map(|constraint| &constraint.element);
+                let is_prescribed = equations.moving.keys().chain(own).any(|element| element == shaft);
+                let sign = if is_prescribed { -1.0 } else { 1.0 };
+                let share = |(row, directional): (usize, &DirectionalTerm<_>)| {
+                    let share = directional.row_f64().into_iter().find(|(charge, _)| *charge == k);
                     share.filter(|_| equations.node(row).is_some()).map(|(_, x)| (row, sign * x))
                 };
                 let shares = equations.constraints.iter().enumerate().filter_map(share).collect();
@@ -130,27 +130,29 @@ impl Columns<'_> {
     }
 
     /// Multipliers of kept rows, and of those that follow from them, and what they do to shafts.
-    fn add_kept(&mut self) {
+    fn add_multipliers(&mut self) {
         let equations = &self.reduced.equations;
-        let number = |name: &str| equations.kept.iter().position(|kept| kept.element == *name);
-        let own = equations.kept.iter().enumerate().map(|(k, kept)| (kept, vec![(k, 1.0)]));
-        let again = equations.kept_again.iter().map(|again| {
+        let number =
+            |name: &str| equations.multiplier_constraints.iter().position(|constraint| constraint.element == *name);
+        let own =
+            equations.multiplier_constraints.iter().enumerate().map(|(k, constraint)| (constraint, vec![(k, 1.0)]));
+        let again = equations.dependent_constraints.iter().map(|again| {
             let parts = again.shares.iter().filter_map(|(name, x)| Some((number(name)?, rational_to_f64(x))));
             (&again.row, parts.collect())
         });
-        for ((kept, parts), shares) in own.chain(again).zip(self.reduced.split_of_kept()) {
-            if equations.domain_of_kept(kept) == Some(Domain::Charge) {
+        for ((constraint, parts), shares) in own.chain(again).zip(self.reduced.split_multipliers()) {
+            if equations.domain_of_multiplier(constraint) == Some(Domain::Charge) {
                 continue;
             }
             let shares: Vec<(usize, f64)> = shares.iter().map(|(k, x)| (*k, rational_to_f64(x))).collect();
-            let element = &kept.element;
-            let (multiplier, physical) = equations.multiplier_of_kept(kept);
+            let element = &constraint.element;
+            let (multiplier, physical) = equations.multiplier_quantity(constraint);
             let description = format!("constraint multiplier of {element}");
-            self.add(multiplier.of(element), physical, description, Read::Kept(shares.clone()));
-            for shaft in equations.shafts_of(&kept.law) {
+            self.add(multiplier.of(element), physical, description, Read::MultiplierConstraint(shares.clone()));
+            for shaft in equations.shafts_of(&constraint.law) {
                 let what = |physical: Physical| format!("constraint {}", physical.word());
                 let parts: Vec<(usize, f64)> = Vec::clone(&parts);
-                self.on_body(element, shaft, what, Read::KeptOn(parts, shares.clone(), shaft));
+                self.on_body(element, shaft, what, Read::MultiplierOn(parts, shares.clone(), shaft));
             }
         }
     }
@@ -172,7 +174,7 @@ impl Columns<'_> {
     /// Springs and dampers between shafts.
     fn add_couplings(&mut self) {
         let (reduced, equations) = (self.reduced, &self.reduced.equations);
-        let is_rotation = |spring: &&Along<_>| equations.domain_of(spring) != Domain::Charge;
+        let is_rotation = |spring: &&DirectionalTerm<_>| equations.domain_of(spring) != Domain::Charge;
         let mut couplings: Vec<&str> =
             equations.springs.iter().filter(is_rotation).map(|s| s.element.as_str()).collect();
         couplings
@@ -194,47 +196,61 @@ impl Columns<'_> {
     }
 
     /// Clutches, stops and locks: of each element its torque, of both ends together.
-    fn add_holds(&mut self) {
+    fn add_unilaterals(&mut self) {
         let equations = &self.reduced.equations;
-        let (first, holds) = (equations.frictions.len(), &equations.holds);
-        for (k, hold) in holds.iter().enumerate() {
-            if matches!(hold.value, Hold::Mesh(_)) {
-                let physical = equations.domain_of_hold(hold).effort().physical();
-                let description = format!("loss in the teeth of {}", hold.element);
-                self.add(Quantity::Friction.of(&hold.element), physical, description, Read::Friction(first + k));
+        let (first, unilaterals) = (equations.frictions.len(), &equations.unilaterals);
+        for (k, unilateral) in unilaterals.iter().enumerate() {
+            if matches!(unilateral.value, UnilateralConstraint::GearLoss(_)) {
+                let physical = equations.domain_of_unilateral(unilateral).effort().physical();
+                let description = format!("loss in the teeth of {}", unilateral.element);
+                self.add(Quantity::Friction.of(&unilateral.element), physical, description, Read::Friction(first + k));
                 continue;
             }
-            let of_same = |other: &&Along<Hold>| other.element == hold.element && !matches!(other.value, Hold::Mesh(_));
-            if holds[..k].iter().any(|other| of_same(&other)) {
+            let of_same = |other: &&DirectionalTerm<UnilateralConstraint>| {
+                other.element == unilateral.element && !matches!(other.value, UnilateralConstraint::GearLoss(_))
+            };
+            if unilaterals[..k].iter().any(|other| of_same(&other)) {
                 continue;
             }
-            let own: Vec<(usize, &Along<Hold>)> =
-                holds.iter().enumerate().filter(|(_, other)| of_same(other)).collect();
-            let bent = equations.transmissions.iter().any(|bent| bent.element == hold.element);
+            let own: Vec<(usize, &DirectionalTerm<UnilateralConstraint>)> =
+                unilaterals.iter().enumerate().filter(|(_, other)| of_same(other)).collect();
+            let bent = equations.transmissions.iter().any(|bent| bent.element == unilateral.element);
             // Of a bent one the multiplier is that torque.
             if !bent {
                 let shares =
                     own.iter().map(|(other, one)| (first + other, if one.value.is_upper() { -1.0 } else { 1.0 }));
-                let effort = equations.domain_of(hold).effort();
-                let description = format!("{} of {}", effort.physical().word(), hold.element);
-                self.add(effort.of(&hold.element), effort.physical(), description, Read::Holds(shares.collect()));
+                let effort = equations.domain_of(unilateral).effort();
+                let description = format!("{} of {}", effort.physical().word(), unilateral.element);
+                self.add(
+                    effort.of(&unilateral.element),
+                    effort.physical(),
+                    description,
+                    Read::Unilaterals(shares.collect()),
+                );
             }
-            let differ = || hold.row_f64().iter().any(|(_, x)| x.abs() != 1.0);
-            if bent || equations.measures.contains_key(&hold.element) || differ() {
+            let differ = || unilateral.row_f64().iter().any(|(_, x)| x.abs() != 1.0);
+            if bent || equations.measures.contains_key(&unilateral.element) || differ() {
                 self.add_play(&own, first);
             }
         }
     }
 
     /// What the sides of the play of a transmission do to its bodies, in units of these.
-    fn add_play(&mut self, own: &[(usize, &Along<Hold>)], first: usize) {
+    fn add_play(&mut self, own: &[(usize, &DirectionalTerm<UnilateralConstraint>)], first: usize) {
         let element = &own[0].1.element;
         let bodies = own[0].1.row.iter().map(|(body, _)| *body);
         let bodies: Vec<usize> = bodies.filter(|body| self.reduced.equations.coordinates[*body] != *element).collect();
         for body in bodies {
-            let share = |along: &Along<Hold>| along.row_f64().iter().find(|(k, _)| *k == body).map_or(0.0, |(_, x)| -x);
-            let shares = own.iter().map(|(k, along)| (first + k, share(along))).collect();
-            self.on_body(element, body, |physical| format!("constraint {}", physical.word()), Read::Holds(shares));
+            let share = |directional: &DirectionalTerm<UnilateralConstraint>| {
+                directional.row_f64().iter().find(|(k, _)| *k == body).map_or(0.0, |(_, x)| -x)
+            };
+            let shares = own.iter().map(|(k, directional)| (first + k, share(directional))).collect();
+            self.on_body(
+                element,
+                body,
+                |physical| format!("constraint {}", physical.word()),
+                Read::Unilaterals(shares),
+            );
         }
     }
 
@@ -359,24 +375,24 @@ impl SensorColumn {
             return;
         }
         self.sampler.sample(time, exact);
-        let given = self.failing.reading(self.sampler.held, time);
-        if given.is_finite() || !self.failing.fails() {
-            self.shown = given;
+        let reading = self.failing.reading(self.sampler.zoh_output, time);
+        if reading.is_finite() || !self.failing.fails() {
+            self.shown = reading;
         }
     }
 }
 
 /// Sensors that change what they measure; the columns of the others become what these measure.
 fn resolve(sensors: Vec<SensorColumn>, columns: &mut [(String, Physical, String, Read)]) -> Vec<SensorColumn> {
-    let mut kept = Vec::new();
+    let mut real_sensors = Vec::new();
     let places: Vec<Read> = sensors
         .into_iter()
         .map(|sensor| {
             if sensor.sampler.is_ideal() && !sensor.failing.fails() {
                 return sensor.read;
             }
-            kept.push(sensor);
-            Read::Sensor(kept.len() - 1)
+            real_sensors.push(sensor);
+            Read::Sensor(real_sensors.len() - 1)
         })
         .collect();
     for (.., read) in columns {
@@ -384,28 +400,28 @@ fn resolve(sensors: Vec<SensorColumn>, columns: &mut [(String, Physical, String,
             *read = places[*k].clone();
         }
     }
-    kept
+    real_sensors
 }
 
 /// Numbers of the terms of each element.
-fn by_element<T>(terms: &[Along<T>]) -> HashMap<&str, Vec<usize>> {
+fn by_element<T>(terms: &[DirectionalTerm<T>]) -> HashMap<&str, Vec<usize>> {
     let mut found: HashMap<&str, Vec<usize>> = HashMap::new();
     terms.iter().enumerate().for_each(|(k, term)| found.entry(&term.element).or_default().push(k));
     found
 }
 
 /// Numbers of the terms of an element.
-fn numbered<T>(element: &str, terms: &[Along<T>]) -> Vec<usize> {
+fn numbered<T>(element: &str, terms: &[DirectionalTerm<T>]) -> Vec<usize> {
     terms.iter().enumerate().filter(|(_, term)| term.element == element).map(|(k, _)| k).collect()
 }
 
 /// Signals by what they are read from.
-pub(super) struct Parted {
+pub(super) struct SplitSignals {
     pub signals: Vec<Signal>,
     /// The expressions of the first ones.
-    pub alone: Vec<Expr>,
+    pub direct: Vec<Expr>,
     /// What reads those behind them, in their order.
-    pub others: Option<Readings>,
+    pub machine_readings: Option<Readings>,
 }
 
 /// Reads all signals of a run.
@@ -432,7 +448,7 @@ impl Outputs {
         columns.add_shafts();
         columns.add_inputs();
         columns.add_constraints();
-        columns.add_kept();
+        columns.add_multipliers();
         columns.add_compliances();
         columns.add_couplings();
         columns.add_laws();
@@ -442,14 +458,15 @@ impl Outputs {
             let description = format!("friction {} of {name}", physical.word());
             columns.add(Quantity::Friction.of(name), physical, description, Read::Friction(k));
         }
-        columns.add_holds();
+        columns.add_unilaterals();
         columns.add_sources(&scenario.sources);
         let sensors = columns.add_sensors(scenario);
         let mut columns = columns.list;
         let samplers = resolve(sensors, &mut columns);
         let (mut reads, mut signals) = (Vec::new(), Vec::new());
-        let wanted = |name: &String| scenario.recorded.as_ref().is_none_or(|recorded| recorded.names.contains(name));
-        for (name, physical, description, read) in columns.into_iter().filter(|(name, ..)| wanted(name)) {
+        let is_recorded =
+            |name: &String| scenario.recorded.as_ref().is_none_or(|recorded| recorded.names.contains(name));
+        for (name, physical, description, read) in columns.into_iter().filter(|(name, ..)| is_recorded(name)) {
             reads.push(read);
             signals.push(Signal { name, physical, description, values: Vec::with_capacity(scenario.times.len()) });
         }
@@ -463,20 +480,20 @@ impl Outputs {
         self.readings = Some(Readings::new(motion, reduced, found, &reads));
     }
 
-    /// The signals, first those that follow from the state and from what is given ([`Readings::alone`]), with their expressions, then the others, with
+    /// The signals, first those that follow from the state and from what is given ([`Readings::direct`]), with their expressions, then the others, with
     /// what they are read by. None where one is the reading of a sensor.
-    pub fn parted(self, motion: &mut Motion, reduced: &Reduced, found: &Found) -> Option<Parted> {
+    pub fn split_signals(self, motion: &mut Motion, reduced: &Reduced, found: &Found) -> Option<SplitSignals> {
         if self.reads.iter().any(|read| matches!(read, Read::Sensor(_))) {
             return None;
         }
-        let mut out = Parted { signals: Vec::new(), alone: Vec::new(), others: None };
+        let mut out = SplitSignals { signals: Vec::new(), direct: Vec::new(), machine_readings: None };
         let (mut signals, mut reads) = (Vec::new(), Vec::new());
-        let alone = Readings::alone(motion, reduced, found, &self.reads);
-        for ((signal, read), alone) in self.signals.into_iter().zip(&self.reads).zip(alone) {
-            match alone {
+        let direct = Readings::direct(motion, reduced, found, &self.reads);
+        for ((signal, read), direct) in self.signals.into_iter().zip(&self.reads).zip(direct) {
+            match direct {
                 Some(expr) => {
                     out.signals.push(signal);
-                    out.alone.push(expr);
+                    out.direct.push(expr);
                 }
                 None => {
                     signals.push(signal);
@@ -485,7 +502,7 @@ impl Outputs {
             }
         }
         out.signals.extend(signals);
-        out.others = (!reads.is_empty()).then(|| Readings::new(motion, reduced, found, &reads));
+        out.machine_readings = (!reads.is_empty()).then(|| Readings::new(motion, reduced, found, &reads));
         Some(out)
     }
 
@@ -541,11 +558,11 @@ impl Outputs {
     }
 
     /// What the next readings of the sensors depend on.
-    pub fn keep(&mut self, keeper: &mut Keeper<'_>) {
+    pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         for SensorColumn { sampler, failing, shown, .. } in &mut self.samplers {
-            sampler.keep(keeper);
-            failing.keep(keeper);
-            keeper.number(shown);
+            sampler.archive_state(archive);
+            failing.archive_state(archive);
+            archive.number(shown);
         }
     }
 

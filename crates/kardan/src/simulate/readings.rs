@@ -30,11 +30,11 @@ pub(super) enum Read {
     Compliance(Compliance),
     Friction(usize),
     /// Torques of holds, each times a number.
-    Holds(Vec<(usize, f64)>),
+    Unilaterals(Vec<(usize, f64)>),
     /// The multiplier of a kept row, as a sum of those of independent rows, each times a number.
-    Kept(Vec<(usize, f64)>),
+    MultiplierConstraint(Vec<(usize, f64)>),
     /// What it does to a shaft: first the sum of independent rows that its row is.
-    KeptOn(Vec<(usize, f64)>, Vec<(usize, f64)>, usize),
+    MultiplierOn(Vec<(usize, f64)>, Vec<(usize, f64)>, usize),
     Law(usize),
     Source(usize),
     Sensor(usize),
@@ -68,20 +68,20 @@ struct Shared<'a> {
 impl Readings {
     /// The plan of readings of a loop; those of sensors are zero in it.
     pub(super) fn new(motion: &mut Motion, reduced: &Reduced, found: &Found, reads: &[&Read]) -> Self {
-        let mut given: Vec<Symbol> = motion.symbols.iter().chain(&found.inputs).copied().collect();
-        let (loop_inputs, sources) = (given.len(), motion.symbols.len() + found.sources.start);
+        let mut inputs: Vec<Symbol> = motion.symbols.iter().chain(&found.inputs).copied().collect();
+        let (loop_inputs, sources) = (inputs.len(), motion.symbols.len() + found.sources.start);
         let timed = motion.symbols.len() + found.timed.start;
-        let known: Vec<Symbol> = given[..motion.symbols.len()]
+        let motion_inputs: Vec<Symbol> = inputs[..motion.symbols.len()]
             .iter()
-            .chain(&given[sources..motion.symbols.len() + found.sources.end])
-            .chain(&given[timed..motion.symbols.len() + found.timed.end])
+            .chain(&inputs[sources..motion.symbols.len() + found.sources.end])
+            .chain(&inputs[timed..motion.symbols.len() + found.timed.end])
             .copied()
             .collect();
         let motion_rows = motion.frictions.len();
         let mut symbols = |name: &str, count: usize| -> Vec<Expr> {
             let new = |k| motion.graph.new_symbol(format!("{name}.{k}"), Dimension::NONE);
             let new: Vec<Expr> = (0..count).map(new).collect();
-            given.extend(new.iter().filter_map(|symbol| motion.graph.symbol_of(*symbol)));
+            inputs.extend(new.iter().filter_map(|symbol| motion.graph.symbol_of(*symbol)));
             new
         };
         let accelerations = symbols("acceleration", reduced.degrees_of_freedom());
@@ -90,15 +90,15 @@ impl Readings {
         let mut shared = Shared { motion, reduced, found, accelerations, frictions, multipliers: None };
         let exprs: Vec<Expr> = reads.iter().map(|read| shared.expression(read)).collect();
         let graph = &shared.motion.graph;
-        let needs_forces = graph.symbols(&exprs).iter().any(|symbol| !known.contains(symbol));
+        let needs_forces = graph.symbols(&exprs).iter().any(|symbol| !motion_inputs.contains(symbol));
         let outputs: Vec<(String, Expr)> =
             exprs.into_iter().enumerate().map(|(k, expr)| (format!("reading.{k}"), expr)).collect();
-        let plan = compile(graph, &given, &outputs).expect("readings depend on what is given");
+        let plan = compile(graph, &inputs, &outputs).expect("readings depend on what is given");
         Self { native: Native::new(&plan.block()), memory: plan.memory(), plan, counts, sources, timed, needs_forces }
     }
 
     /// The same as expressions of the loop alone; nothing of those that need accelerations or friction torques, or are a sensor's.
-    pub(super) fn alone(motion: &mut Motion, reduced: &Reduced, found: &Found, reads: &[Read]) -> Vec<Option<Expr>> {
+    pub(super) fn direct(motion: &mut Motion, reduced: &Reduced, found: &Found, reads: &[Read]) -> Vec<Option<Expr>> {
         let mut shared =
             Shared { motion, reduced, found, accelerations: Vec::new(), frictions: Vec::new(), multipliers: None };
         let one = |read: &Read| match read {
@@ -178,7 +178,7 @@ impl Shared<'_> {
             Read::ConstraintTorque(constraint, shaft) => {
                 let multiplier = self.multiplier(*constraint);
                 let row = self.motion.constraint_row(self.reduced, *constraint);
-                let own = row.into_iter().find(|(other, _)| other == shaft);
+                let own = row.into_iter().find(|(candidate, _)| candidate == shaft);
                 let zero = self.motion.graph.integer(0);
                 own.map_or(zero, |(_, coefficient)| self.motion.graph.multiply(coefficient, multiplier))
             }
@@ -193,15 +193,17 @@ impl Shared<'_> {
                 self.motion.graph.scale(exact(*factor), torque)
             }
             Read::Friction(k) => self.frictions[*k],
-            Read::Holds(shares) => {
+            Read::Unilaterals(shares) => {
                 let terms: Vec<(Expr, Rational)> =
                     shares.iter().map(|(k, x)| (self.frictions[*k], exact(*x))).collect();
                 self.motion.graph.sum(Rational::ZERO, &terms)
             }
-            Read::Kept(shares) => self.kept(shares),
-            Read::KeptOn(parts, shares, shaft) => {
-                let multiplier = self.kept(shares);
-                let entry = |k: usize| self.motion.kept[k].row.iter().find(|(other, _)| other == shaft);
+            Read::MultiplierConstraint(shares) => self.enforced_multiplier(shares),
+            Read::MultiplierOn(parts, shares, shaft) => {
+                let multiplier = self.enforced_multiplier(shares);
+                let entry = |k: usize| {
+                    self.motion.multiplier_constraints[k].row.iter().find(|(candidate, _)| candidate == shaft)
+                };
                 let entries: Vec<(Expr, Rational)> =
                     parts.iter().filter_map(|(k, x)| Some((entry(*k)?.1, exact(*x)))).collect();
                 let entry = self.motion.graph.sum(Rational::ZERO, &entries);
@@ -213,8 +215,8 @@ impl Shared<'_> {
         }
     }
 
-    /// What holds a kept row acts against it as friction would; its multiplier is the opposite.
-    fn kept(&mut self, shares: &[(usize, f64)]) -> Expr {
+    /// The multiplier of a constraint that is enforced by one: what acts against it as friction would is its opposite.
+    fn enforced_multiplier(&mut self, shares: &[(usize, f64)]) -> Expr {
         let first = self.reduced.equations.set_valued().count();
         let terms: Vec<(Expr, Rational)> =
             shares.iter().map(|(row, x)| (self.frictions[first + row], exact(-x))).collect();

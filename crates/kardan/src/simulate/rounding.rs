@@ -4,12 +4,12 @@
 //! moved up and down in patterns of which at least one moves any two of them the same way and one against each other, so that what two
 //! large terms leave of each other is seen whatever their signs.
 
-use crate::num::Keeper;
+use crate::num::StateArchive;
 
 /// What rounding makes of a step, and memory to measure it.
 #[derive(Debug, Clone)]
 pub(super) struct Rounding {
-    there: Vec<f64>,
+    perturbed: Vec<f64>,
     changes: Vec<f64>,
     /// How much each component may change.
     pub noise: Vec<f64>,
@@ -22,12 +22,12 @@ pub(super) struct Rounding {
 impl Rounding {
     pub(super) fn new(size: usize) -> Self {
         let zero = vec![0.0; size];
-        Self { there: zero.clone(), changes: zero.clone(), noise: zero.clone(), largest: zero, tolerances: 0.0 }
+        Self { perturbed: zero.clone(), changes: zero.clone(), noise: zero.clone(), largest: zero, tolerances: 0.0 }
     }
 
-    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        keeper.numbers(&mut self.largest);
-        keeper.number(&mut self.tolerances);
+    pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        archive.numbers(&mut self.largest);
+        archive.number(&mut self.tolerances);
     }
 
     /// Turns the noise of rates into that of a step, which is so many times as much, and remembers the largest. `sizes`: what errors of the
@@ -43,15 +43,15 @@ impl Rounding {
     /// Measures it at a state. `change` writes what rates, or what comes of them, change by where the state has moved, and may write over
     /// the state. Tells how often it was called.
     pub(super) fn measure(&mut self, state: &[f64], mut change: impl FnMut(&mut [f64], &mut [f64])) -> u64 {
-        let Self { there, changes, noise, .. } = self;
+        let Self { perturbed, changes, noise, .. } = self;
         noise.fill(0.0);
         let patterns = 1 + usize::BITS - state.len().saturating_sub(1).leading_zeros();
         for pattern in 0..patterns {
-            for (k, (there, x)) in there.iter_mut().zip(state).enumerate() {
+            for (k, (perturbed, x)) in perturbed.iter_mut().zip(state).enumerate() {
                 let down = pattern > 0 && k >> (pattern - 1) & 1 == 1;
-                *there = x * if down { 1.0 - f64::EPSILON } else { 1.0 + f64::EPSILON };
+                *perturbed = x * if down { 1.0 - f64::EPSILON } else { 1.0 + f64::EPSILON };
             }
-            change(there, changes);
+            change(perturbed, changes);
             for (noise, change) in noise.iter_mut().zip(&*changes) {
                 // What overflows is no rounding.
                 if change.is_finite() {
@@ -70,7 +70,7 @@ mod tests {
 
     /// Rates that are differences of two large numbers, of whatever signs and places.
     #[test]
-    fn cancelling_terms_are_seen_in_every_pair_of_places() {
+    fn cancelling_terms_are_detected_in_every_pair_of_places() {
         for size in 2..20 {
             let mut rounding = Rounding::new(size);
             for (i, j, sign) in (0..size).flat_map(|i| (0..i).flat_map(move |j| [(i, j, 1.0), (i, j, -1.0)])) {

@@ -1,13 +1,13 @@
 //! The run: steps between events, events located on the dense output, modes decided anew, outputs on the grid.
 
-mod looks;
+mod event_samples;
+mod missed_event_guard;
+mod undefined_value;
 mod unfit;
-mod unseen;
-mod words;
 
 use kardan_rt::functions::powi;
 
-use super::counts::{Met, Turned};
+use super::counts::{EncoderReading, FlippedReading};
 use super::dop853::StepError;
 use super::integrator::Integrator;
 use super::linear::{self, BLOCK, LinearSegment};
@@ -17,11 +17,11 @@ use super::stiffness::is_stiff;
 use super::{Machine, Scenario, Setup};
 use crate::equations::Domain;
 use crate::names::quoted;
-use crate::num::{Keeper, Random};
+use crate::num::{Random, StateArchive};
 use crate::reduce::Reduced;
-use crate::results::{Effort, Energy, Event, MotorStrain, Outcome, Physical, Series};
-use looks::Guard;
-use words::{is_undefined, undefined};
+use crate::results::{Effort, Energy, Event, MotorLoad, Outcome, Physical, Series};
+use event_samples::Guard;
+use undefined_value::{is_undefined, undefined};
 
 /// How accurately a run is integrated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,19 +90,19 @@ pub struct RunResult {
     /// What speaks against its numbers.
     pub warnings: Vec<String>,
     /// What was asked of each motor that has limits.
-    pub strains: Vec<MotorStrain>,
+    pub motor_loads: Vec<MotorLoad>,
     /// What the integrator did.
     pub effort: Effort,
     /// What sensors that count met, where that was noted ([`Ready::noting`]).
-    pub met: Vec<Met>,
+    pub encoder_readings: Vec<EncoderReading>,
     /// Whether samples of laws ended its steps.
     pub sampled: bool,
 }
 
 /// Places inside a step where events are looked for; between two of them a direction may reverse at most once.
-const LOOKS: usize = 6;
+const EVENT_SCAN_POINTS: usize = 6;
 /// At least so many in a step that was cut short.
-const LEAST_LOOKS: usize = 2;
+const LEAST_SCAN_POINTS: usize = 2;
 /// What helps teeth that jam.
 pub const UNJAM: &str = "Give it less loss (a larger `efficiency_back`), more inertia before it or less behind it, or let a spring carry the load";
 /// Part of a step to which an event is located that the step is to be shortened for.
@@ -120,9 +120,9 @@ const GOLDEN: f64 = 0.618_033_988_749_894_8;
 /// Part of a step by which a step made anew ends beyond the event it was shortened for.
 const BEYOND: f64 = 1e-3;
 /// Located events within one step of the integrator that count as chatter: a smooth motion has a few for each direction.
-const CHATTER: usize = 2000;
+const MOST_CHATTERING: usize = 2000;
 /// Events close behind each other after which a run is given up: what bounces lower has fewer.
-const FLURRY: usize = 200_000;
+const MOST_ZENO_EVENTS: usize = 200_000;
 /// How close that is, as a part of the duration or of a second.
 const CLOSE: f64 = 1e-7;
 /// Jams of teeth after which a run is given up, if each is that close behind the one before, as a part of the duration or of a second: no chart shows them
@@ -136,7 +136,7 @@ const AT_ONCE: f64 = 64.0 * f64::EPSILON;
 /// Steps after which a run is given up, unless less is asked.
 const MOST_STEPS: usize = 100_000_000;
 /// Steps between two looks at the progress.
-const STEPS_UNHEARD: usize = 64;
+const PROGRESS_STEPS: usize = 64;
 /// Absolute error allowed per step in the work of the inputs and in the loss, J per unit of the relative tolerance; it
 /// keeps a step honest whose other error estimates are small by accident.
 const ENERGY: f64 = 10.0;
@@ -161,7 +161,7 @@ const THROWN: f64 = 1e-3;
 const DIVERGED: f64 = 1e6;
 
 /// The integration of a closed loop: as far as it has come, and what is due there.
-pub(super) struct RunningLoop {
+pub(super) struct RunLoop {
     pub(super) machine: Machine,
     solver: Integrator,
     /// The reference method beside another one: for where series or derivatives have no value, as those of `sqrt(max(0, x))` and of `t^1.5` at the begin.
@@ -187,7 +187,7 @@ pub(super) struct RunningLoop {
     pub(super) scenario: Scenario,
     names: Vec<String>,
     /// Elements of the kept rows.
-    kept_names: Vec<String>,
+    multiplier_names: Vec<String>,
     /// Constraints whose right sides move.
     prescribing: Vec<String>,
     input_names: Vec<String>,
@@ -201,16 +201,16 @@ pub(super) struct RunningLoop {
     notes: Vec<String>,
     /// How far the integration has come, s.
     pub(super) time: f64,
-    due: Due,
+    pending: Pending,
     /// Where the equations of now end, s: a breakpoint of the scenario, or a sample.
     segment_end: f64,
     guard: Guard,
     /// The next breakpoint of the scenario, and the next sample, s.
     breakpoint: f64,
     tick: f64,
-    chatter: Chatter,
+    chattering: Chattering,
     /// Events of which each is close behind the one before.
-    flurry: usize,
+    zeno_events: usize,
     state: Vec<f64>,
     looked: Vec<f64>,
     /// Memory for states at the begin, in the middle and at the end of a part of a step.
@@ -219,7 +219,7 @@ pub(super) struct RunningLoop {
     moved: Vec<f64>,
     reversed: Vec<usize>,
     switching: Vec<usize>,
-    looks: Looks,
+    event_samples: EventSamples,
     initial_energy: f64,
     /// The work of the inputs when it was last looked at, and what it changed by until then, by amount, J.
     work: f64,
@@ -234,30 +234,36 @@ pub(super) struct RunningLoop {
     located: usize,
     most_steps: usize,
     /// Steps since the progress was told.
-    unheard: usize,
+    steps_since_progress: usize,
     /// Where other rounding is drawn from, if that is asked for.
     shaken: Option<Random>,
 }
 
 /// The margins of all directions (columns) at the looks into the last step (rows), made once.
-struct Looks {
-    times: [f64; LOOKS + 1],
+struct EventSamples {
+    times: [f64; EVENT_SCAN_POINTS + 1],
     count: usize,
     margins: Vec<f64>,
     directions: usize,
-    bends: Vec<f64>,
+    curvatures: Vec<f64>,
 }
 
-impl Looks {
+impl EventSamples {
     fn new(directions: usize) -> Self {
-        let margins = vec![0.0; (LOOKS + 1) * directions];
-        Self { times: [f64::NAN; LOOKS + 1], count: 0, margins, directions, bends: vec![0.0; directions] }
+        let margins = vec![0.0; (EVENT_SCAN_POINTS + 1) * directions];
+        Self {
+            times: [f64::NAN; EVENT_SCAN_POINTS + 1],
+            count: 0,
+            margins,
+            directions,
+            curvatures: vec![0.0; directions],
+        }
     }
 
-    fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        keeper.numbers(&mut self.times);
-        keeper.count(&mut self.count);
-        keeper.numbers(&mut self.margins);
+    fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        archive.numbers(&mut self.times);
+        archive.count(&mut self.count);
+        archive.numbers(&mut self.margins);
     }
 
     /// Takes the margins at the point that the machine has evaluated last.
@@ -274,9 +280,9 @@ impl Looks {
             self.margins.copy_within(last..last + self.directions, 0);
             self.times[0] = time;
         }
-        let known = self.count > 0 && self.times[0] == time;
-        self.count = usize::from(known);
-        known
+        let is_same_time = self.count > 0 && self.times[0] == time;
+        self.count = usize::from(is_same_time);
+        is_same_time
     }
 
     fn at(&self, row: usize, watch: usize) -> f64 {
@@ -284,17 +290,17 @@ impl Looks {
     }
 
     /// How far each margin bends between three looks.
-    fn measure_bends(&mut self) {
+    fn measure_curvatures(&mut self) {
         for watch in 0..self.directions {
-            let bends = looks::bends(self.count, |row| (self.times[row], self.at(row, watch)));
-            self.bends[watch] = bends.fold(0.0, f64::max);
+            let curvatures = event_samples::curvatures(self.count, |row| (self.times[row], self.at(row, watch)));
+            self.curvatures[watch] = curvatures.fold(0.0, f64::max);
         }
     }
 
     /// Whether the looks are too far apart to show what a margin does between them; `noise` is what rounding makes of each.
     fn are_coarse(&self, noise: impl Fn(usize) -> f64) -> bool {
         let look = |watch| move |row| (self.times[row], self.at(row, watch));
-        (0..self.directions).any(|watch| looks::is_coarse(self.count, noise(watch), look(watch)))
+        (0..self.directions).any(|watch| event_samples::is_coarse(self.count, noise(watch), look(watch)))
     }
 }
 
@@ -320,16 +326,16 @@ pub fn teeth_that_lock(setup: Setup<'_>) -> Vec<String> {
     machine.start_laws(&mut state);
     machine.enter_segment(0.0);
     let directions: Vec<&str> = reduced.equations.set_valued().map(|(element, _)| element).collect();
-    machine.locking_meshes(&state).into_iter().map(|direction| directions[direction].to_string()).collect()
+    machine.self_locking_gears(&state).into_iter().map(|direction| directions[direction].to_string()).collect()
 }
 
 /// A run that is compiled and has not begun.
-pub struct Ready(RunningLoop);
+pub struct Ready(RunLoop);
 
 impl Ready {
     /// Compiles the expressions of a loop.
     pub fn new(setup: Setup<'_>, tolerance: Tolerance) -> Self {
-        Self(RunningLoop::new(setup, tolerance))
+        Self(RunLoop::new(setup, tolerance))
     }
 
     /// Notes what sensors that count meet at the readings of sampled laws.
@@ -338,8 +344,8 @@ impl Ready {
     }
 
     /// The same, and some readings come out otherwise; the readings of a sensor in their order.
-    pub fn turning(mut self, turned: &[Turned]) -> Self {
-        self.0.machine.note_counts(turned);
+    pub fn turning(mut self, flipped: &[FlippedReading]) -> Self {
+        self.0.machine.note_counts(flipped);
         self
     }
 
@@ -352,23 +358,23 @@ impl Ready {
 
     /// Runs it; see [`simulate`].
     pub fn run(self, progress: &mut dyn FnMut(f64) -> Option<String>) -> RunResult {
-        let mut running = self.0;
-        let duration = running.scenario.duration;
-        let outcome = match running.proceed(duration, progress).and_then(|()| running.sample_at_end()) {
+        let mut run_loop = self.0;
+        let duration = run_loop.scenario.duration;
+        let outcome = match run_loop.proceed(duration, progress).and_then(|()| run_loop.sample_at_end()) {
             Ok(()) => {
                 // The last row, at the end itself.
-                running.observe_until(f64::INFINITY, Some(duration));
+                run_loop.observe_until(f64::INFINITY, Some(duration));
                 Outcome::Completed
             }
             Err(outcome) => outcome,
         };
-        running.finish(outcome)
+        run_loop.finish(outcome)
     }
 }
 
 /// What is to be done where the integration stands, before it goes on.
 #[derive(Debug, Clone, Copy, Default)]
-struct Due {
+struct Pending {
     /// Everything that happens at the start.
     start: bool,
     /// A mode is left: a reversal, a breakaway, a motor at its limit.
@@ -379,7 +385,7 @@ struct Due {
 
 /// Events that follow each other within the time of a step.
 #[derive(Debug, Clone, Copy, Default)]
-struct Chatter {
+struct Chattering {
     since: f64,
     events: usize,
     /// The longest step that the equations between them allowed.
@@ -390,7 +396,7 @@ struct Chatter {
     at_once: usize,
 }
 
-impl RunningLoop {
+impl RunLoop {
     /// A loop at its start.
     pub(super) fn new(setup: Setup<'_>, tolerance: Tolerance) -> Self {
         // What fails of springs and dampers is in the equations of the run.
@@ -412,12 +418,12 @@ impl RunningLoop {
         machine.start_laws(&mut state);
         let method = match tolerance.method {
             Method::Automatic | Method::Stepping if is_stiff(&mut machine, scenario, &state) => Method::Radau,
-            asked => asked,
+            chosen => chosen,
         };
         let least_energy = absolute[size - 2];
         let solver = solver_of(method, (tolerance.relative, &absolute), (&mut machine, reduced), &mut outputs);
         let reference = || Integrator::dop853(tolerance.relative, &absolute);
-        RunningLoop {
+        RunLoop {
             reference: solver.is_some().then(reference),
             referred: false,
             solver: solver.unwrap_or_else(reference),
@@ -431,12 +437,17 @@ impl RunningLoop {
             stepped: false,
             complete: false,
             resting: false,
-            guard: Guard::new(machine.is_blind(), machine.bends()),
+            guard: Guard::new(machine.is_blind(), machine.kinks()),
             machine,
             outputs,
-            looks: Looks::new(names.len()),
+            event_samples: EventSamples::new(names.len()),
             names,
-            kept_names: reduced.equations.kept.iter().map(|kept| kept.element.clone()).collect(),
+            multiplier_names: reduced
+                .equations
+                .multiplier_constraints
+                .iter()
+                .map(|constraint| constraint.element.clone())
+                .collect(),
             prescribing: reduced.equations.moving.keys().cloned().collect(),
             input_names,
             input_units: input_units(reduced),
@@ -449,12 +460,12 @@ impl RunningLoop {
             events: Vec::new(),
             notes: Vec::new(),
             time: 0.0,
-            due: Due { start: true, ..Due::default() },
+            pending: Pending { start: true, ..Pending::default() },
             segment_end: 0.0,
             breakpoint: 0.0,
             tick: 0.0,
-            chatter: Chatter::default(),
-            flurry: 0,
+            chattering: Chattering::default(),
+            zeno_events: 0,
             looked: vec![0.0; size],
             derivative: vec![0.0; size],
             moved: vec![0.0; size],
@@ -470,7 +481,7 @@ impl RunningLoop {
             jams: 0,
             located: 0,
             most_steps: tolerance.most_steps,
-            unheard: 0,
+            steps_since_progress: 0,
             shaken: None,
             scenario: scenario.clone(),
         }
@@ -486,16 +497,16 @@ impl RunningLoop {
     ) -> Result<(), Outcome> {
         while self.time < until {
             self.observe_until(self.time, None);
-            if self.due.start {
+            if self.pending.start {
                 self.begin()?;
             }
-            if self.due.event {
+            if self.pending.event {
                 self.happen()?;
             }
-            if self.due.boundary {
+            if self.pending.boundary {
                 self.cross()?;
             }
-            self.due = Due::default();
+            self.pending = Pending::default();
             self.step(progress)?;
             self.count_work();
         }
@@ -515,9 +526,9 @@ impl RunningLoop {
         if at < self.time {
             self.solver.interpolate(at, &mut self.state);
             self.time = at;
-            self.due = Due::default();
+            self.pending = Pending::default();
         }
-        self.due.boundary = !self.due.start;
+        self.pending.boundary = !self.pending.start;
         // The lines of all signals are taken anew.
         self.breakpoint = self.breakpoint.min(at);
     }
@@ -534,39 +545,39 @@ impl RunningLoop {
     }
 
     /// Everything that what is to come depends on.
-    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
+    pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         let mut referred = self.referred;
-        keeper.flag(&mut referred);
+        archive.flag(&mut referred);
         if referred != self.referred {
             self.change_method();
         }
-        self.solver.keep(keeper);
-        self.machine.keep(keeper);
-        self.outputs.keep(keeper);
+        self.solver.archive_state(archive);
+        self.machine.archive_state(archive);
+        self.outputs.archive_state(archive);
         for time in [&mut self.time, &mut self.segment_end, &mut self.breakpoint, &mut self.tick] {
-            keeper.number(time);
+            archive.number(time);
         }
         self.machine.dynamics.enter_faults(self.time);
-        for flag in [&mut self.due.start, &mut self.due.event, &mut self.due.boundary, &mut self.resting] {
-            keeper.flag(flag);
+        for flag in [&mut self.pending.start, &mut self.pending.event, &mut self.pending.boundary, &mut self.resting] {
+            archive.flag(flag);
         }
-        keeper.number(&mut self.chatter.since);
-        keeper.count(&mut self.chatter.events);
-        keeper.number(&mut self.chatter.longest);
-        keeper.number(&mut self.chatter.last);
-        keeper.count(&mut self.chatter.at_once);
-        keeper.count(&mut self.flurry);
-        keeper.numbers(&mut self.state);
-        keeper.number(&mut self.initial_energy);
-        keeper.counts(&mut self.reversed);
-        self.looks.keep(keeper);
-        self.guard.keep(keeper);
-        for count in [&mut self.located, &mut self.unheard, &mut self.jams] {
-            keeper.count(count);
+        archive.number(&mut self.chattering.since);
+        archive.count(&mut self.chattering.events);
+        archive.number(&mut self.chattering.longest);
+        archive.number(&mut self.chattering.last);
+        archive.count(&mut self.chattering.at_once);
+        archive.count(&mut self.zeno_events);
+        archive.numbers(&mut self.state);
+        archive.number(&mut self.initial_energy);
+        archive.counts(&mut self.reversed);
+        self.event_samples.archive_state(archive);
+        self.guard.archive_state(archive);
+        for count in [&mut self.located, &mut self.steps_since_progress, &mut self.jams] {
+            archive.count(count);
         }
-        keeper.optional(&mut self.jammed);
+        archive.optional(&mut self.jammed);
         let mut doubted = self.doubted.map_or(0, |direction| direction + 1);
-        keeper.count(&mut doubted);
+        archive.count(&mut doubted);
         self.doubted = doubted.checked_sub(1);
     }
 
@@ -579,7 +590,7 @@ impl RunningLoop {
             let what = format!(
                 "`{}` begins {beyond:.6} {} beyond its stop, which nothing can pass: start within it",
                 self.names[*direction],
-                self.machine.unit_along(*direction),
+                self.machine.unit_of_direction(*direction),
             );
             return Err(failed(0.0, what));
         }
@@ -605,7 +616,7 @@ impl RunningLoop {
 
     /// What is due at a breakpoint of the scenario or at a sample.
     fn cross(&mut self) -> Result<(), Outcome> {
-        if let Some((low, high)) = self.guard.leap.take()
+        if let Some((low, high)) = self.guard.discontinuity.take()
             && self.time == low
         {
             self.observe_until(high, None);
@@ -669,11 +680,11 @@ impl RunningLoop {
         // A sample that falls on a breakpoint but for rounding sees what holds from there on.
         let sooner = self.tick < self.breakpoint - SAME * self.breakpoint || self.breakpoint.is_infinite();
         self.segment_end = if sooner { self.tick } else { self.breakpoint };
-        self.guard.leap = self.machine.next_leap(time, self.segment_end);
-        if let Some((low, _)) = self.guard.leap {
+        self.guard.discontinuity = self.machine.next_discontinuity(time, self.segment_end);
+        if let Some((low, _)) = self.guard.discontinuity {
             self.segment_end = low;
         }
-        self.chatter = Chatter { since: time, ..Chatter::default() };
+        self.chattering = Chattering { since: time, ..Chattering::default() };
         let step = self.solver.next_step();
         self.shake();
         self.restart(time);
@@ -709,13 +720,13 @@ impl RunningLoop {
         self.complete = false;
         self.resting = self.rests();
         if !self.resting && self.linear && self.solve_segment(end) {
-            return self.tell(progress);
+            return self.report_progress(progress);
         }
         if self.resting {
             self.solver.rest(end);
             self.time = end;
-            self.due.boundary = end >= self.segment_end;
-            return self.tell(progress);
+            self.pending.boundary = end >= self.segment_end;
+            return self.report_progress(progress);
         }
         self.stepped = true;
         self.machine.begin_notes();
@@ -726,9 +737,9 @@ impl RunningLoop {
         }
         if let Err(error) = made {
             let before = self.jammed;
-            if let Some(direction) = self.jam() {
+            if let Some(direction) = self.resolve_jamming() {
                 self.count_jams(direction, before)?;
-                return self.tell(progress);
+                return self.report_progress(progress);
             }
             return Err(self.step_failed(error));
         }
@@ -740,18 +751,18 @@ impl RunningLoop {
             self.shorten_step(at)?;
             event = self.look_for_event(length, true);
         }
-        let cut = self.unseen(event.unwrap_or(self.solver.time()))?;
+        let cut = self.missed_event(event.unwrap_or(self.solver.time()))?;
         let event = if cut.is_some() { None } else { event };
         self.time = cut.or(event).unwrap_or(self.solver.time());
         if self.time >= self.segment_end * (1.0 - SAME) {
             // What rounding alone parts is one time.
             self.time = self.segment_end;
         }
-        self.due.event = event.is_some();
-        self.due.boundary = self.time >= self.segment_end;
+        self.pending.event = event.is_some();
+        self.pending.boundary = self.time >= self.segment_end;
         if event.is_some() {
             self.located += 1;
-            self.chatter.longest = self.chatter.longest.max(length);
+            self.chattering.longest = self.chattering.longest.max(length);
         }
         match cut.or(event) {
             Some(at) => self.solver.interpolate(at, &mut self.state),
@@ -761,17 +772,17 @@ impl RunningLoop {
         if self.has_diverged() {
             return Err(self.diverged());
         }
-        self.look_at_meshes();
+        self.check_gear_ambiguity();
         let moved = self.put_on_rows()?;
-        if (moved || cut.is_some()) && !self.due.boundary {
+        if (moved || cut.is_some()) && !self.pending.boundary {
             self.observe_until(self.time, None);
             let next = if cut.is_some() { 0.0 } else { self.solver.next_step() };
             self.restart(self.time);
             self.solver.set_step(next);
         }
         self.end_where_unfit()?;
-        self.machine.forget_lost_mesh();
-        self.tell(progress)
+        self.machine.clear_jammed_gear();
+        self.report_progress(progress)
     }
 
     /// Ends the run where kept rows become dependent within the step: what they carry is not determined there, nor how the motion goes on.
@@ -779,12 +790,12 @@ impl RunningLoop {
         if !self.machine.watches_rows() {
             return Ok(());
         }
-        if self.machine.rows_turned(self.time, &self.state) {
+        if self.machine.rows_changed_sign(self.time, &self.state) {
             let (mut low, mut high) = (self.solver.previous_time(), self.time);
             while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
                 let middle = 0.5 * (low + high);
                 self.solver.interpolate(middle, &mut self.looked);
-                if self.machine.rows_turned(middle, &self.looked) { high = middle } else { low = middle }
+                if self.machine.rows_changed_sign(middle, &self.looked) { high = middle } else { low = middle }
             }
             self.solver.interpolate(high, &mut self.looked);
             if self.machine.rows_depend((high, &self.looked), (self.time, &self.state)) {
@@ -830,14 +841,14 @@ impl RunningLoop {
         Err(failed(high, self.singular()))
     }
 
-    fn rows_in_words(&self) -> String {
-        quoted(self.kept_names.iter().map(String::as_str))
+    fn quoted_constraints(&self) -> String {
+        quoted(self.multiplier_names.iter().map(String::as_str))
     }
 
     /// Why a run ends where its kept rows depend on each other.
     fn singular(&self) -> String {
-        let names = self.rows_in_words();
-        let what = match self.kept_names.len() {
+        let names = self.quoted_constraints();
+        let what = match self.multiplier_names.len() {
             1 => format!("{names} constrains nothing at this place"),
             _ => format!("the constraints {names} become dependent at this place, as at a dead centre"),
         };
@@ -863,8 +874,8 @@ impl RunningLoop {
 
     /// Teeth that no acceleration fits stop at once, by an impulse that grows with what it makes the load press with; their direction if there are such
     /// teeth where the integration stands.
-    fn jam(&mut self) -> Option<usize> {
-        let direction = self.machine.lost_mesh()?;
+    fn resolve_jamming(&mut self) -> Option<usize> {
+        let direction = self.machine.jammed_gear()?;
         if self.jammed == Some(self.time) {
             return None;
         }
@@ -894,25 +905,25 @@ impl RunningLoop {
         );
         self.events.extend([what].into_iter().chain(happened).map(|what| Event { time, what }));
         self.note_shared_friction();
-        self.machine.forget_lost_mesh();
+        self.machine.clear_jammed_gear();
         self.time = time;
         self.restart(time);
         Some(direction)
     }
 
     /// Tells from when on teeth could go on in two ways, if they can at the end of the last step and could not at that of the step before.
-    fn look_at_meshes(&mut self) {
-        if !self.machine.has_meshes() {
+    fn check_gear_ambiguity(&mut self) {
+        if !self.machine.has_gear_losses() {
             return;
         }
         self.machine.evaluate(self.time, &self.state);
-        let doubted = self.machine.doubtful_mesh();
+        let doubted = self.machine.ambiguous_gear();
         if let Some(direction) = doubted.filter(|_| doubted != self.doubted) {
             let (mut low, mut time) = (self.solver.previous_time(), self.time);
             let mut doubtful = |at: f64| {
                 self.solver.interpolate(at, &mut self.looked);
                 self.machine.evaluate(at, &self.looked);
-                self.machine.doubtful_mesh() == doubted
+                self.machine.ambiguous_gear() == doubted
             };
             if doubtful(low) {
                 time = low;
@@ -951,7 +962,9 @@ impl RunningLoop {
         self.time = high;
         let what = if self.machine.has_laws() { "the loop diverges" } else { "the motion grows without bound" };
         let rows = match self.machine.watches_rows() {
-            true => format!("; {} may leave no place to go on to, as where a rod is too short", self.rows_in_words()),
+            true => {
+                format!("; {} may leave no place to go on to, as where a rod is too short", self.quoted_constraints())
+            }
             false => String::new(),
         };
         failed(high, format!("{what}: {}{rows}", self.fastest()))
@@ -983,7 +996,7 @@ impl RunningLoop {
         self.segments.evaluations += segment.evaluations as usize;
         self.segment = Some(segment);
         self.time = end;
-        self.due.boundary = end >= self.segment_end;
+        self.pending.boundary = end >= self.segment_end;
         true
     }
 
@@ -991,15 +1004,15 @@ impl RunningLoop {
     fn rests(&mut self) -> bool {
         self.solver.rests() && self.machine.is_steady() && {
             self.looked.copy_from_slice(&self.state);
-            !self.leaves_there(self.time)
+            !self.leaves_equilibrium(self.time)
         }
     }
 
     /// Tells the progress now and then; an error if that asks for the end.
-    fn tell(&mut self, progress: &mut dyn FnMut(f64) -> Option<String>) -> Result<(), Outcome> {
-        self.unheard += 1;
-        if self.unheard >= STEPS_UNHEARD {
-            self.unheard = 0;
+    fn report_progress(&mut self, progress: &mut dyn FnMut(f64) -> Option<String>) -> Result<(), Outcome> {
+        self.steps_since_progress += 1;
+        if self.steps_since_progress >= PROGRESS_STEPS {
+            self.steps_since_progress = 0;
             if let Some(why) = progress(self.time / self.scenario.duration) {
                 self.observe_until(self.time, None);
                 return Err(failed(self.time, why));
@@ -1011,39 +1024,40 @@ impl RunningLoop {
     /// What happens at the event that the last step ended at.
     fn happen(&mut self) -> Result<(), Outcome> {
         let at = self.time;
-        let at_once = at - self.chatter.last <= AT_ONCE * at;
-        self.flurry =
-            if at - self.chatter.last <= CLOSE * self.scenario.duration.min(1.0) { self.flurry + 1 } else { 0 };
+        let at_once = at - self.chattering.last <= AT_ONCE * at;
+        self.zeno_events =
+            if at - self.chattering.last <= CLOSE * self.scenario.duration.min(1.0) { self.zeno_events + 1 } else { 0 };
         // What would knock without an end is pressed.
-        self.chatter.at_once = if at_once { self.chatter.at_once + 1 } else { 0 };
-        self.machine.let_rebound(self.chatter.at_once < KNOCKS);
+        self.chattering.at_once = if at_once { self.chattering.at_once + 1 } else { 0 };
+        self.machine.let_rebound(self.chattering.at_once < KNOCKS);
         let crossing = std::mem::take(&mut self.reversed);
         self.machine.remember_commands(at, &mut self.state);
         let settled = self.settle(at, &crossing);
         settled?;
         if self.machine.was_struck() && !at_once {
             // Rebounds grow smaller, and end; what knocks without an end takes no time.
-            self.chatter = Chatter { since: at, ..Chatter::default() };
+            self.chattering = Chattering { since: at, ..Chattering::default() };
         }
-        let Chatter { since, events, longest, last, .. } = &mut self.chatter;
+        let Chattering { since, events, longest, last, .. } = &mut self.chattering;
         *last = at;
         *events += 1;
         if at - *since > *longest {
             (*since, *events, *longest) = (at, 0, 0.0);
         }
         let (since, events) = (*since, *events);
-        if events > CHATTER {
+        if events > MOST_CHATTERING {
             let apart = at - since;
-            let cause =
-                format!("more than {CHATTER} events within {apart:.1e} s, less than a step of the smooth motion");
+            let cause = format!(
+                "more than {MOST_CHATTERING} events within {apart:.1e} s, less than a step of the smooth motion"
+            );
             return Err(failed(at, format!("{cause}: {}", self.last_events(since, &crossing))));
         }
-        if self.flurry > FLURRY {
-            let cause = format!("more than {FLURRY} events follow each other closely without an end");
+        if self.zeno_events > MOST_ZENO_EVENTS {
+            let cause = format!("more than {MOST_ZENO_EVENTS} events follow each other closely without an end");
             return Err(failed(at, format!("{cause}: {}", self.last_events(since, &crossing))));
         }
         self.reversed = crossing;
-        if !self.due.boundary {
+        if !self.pending.boundary {
             self.restart(at);
         }
         Ok(())
@@ -1056,8 +1070,8 @@ impl RunningLoop {
         if !what.is_empty() {
             return format!("the last ones: {}", what.join("; "));
         }
-        let left = if crossing.is_empty() { self.machine.holding() } else { crossing };
-        let mut names: Vec<&str> = left.iter().filter_map(|k| self.names.get(*k)).map(String::as_str).collect();
+        let involved = if crossing.is_empty() { self.machine.holding() } else { crossing };
+        let mut names: Vec<&str> = involved.iter().filter_map(|k| self.names.get(*k)).map(String::as_str).collect();
         names.sort_unstable();
         names.dedup();
         match names.is_empty() {
@@ -1080,9 +1094,9 @@ impl RunningLoop {
 
     /// Changes between the method and the reference; false where there is none beside it.
     fn change_method(&mut self) -> bool {
-        let Some(other) = &mut self.reference else { return false };
-        std::mem::swap(&mut self.solver, other);
-        self.solver.go_on_counting(other.counts());
+        let Some(reference_solver) = &mut self.reference else { return false };
+        std::mem::swap(&mut self.solver, reference_solver);
+        self.solver.go_on_counting(reference_solver.counts());
         self.referred = !self.referred;
         true
     }
@@ -1090,7 +1104,7 @@ impl RunningLoop {
     fn restart(&mut self, time: f64) {
         self.solver.start(&mut self.machine, time, &self.state);
         // Which has evaluated the machine there.
-        self.looks.take(0, time, &mut self.machine);
+        self.event_samples.take(0, time, &mut self.machine);
     }
 
     fn settle(&mut self, time: f64, crossing: &[usize]) -> Result<(), Outcome> {
@@ -1105,8 +1119,8 @@ impl RunningLoop {
     fn contradict(&self) -> Result<(), Outcome> {
         let mut names: Vec<&str> = Vec::new();
         for &direction in self.machine.contradiction() {
-            let kept = || &self.kept_names[direction - self.names.len()];
-            let name = self.names.get(direction).unwrap_or_else(kept);
+            let name_of_constraint = || &self.multiplier_names[direction - self.names.len()];
+            let name = self.names.get(direction).unwrap_or_else(name_of_constraint);
             if !names.contains(&name.as_str()) {
                 names.push(name);
             }
@@ -1170,7 +1184,7 @@ impl RunningLoop {
             let names: Vec<String> = shared.iter().map(|&k| format!("`{}`", self.names[k])).collect();
             let rubs = shared.iter().all(|&k| self.machine.is_friction(k));
             let [together, what] = if rubs { ["stick", "friction torque"] } else { ["hold", "torque"] };
-            let shown = match (self.machine.has_meshes() || !self.machine.shares_by_size(), rubs) {
+            let shown = match (self.machine.has_gear_losses() || !self.machine.shares_by_size(), rubs) {
                 (true, _) => "one with which all hold",
                 (false, true) => "the one with the smallest torques relative to each Coulomb torque",
                 (false, false) => "the one with the smallest torques relative to what each can hold",
@@ -1189,11 +1203,11 @@ impl RunningLoop {
     /// Whether a mode is left at this time within the last step; fills the lists of what leaves.
     fn leaves(&mut self, time: f64) -> bool {
         self.solver.interpolate(time, &mut self.looked);
-        self.leaves_there(time)
+        self.leaves_equilibrium(time)
     }
 
     /// The same for the state that was looked at last.
-    fn leaves_there(&mut self, time: f64) -> bool {
+    fn leaves_equilibrium(&mut self, time: f64) -> bool {
         self.machine.reversed(time, &self.looked, &mut self.reversed);
         self.machine.drives_switch(time, &self.looked, &mut self.derivative, &mut self.moved, &mut self.switching);
         !self.reversed.is_empty() || !self.switching.is_empty() || self.machine.breaks_away(time, &self.looked)
@@ -1204,7 +1218,7 @@ impl RunningLoop {
     fn find_event(&mut self, length: f64) -> Option<f64> {
         self.guard.coarse = false;
         if self.guard.blind {
-            self.hold_to_series();
+            self.check_against_series();
         }
         let length = length.min(self.solver.time() - self.solver.previous_time());
         let (found, first) = self.find_event_within(length)?;
@@ -1284,38 +1298,42 @@ impl RunningLoop {
         self.machine.measure_step(length, self.solver.previous_state(), self.solver.state());
         let (from, to) = (self.solver.previous_time(), self.solver.time());
         let friction = self.machine.has_friction();
-        if friction && !self.looks.begin(from) {
+        if friction && !self.event_samples.begin(from) {
             self.solver.interpolate(from, &mut self.looked);
             self.machine.evaluate(from, &self.looked);
-            self.looks.take(0, from, &mut self.machine);
+            self.event_samples.take(0, from, &mut self.machine);
         }
         // A step that was cut short needs fewer looks: as many as its part of a whole one.
         let whole = length.max(self.solver.next_step());
-        let looks = ((LOOKS as f64 * (to - from) / whole).ceil() as usize).clamp(LEAST_LOOKS, LOOKS);
-        let looks = if self.guard.blind { LOOKS } else { looks };
-        let part = |k: usize| if self.guard.blind { looks::LOOKS[k - 1] } else { k as f64 / looks as f64 };
-        let places: [f64; LOOKS] = std::array::from_fn(|k| if k < looks { part(k + 1) } else { 1.0 });
-        let (mut before, mut left) = (from, None);
-        for k in 1..=looks {
-            let at = if k == looks { to } else { from + (to - from) * places[k - 1] };
+        let event_samples = ((EVENT_SCAN_POINTS as f64 * (to - from) / whole).ceil() as usize)
+            .clamp(LEAST_SCAN_POINTS, EVENT_SCAN_POINTS);
+        let event_samples = if self.guard.blind { EVENT_SCAN_POINTS } else { event_samples };
+        let part = |k: usize| {
+            if self.guard.blind { event_samples::EVENT_SCAN_POINTS[k - 1] } else { k as f64 / event_samples as f64 }
+        };
+        let places: [f64; EVENT_SCAN_POINTS] =
+            std::array::from_fn(|k| if k < event_samples { part(k + 1) } else { 1.0 });
+        let (mut before, mut mode_change) = (from, None);
+        for k in 1..=event_samples {
+            let at = if k == event_samples { to } else { from + (to - from) * places[k - 1] };
             if at <= before {
                 continue;
             }
             let leaves = self.leaves(at);
-            left = if leaves { Some(at) } else { self.touched(before, at) };
-            if left.is_some() {
+            mode_change = if leaves { Some(at) } else { self.touched(before, at) };
+            if mode_change.is_some() {
                 break;
             }
             before = at;
             if friction {
-                self.looks.take(self.looks.count, at, &mut self.machine);
+                self.event_samples.take(self.event_samples.count, at, &mut self.machine);
             }
         }
         let dip = if friction { self.dip() } else { None };
-        let Some((low, high)) = dip.or(left.map(|at| (before, at))) else {
+        let Some((low, high)) = dip.or(mode_change.map(|at| (before, at))) else {
             self.guard.coarse = self.guard.blind && friction && {
                 let machine = &self.machine;
-                self.looks.are_coarse(|watch| machine.room_noise(watch))
+                self.event_samples.are_coarse(|watch| machine.room_noise(watch))
             };
             return None;
         };
@@ -1331,12 +1349,12 @@ impl RunningLoop {
     /// where it touches. Needs what leaves its mode at the later one.
     fn touched(&mut self, before: f64, at: f64) -> Option<f64> {
         let mut touched = None;
-        for watch in 0..self.looks.directions {
+        for watch in 0..self.event_samples.directions {
             if !self.machine.is_apart(watch) || touched.is_none() && self.reversed.contains(&watch) {
                 continue;
             }
             // What was left just now is beyond by rounding.
-            let least = self.looks.at(0, watch).min(0.0);
+            let least = self.event_samples.at(0, watch).min(0.0);
             let (mut low, mut high) = (before, touched.unwrap_or(at));
             if self.margin(high, watch) >= least {
                 continue;
@@ -1407,7 +1425,7 @@ impl RunningLoop {
         let close = least.max(f64::EPSILON * high.abs());
         let mut zero = high;
         // Which end was kept by the last step: its value then counts half.
-        let mut kept = 0;
+        let mut retained_end = 0;
         for _ in 0..FALSE_POSITIONS {
             let next = b.0 - b.1 * (b.0 - a.0) / (b.1 - a.1);
             if !(a.0 < next && next < b.0) {
@@ -1421,12 +1439,12 @@ impl RunningLoop {
             }
             if value > 0.0 {
                 a = (next, value);
-                b.1 *= if kept == 1 { 0.5 } else { 1.0 };
-                kept = 1;
+                b.1 *= if retained_end == 1 { 0.5 } else { 1.0 };
+                retained_end = 1;
             } else {
                 b = (next, value);
-                a.1 *= if kept == -1 { 0.5 } else { 1.0 };
-                kept = -1;
+                a.1 *= if retained_end == -1 { 0.5 } else { 1.0 };
+                retained_end = -1;
             }
         }
         Some(zero)
@@ -1438,29 +1456,29 @@ impl RunningLoop {
         self.solver.interpolate(time, &mut self.looked);
         match direction {
             Some(direction) => self.machine.slip_room(time, &self.looked, direction),
-            None => self.machine.hold_room(time, &self.looked),
+            None => self.machine.active_reserve(time, &self.looked),
         }
     }
 
     /// An excess that comes and goes between two looks: a margin that has its minimum there and may fall below zero. Gives
     /// the look before and a time at which a mode is left.
     fn dip(&mut self) -> Option<(f64, f64)> {
-        self.looks.measure_bends();
-        let noise: Vec<f64> = (0..self.looks.directions).map(|watch| self.machine.room_noise(watch)).collect();
-        for row in 1..self.looks.count {
-            for watch in 0..self.looks.directions {
-                let bend = self.looks.bends[watch];
-                if bend <= noise[watch] {
+        self.event_samples.measure_curvatures();
+        let noise: Vec<f64> = (0..self.event_samples.directions).map(|watch| self.machine.room_noise(watch)).collect();
+        for row in 1..self.event_samples.count {
+            for watch in 0..self.event_samples.directions {
+                let curvature = self.event_samples.curvatures[watch];
+                if curvature <= noise[watch] {
                     continue;
                 }
-                let (left, right) = (self.looks.at(row - 1, watch), self.looks.at(row, watch));
+                let (left, right) = (self.event_samples.at(row - 1, watch), self.event_samples.at(row, watch));
                 // The slope changes by the bend in a gap, so that a margin that falls by more has no minimum in it; and one
                 // that stands higher does not reach zero.
-                let turns = (right - left).abs() <= bend && left.min(right) <= bend;
+                let turns = (right - left).abs() <= curvature && left.min(right) <= curvature;
                 if !turns {
                     continue;
                 }
-                let (begin, end) = (self.looks.times[row - 1], self.looks.times[row]);
+                let (begin, end) = (self.event_samples.times[row - 1], self.event_samples.times[row]);
                 let (mut low, mut high) = (begin, end);
                 let (mut first, mut second) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
                 let (mut a, mut b) = (self.margin(first, watch), self.margin(second, watch));
@@ -1473,7 +1491,7 @@ impl RunningLoop {
                         return Some((begin, time));
                     }
                     // What the bend still lets it fall.
-                    if !(least <= bend * powi((high - low) / (end - begin), 2)) {
+                    if !(least <= curvature * powi((high - low) / (end - begin), 2)) {
                         break;
                     }
                     // One of the two points serves again.
@@ -1501,16 +1519,16 @@ impl RunningLoop {
 
     /// Records all rows and sensor readings before a time; with `last`, those at the end from the final state.
     fn observe_until(&mut self, time: f64, last: Option<f64>) {
-        let mut known = false;
+        let mut is_observed = false;
         loop {
             let row = self.scenario.times.get(self.next_row).copied().unwrap_or(f64::INFINITY);
             let sample = self.outputs.next_sample();
             let at = row.min(sample);
-            let due = match last {
+            let pending = match last {
                 Some(end) => at <= end,
                 None => at < time,
             };
-            if !due {
+            if !pending {
                 return;
             }
             if last.is_none() && self.record_series(row) {
@@ -1532,10 +1550,10 @@ impl RunningLoop {
                 segment.write(&mut self.looked);
             } else if last.is_some() {
                 self.looked.copy_from_slice(&self.state);
-            } else if !known {
+            } else if !is_observed {
                 self.solver.interpolate(at, &mut self.looked);
             }
-            if last.is_none() && known && !self.outputs.samples() {
+            if last.is_none() && is_observed && !self.outputs.samples() {
                 let rows = &self.scenario.times[self.next_row..];
                 let count = rows.iter().take_while(|row| **row < time).count();
                 self.outputs.record_again(count);
@@ -1543,11 +1561,11 @@ impl RunningLoop {
                 self.next_row += count;
                 continue;
             }
-            if last.is_some() || !known {
+            if last.is_some() || !is_observed {
                 self.outputs.observe(&mut self.machine, at, &self.looked);
             }
             // While everything waits, all rows are the same.
-            known = self.resting;
+            is_observed = self.resting;
             self.outputs.sample(at);
             if row <= at {
                 self.outputs.record();
@@ -1572,8 +1590,8 @@ impl RunningLoop {
 
     /// Notes the steps and ramps of the scenario that begin at a time, and the faults that begin or end there.
     fn announce(&mut self, time: f64) {
-        let told = self.scenario.faults.told().into_iter().filter(|(at, _)| *at == time);
-        self.events.extend(told.map(|(time, what)| Event { time, what }));
+        let events = self.scenario.faults.events().into_iter().filter(|(at, _)| *at == time);
+        self.events.extend(events.map(|(time, what)| Event { time, what }));
         for event in self.scenario.events.iter().filter(|event| event.at == time) {
             let source = &self.scenario.sources[event.source];
             let value = match source.physical {
@@ -1587,7 +1605,7 @@ impl RunningLoop {
             };
             self.events.push(Event { time, what });
         }
-        for part in self.machine.told_at(time) {
+        for part in self.machine.reported_at(time) {
             let value = part.pieces.value(time + SAME * time);
             let what = format!("{} steps to {value} {}", part.name, part.dimension.si());
             self.events.push(Event { time, what });
@@ -1617,9 +1635,9 @@ impl RunningLoop {
                 ["something grows without bound", "or something changes at an infinite rate, such as sqrt(t) at zero"]
             }
         };
-        let what = self.not_finite_there(at);
+        let what = self.nonfinite_signal(at);
         let text = match (error, what) {
-            _ if let Some(direction) = self.machine.lost_mesh() => format!(
+            _ if let Some(direction) = self.machine.jammed_gear() => format!(
                 "`{}` jams: its load drives it, and the loss would grow faster than the torque that makes it, so that no acceleration fits (Painlevé). {UNJAM}",
                 self.names[direction]
             ),
@@ -1645,10 +1663,10 @@ impl RunningLoop {
             Some((name, signal.physical.unit(), *error, error / (largest + least)))
         });
         let (name, unit, error, ratio) = relative.max_by(|a, b| a.3.total_cmp(&b.3))?;
-        let asked = self.tolerance;
-        (ratio > asked).then(|| {
+        let tolerance = self.tolerance;
+        (ratio > tolerance).then(|| {
             format!(
-                "A tolerance of {asked:e} is below what double precision gives: rounding alone makes errors of up to {error:.1e} {unit} of \
+                "A tolerance of {tolerance:e} is below what double precision gives: rounding alone makes errors of up to {error:.1e} {unit} of \
                  {name} in a step, as large as a tolerance of {ratio:.1e} allows. No step is made shorter for less."
             )
         })
@@ -1692,30 +1710,30 @@ impl RunningLoop {
             Outcome::Failed { time, .. } => time,
             Outcome::Completed | Outcome::Unbalanced { .. } => self.scenario.duration,
         };
-        let met = self.machine.met();
+        let encoder_readings = self.machine.encoder_readings();
         let series =
             Series { time: std::mem::take(&mut self.time_grid), signals: std::mem::take(&mut self.outputs.signals) };
         let rounding = self.rounding_limit(&series);
         self.notes.extend(rounding);
-        let strains = self.machine.strains((&self.input_names, &self.input_units), end, |motor| {
-            series.largest_torque_asked(motor).unwrap_or_default() // every input has a signal
+        let motor_loads = self.machine.motor_loads((&self.input_names, &self.input_units), end, |motor| {
+            series.largest_torque_demand(motor).unwrap_or_default() // every input has a signal
         });
-        self.notes.extend(strains.iter().filter_map(|strain| {
-            let control = strain.controller.as_ref();
+        self.notes.extend(motor_loads.iter().filter_map(|motor_load| {
+            let control = motor_load.controller.as_ref();
             let meanwhile = control.map_or(String::new(), |control| {
                 format!(" Meanwhile control `{control}` does not do what its design says.")
             });
-            Some(format!("{}.{meanwhile}", strain.in_words(end)?))
+            Some(format!("{}.{meanwhile}", motor_load.describe(end)?))
         }));
         RunResult {
             series,
-            strains,
+            motor_loads,
             energy,
             events: self.events,
             outcome,
             notes: self.notes,
             warnings,
-            met,
+            encoder_readings,
             sampled: self.machine.next_tick().is_finite(),
             effort: Effort {
                 steps,

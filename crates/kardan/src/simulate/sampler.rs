@@ -2,7 +2,7 @@
 
 use super::counts::Notes;
 use crate::equations::{Measured, Sensor};
-use crate::num::{Keeper, Random, Rational, rational_to_f64};
+use crate::num::{Random, Rational, StateArchive, rational_to_f64};
 use crate::reduce::{Dynamics, Reduced, Work};
 use crate::units::Exact;
 
@@ -55,7 +55,7 @@ pub(super) struct Sampler {
     /// What it meets, where that is noted.
     pub notes: Option<Box<Notes>>,
     /// What it reads.
-    pub held: f64,
+    pub zoh_output: f64,
 }
 
 impl Sampler {
@@ -71,7 +71,7 @@ impl Sampler {
             last_angle: f64::NAN,
             noise: None,
             notes: None,
-            held: 0.0,
+            zoh_output: 0.0,
         }
     }
 
@@ -122,12 +122,12 @@ impl Sampler {
     }
 
     /// What its next readings depend on.
-    pub fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        keeper.word(&mut self.next);
-        keeper.number(&mut self.last_angle);
-        keeper.number(&mut self.held);
+    pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        archive.word(&mut self.next);
+        archive.number(&mut self.last_angle);
+        archive.number(&mut self.zoh_output);
         if let Some((_, random)) = &mut self.noise {
-            random.keep(keeper);
+            random.archive_state(archive);
         }
     }
 
@@ -141,7 +141,7 @@ impl Sampler {
         let mut count = |steps: f64| self.notes.as_mut().map_or(steps.floor(), |notes| notes.count(time, steps));
         let step = self.resolution.map(|resolution| resolution * self.stiffness);
         let rounded = step.map_or(exact, |step| count(exact / step + self.phase) * step);
-        self.held = if self.differentiate {
+        self.zoh_output = if self.differentiate {
             let before = if self.last_angle.is_nan() { rounded } else { self.last_angle };
             self.last_angle = rounded;
             (rounded - before) / self.period.map_or(1.0, |period| period.at(1)) + noise

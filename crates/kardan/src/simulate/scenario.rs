@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::Faults;
 use crate::expr::OfTime;
 use crate::names::HasName;
-use crate::num::Keeper;
+use crate::num::StateArchive;
 use crate::program::Task;
 use crate::results::Physical;
 
@@ -136,17 +136,17 @@ impl Profile {
     }
 
     /// From a time on it has one value, and before it none.
-    pub(super) fn hold(&mut self, from: f64, value: f64) {
+    pub(super) fn set_constant(&mut self, from: f64, value: f64) {
         self.pieces.clear();
         self.pieces.push((from, value, 0.0));
     }
 
     /// Its pieces, which may have been set from outside.
-    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        keeper.list(&mut self.pieces, (0.0, 0.0, 0.0), |keeper, (start, value, slope)| {
-            keeper.number(start);
-            keeper.number(value);
-            keeper.number(slope);
+    pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        archive.list(&mut self.pieces, (0.0, 0.0, 0.0), |archive, (start, value, slope)| {
+            archive.number(start);
+            archive.number(value);
+            archive.number(slope);
         });
     }
 

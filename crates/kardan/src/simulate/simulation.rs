@@ -4,10 +4,10 @@ use std::hash::{Hash, Hasher};
 
 use thiserror::Error;
 
-use super::run::RunningLoop;
+use super::run::RunLoop;
 use super::{Scenario, Setup, SourceTarget, Tolerance};
 use crate::names::unknown_name;
-use crate::num::Keeper;
+use crate::num::StateArchive;
 use crate::results::{Event, Outcome, Physical};
 
 /// A closed loop that is stepped from outside, in as large or small steps as one likes.
@@ -44,7 +44,7 @@ use crate::results::{Event, Outcome, Physical};
 /// # Ok::<(), kardan::simulate::SimulationError>(())
 /// ```
 pub struct Simulation {
-    running: RunningLoop,
+    run_loop: RunLoop,
     /// The time reached, s.
     now: f64,
     /// Whether the signals at that time have been evaluated.
@@ -112,7 +112,7 @@ pub enum SimulationError {
 pub struct Snapshot {
     fingerprint: u64,
     values: u64,
-    words: Vec<u64>,
+    data: Vec<u64>,
 }
 
 /// First word of a snapshot as bytes: its name, and the version of its order.
@@ -121,8 +121,8 @@ const MARK: u64 = u64::from_le_bytes(*b"kardan\0\x05");
 impl Snapshot {
     /// As bytes, for a file: little endian words, the last one a sum over the others.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let all = [MARK, self.fingerprint, self.values].into_iter().chain(self.words.iter().copied());
-        all.chain([sum(&self.words, self.fingerprint ^ self.values)]).flat_map(u64::to_le_bytes).collect()
+        let all = [MARK, self.fingerprint, self.values].into_iter().chain(self.data.iter().copied());
+        all.chain([sum(&self.data, self.fingerprint ^ self.values)]).flat_map(u64::to_le_bytes).collect()
     }
 
     /// From bytes. The sum finds damage, not forgery: bytes made up on purpose are trusted once it holds.
@@ -136,20 +136,20 @@ impl Snapshot {
     /// ```
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, SimulationError> {
         let (chunks, rest) = bytes.as_chunks::<8>();
-        let words: Vec<u64> = chunks.iter().map(|chunk| u64::from_le_bytes(*chunk)).collect();
-        let [MARK, fingerprint, values, words @ .., last] = &words[..] else {
+        let data: Vec<u64> = chunks.iter().map(|chunk| u64::from_le_bytes(*chunk)).collect();
+        let [MARK, fingerprint, values, data @ .., last] = &data[..] else {
             return Err(SimulationError::Snapshot("these bytes are no snapshot of this version"));
         };
-        if !rest.is_empty() || *last != sum(words, *fingerprint ^ *values) {
+        if !rest.is_empty() || *last != sum(data, *fingerprint ^ *values) {
             return Err(SimulationError::Snapshot("bytes of it are missing or changed"));
         }
-        Ok(Self { fingerprint: *fingerprint, values: *values, words: words.to_vec() })
+        Ok(Self { fingerprint: *fingerprint, values: *values, data: data.to_vec() })
     }
 }
 
 /// FNV-1a over words.
-fn sum(words: &[u64], start: u64) -> u64 {
-    words.iter().fold(start ^ 0xcbf2_9ce4_8422_2325, |hash, word| (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3))
+fn sum(data: &[u64], start: u64) -> u64 {
+    data.iter().fold(start ^ 0xcbf2_9ce4_8422_2325, |hash, word| (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3))
 }
 
 /// FNV-1a over bytes: the same on every machine and in every version.
@@ -176,9 +176,9 @@ impl Simulation {
     pub fn new(setup: Setup<'_>, tolerance: Tolerance) -> Self {
         let Setup { reduced, laws, scenario } = setup;
         let endless = Scenario { duration: f64::INFINITY, times: Vec::new(), recorded: None, ..scenario.clone() };
-        let running = RunningLoop::new(Setup { reduced, laws, scenario: &endless }, tolerance);
+        let run_loop = RunLoop::new(Setup { reduced, laws, scenario: &endless }, tolerance);
         let mut hasher = Fnv(0);
-        for signal in &running.outputs.signals {
+        for signal in &run_loop.outputs.signals {
             signal.name.hash(&mut hasher);
         }
         for law in laws {
@@ -190,7 +190,7 @@ impl Simulation {
         format!("{:?}", reduced.equations).hash(&mut hasher);
         Self {
             own: vec![None; scenario.sources.len()],
-            running,
+            run_loop,
             now: 0.0,
             looked: false,
             failed: None,
@@ -206,13 +206,13 @@ impl Simulation {
 
     /// All signals that can be read, with their kinds.
     pub fn signals(&self) -> impl Iterator<Item = (SignalId, &str, Physical)> + Clone {
-        let all = self.running.outputs.signals.iter().enumerate();
+        let all = self.run_loop.outputs.signals.iter().enumerate();
         all.map(|(k, signal)| (SignalId(k), signal.name.as_str(), signal.physical))
     }
 
     /// All signals that can be set, with their kinds.
     pub fn inputs(&self) -> impl Iterator<Item = (InputId, &str, Physical)> + Clone {
-        let all = self.running.scenario.sources.iter().enumerate();
+        let all = self.run_loop.scenario.sources.iter().enumerate();
         let all = all.filter(|(_, source)| source.target != SourceTarget::Block);
         all.map(|(k, source)| (InputId(k), source.name.as_str(), source.physical))
     }
@@ -222,7 +222,7 @@ impl Simulation {
     /// # Errors
     /// [`SimulationError::Unknown`] with the nearest name.
     pub fn signal(&self, name: &str) -> Result<SignalId, SimulationError> {
-        let found = self.signals().find(|(_, other, _)| *other == name).map(|(id, ..)| id);
+        let found = self.signals().find(|(_, candidate, _)| *candidate == name).map(|(id, ..)| id);
         found.ok_or_else(|| unknown(name, "read", self.signals().map(|(_, name, _)| name)))
     }
 
@@ -231,7 +231,7 @@ impl Simulation {
     /// # Errors
     /// [`SimulationError::Unknown`] with the nearest name.
     pub fn input(&self, name: &str) -> Result<InputId, SimulationError> {
-        let found = self.inputs().find(|(_, other, _)| *other == name).map(|(id, ..)| id);
+        let found = self.inputs().find(|(_, candidate, _)| *candidate == name).map(|(id, ..)| id);
         found.ok_or_else(|| unknown(name, "set", self.inputs().map(|(_, name, _)| name)))
     }
 
@@ -245,15 +245,15 @@ impl Simulation {
     pub fn set(&mut self, input: InputId, value: f64) -> Result<(), SimulationError> {
         let InputId(source) = input;
         if !value.is_finite() {
-            let what = format!("the value of {}", self.running.scenario.sources[source].name);
+            let what = format!("the value of {}", self.run_loop.scenario.sources[source].name);
             return Err(SimulationError::NotFinite { what, value });
         }
         if self.own[source] == Some(value) {
             return Ok(());
         }
         self.own[source] = Some(value);
-        self.running.stand(self.now);
-        self.running.machine.take_over(source, self.now, value);
+        self.run_loop.stand(self.now);
+        self.run_loop.machine.take_over(source, self.now, value);
         self.looked = false;
         Ok(())
     }
@@ -274,11 +274,11 @@ impl Simulation {
             return Err(SimulationError::Failed(cause.clone()));
         }
         self.looked = self.looked && until == self.now;
-        if let Err(outcome) = self.running.proceed(until, &mut |_| None) {
+        if let Err(outcome) = self.run_loop.proceed(until, &mut |_| None) {
             let (time, cause) = match outcome {
                 Outcome::Failed { time, cause } => (time, cause),
-                Outcome::Unbalanced { cause } => (self.running.time, cause),
-                Outcome::Completed => (self.running.time, "the run ended".into()),
+                Outcome::Unbalanced { cause } => (self.run_loop.time, cause),
+                Outcome::Completed => (self.run_loop.time, "the run ended".into()),
             };
             self.now = time.clamp(self.now, until);
             self.failed = Some(cause.clone());
@@ -294,29 +294,29 @@ impl Simulation {
     /// If the signal belongs to another model.
     pub fn get(&mut self, signal: SignalId) -> f64 {
         if !self.looked {
-            self.running.look(self.now);
+            self.run_loop.look(self.now);
             self.looked = true;
         }
-        self.running.outputs.value(signal.0)
+        self.run_loop.outputs.value(signal.0)
     }
 
     /// Of each set-valued direction of the model (`Equations::set_valued`) the sign with which it slides at the time reached, zero where it holds; `None`
     /// where nothing acts along it.
     pub fn modes(&self) -> Vec<Option<f64>> {
-        (0..self.running.machine.set_valued()).map(|k| self.running.machine.sign_of(k)).collect()
+        (0..self.run_loop.machine.set_valued()).map(|k| self.run_loop.machine.sign_of(k)).collect()
     }
 
     /// What happened since the last call, before the time reached.
     pub fn events(&mut self) -> Vec<Event> {
-        let until = self.running.events.partition_point(|event| event.time < self.now);
-        self.running.events.drain(..until).collect()
+        let until = self.run_loop.events.partition_point(|event| event.time < self.now);
+        self.run_loop.events.drain(..until).collect()
     }
 
     /// Where the loop stands. Events that were not asked for are no part of it.
     pub fn snapshot(&mut self) -> Snapshot {
-        let mut keeper = Keeper::taking();
-        self.keep(&mut keeper);
-        Snapshot { fingerprint: self.fingerprint, values: self.values, words: keeper.words() }
+        let mut archive = StateArchive::taking();
+        self.archive_state(&mut archive);
+        Snapshot { fingerprint: self.fingerprint, values: self.values, data: archive.data() }
     }
 
     /// Goes back (or on) to where a loop of the same model and controllers stood: from there on it gives the same numbers, bit for bit.
@@ -328,29 +328,29 @@ impl Simulation {
             return Err(SimulationError::Snapshot("it is of another model, or of other controllers"));
         }
         let before = self.snapshot();
-        let mut keeper = Keeper::putting(&snapshot.words);
-        self.keep(&mut keeper);
-        if !keeper.fits() {
-            self.keep(&mut Keeper::putting(&before.words));
+        let mut archive = StateArchive::putting(&snapshot.data);
+        self.archive_state(&mut archive);
+        if !archive.fits() {
+            self.archive_state(&mut StateArchive::putting(&before.data));
             return Err(SimulationError::Snapshot("it has not as many numbers as the model"));
         }
         if snapshot.values != self.values {
             // What was computed ahead is that of the other values.
-            self.running.stand(self.now);
+            self.run_loop.stand(self.now);
         }
-        self.running.events.clear();
+        self.run_loop.events.clear();
         self.looked = false;
         self.failed = None;
         Ok(())
     }
 
-    fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        keeper.number(&mut self.now);
-        self.own.iter_mut().for_each(|own| keeper.optional(own));
-        self.running.keep(keeper);
+    fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        archive.number(&mut self.now);
+        self.own.iter_mut().for_each(|own| archive.optional(own));
+        self.run_loop.archive_state(archive);
     }
 }
 
-fn unknown<'a>(name: &str, what: &'static str, known: impl Iterator<Item = &'a str> + Clone) -> SimulationError {
-    SimulationError::Unknown { name: name.into(), what, help: unknown_name(name, known) }
+fn unknown<'a>(name: &str, what: &'static str, candidates: impl Iterator<Item = &'a str> + Clone) -> SimulationError {
+    SimulationError::Unknown { name: name.into(), what, help: unknown_name(name, candidates) }
 }

@@ -40,8 +40,8 @@ pub(super) fn is_stiff(machine: &mut Machine, scenario: &Scenario, state: &[f64]
     for (real, imaginary) in poles {
         let rate = (real * real + imaginary * imaginary).sqrt();
         explicit = explicit.max(rate * length / EXPLICIT_STEP);
-        let there = if real < 0.0 { length.min(-GONE / real) } else { length };
-        implicit = implicit.max(rate * there / IMPLICIT_STEP);
+        let duration = if real < 0.0 { length.min(-GONE / real) } else { length };
+        implicit = implicit.max(rate * duration / IMPLICIT_STEP);
     }
     let implicit = BEGIN + implicit;
     explicit > DEARER[usize::from(many)] * implicit
@@ -50,14 +50,14 @@ pub(super) fn is_stiff(machine: &mut Machine, scenario: &Scenario, state: &[f64]
 /// The derivatives of the rates by differences.
 fn slopes(machine: &mut Machine, state: &[f64], states: usize) -> Matrix<f64> {
     let mut out = Matrix::zeros(states, states);
-    let (mut there, mut plus, mut minus) = (state.to_vec(), state.to_vec(), state.to_vec());
+    let (mut perturbed, mut plus, mut minus) = (state.to_vec(), state.to_vec(), state.to_vec());
     for k in 0..states {
         let change = CHANGE * state[k].abs().max(1.0);
-        there[k] = state[k] + change;
-        machine.derivative(0.0, &there, &mut plus);
-        there[k] = state[k] - change;
-        machine.derivative(0.0, &there, &mut minus);
-        there[k] = state[k];
+        perturbed[k] = state[k] + change;
+        machine.derivative(0.0, &perturbed, &mut plus);
+        perturbed[k] = state[k] - change;
+        machine.derivative(0.0, &perturbed, &mut minus);
+        perturbed[k] = state[k];
         (0..states).for_each(|i| out[(i, k)] = (plus[i] - minus[i]) / (2.0 * change));
     }
     out
@@ -90,10 +90,10 @@ fn fastest(machine: &mut Machine, state: &[f64], states: usize) -> Matrix<f64> {
         product.of(&basis[step], &mut next);
         // Twice, so that the basis is orthogonal.
         for _ in 0..2 {
-            for (k, known) in basis.iter().enumerate() {
-                let part = dot(known, &next);
+            for (k, basis_vector) in basis.iter().enumerate() {
+                let part = dot(basis_vector, &next);
                 out[(k, step)] += part;
-                next.iter_mut().zip(known).for_each(|(next, known)| *next -= part * known);
+                next.iter_mut().zip(basis_vector).for_each(|(next, basis_vector)| *next -= part * basis_vector);
             }
         }
     }
@@ -106,24 +106,35 @@ struct Product<'a> {
     state: &'a [f64],
     scale: f64,
     units: Vec<f64>,
-    there: Vec<f64>,
+    perturbed: Vec<f64>,
     rates: [Vec<f64>; 2],
 }
 
 impl<'a> Product<'a> {
     fn new(machine: &'a mut Machine, state: &'a [f64], states: usize) -> Self {
         let scale = CHANGE * state[..states].iter().fold(1.0f64, |most, x| most.max(x.abs()));
-        let there = state.to_vec();
-        Self { machine, state, scale, units: vec![1.0; states], rates: [there.clone(), there.clone()], there }
+        let perturbed = state.to_vec();
+        Self {
+            machine,
+            state,
+            scale,
+            units: vec![1.0; states],
+            rates: [perturbed.clone(), perturbed.clone()],
+            perturbed,
+        }
     }
 
     fn of(&mut self, direction: &[f64], out: &mut [f64]) {
-        let Self { machine, state, scale, units, there, rates } = self;
+        let Self { machine, state, scale, units, perturbed, rates } = self;
         let moved = || direction.iter().zip(&*units).map(|(d, unit)| d * unit);
         let change = *scale / moved().fold(0.0f64, |most, x| most.max(x.abs()));
         for (sign, rates) in [1.0, -1.0].into_iter().zip(rates.iter_mut()) {
-            there.iter_mut().zip(*state).zip(moved()).for_each(|((there, x), d)| *there = x + sign * change * d);
-            machine.derivative(0.0, there, rates);
+            perturbed
+                .iter_mut()
+                .zip(*state)
+                .zip(moved())
+                .for_each(|((perturbed, x), d)| *perturbed = x + sign * change * d);
+            machine.derivative(0.0, perturbed, rates);
         }
         for (((out, plus), minus), unit) in out.iter_mut().zip(&rates[0]).zip(&rates[1]).zip(&*units) {
             *out = (plus - minus) / (2.0 * change * unit);

@@ -11,7 +11,7 @@ use kardan_rt::functions::{exp, ln};
 
 use super::dop853::{Counts, StepError};
 use super::rounding::Rounding;
-use crate::num::Keeper;
+use crate::num::StateArchive;
 
 /// Part of the length at which the last terms are as large as the tolerance.
 const SAFETY: f64 = 0.9;
@@ -28,7 +28,7 @@ const ABOVE: f64 = 30.0;
 const FALL: f64 = 0.5;
 /// What slopes inside of a step may differ from the rates by where its terms leave nothing open, in tolerances over its length; and where that is looked at,
 /// in parts of the step.
-pub(super) const LEFT_OUT: f64 = 30.0;
+pub(super) const SLOPE_DEFECT: f64 = 30.0;
 pub(super) const INSIDE: [f64; 2] = [0.618_034, 1.0];
 /// What is left of an error of the series in half of a step is less than this; of rounding it is more.
 const ROUNDING: f64 = 0.25;
@@ -111,19 +111,19 @@ impl Taylor {
         Self { all_terms, ..self }
     }
 
-    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
+    pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         for time in [&mut self.previous_time, &mut self.time, &mut self.next] {
-            keeper.number(time);
+            archive.number(time);
         }
         for list in [&mut self.previous, &mut self.state, &mut self.coefficients] {
-            keeper.numbers(list);
+            archive.numbers(list);
         }
-        keeper.count(&mut self.order);
+        archive.count(&mut self.order);
         self.begun = None;
         self.order = self.order.min(self.most);
         let Counts { accepted, rejected, evaluations } = &mut self.counts;
-        [accepted, rejected, evaluations].into_iter().for_each(|count| keeper.word(count));
-        self.rounding.keep(keeper);
+        [accepted, rejected, evaluations].into_iter().for_each(|count| archive.word(count));
+        self.rounding.archive_state(archive);
     }
 
     /// Stands at a state. `expand(k, x)` writes the coefficients of order k + 1 from those up to k and tells how much the machine has
@@ -241,7 +241,7 @@ impl Taylor {
         let doubtful = std::mem::take(&mut self.doubtful);
         // Terms that have fallen before the last ones are of a motion that goes on: as between two samples. Those that vanish say nothing.
         let brief = self.order < self.most && self.of(self.order).iter().any(|term| *term != 0.0);
-        let most = if doubtful { 1.0 } else { LEFT_OUT + self.rounding.tolerances };
+        let most = if doubtful { 1.0 } else { SLOPE_DEFECT + self.rounding.tolerances };
         let mut memory = [&mut self.rates, &mut self.inside, &mut self.slopes].map(std::mem::take);
         let mut before = f64::INFINITY;
         let found = loop {
@@ -250,12 +250,12 @@ impl Taylor {
                 break Err(StepError::StepTooSmall { time: self.previous_time, step: length });
             }
             let places = if brief { &INSIDE[1..] } else { &INSIDE };
-            let left_out = self.left_out((length, places), &mut memory, &mut rates);
-            let rounding = left_out * self.relative < SLIGHT && left_out > ROUNDING * before;
-            if left_out <= most || rounding {
+            let slope_defect = self.slope_defect((length, places), &mut memory, &mut rates);
+            let rounding = slope_defect * self.relative < SLIGHT && slope_defect > ROUNDING * before;
+            if slope_defect <= most || rounding {
                 break Ok(());
             }
-            before = left_out;
+            before = slope_defect;
             self.end_earlier(0.5);
         };
         [self.rates, self.inside, self.slopes] = memory;
@@ -267,7 +267,7 @@ impl Taylor {
     }
 
     /// What the slope of the last step differs from the rates by, in tolerances over its length, at most at the places where that is looked at.
-    fn left_out(
+    fn slope_defect(
         &mut self,
         (length, places): (f64, &[f64]),
         [slope, inside, own]: &mut [Vec<f64>; 3],
@@ -317,8 +317,8 @@ impl Taylor {
         }
         let Self { previous, previous_time, coefficients, time, rounding, absolute, relative, .. } = self;
         let slope = &coefficients[previous.len()..];
-        rounding.measure(previous, |there, change| {
-            rates(*previous_time, there, change);
+        rounding.measure(previous, |perturbed, change| {
+            rates(*previous_time, perturbed, change);
             change.iter_mut().zip(slope).for_each(|(change, slope)| *change -= slope);
         });
         let sizes = absolute.iter().zip(&*previous).map(|(absolute, x)| absolute + *relative * x.abs());

@@ -25,7 +25,7 @@ const SMALL: f64 = 1e-3;
 const NOISE: f64 = 1e-2;
 const NOISE_OF_CHARGES: f64 = 1e-8;
 /// Steps of the second run beside those of the first, from which on samples make the steps and not the tolerance.
-const ALIKE: f64 = 0.9;
+const SAMPLE_LIMITED: f64 = 0.9;
 
 /// The tolerance of the second run. It goes step by step: exponentials have no tolerance that could be looser.
 pub(super) fn looser(tolerance: Tolerance) -> Tolerance {
@@ -37,7 +37,7 @@ pub(super) fn looser(tolerance: Tolerance) -> Tolerance {
 }
 
 /// What a run is compared with.
-pub(super) struct Others<'a> {
+pub(super) struct ReferenceRuns<'a> {
     /// The run at a looser tolerance.
     pub second: &'a RunResult,
     /// A run in which undecided readings come out on their other side.
@@ -48,8 +48,13 @@ pub(super) struct Others<'a> {
 
 /// What the difference to other runs tells of a run; none where one of them ended early. Readings of sensors are left out: they are
 /// copies of other signals, and where they are rounded to counts they jump by one.
-pub(super) fn estimate(run: &Run, others: Others<'_>, tolerance: Tolerance, readings: &[String]) -> Option<Accuracy> {
-    let Others { second, third, undecided } = others;
+pub(super) fn estimate(
+    run: &Run,
+    reference_runs: ReferenceRuns<'_>,
+    tolerance: Tolerance,
+    readings: &[String],
+) -> Option<Accuracy> {
+    let ReferenceRuns { second, third, undecided } = reference_runs;
     let all = || [second].into_iter().chain(third);
     if run.outcome != Outcome::Completed || all().any(|other| other.outcome != Outcome::Completed) {
         return None;
@@ -61,7 +66,7 @@ pub(super) fn estimate(run: &Run, others: Others<'_>, tolerance: Tolerance, read
     let mut sized: Vec<UnreliableSignal> = Vec::new();
     // Steps by series do not look at it.
     let rounded = |effort: &Effort| effort.rounding > 1.0 && effort.method != IntegrationMethod::Taylor;
-    let cut = second.sampled && second.effort.steps as f64 > ALIKE * run.effort.steps as f64;
+    let cut = second.sampled && second.effort.steps as f64 > SAMPLE_LIMITED * run.effort.steps as f64;
     let rounded = cut || rounded(&run.effort) || rounded(&second.effort);
     let part = match (&undecided, rounded) {
         (Some(_), _) => PART_OF_COUNTS,
@@ -71,8 +76,8 @@ pub(super) fn estimate(run: &Run, others: Others<'_>, tolerance: Tolerance, read
     let signals = run.series.signals.iter().enumerate().filter(|(_, signal)| !readings.contains(&signal.name));
     for (number, signal) in signals {
         // What follows from a run by expressions is not in the others.
-        let others = compared.iter().filter_map(|(signals, rows)| Some((signals.get(number)?, rows)));
-        let differences = others.map(|(other, rows)| largest_difference(signal, other, rows));
+        let reference_runs = compared.iter().filter_map(|(signals, rows)| Some((signals.get(number)?, rows)));
+        let differences = reference_runs.map(|(other, rows)| largest_difference(signal, other, rows));
         let Some(difference) = differences.reduce(f64::max) else { continue };
         let error = part * difference;
         let unit = signal.physical;
@@ -90,9 +95,9 @@ pub(super) fn estimate(run: &Run, others: Others<'_>, tolerance: Tolerance, read
             // Torques and what controllers decide jump, a moment earlier or later; and what counts may add says how far ways lie apart, not how wrong one is.
             sized.push(UnreliableSignal { signal: signal.name.clone(), unit, error: part.min(1.0) * difference, size });
         }
-        match errors.iter_mut().find(|known| known.unit == unit) {
-            Some(known) if known.error >= error => {}
-            Some(known) => *known = own(),
+        match errors.iter_mut().find(|existing| existing.unit == unit) {
+            Some(existing) if existing.error >= error => {}
+            Some(existing) => *existing = own(),
             None => errors.push(own()),
         }
     }
@@ -118,7 +123,7 @@ fn least_reliable(signals: Vec<UnreliableSignal>, looser: f64) -> Option<Unrelia
 }
 
 /// What the comparison with a second run speaks against the numbers of a run.
-pub(super) fn doubts(run: &Run, second: &RunResult) -> Vec<String> {
+pub(super) fn accuracy_warnings(run: &Run, second: &RunResult) -> Vec<String> {
     let Some(found) = &run.accuracy else {
         return match (&run.outcome, &second.outcome) {
             (Outcome::Completed, Outcome::Failed { cause, .. } | Outcome::Unbalanced { cause }) => vec![format!(
@@ -133,13 +138,13 @@ pub(super) fn doubts(run: &Run, second: &RunResult) -> Vec<String> {
         format!("the estimated error of {signal} is {error}, of a signal of at most {size}: not even its first digit is known")
     });
     // Where counts of sensors decide no tolerance tells which events are right, and the error says how far the ways are apart.
-    let others = (!found.same_events && found.undecided.is_none()).then(|| {
+    let event_note = (!found.same_events && found.undecided.is_none()).then(|| {
         format!(
             "a second run, at a tolerance that is {LOOSER} times as large, comes through other events, or in another order: a smaller `--tolerance` tells \
              which are right"
         )
     });
-    unreliable.chain(others).collect()
+    unreliable.chain(event_note).collect()
 }
 
 /// The times between each event and its like, if both runs have the same ones.
@@ -161,8 +166,8 @@ fn common_rows(own: &Series, other: &Series, gaps: &[(f64, f64)]) -> Vec<(usize,
         }
         // Values at an event are those after it, in one run perhaps already.
         let mut begun = gaps[gap..].iter().take_while(|(from, _)| *from <= time);
-        let within = begun.any(|(from, until)| from < until && time <= *until);
-        if other.time.get(k) == Some(&time) && !within {
+        let in_gap = begun.any(|(from, until)| from < until && time <= *until);
+        if other.time.get(k) == Some(&time) && !in_gap {
             rows.push((row, k));
         }
     }

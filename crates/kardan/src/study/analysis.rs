@@ -3,14 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::checks::is_finite_at;
-use super::known::Known;
 use super::places::place_of_value;
-use super::read::{of_dimension, read_word, read_words};
+use super::read::{of_dimension, read_names, read_word};
+use super::signal_table::SignalContext;
 use crate::analysis::{ConstrainedSystem, OutputSignal};
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, quoted, shortened};
 use crate::entries::Place;
-use crate::equations::{Domain, Hold, Measured, Sensor};
+use crate::equations::{Domain, Measured, Sensor, UnilateralConstraint};
 use crate::model::{Document, Instance, Setting, TableReader, tables};
 use crate::names::unknown_name;
 use crate::names::{Quantity, SignalName, carrier};
@@ -33,7 +33,7 @@ pub struct AnalysisSpec {
     /// Angles of coordinates at the operating point: shaft, rad. The others are at their initial position.
     pub at: Vec<(String, f64)>,
     /// What else is given of it.
-    pub given: GivenAt,
+    pub given: OperatingConditions,
     /// Elements whose Coulomb friction holds.
     pub stuck: Vec<String>,
     /// Time over which the Gramians are taken, s.
@@ -60,7 +60,7 @@ impl Default for AnalysisSpec {
             inputs: None,
             outputs: None,
             at: Vec::new(),
-            given: GivenAt::default(),
+            given: OperatingConditions::default(),
             stuck: Vec::new(),
             horizon: Exact::one(),
             motion: Vec::new(),
@@ -84,7 +84,7 @@ impl AnalysisSpec {
 
 /// What an operating point gives beside positions, SI.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct GivenAt {
+pub struct OperatingConditions {
     /// Speeds, by the shaft or mass.
     pub speeds: Vec<(String, f64)>,
     /// Torques of inputs.
@@ -93,7 +93,7 @@ pub struct GivenAt {
     pub time: Option<f64>,
 }
 
-impl GivenAt {
+impl OperatingConditions {
     /// Whether it is one in motion, or balanced by torques: not the plain position at rest.
     pub fn moves(&self) -> bool {
         *self != Self::default()
@@ -121,14 +121,14 @@ pub(super) struct Point<'a> {
 
 /// Reads `[analysis]`. Without a reduced model (`point`), what depends on the coordinates is passed over.
 pub(super) fn analysis_spec(
-    known: &Known<'_>,
+    context: &SignalContext<'_>,
     equations: &Equations,
     point: Option<Point<'_>>,
     settings: &[Setting],
     out: &mut Vec<Diagnostic>,
 ) -> AnalysisSpec {
-    let table = &known.document.analysis;
-    let reader = TableReader::new(known.document, settings);
+    let table = &context.document.analysis;
+    let reader = TableReader::new(context.document, settings);
     let what = "`[analysis]`";
     // Maps carry dimensions of their own.
     let fields: Vec<Field> = tables::Analysis::FIELDS
@@ -138,25 +138,25 @@ pub(super) fn analysis_spec(
         .collect();
     let values = reader.values(&fields, table, what, out);
     let mut spec = AnalysisSpec {
-        inputs: values.words("inputs").map(<[String]>::to_vec),
-        stuck: values.words("stuck").map(<[String]>::to_vec).unwrap_or_default(),
+        inputs: values.names("inputs").map(<[String]>::to_vec),
+        stuck: values.names("stuck").map(<[String]>::to_vec).unwrap_or_default(),
         threshold: values.number("threshold"),
         places: table.values.iter().map(|(key, given)| (*key, given.place.clone())).collect(),
         laws: equations
             .laws
             .iter()
-            .map(|law| (law.element.clone(), place_of_value(known.document, &law.element, "law")))
+            .map(|law| (law.element.clone(), place_of_value(context.document, &law.element, "law")))
             .collect(),
         ..AnalysisSpec::default()
     };
     spec.horizon = values.exact_or_default("horizon");
-    spec.outputs = outputs(known, equations, table, out);
+    spec.outputs = outputs(context, equations, table, out);
     spec.samples = values.number("samples").and_then(|samples| whole_samples(table, samples, out));
     let coordinates = point.as_ref().map(|point| point.reduced.coordinate_names());
     let targets = coordinates.as_deref();
     let own = (table, what);
-    (spec.at, spec.given) = operating_point(own, (known.document, equations), targets, &reader, out);
-    spec.motion = targets_of((what, "motion"), entries_of(table, "motion"), (known.document, targets), &reader, out);
+    (spec.at, spec.given) = operating_point(own, (context.document, equations), targets, &reader, out);
+    spec.motion = targets_of((what, "motion"), entries_of(table, "motion"), (context.document, targets), &reader, out);
     let moves = spec.motion.iter().any(|(_, value)| *value != 0.0);
     if matches!(table.values.get("motion"), Some(given) if matches!(&given.value, Value::Map(entries)
         if entries.len() == spec.motion.len()))
@@ -168,19 +168,24 @@ pub(super) fn analysis_spec(
                 .help("give an angle or a speed other than zero, or leave it out"),
         );
     }
-    spec.actuators = places(table, "actuator", known, &reader, out);
-    spec.sensors = places(table, "sensor", known, &reader, out);
-    check_stuck(&mut spec, known, equations, out);
+    spec.actuators = places(table, "actuator", context, &reader, out);
+    spec.sensors = places(table, "sensor", context, &reader, out);
+    check_stuck(&mut spec, context, equations, out);
     if let Some(point) = point {
         check_point(&spec, table, &point, out);
     }
     spec
 }
 
-fn outputs(known: &Known<'_>, equations: &Equations, table: &Table, out: &mut Vec<Diagnostic>) -> Option<Vec<String>> {
-    let words = read_words(table, "outputs");
+fn outputs(
+    context: &SignalContext<'_>,
+    equations: &Equations,
+    table: &Table,
+    out: &mut Vec<Diagnostic>,
+) -> Option<Vec<String>> {
+    let names = read_names(table, "outputs");
     table.values.get("outputs")?;
-    if words.is_empty() && !table.unread.contains(&"outputs") {
+    if names.is_empty() && !table.unread.contains(&"outputs") {
         out.push(
             Diagnostic::error("list::length", "`outputs` of `[analysis]`: the list is empty")
                 .at(TableReader::place(table, "outputs"), "no output")
@@ -188,11 +193,11 @@ fn outputs(known: &Known<'_>, equations: &Equations, table: &Table, out: &mut Ve
         );
     }
     let doubtful = |name: &str, head: &str| {
-        known.may_have(name) || known.document.doubts.has(head) || known.doubtful.contains(head)
+        context.may_have(name) || context.document.suppressed.has(head) || context.doubtful.contains(head)
     };
     let mut found: Vec<String> = Vec::new();
-    for word in words {
-        match output(&word.value, equations, &known.signals, &doubtful) {
+    for word in names {
+        match output(&word.value, equations, &context.signals, &doubtful) {
             Ok(OutputSignal { name, .. }) if found.contains(&name) => out.push(
                 Diagnostic::error("name::duplicate", format!("`outputs` of `[analysis]`: `{name}` is listed twice"))
                     .at(word.place.clone(), "again here")
@@ -220,7 +225,7 @@ pub(super) fn output(
 ) -> Result<OutputSignal, Option<(String, String)>> {
     let signal = SignalName::new(name);
     let head = signal.element;
-    let has_signal = |name: &str| signals.iter().any(|(other, _)| other == name);
+    let has_signal = |name: &str| signals.iter().any(|(candidate, _)| candidate == name);
     let sensor = equations.sensors.iter().find(|(sensor, _)| sensor == head);
     let coordinate = |name: &str| equations.coordinates.iter().position(|shaft| shaft == name);
     let moved = carrier(name);
@@ -321,8 +326,8 @@ pub(super) fn operating_point(
     coordinates: Option<&[String]>,
     reader: &TableReader<'_>,
     out: &mut Vec<Diagnostic>,
-) -> (Vec<(String, f64)>, GivenAt) {
-    let (mut given, mut rest) = (GivenAt::default(), Vec::new());
+) -> (Vec<(String, f64)>, OperatingConditions) {
+    let (mut given, mut rest) = (OperatingConditions::default(), Vec::new());
     let body = |name: &str| document.elements.iter().filter(|e| e.name == name).find_map(Instance::body);
     for entry in entries_of(table, "at") {
         let (name, scalar) = entry;
@@ -383,20 +388,20 @@ pub(super) fn targets_of(
     let mut found = Vec::new();
     for (name, scalar) in entries {
         let signal = SignalName::new(&name.value);
-        let shaft = signal.alone().unwrap_or(&name.value);
+        let shaft = signal.unqualified().unwrap_or(&name.value);
         let body = |name: &str| document.elements.iter().filter(|e| e.name == name).find_map(Instance::body);
         let quantities = |name: &str| body(name).unwrap_or_default().motion().into_iter();
         let is_shaft = body(shaft).is_some();
         let fits = coordinates.map_or(is_shaft, |names| names.iter().any(|n| n == shaft));
-        let asked = quantities(shaft).position(|quantity| signal.is(quantity));
-        if let (true, Some(rate)) = (fits, asked) {
+        let derivative = quantities(shaft).position(|quantity| signal.is(quantity));
+        if let (true, Some(rate)) = (fits, derivative) {
             let dimension = body(shaft).unwrap_or_default().dimensions()[rate];
             let label = format!("`{}` in `{key}` of {what}", name.value);
             let value = of_dimension(reader, scalar, (dimension, Sign::Any), &label, out);
             found.extend(value.map(|value| (name.value.clone(), value.to_f64())));
             continue;
         }
-        if coordinates.is_none() && document.doubts.has(shaft) {
+        if coordinates.is_none() && document.suppressed.has(shaft) {
             continue;
         }
         let shafts = document.elements.iter().filter(|e| e.body().is_some()).map(|e| e.name.clone());
@@ -405,7 +410,7 @@ pub(super) fn targets_of(
             usable.iter().flat_map(|name| quantities(name).map(move |quantity| quantity.of(name))).collect();
         let names = || names.iter().map(String::as_str);
         let shown = shortened(&name.value);
-        let (message, help) = if is_shaft && asked.is_some() {
+        let (message, help) = if is_shaft && derivative.is_some() {
             let help = format!("the coordinates give {}; `coordinates` of `[model]` chooses others", quoted(names()));
             (format!("`{shaft}` is not a coordinate, its motion follows from them"), help)
         } else {
@@ -424,7 +429,7 @@ pub(super) fn targets_of(
 fn places(
     table: &Table,
     key: &str,
-    known: &Known<'_>,
+    context: &SignalContext<'_>,
     reader: &TableReader<'_>,
     out: &mut Vec<Diagnostic>,
 ) -> Vec<Site> {
@@ -440,7 +445,7 @@ fn places(
     let mut found: Vec<Site> = Vec::new();
     for (i, table) in tables.iter().enumerate() {
         let Some(shaft) = read_word(table, "shaft") else { continue };
-        let body = known.document.elements.iter().filter(|e| e.name == shaft).find_map(Instance::body);
+        let body = context.document.elements.iter().filter(|e| e.name == shaft).find_map(Instance::body);
         let [position, rate] = body.unwrap_or_default().motion();
         let signal = match (key, read_word(table, "measures")) {
             ("actuator", _) => String::new(),
@@ -470,21 +475,28 @@ fn places(
             None => found.push(site),
         }
     }
-    let known_shaft = |place: &Site| known.document.elements.has(&place.shaft);
-    found.retain(known_shaft);
+    let has_shaft = |place: &Site| context.document.elements.has(&place.shaft);
+    found.retain(has_shaft);
     found
 }
 
-fn check_stuck(spec: &mut AnalysisSpec, known: &Known<'_>, equations: &Equations, out: &mut Vec<Diagnostic>) {
-    let held = equations.holds.iter().filter(|hold| !matches!(hold.value, Hold::Cushion { .. } | Hold::Mesh(_)));
+fn check_stuck(spec: &mut AnalysisSpec, context: &SignalContext<'_>, equations: &Equations, out: &mut Vec<Diagnostic>) {
+    let stickable = equations.unilaterals.iter().filter(|unilateral| {
+        !matches!(unilateral.value, UnilateralConstraint::Cushion { .. } | UnilateralConstraint::GearLoss(_))
+    });
     let with: BTreeSet<&str> = equations.frictions.iter().map(|friction| friction.element.as_str()).collect();
-    let with: BTreeSet<&str> = with.into_iter().chain(held.map(|hold| hold.element.as_str())).collect();
-    for word in read_words(&known.document.analysis, "stuck") {
+    let with: BTreeSet<&str> =
+        with.into_iter().chain(stickable.map(|unilateral| unilateral.element.as_str())).collect();
+    for word in read_names(&context.document.analysis, "stuck") {
         let name = word.value.as_str();
-        let element = known.document.elements.get(name);
+        let element = context.document.elements.get(name);
         let rubs = element.is_some_and(|e| e.kind.fields.iter().any(|field| field.name == "friction"));
-        let holds = element.is_some_and(|e| e.kind.fields.iter().any(|field| field.name == "restitution"));
-        if !(rubs || holds) || with.contains(name) || known.doubtful.contains(name) || known.document.doubts.has(name) {
+        let has_restitution = element.is_some_and(|e| e.kind.fields.iter().any(|field| field.name == "restitution"));
+        if !(rubs || has_restitution)
+            || with.contains(name)
+            || context.doubtful.contains(name)
+            || context.document.suppressed.has(name)
+        {
             continue;
         }
         let help = match with.is_empty() {
@@ -581,8 +593,12 @@ initial = { "c.phi" = "1 rad" }
 
     fn specs(analysis: &str) -> Vec<AnalysisSpec> {
         let source = format!("{MODEL}{analysis}");
-        let (prepared, mistakes) = prepare(&source);
-        assert!(mistakes.iter().all(|mistake| mistake.code.ends_with("::unused")), "{}", plain(&source, &mistakes));
+        let (prepared, diagnostics) = prepare(&source);
+        assert!(
+            diagnostics.iter().all(|diagnostic| diagnostic.code.ends_with("::unused")),
+            "{}",
+            plain(&source, &diagnostics)
+        );
         prepared.variants.into_iter().map(|variant| variant.analysis.clone()).collect()
     }
 
@@ -651,8 +667,8 @@ shaft = "c"
     #[test]
     fn an_operating_point_beyond_all_numbers_is_refused() {
         let source = format!("{MODEL}[analysis]\nat = {{ \"b.phi\" = \"1e308 rad\" }}\n");
-        let (_, mistakes) = prepare(&source);
-        let errors = mistakes.iter().filter(|mistake| mistake.severity == Severity::Error);
-        assert_eq!(errors.map(|mistake| mistake.code).collect::<Vec<_>>(), ["number::range"]);
+        let (_, diagnostics) = prepare(&source);
+        let errors = diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Error);
+        assert_eq!(errors.map(|diagnostic| diagnostic.code).collect::<Vec<_>>(), ["number::range"]);
     }
 }

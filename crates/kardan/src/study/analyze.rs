@@ -4,10 +4,9 @@ use std::collections::BTreeSet;
 
 use kardan_rt::functions::{atan2, hypot, ln};
 
-use super::descriptor::taken_apart;
+use super::descriptor::decompose_descriptor;
 use super::kinks::Kinks;
 use super::massless::{Mechanical, not_eliminated};
-use super::others::{Others, others, state_name};
 use super::parity::parity;
 use super::placement::Places;
 use super::prepare::is_error;
@@ -15,12 +14,14 @@ use super::redundant::split_multipliers;
 use super::sensitivity::sensitivity;
 use super::signals::{WorkingPoint, named};
 use super::stability_here::judge_stability;
+use super::state_names::{NonAngleDomains, non_angle_domains, state_name};
 use super::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project, Silent};
 use crate::analysis::{
-    BasisError, ConstrainedSystem, LinearSystem, MOST_CONSTRUCTED, Mechanics, Reduction, Side, StructureError,
-    TakenApart, bases, certified_structure, class, constraint_forces, construction, distance_of_matrices,
-    exact_modes_beside, exact_modes_of_pencil, failing_modes, kept_constraints, linear_system, modes,
-    modular_properties, needs_modes, properties, realisations, reduction, stability_proofs, state_modular, structure,
+    BasisError, ConstrainedSystem, DecomposedDescriptor, LinearSystem, MOST_CONSTRUCTED, Mechanics, Reduction, Side,
+    StructureError, bases, certified_structure, class, constraint_forces, construction, distance_of_matrices,
+    exact_modes_beside, exact_modes_of_pencil, failing_modes, linear_system, modes, modular_properties,
+    multiplier_constraint_classes, needs_modes, properties, realisations, reduction, stability_proofs, state_modular,
+    structure,
 };
 use crate::diagnostics::Diagnostic;
 use crate::equations::Domain;
@@ -75,7 +76,7 @@ impl Project {
             analysis.notes.push(note.into());
         } else if variant.unfrozen.is_none() {
             if toleranced {
-                keep(progress, &analysis, "what the tolerances allow");
+                store_partial(progress, &analysis, "what the tolerances allow");
             }
             sensitivity(self.read().0, prepared, variant, settings, &mut analysis, progress)?;
         } else if toleranced {
@@ -90,8 +91,8 @@ impl Project {
 }
 
 /// Keeps what is found of an analysis, without what it has not come to.
-fn keep(progress: &dyn Progress, analysis: &Analysis, missing: &str) {
-    progress.keep(&|| {
+fn store_partial(progress: &dyn Progress, analysis: &Analysis, missing: &str) {
+    progress.store_partial(&|| {
         let unfinished = Some(format!("{missing} are missing"));
         Part::Analysis(Box::new(Analysis { unfinished, ..analysis.clone() }))
     });
@@ -109,19 +110,20 @@ fn class_at(variant: &PreparedVariant, point: &WorkingPoint) -> Class {
 fn class_of(variant: &PreparedVariant, position: &[f64], stuck: &BTreeSet<String>) -> Class {
     let mut found = class(&variant.reduced, position, stuck);
     let Some(unfrozen) = &variant.unfrozen else { return found };
-    let kept = kept_constraints(unfrozen);
-    let is_kept = |element: &str| kept.iter().any(|(class, _)| class.element == element);
-    found.constraints.retain(|constraint| !is_kept(&constraint.element));
+    let classes = multiplier_constraint_classes(unfrozen);
+    let is_classified = |element: &str| classes.iter().any(|(class, _)| class.element == element);
+    found.constraints.retain(|constraint| !is_classified(&constraint.element));
     if let Some(assumption) = found.assumptions.iter_mut().find(|one| one.statement.starts_with("the constraints are"))
     {
-        assumption.breaches.retain(|breach| !is_kept(&breach.element));
-        let broken =
-            kept.iter().filter_map(|(class, why)| Some(Breach { element: class.element.clone(), why: why.clone()? }));
+        assumption.breaches.retain(|breach| !is_classified(&breach.element));
+        let broken = classes
+            .iter()
+            .filter_map(|(class, why)| Some(Breach { element: class.element.clone(), why: why.clone()? }));
         assumption.breaches.extend(broken);
-        assumption.holds = assumption.breaches.is_empty();
+        assumption.satisfied = assumption.breaches.is_empty();
     }
-    found.constant_linear = found.assumptions.iter().all(|assumption| assumption.holds);
-    found.constraints.extend(kept.into_iter().map(|(class, _)| class));
+    found.constant_linear = found.assumptions.iter().all(|assumption| assumption.satisfied);
+    found.constraints.extend(classes.into_iter().map(|(class, _)| class));
     found
 }
 
@@ -144,17 +146,17 @@ pub(super) fn analyze_variant(
         ]);
     }
     let names: Vec<String> = coordinates.iter().map(|&shaft| system.coordinates[shaft].clone()).collect();
-    let others = others(reduced);
+    let non_angle_domains = non_angle_domains(reduced);
     let pencil = linear_system(system, &coordinates, &basis, outputs);
     let mechanical = Mechanical::new(pencil, names.clone());
     let (massless, mut linear, elimination) = if mechanical.is_regular() {
         (None, mechanical.into_pencil(), None)
     } else {
-        let rest = mechanical.eliminate().map_err(|error| not_eliminated(error, &others, variant))?;
-        let elimination = mechanical.elimination(&rest, &others);
+        let rest = mechanical.eliminate().map_err(|error| not_eliminated(error, &non_angle_domains, variant))?;
+        let elimination = mechanical.elimination(&rest, &non_angle_domains);
         (Some(mechanical), rest.system, Some(elimination))
     };
-    linear.states.iter_mut().for_each(|state| *state = state_name(state, &others));
+    linear.states.iter_mut().for_each(|state| *state = state_name(state, &non_angle_domains));
     let mut analysis = Analysis {
         name: prepared.name.clone(),
         description: prepared.description.clone(),
@@ -170,7 +172,7 @@ pub(super) fn analyze_variant(
         || Beside::of(system, reduced, massless.is_none()),
     );
     decided?;
-    analysis.counting = counting(&analysis.structure, &linear, &others);
+    analysis.counting = counting(&analysis.structure, &linear, &non_angle_domains);
     let modes = if massless.is_none() {
         exact_modes_beside(system, &beside.reduction, &analysis.structure.factors, || {
             beside.modes.unwrap_or_else(|| modes(system, &beside.reduction))
@@ -187,14 +189,14 @@ pub(super) fn analyze_variant(
     judge_stability(variant, point, &linear.states, &mut analysis);
     // A copy of a large analysis takes longer than what is left where no places are asked for.
     let spec = &variant.analysis;
-    let asks_for_places = !(spec.actuators.is_empty() && spec.sensors.is_empty());
-    if asks_for_places || linear.states.len() <= MOST_CONSTRUCTED {
-        keep(progress, &analysis, "the construction of inputs, bases and places");
+    let has_placement = !(spec.actuators.is_empty() && spec.sensors.is_empty());
+    if has_placement || linear.states.len() <= MOST_CONSTRUCTED {
+        store_partial(progress, &analysis, "the construction of inputs, bases and places");
     }
     construct(&mut analysis, &linear);
-    add_bases(&mut analysis, beside.bases, others.values().any(|domain| *domain == Domain::Charge))?;
-    if asks_for_places {
-        keep(progress, &analysis, "places");
+    add_bases(&mut analysis, beside.bases, non_angle_domains.values().any(|domain| *domain == Domain::Charge))?;
+    if has_placement {
+        store_partial(progress, &analysis, "places");
     }
     let (massless, structure) = (massless.as_ref(), &analysis.structure);
     let places = Places { spec, system, basis: &basis, linear: &linear, massless, structure };
@@ -211,23 +213,23 @@ fn opposite_model(
     kinks: &Kinks,
 ) -> Result<Option<OppositeModel>, Vec<Diagnostic>> {
     let Some(side) = kinks.opposite().filter(|_| variant.point.side.below.is_empty()) else { return Ok(None) };
-    let there = analyze_variant(prepared, &variant.on_side(&side), settings, &Silent)?;
-    let [own, side] = kinks.sides_in_words();
+    let opposite = analyze_variant(prepared, &variant.on_side(&side), settings, &Silent)?;
+    let [own, side] = kinks.describe_sides();
     Ok(Some(OppositeModel {
         own,
         side,
-        controllable: there.structure.controllability(),
-        observable: there.structure.observability(),
-        stability: there.properties.map(|found| found.stability).unwrap_or_default(),
-        modes: there.modes,
+        controllable: opposite.structure.controllability(),
+        observable: opposite.structure.observability(),
+        stability: opposite.properties.map(|found| found.stability).unwrap_or_default(),
+        modes: opposite.modes,
     }))
 }
 
 /// Charges that only count, where it is they alone that are not reached or not seen.
-fn counting(found: &Structure, linear: &LinearSystem, others: &Others) -> Option<Counting> {
+fn counting(found: &Structure, linear: &LinearSystem, non_angle_domains: &NonAngleDomains) -> Option<Counting> {
     let is_charge = |state: &String| {
         let name = SignalName::new(state);
-        name.is(Quantity::Charge) && others.get(carrier(state)) == Some(&Domain::Charge)
+        name.is(Quantity::Charge) && non_angle_domains.get(carrier(state)) == Some(&Domain::Charge)
     };
     let charges: Vec<usize> = (0..linear.states.len()).filter(|k| is_charge(&linear.states[*k])).collect();
     if found.minimal() || charges.is_empty() {
@@ -235,9 +237,9 @@ fn counting(found: &Structure, linear: &LinearSystem, others: &Others) -> Option
     }
     let (charges, hidden, rest) = without_counting(linear, &charges)?;
     let rest = structure(&rest).ok()?;
-    let others_controllable = !found.controllable() && rest.controllable();
-    let others_observable = !found.observable() && hidden && rest.observable();
-    (others_controllable || others_observable).then_some(Counting { charges, others_controllable, others_observable })
+    let rest_controllable = !found.controllable() && rest.controllable();
+    let rest_observable = !found.observable() && hidden && rest.observable();
+    (rest_controllable || rest_observable).then_some(Counting { charges, rest_controllable, rest_observable })
 }
 
 /// Constraint forces, if there are constraints, and orthogonal bases.
@@ -309,12 +311,12 @@ pub fn analyze_state_space(
 ) -> Result<Analysis, Vec<Diagnostic>> {
     let StateSpace { mut system, digits, sample_time } = read_state_space(bytes)?;
     let mut wrong = Vec::new();
-    let mut pick = |what: &str, asked: &[String], all: &[String]| -> Vec<usize> {
-        if asked.is_empty() {
+    let mut pick = |what: &str, chosen: &[String], all: &[String]| -> Vec<usize> {
+        if chosen.is_empty() {
             return (0..all.len()).collect();
         }
-        let found = named(what, asked, all, &mut wrong);
-        found.iter().filter_map(|name| all.iter().position(|other| other == name)).collect()
+        let found = named(what, chosen, all, &mut wrong);
+        found.iter().filter_map(|name| all.iter().position(|candidate| candidate == name)).collect()
     };
     let inputs = pick("input", &settings.inputs, &system.inputs);
     let outputs = pick("output", &settings.outputs, &system.outputs);
@@ -327,11 +329,11 @@ pub fn analyze_state_space(
     system.d = Matrix::from_fn(outputs.len(), inputs.len(), |i, j| system.d[(outputs[i], inputs[j])].clone());
     system.inputs = inputs.into_iter().map(|k| system.inputs[k].clone()).collect();
     system.outputs = outputs.into_iter().map(|k| system.outputs[k].clone()).collect();
-    let descriptor = (exact_rank(&system.e) < n).then(|| taken_apart(&system)).transpose()?;
+    let descriptor = (exact_rank(&system.e) < n).then(|| decompose_descriptor(&system)).transpose()?;
     let discrete = sample_time.map(|time| DiscreteTime { sample_time: time.as_ref().map(rational_to_f64) });
     let mut analysis = Analysis { name: "state space".into(), discrete, ..Analysis::default() };
     let is_descriptor = descriptor.is_some();
-    if let Some(TakenApart { found, equivalent }) = descriptor {
+    if let Some(DecomposedDescriptor { found, equivalent }) = descriptor {
         (analysis.descriptor, system) = (Some(found), equivalent);
     }
     if system.states.is_empty() {
@@ -349,13 +351,13 @@ pub fn analyze_state_space(
     }
     failing_modes(&mut analysis.structure, &mut analysis.modes, &system, None);
     refine(&mut analysis, &system);
-    keep(progress, &analysis, "the distance to a loss and the construction of inputs");
+    store_partial(progress, &analysis, "the distance to a loss and the construction of inputs");
     if is_descriptor {
         analysis.notes.push("the distance to a loss is not looked for where `E` is singular".into());
     } else {
         analysis.matrix_distance = matrix_distances(&analysis, &system, &digits);
     }
-    keep(progress, &analysis, "the construction of inputs");
+    store_partial(progress, &analysis, "the construction of inputs");
     construct(&mut analysis, &system);
     progress.release();
     Ok(analysis)
@@ -365,7 +367,7 @@ pub fn analyze_state_space(
 fn refine(analysis: &mut Analysis, system: &LinearSystem) {
     analysis.realisations = realisations(system, &analysis.structure.certificate);
     let (found, discrete) = (analysis.realisations.as_ref(), analysis.discrete.is_some());
-    let known = properties(system, &analysis.structure, found, discrete);
+    let found_properties = properties(system, &analysis.structure, found, discrete);
     let proofs = stability_proofs(system, &analysis.structure, found, discrete);
     let certificate = &mut analysis.structure.certificate;
     if proofs.stable.is_some() {
@@ -374,9 +376,9 @@ fn refine(analysis: &mut Analysis, system: &LinearSystem) {
     }
     certificate.stability = proofs;
     if !certificate.proven {
-        state_modular(system, certificate, &modular_properties(system, &known));
+        state_modular(system, certificate, &modular_properties(system, &found_properties));
     }
-    analysis.properties = Some(known);
+    analysis.properties = Some(found_properties);
 }
 
 /// Frequency and damping of modes in discrete time: those of `ln z` over the sample time, per sample where it is not known.
@@ -413,8 +415,8 @@ fn matrix_distances(analysis: &Analysis, system: &LinearSystem, digits: &DataDig
             frobenius(&system.e.solve(&system.a)?) + frobenius(&system.e.solve(&system.b)?),
         ),
     };
-    let of = |side: Side, holds: bool, data: f64| {
-        let found = holds.then(|| distance_of_matrices(system, side)).flatten()?;
+    let of = |side: Side, satisfied: bool, data: f64| {
+        let found = satisfied.then(|| distance_of_matrices(system, side)).flatten()?;
         let last_digit = per_row * (data + digits.descriptor * size) * computed;
         Some(MatrixDistance { last_digit, below_last_digit: found.upper <= last_digit, ..found })
     };
@@ -442,13 +444,13 @@ fn decide(
     progress.advance(0, name, 0.0);
     if certify {
         analysis.structure = structure(system).map_err(failed)?;
-        keep(progress, analysis, &format!("the proofs asked for, {rest}"));
+        store_partial(progress, analysis, &format!("the proofs asked for, {rest}"));
         let report = |fraction: f64| progress.advance(0, name, fraction);
         analysis.structure = certified_structure(system, &report).map_err(failed)?;
     } else {
         analysis.structure = structure(system).map_err(failed)?;
     }
-    keep(progress, analysis, rest);
+    store_partial(progress, analysis, rest);
     Ok(())
 }
 

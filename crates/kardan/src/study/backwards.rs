@@ -46,8 +46,8 @@ pub(super) fn backwards(model: &Model, series: &Series) -> Vec<String> {
         names.into_iter().filter_map(of).collect::<Vec<String>>()
     };
     let sideways = |car: &str| {
-        let [along, across] = ["v_x", "v_y"].map(|name| series.signal(&format!("{car}.{name}")));
-        let both = || along.into_iter().zip(across).flat_map(|(x, y)| x.values.iter().zip(&y.values));
+        let [forward, across] = ["v_x", "v_y"].map(|name| series.signal(&format!("{car}.{name}")));
+        let both = || forward.into_iter().zip(across).flat_map(|(x, y)| x.values.iter().zip(&y.values));
         let (row, _) = both().enumerate().find(|(_, (x, y))| hypot(**x, **y) > (FASTER * **x).max(**x + MORE))?;
         let (most, with) =
             both().map(|(x, y)| (hypot(*x, *y), *x)).fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a });

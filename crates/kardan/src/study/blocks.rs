@@ -20,8 +20,8 @@ use crate::units::{Dimension, Exact, shown_quantity};
 /// Answers of blocks that follow from what moves, also by way of each other.
 fn moving(model: &Model) -> BTreeSet<String> {
     let tasks: Vec<&Arc<Task>> = model.programs.sensors.iter().chain(&model.programs.tasks).collect();
-    let of_signal: BTreeSet<&str> = model.programs.sensors.iter().map(|task| task.answers[0].name.as_str()).collect();
-    let mut found: BTreeSet<String> = model.programs.told.iter().map(|(name, _)| name.clone()).collect();
+    let of_signal: BTreeSet<&str> = model.programs.sensors.iter().map(|task| task.outputs[0].name.as_str()).collect();
+    let mut found: BTreeSet<String> = model.programs.exported.iter().map(|(name, _)| name.clone()).collect();
     // What is found is handed on by its name; who reads it waits.
     let mut named_by: HashMap<&str, Vec<(usize, Symbol)>> = HashMap::new();
     let mut open: Vec<(usize, Symbol)> = Vec::new();
@@ -43,15 +43,15 @@ fn moving(model: &Model) -> BTreeSet<String> {
         }
     }
     let followers: Vec<Followers> = tasks.iter().map(|task| Followers::of(task)).collect();
-    let mut seen = BTreeSet::new();
+    let mut visited = BTreeSet::new();
     while let Some((number, symbol)) = open.pop() {
-        if !seen.insert((number, symbol)) {
+        if !visited.insert((number, symbol)) {
             continue;
         }
-        let Followers { memory, answers } = &followers[number];
+        let Followers { memory, outputs } = &followers[number];
         open.extend(memory.get(&symbol).into_iter().flatten().map(|entry| (number, *entry)));
-        for place in answers.get(&symbol).into_iter().flatten() {
-            let name = tasks[number].answers[*place].name.as_str();
+        for place in outputs.get(&symbol).into_iter().flatten() {
+            let name = tasks[number].outputs[*place].name.as_str();
             if found.insert(name.into()) {
                 open.extend(named_by.remove(name).into_iter().flatten());
             }
@@ -63,22 +63,22 @@ fn moving(model: &Model) -> BTreeSet<String> {
 /// What of a task follows from each of its symbols: what it remembers, and its answers by their numbers.
 struct Followers {
     memory: HashMap<Symbol, Vec<Symbol>>,
-    answers: HashMap<Symbol, Vec<usize>>,
+    outputs: HashMap<Symbol, Vec<usize>>,
 }
 
 impl Followers {
     fn of(task: &Task) -> Self {
-        let (mut memory, mut answers): (HashMap<_, Vec<_>>, HashMap<_, Vec<_>>) = Default::default();
+        let (mut memory, mut outputs): (HashMap<_, Vec<_>>, HashMap<_, Vec<_>>) = Default::default();
         let exprs: Vec<Expr> = task.outputs().into_iter().map(|(_, expr)| expr).collect();
         let symbols = task.graph.symbols_of_each(&exprs);
-        let (of_answers, of_memory) = symbols.split_at(task.answers.len());
-        for (place, symbols) in of_answers.iter().enumerate() {
-            symbols.iter().for_each(|symbol| answers.entry(*symbol).or_default().push(place));
+        let (of_outputs, of_memory) = symbols.split_at(task.outputs.len());
+        for (place, symbols) in of_outputs.iter().enumerate() {
+            symbols.iter().for_each(|symbol| outputs.entry(*symbol).or_default().push(place));
         }
         for (entry, symbols) in task.memory.iter().zip(of_memory) {
             symbols.iter().for_each(|symbol| memory.entry(*symbol).or_default().push(entry.symbol));
         }
-        Self { memory, answers }
+        Self { memory, outputs }
     }
 }
 
@@ -89,7 +89,7 @@ fn read_of_blocks<'a>(moving: &BTreeSet<String>, law: &'a dyn Law) -> Vec<&'a st
 }
 
 /// What a law reads, where no map knows it, in words.
-fn taken_as_given(read: &[&str]) -> String {
+fn assumed_gain_text(read: &[&str]) -> String {
     let names = quoted(read.iter().copied());
     format!(
         "reads {names}, which follows from what moves, at samples: beside controllers in continuous time alone, designs and margins take that as \
@@ -111,19 +111,19 @@ fn passes_nothing_on(names: &[&str]) -> Option<String> {
 
 /// What its design has to say of the blocks that a law reads: warnings where its margins do not know them or what they engage, or where they pass nothing on,
 /// notes where they do.
-pub(super) fn told_of_blocks(variant: &PreparedVariant, number: usize) -> (Vec<String>, Vec<String>) {
-    let law = &*variant.running[number];
+pub(super) fn block_remarks(variant: &PreparedVariant, number: usize) -> (Vec<String>, Vec<String>) {
+    let law = &*variant.implemented[number];
     let read = read_of_blocks(&moving(&variant.model), law);
     if variant.model.programs.tasks.is_empty() {
         return (Vec::new(), Vec::new());
     }
     if !are_in_maps(variant) {
-        let warning = format!("the law {}, so a run alone tells whether the loop is stable", taken_as_given(&read));
+        let warning = format!("the law {}, so a run alone tells whether the loop is stable", assumed_gain_text(&read));
         return (if read.is_empty() { Vec::new() } else { vec![warning] }, Vec::new());
     }
     let found = blocks(variant, &variant.loop_plant());
     let (names, none) = (found.of_loop.names(), found.of_loop.names().is_empty());
-    let where_they_stand = if found.bend { ", with their slopes where they stand at rest" } else { "" };
+    let where_they_stand = if found.nonlinear { ", with their slopes where they stand at rest" } else { "" };
     let names = quoted(names.iter().map(String::as_str));
     let margins = match searches(&found.of_loop, law.clock()) {
         true => "map and margins have the blocks that the loop closes through",
@@ -140,18 +140,18 @@ pub(super) fn told_of_blocks(variant: &PreparedVariant, number: usize) -> (Vec<S
     let program = variant.model.controls[number].values.task("commands");
     let reads =
         |name: &&str| read.contains(name) || program.is_some_and(|task| task.names.iter().any(|own| own == name));
-    let (own, others): (Vec<&str>, Vec<&str>) = found.flat.iter().map(String::as_str).partition(reads);
+    let (own, flat_blocks): (Vec<&str>, Vec<&str>) = found.flat.iter().map(String::as_str).partition(reads);
     let mut warnings = if found.engaged.is_empty() { Vec::new() } else { vec![open] };
     warnings.extend(passes_nothing_on(&own));
-    (warnings, [(!none).then_some(note), passes_nothing_on(&others)].into_iter().flatten().collect())
+    (warnings, [(!none).then_some(note), passes_nothing_on(&flat_blocks)].into_iter().flatten().collect())
 }
 
 /// Warns of what only a run sees of blocks: those at samples that laws in continuous time read, and torques that follow from them.
 pub(super) fn check_blocks(document: &Document, variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
-    let PreparedVariant { model, reduced, running: laws, scenario, .. } = variant;
+    let PreparedVariant { model, reduced, implemented: laws, scenario, .. } = variant;
     check_fades(document, model, scenario, out);
     if laws.len() == model.controls.len() {
-        check_told(document, model, laws, out);
+        check_exported(document, model, laws, out);
     }
     if model.programs.tasks.is_empty() || model.controls.is_empty() {
         return;
@@ -173,7 +173,7 @@ pub(super) fn check_blocks(document: &Document, variant: &PreparedVariant, out: 
         if read.is_empty() {
             continue;
         }
-        let message = format!("control `{}` {}", control.name, taken_as_given(&read));
+        let message = format!("control `{}` {}", control.name, assumed_gain_text(&read));
         let help = "give the controller a `sample_time`, or the blocks none: the loop then closes through them; a run has them in any case";
         out.push(Diagnostic::warning("block::loop", message).at(control.place.clone(), "this controller").help(help));
     }
@@ -199,10 +199,10 @@ pub(super) fn engaged_locks(variant: &PreparedVariant) -> Vec<String> {
 
 /// A warning of an element that follows from blocks.
 fn of_element(document: &Document, element: &str, message: String, help: &str) -> Diagnostic {
-    let told = Diagnostic::warning("block::loop", message).help(help);
+    let diagnostic = Diagnostic::warning("block::loop", message).help(help);
     match document.elements.get(element) {
-        Some(own) => told.at(own.place.clone(), "this element"),
-        None => told,
+        Some(own) => diagnostic.at(own.place.clone(), "this element"),
+        None => diagnostic,
     }
 }
 
@@ -238,21 +238,21 @@ fn check_fades(document: &Document, model: &Model, scenario: &Scenario, out: &mu
 }
 
 /// Refuses what blocks read of a law that does not tell it.
-fn check_told(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out: &mut Vec<Diagnostic>) {
-    for (name, _) in &model.programs.told {
+fn check_exported(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out: &mut Vec<Diagnostic>) {
+    for (name, _) in &model.programs.exported {
         let head = SignalName::new(name).element;
         let own = model.controls.iter().zip(laws).find(|(control, _)| control.name == head);
         let Some((control, law)) = own else {
             let message = format!("`{name}` is 0 all the time where control `{head}` is not in the loop");
             let place = document.controls.get(head).map(|one| one.place.clone());
-            let told = Diagnostic::warning("block::told", message);
-            let told = place.into_iter().fold(told, |told, at| told.at(at, "not in this loop"));
-            out.push(told.help(
+            let diagnostic = Diagnostic::warning("block::told", message);
+            let diagnostic = place.into_iter().fold(diagnostic, |diagnostic, at| diagnostic.at(at, "not in this loop"));
+            out.push(diagnostic.help(
                 "blocks that read it find no torque and no motion there; let them know the variant by a parameter",
             ));
             continue;
         };
-        let found: Vec<String> = law.tells().into_iter().map(|(found, _)| format!("{head}.{found}")).collect();
+        let found: Vec<String> = law.exported().into_iter().map(|(found, _)| format!("{head}.{found}")).collect();
         if found.contains(name) {
             continue;
         }
@@ -261,13 +261,13 @@ fn check_told(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out: &m
             "it tells {}; `disturbances` of its observer names where unknown torques act",
             quoted(found.iter().map(String::as_str))
         );
-        let mistake = Diagnostic::error("block::told", message);
+        let diagnostic = Diagnostic::error("block::told", message);
         let place = document
             .controls
             .iter()
             .find(|one| one.name == head)
             .map_or(control.place.clone(), |one| one.place.clone());
-        out.push(mistake.at(place, "this controller").help(help));
+        out.push(diagnostic.at(place, "this controller").help(help));
     }
 }
 
@@ -278,7 +278,7 @@ fn check_told(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out: &m
 ///     "[shaft.arm]\ninertia = \"1 kg m^2\"\n[block.late]\nkind = \"delay\"\ninput = \"arm.phi\"\nsample_time = \"1 ms\"\n",
 /// );
 /// let graph = kardan::study::signal_graph(&project.prepared().variants[0].model);
-/// assert_eq!((graph[0].name.as_str(), graph[0].sample_time, graph[0].answers[0].unit.as_str()), ("late", Some(0.001), "rad"));
+/// assert_eq!((graph[0].name.as_str(), graph[0].sample_time, graph[0].outputs[0].unit.as_str()), ("late", Some(0.001), "rad"));
 /// assert_eq!((&graph[0].reads[..], graph[0].at_once.len()), (&["arm.phi".to_string()][..], 0));
 /// ```
 pub fn signal_graph(model: &Model) -> Vec<SignalNode> {
@@ -288,11 +288,11 @@ pub fn signal_graph(model: &Model) -> Vec<SignalNode> {
         let signals: Vec<String> =
             task.reads.iter().map(|(symbol, _)| task.graph.name(*symbol).0.to_string()).collect();
         SignalNode {
-            name: task.answers[0].name.clone(),
+            name: task.outputs[0].name.clone(),
             kind: "sensor".into(),
             sample_time: sample_time(task),
             order: k + 1,
-            answers: task.answers.iter().map(answer).collect(),
+            outputs: task.outputs.iter().map(answer).collect(),
             reads: signals.clone(),
             at_once: signals.into_iter().filter(|name| is_answer(model, name)).collect(),
         }
@@ -301,15 +301,15 @@ pub fn signal_graph(model: &Model) -> Vec<SignalNode> {
     for task in &model.programs.tasks {
         for (k, step) in task.order.iter().enumerate() {
             let own = |name: &str| SignalName::new(name).element == step.block || name == step.block;
-            let others: BTreeSet<&String> = step.at_once.iter().filter(|name| !own(name)).collect();
+            let inputs: BTreeSet<&String> = step.at_once.iter().filter(|name| !own(name)).collect();
             out.push(SignalNode {
                 name: step.block.clone(),
                 kind: step.kind.into(),
                 sample_time: sample_time(task),
                 order: k + 1,
-                answers: task.answers.iter().filter(|answer| own(&answer.name)).map(answer).collect(),
+                outputs: task.outputs.iter().filter(|answer| own(&answer.name)).map(answer).collect(),
                 reads: step.reads.clone(),
-                at_once: others.into_iter().cloned().collect(),
+                at_once: inputs.into_iter().cloned().collect(),
             });
         }
     }
@@ -321,7 +321,7 @@ pub fn signal_graph(model: &Model) -> Vec<SignalNode> {
             kind: "program".into(),
             sample_time: sample_time(task),
             order: k + 1,
-            answers: task.answers.iter().map(answer).collect(),
+            outputs: task.outputs.iter().map(answer).collect(),
             reads: task.names.clone(),
             at_once: task.names.iter().filter(|name| is_answer(model, name)).cloned().collect(),
         });
@@ -330,7 +330,7 @@ pub fn signal_graph(model: &Model) -> Vec<SignalNode> {
 }
 
 fn is_answer(model: &Model, name: &str) -> bool {
-    model.programs.answers().any(|answer| answer.name == name)
+    model.programs.outputs().any(|answer| answer.name == name)
 }
 
 /// The blocks of a model and what they read, a line each, in the order in which they compute.
@@ -372,7 +372,7 @@ pub fn listed_blocks(model: &Model) -> Vec<String> {
     for control in &model.controls {
         let Some(task) = control.values.task("commands") else { continue };
         let when = when(task);
-        let commands: Vec<&str> = task.answers.iter().map(|answer| answer.name.as_str()).collect();
+        let commands: Vec<&str> = task.outputs.iter().map(|answer| answer.name.as_str()).collect();
         let reads: Vec<String> = task.reads.iter().map(|(symbol, _)| task.graph.name(*symbol).0.to_string()).collect();
         let blocks: Vec<&str> = task.order.iter().map(|step| step.block.as_str()).collect();
         let with = if blocks.is_empty() { String::new() } else { format!(" by {}", blocks.join(", ")) };

@@ -3,11 +3,11 @@
 use super::circuit::massless_loop;
 use super::places::{MOST_LABELS, at_all, at_each, at_places, place_of, place_of_value, places_in_control};
 use crate::analysis::{combination, massless_direction};
-use crate::assemble::KeptRow;
+use crate::assemble::MultiplierConstraint;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::element::Values;
 use crate::entries::Place;
-use crate::equations::{GROUND, Kept, Term};
+use crate::equations::{GROUND, MultiplierLaw, Term};
 use crate::model::{ControlSpec, Document, Model, TableReader};
 use crate::num::{Definiteness, Rational, Scalar, SparseRow, definiteness_of_rows, dense_rows, rational_to_f64};
 use crate::reduce::{Dependency, Kinematics, ReduceError, Reduced, SparseModel, inertia_with_rows, sparse_model};
@@ -21,7 +21,7 @@ pub(super) fn signals_of(fields: &[Field], values: &Values) -> Vec<String> {
     for field in fields {
         match field.kind {
             Kind::Signal | Kind::Output => out.extend(values.word(field.name).map(str::to_string)),
-            Kind::Outputs => out.extend(values.words(field.name).unwrap_or_default().iter().cloned()),
+            Kind::Outputs => out.extend(values.names(field.name).unwrap_or_default().iter().cloned()),
             Kind::Tables(inner) | Kind::Table(inner) => {
                 out.extend(
                     values.tables(field.name).unwrap_or_default().iter().flat_map(|values| signals_of(inner, values)),
@@ -95,21 +95,21 @@ pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<
     let mut branch_at: BTreeMap<&str, &str> = BTreeMap::new();
     for named in &model.terms {
         let shafts: Vec<&str> = match &named.term {
-            Term::Inertia { along, .. }
-            | Term::Spring { along, .. }
-            | Term::Damper { along, .. }
-            | Term::Friction { along, .. }
-            | Term::Hold { along, .. }
-            | Term::Constraint { along, .. }
-            | Term::Compliance { along, .. }
-            | Term::Input { along, .. } => along.entries.iter().map(|(name, _)| name.as_str()).collect(),
-            Term::Torque { along, law } => {
-                along.entries.iter().map(|(name, _)| name.as_str()).chain(law.coordinates()).collect()
+            Term::Inertia { direction, .. }
+            | Term::Spring { direction, .. }
+            | Term::Damper { direction, .. }
+            | Term::Friction { direction, .. }
+            | Term::UnilateralConstraint { direction, .. }
+            | Term::Constraint { direction, .. }
+            | Term::Compliance { direction, .. }
+            | Term::Input { direction, .. } => direction.entries.iter().map(|(name, _)| name.as_str()).collect(),
+            Term::Torque { direction, law } => {
+                direction.entries.iter().map(|(name, _)| name.as_str()).chain(law.coordinates()).collect()
             }
             Term::Transmission { driven, driving, .. } => vec![driven, driving],
-            Term::Kept(row) => row.coordinates(),
-            Term::Balance { node, along } if node != GROUND => {
-                let own = along.entries.iter().map(|(name, _)| name.as_str());
+            Term::MultiplierLaw(row) => row.coordinates(),
+            Term::Balance { node, direction } if node != GROUND => {
+                let own = direction.entries.iter().map(|(name, _)| name.as_str());
                 let joined: Vec<&str> = branch_at.get(node.as_str()).copied().into_iter().chain(own).collect();
                 branch_at.extend(joined.first().map(|first| (node.as_str(), *first)));
                 joined
@@ -175,10 +175,9 @@ pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &Red
         ReduceError::NoMotion { .. } => {
             let out = Diagnostic::error("constraint::no-motion", error.to_string())
                 .help("remove a constraint, or add a shaft: a model needs at least one degree of freedom");
-            let rows = model
-                .terms
-                .iter()
-                .filter(|t| matches!(t.term, Term::Constraint { .. } | Term::Transmission { .. } | Term::Kept(_)));
+            let rows = model.terms.iter().filter(|t| {
+                matches!(t.term, Term::Constraint { .. } | Term::Transmission { .. } | Term::MultiplierLaw(_))
+            });
             let mut places: Vec<Place> = rows.map(|named| place_of(document, &named.element)).collect();
             places.sort_by_key(Place::start);
             places.into_iter().take(MOST_LABELS).fold(out, |out, place| out.at(place, "a constraint"))
@@ -266,8 +265,8 @@ pub(super) fn check_matrices(
     for position in &positions {
         let model = match model_at(document, reduced, position) {
             Ok(model) => model,
-            Err(mistake) => {
-                out.push(mistake);
+            Err(diagnostic) => {
+                out.push(diagnostic);
                 return false;
             }
         };
@@ -286,10 +285,10 @@ pub(super) fn check_matrices(
         if !is_representable(&model) {
             let message = "the numbers of the model lie too far apart: a reduced inertia, damping, stiffness or ratio is too \
                            large or too small for a number";
-            let mistake = Diagnostic::error("number::range", message)
+            let diagnostic = Diagnostic::error("number::range", message)
                 .help("check the exponents of inertias, dampings, stiffnesses and ratios");
             let names = reduced.coordinate_names();
-            out.push(at_each(document, names.iter().map(String::as_str), "moves with it", mistake));
+            out.push(at_each(document, names.iter().map(String::as_str), "moves with it", diagnostic));
             return false;
         }
         if passive
@@ -326,14 +325,19 @@ pub(super) fn is_braced(reduced: &Reduced) -> bool {
     let r = reduced.degrees_of_freedom();
     let is_definite = |rows: &[SparseRow]| matches!(definiteness_of_rows(rows), Definiteness::Positive);
     // A motion that is prescribed may jump in its acceleration; what it takes is told where it is not followed (`without_massless`).
-    let by_positions = |kept: &KeptRow| matches!(kept.law, Kept::Rates(_) | Kept::Surface(_));
-    let kept = &reduced.equations.kept;
-    if kept.is_empty() || !kept.iter().all(by_positions) || !is_finite_at(reduced, &vec![0.0; r]) {
+    let by_positions = |constraint: &MultiplierConstraint| {
+        matches!(constraint.law, MultiplierLaw::Rates(_) | MultiplierLaw::Surface(_))
+    };
+    let multiplier_constraints = &reduced.equations.multiplier_constraints;
+    if multiplier_constraints.is_empty()
+        || !multiplier_constraints.iter().all(by_positions)
+        || !is_finite_at(reduced, &vec![0.0; r])
+    {
         return false;
     }
-    let alone = sparse_model(reduced, &vec![0.0; r]).inertia;
+    let body_inertia = sparse_model(reduced, &vec![0.0; r]).inertia;
     let with_rows = |position: &Vec<f64>| inertia_with_rows(reduced, position).is_some_and(|rows| is_definite(&rows));
-    !is_definite(&alone) && generic_positions(r).iter().any(with_rows)
+    !is_definite(&body_inertia) && generic_positions(r).iter().any(with_rows)
 }
 
 /// The linear model at a position.
@@ -343,17 +347,17 @@ fn model_at(document: &Document, reduced: &Reduced, position: &[f64]) -> Result<
     }
     let ratios = reduced.equations.constraints.iter().map(|row| row.element.as_str());
     let ratios = ratios.chain(reduced.equations.transmissions.iter().map(|row| row.element.as_str()));
-    let mistake = Diagnostic::error("number::range", "an angle of the model is too large for a number")
+    let diagnostic = Diagnostic::error("number::range", "an angle of the model is too large for a number")
         .help("check the exponents of ratios, coefficients and offsets");
-    Err(at_each(document, ratios, "through this constraint", mistake))
+    Err(at_each(document, ratios, "through this constraint", diagnostic))
 }
 
 /// A motion of shafts with a negative kinetic energy.
 fn negative_energy(document: &Document, shafts: &[(String, Rational)]) -> Diagnostic {
     let names = || shafts.iter().map(|(name, _)| name.as_str());
     let message = format!("a motion of {} has a negative kinetic energy", quoted(names()));
-    let mistake = Diagnostic::error("model::massless", message).help("correct the sign of an inertia");
-    at_each(document, names(), "moves with it", mistake)
+    let diagnostic = Diagnostic::error("model::massless", message).help("correct the sign of an inertia");
+    at_each(document, names(), "moves with it", diagnostic)
 }
 
 /// A motion of shafts that gains energy from dampers with a negative value.
@@ -374,7 +378,7 @@ fn not_passive(document: &Document, dampers: &[&str], shafts: &[(String, Rationa
 fn massless_motion(document: &Document, reduced: &Reduced, model: &SparseModel) -> Diagnostic {
     let names = reduced.coordinate_names();
     let direction = massless_direction(&names, &dense_rows(&model.inertia, names.len())).unwrap_or_default();
-    let factor = |name: &String| direction.iter().find(|(other, _)| other == name).map(|(_, x)| x.clone());
+    let factor = |name: &String| direction.iter().find(|(candidate, _)| candidate == name).map(|(_, x)| x.clone());
     let direction: Vec<Rational> = names.iter().map(|name| factor(name).unwrap_or(Rational::ZERO)).collect();
     let moves = moving(reduced, &model.basis, &direction);
     let charges = document.charges();
@@ -393,12 +397,17 @@ fn massless_motion(document: &Document, reduced: &Reduced, model: &SparseModel) 
         }
         [] => String::new(),
     };
-    let knows = |kept: &KeptRow| {
-        let known = reduced.equations.coordinates_of_kept(&kept.law);
-        moves.iter().any(|(name, _)| reduced.coordinate(name).is_some_and(|shaft| known.contains(&shaft)))
+    let knows = |constraint: &MultiplierConstraint| {
+        let constrained = reduced.equations.coordinates_of_multiplier(&constraint.law);
+        moves.iter().any(|(name, _)| reduced.coordinate(name).is_some_and(|shaft| constrained.contains(&shaft)))
     };
-    let tied: Vec<&str> =
-        reduced.equations.kept.iter().filter(|kept| knows(kept)).map(|kept| kept.element.as_str()).collect();
+    let tied: Vec<&str> = reduced
+        .equations
+        .multiplier_constraints
+        .iter()
+        .filter(|constraint| knows(constraint))
+        .map(|constraint| constraint.element.as_str())
+        .collect();
     let message = match &tied[..] {
         [] => format!("a motion without inertia is possible: {names} can move while no mass does{proportion}"),
         tied => format!(
@@ -406,9 +415,9 @@ fn massless_motion(document: &Document, reduced: &Reduced, model: &SparseModel) 
             quoted(tied.iter().copied())
         ),
     };
-    let mistake = Diagnostic::error("model::massless", message)
+    let diagnostic = Diagnostic::error("model::massless", message)
         .help("give one of these shafts an inertia, or tie it to another shaft by a gear");
-    at_each(document, moves.iter().map(|(name, _)| name.as_str()), "moves without inertia", mistake)
+    at_each(document, moves.iter().map(|(name, _)| name.as_str()), "moves without inertia", diagnostic)
 }
 
 /// Shafts that take part in a reduced motion with their shares, the largest first.

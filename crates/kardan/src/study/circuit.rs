@@ -27,18 +27,18 @@ fn branches(model: &Model) -> Vec<Branch<'_>> {
         }
     }
     for NamedTerm { term, .. } in &model.terms {
-        if let Term::Kept(row) = term {
+        if let Term::MultiplierLaw(row) = term {
             row.coordinates().into_iter().for_each(|name| out.entry(name).or_default().coupled = true);
         }
-        let (Term::Inertia { along, .. }
-        | Term::Spring { along, .. }
-        | Term::Damper { along, .. }
-        | Term::Constraint { along, .. }
-        | Term::Balance { along, .. }) = term
+        let (Term::Inertia { direction, .. }
+        | Term::Spring { direction, .. }
+        | Term::Damper { direction, .. }
+        | Term::Constraint { direction, .. }
+        | Term::Balance { direction, .. }) = term
         else {
             continue;
         };
-        for (charge, _) in &along.entries {
+        for (charge, _) in &direction.entries {
             let Some(branch) = out.get_mut(charge.as_str()) else { continue };
             match term {
                 Term::Balance { node, .. } => branch.ends.push(node),
@@ -68,14 +68,14 @@ fn loops<'m>(branches: impl Iterator<Item = &'m Branch<'m>>) -> Vec<Vec<&'m str>
 /// The branches of a forest between two of its nodes.
 fn path<'m>(forest: &[&'m Branch<'m>], from: &str, to: &str) -> Option<Vec<&'m str>> {
     let mut open = vec![(from, Vec::new())];
-    let mut seen = BTreeSet::from([from]);
+    let mut visited = BTreeSet::from([from]);
     while let Some((node, way)) = open.pop() {
         if node == to {
             return Some(way);
         }
         for branch in forest.iter().filter(|branch| branch.ends.contains(&node)) {
             let next = branch.ends.iter().find(|end| **end != node);
-            if let Some(next) = next.filter(|next| seen.insert(next)) {
+            if let Some(next) = next.filter(|next| visited.insert(next)) {
                 open.push((next, [way.clone(), vec![branch.charge]].concat()));
             }
         }
@@ -87,8 +87,8 @@ fn path<'m>(forest: &[&'m Branch<'m>], from: &str, to: &str) -> Option<Vec<&'m s
 const NO_INDUCTANCE: &str = "no inductance";
 
 /// Whether a mistake is that of [`massless_loop`].
-pub(super) fn is_loop(mistake: &Diagnostic) -> bool {
-    mistake.labels.iter().any(|label| label.text == NO_INDUCTANCE)
+pub(super) fn is_loop(diagnostic: &Diagnostic) -> bool {
+    diagnostic.labels.iter().any(|label| label.text == NO_INDUCTANCE)
 }
 
 /// A loop of branches whose current could change without limit.
@@ -143,21 +143,21 @@ fn check_node_names(document: &Document, at_node: &Nodes<'_>, out: &mut Vec<Diag
 
 /// Tells of parts of the circuits that no branch connects with ground; a transformer does not.
 fn check_ground(document: &Document, at_node: &Nodes<'_>, out: &mut Vec<Diagnostic>) {
-    let mut left: BTreeSet<&str> = at_node.keys().copied().collect();
-    let reached = |start: &str, left: &mut BTreeSet<&str>| {
+    let mut unvisited: BTreeSet<&str> = at_node.keys().copied().collect();
+    let reached = |start: &str, unvisited: &mut BTreeSet<&str>| {
         let mut part: BTreeSet<String> = BTreeSet::new();
         let mut open = vec![start.to_string()];
         while let Some(node) = open.pop() {
-            left.remove(node.as_str());
+            unvisited.remove(node.as_str());
             let ends = at_node.get(node.as_str()).into_iter().flatten().flat_map(|branch| &branch.ends);
-            open.extend(ends.filter(|end| left.contains(**end)).map(|end| end.to_string()));
+            open.extend(ends.filter(|end| unvisited.contains(**end)).map(|end| end.to_string()));
             part.insert(node);
         }
         part
     };
-    reached(GROUND, &mut left);
-    while let Some(node) = left.first().copied() {
-        let part = reached(node, &mut left);
+    reached(GROUND, &mut unvisited);
+    while let Some(node) = unvisited.first().copied() {
+        let part = reached(node, &mut unvisited);
         let names = || part.iter().map(String::as_str);
         let s = if part.len() == 1 { "" } else { "s" };
         let message = format!("nothing connects the node{s} {} with `{GROUND}`", quoted(names()));
@@ -197,7 +197,7 @@ fn check_loops(
 fn check_open_ends(document: &Document, at_node: &Nodes<'_>, out: &mut Vec<Diagnostic>) {
     for (node, branches) in at_node.iter().filter(|(node, _)| **node != GROUND) {
         let [only] = branches[..] else { continue };
-        let help = match nearest(node, at_node.keys().copied().filter(|other| other != node)) {
+        let help = match nearest(node, at_node.keys().copied().filter(|candidate| candidate != node)) {
             Some(near) => format!("did you mean `{near}`? Otherwise lead the current on to another node"),
             None => format!("lead the current on to another node or to `{GROUND}`, or leave an open end on purpose"),
         };

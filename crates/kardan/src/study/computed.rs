@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::known::{Known, known_signal};
-use super::read::{read_word, read_words};
+use super::read::{read_names, read_word};
+use super::signal_table::{SignalContext, signal_kind};
 use crate::diagnostics::{Diagnostic, nearest, shortened};
 use crate::entries::Place;
 use crate::expr::{Graph, Named};
@@ -23,7 +23,7 @@ const TIME: &str = "t";
 
 /// A signal that is asked for: its name, its dimension and what an axis says of it.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Asked {
+pub(super) struct ResolvedSignal {
     pub(super) name: String,
     pub(super) physical: Physical,
     pub(super) dimension: Dimension,
@@ -34,50 +34,50 @@ pub(super) fn kind_of(dimension: Dimension) -> (Physical, Dimension) {
     use Physical::{Angle, Charge, Current, Force, Position, Speed, Torque, Velocity, Voltage};
     // What an angle has to do with a power is not told by its unit.
     if dimension.is_like(&POWER) {
-        return (Physical::other("W"), POWER);
+        return (Physical::of_unit("W"), POWER);
     }
     let dimension = if dimension.word().is_some() { dimension } else { Dimension { angle: 0, ..dimension } };
     let all = [Angle, Speed, Torque, Position, Velocity, Force, Charge, Current, Voltage];
     let physical = all.into_iter().find(|physical| physical.dimension() == dimension);
-    (physical.unwrap_or_else(|| Physical::other(&dimension.si())), dimension)
+    (physical.unwrap_or_else(|| Physical::of_unit(&dimension.si())), dimension)
 }
 
 /// Names of signals and parameters with what they stand for; `t` is the time.
-fn written(
+fn lowered(
     graph: &mut Graph,
     law: &Expression,
     signals: &[(String, Physical)],
     value: &dyn Fn(&str) -> Option<(Exact, Dimension)>,
 ) -> Result<(crate::expr::Expr, Dimension), UnitError> {
     let mut names = |graph: &mut Graph, name: &str| {
-        let signal = signals.iter().find(|(other, _)| other == name).map(|(_, physical)| physical.dimension());
+        let signal = signals.iter().find(|(candidate, _)| candidate == name).map(|(_, physical)| physical.dimension());
         match signal.or_else(|| (name == TIME).then_some(Dimension::TIME)) {
             Some(dimension) => Some(Named::Varying(graph.symbol(name, dimension), dimension)),
             None => value(name).map(|(value, dimension)| Named::Constant(value, dimension)),
         }
     };
-    graph.written(law, &mut names)
+    graph.lowered(law, &mut names)
 }
 
 /// A signal by its name, or an expression of signals, parameters and the time; what is wrong with it is reported.
-pub(super) fn asked(
+pub(super) fn resolve_signal(
     text: &str,
     place: &Place,
-    known: &Known<'_>,
+    context: &SignalContext<'_>,
     what: &str,
     out: &mut Vec<Diagnostic>,
-) -> Option<Asked> {
+) -> Option<ResolvedSignal> {
     let plain = |name: &str, out: &mut Vec<Diagnostic>| {
-        let physical = known_signal(name, place, known, what, out)?;
-        Some(Asked { name: name.to_string(), physical, dimension: physical.dimension() })
+        let physical = signal_kind(name, place, context, what, out)?;
+        Some(ResolvedSignal { name: name.to_string(), physical, dimension: physical.dimension() })
     };
-    if known.signals.iter().any(|(name, _)| name == text) {
+    if context.signals.iter().any(|(name, _)| name == text) {
         return plain(text, out);
     }
-    let told = |error: UnitError| {
+    let diagnostic = |error: UnitError| {
         let at = place.part(text, error.span);
-        let told = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
-        Diagnostic { help: error.help, ..told }
+        let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
+        Diagnostic { help: error.help, ..diagnostic }
     };
     let law = match Expression::parse_law(text) {
         Ok(law) if law.names() == [text.trim()] && text.trim() != TIME => return plain(text, out),
@@ -85,16 +85,16 @@ pub(super) fn asked(
         // A name that no signal has, and no expression.
         Err(_) if !text.contains(['+', '*', '/', '(', '^']) && !text.contains(" - ") => return plain(text, out),
         Err(error) => {
-            out.push(told(error));
+            out.push(diagnostic(error));
             return None;
         }
     };
-    let reader = TableReader::new(known.document, &[]);
+    let reader = TableReader::new(context.document, &[]);
     let value = |name: &str| reader.exact_value(name);
-    let is_signal = |name: &&str| *name == TIME || known.signals.iter().any(|(other, _)| other == name);
+    let is_signal = |name: &&str| *name == TIME || context.signals.iter().any(|(candidate, _)| candidate == name);
     if let Some(name) = law.names().into_iter().find(|name| !is_signal(name) && value(name).is_none()) {
-        if !known.may_have(name) && !known.document.doubts.has_key(name) {
-            out.push(unknown(name, &law, known, (what, place)));
+        if !context.may_have(name) && !context.document.suppressed.has_key(name) {
+            out.push(unknown(name, &law, context, (what, place)));
         }
         return None;
     }
@@ -104,28 +104,29 @@ pub(super) fn asked(
         out.push(Diagnostic::error("signal::none", message).at(place.clone(), "no signal in it").help(help));
         return None;
     }
-    match written(&mut Graph::default(), &law, &known.signals, &value) {
+    match lowered(&mut Graph::default(), &law, &context.signals, &value) {
         Ok((_, dimension)) => {
             let (physical, dimension) = kind_of(dimension);
-            Some(Asked { name: text.to_string(), physical, dimension })
+            Some(ResolvedSignal { name: text.to_string(), physical, dimension })
         }
         Err(error) => {
-            out.push(told(error));
+            out.push(diagnostic(error));
             None
         }
     }
 }
 
 /// A name in an expression that neither a signal nor a parameter has.
-fn unknown(name: &str, law: &Expression, known: &Known<'_>, (what, place): (&str, &Place)) -> Diagnostic {
+fn unknown(name: &str, law: &Expression, context: &SignalContext<'_>, (what, place): (&str, &Place)) -> Diagnostic {
     let text = law.text();
     let span = law.place_of(name).unwrap_or(0..text.len());
-    let names = || known.signals.iter().map(|(name, _)| name.as_str());
-    let parameters = || known.document.parameters.iter().map(|parameter| parameter.name.as_str());
+    let names = || context.signals.iter().map(|(name, _)| name.as_str());
+    let parameters = || context.document.parameters.iter().map(|parameter| parameter.name.as_str());
     let head = SignalName::new(name).element;
-    let of_head = || names().filter(|other| SignalName::new(other).element == head);
-    let parted = |other: &&str| other.contains('-') && other.contains(name) && text.contains(*other);
-    let help = if let Some(whole) = names().chain(parameters()).find(parted) {
+    let of_head = || names().filter(|candidate| SignalName::new(candidate).element == head);
+    let split_name =
+        |candidate: &&str| candidate.contains('-') && candidate.contains(name) && text.contains(*candidate);
+    let help = if let Some(whole) = names().chain(parameters()).find(split_name) {
         format!("a name with `-` stands in quotes: `'{whole}'`")
     } else {
         match nearest(name, of_head()).or_else(|| nearest(name, names().chain(parameters()))) {
@@ -140,9 +141,9 @@ fn unknown(name: &str, law: &Expression, known: &Known<'_>, (what, place): (&str
 }
 
 /// A reference of a plot: the opposite of a signal, a signal, or an expression, whose minus is its own.
-pub(super) fn reference(text: &str, known: &Known<'_>) -> PlottedReference {
+pub(super) fn reference(text: &str, context: &SignalContext<'_>) -> PlottedReference {
     let opposite = PlottedReference::from(text);
-    let own = known.signals.iter().any(|(name, _)| *name == opposite.signal);
+    let own = context.signals.iter().any(|(name, _)| *name == opposite.signal);
     let is_name =
         own || Expression::parse_law(&opposite.signal).is_ok_and(|law| law.names() == [opposite.signal.as_str()]);
     if is_name { opposite } else { PlottedReference { signal: text.into(), opposite: false } }
@@ -174,12 +175,12 @@ pub struct Computed {
 impl Computed {
     /// All expressions in requirements, figures and plots, in one plan; those with a mistake are left out.
     pub(super) fn of(document: &Document, settings: &[Setting], signals: &[(String, Physical)]) -> Self {
-        let known = |text: &str| signals.iter().any(|(name, _)| name == text);
-        let words = |table: &Table| -> Vec<String> {
+        let is_declared = |text: &str| signals.iter().any(|(name, _)| name == text);
+        let names_in = |table: &Table| -> Vec<String> {
             // The opposite of a signal is a reference of its own.
-            let opposite = |text: &str| text.strip_prefix('-').is_some_and(known);
-            let references = read_words(table, "references").iter().filter(|word| !opposite(&word.value));
-            let lists = read_words(table, "signals").iter().chain(references);
+            let opposite = |text: &str| text.strip_prefix('-').is_some_and(is_declared);
+            let references = read_names(table, "references").iter().filter(|word| !opposite(&word.value));
+            let lists = read_names(table, "signals").iter().chain(references);
             let single =
                 ["signal", "over", "detected"].into_iter().filter_map(|key| read_word(table, key)).map(str::to_string);
             lists.map(|word| word.value.clone()).chain(single).collect()
@@ -196,21 +197,23 @@ impl Computed {
             .chain([&document.safety])
             .chain(effects);
         let reached = document.cones.iter().map(|cones| cones.reached.clone());
-        let texts: BTreeSet<String> = tables.flat_map(words).chain(reached).filter(|text| !known(text)).collect();
+        let texts: BTreeSet<String> =
+            tables.flat_map(names_in).chain(reached).filter(|text| !is_declared(text)).collect();
         let reader = TableReader::new(document, settings);
         let value = |name: &str| reader.exact_value(name);
-        let (mut graph, mut columns, mut wanted, mut symbols) = (Graph::default(), Vec::new(), Vec::new(), Vec::new());
+        let (mut graph, mut columns, mut expressions, mut symbols) =
+            (Graph::default(), Vec::new(), Vec::new(), Vec::new());
         for text in texts {
             let Ok(law) = Expression::parse_law(&text) else { continue };
-            let Ok((expr, dimension)) = written(&mut graph, &law, signals, &value) else { continue };
-            for name in law.names().into_iter().filter(|name| *name == TIME || known(name)) {
-                let dimension = signals.iter().find(|(other, _)| other == name);
+            let Ok((expr, dimension)) = lowered(&mut graph, &law, signals, &value) else { continue };
+            for name in law.names().into_iter().filter(|name| *name == TIME || is_declared(name)) {
+                let dimension = signals.iter().find(|(candidate, _)| candidate == name);
                 let dimension = dimension.map_or(Dimension::TIME, |(_, physical)| physical.dimension());
                 let symbol = graph.symbol(name, dimension);
                 symbols.extend(graph.symbol_of(symbol).filter(|symbol| !symbols.contains(symbol)));
             }
             columns.push((text.clone(), kind_of(dimension).0));
-            wanted.push((text, expr));
+            expressions.push((text, expr));
         }
         let values = document.figures.iter().filter_map(|table| Expression::parse_law(read_word(table, "value")?).ok());
         let named: BTreeSet<String> = values.flat_map(|law| names_of(&law)).collect();
@@ -221,7 +224,7 @@ impl Computed {
             Some(Track { cones: cones.clone(), end: end.to_f64() })
         };
         let tracks = document.cones.iter().filter_map(track).collect();
-        match compile(&graph, &symbols, &wanted) {
+        match compile(&graph, &symbols, &expressions) {
             Ok(plan) => Self { columns, plan, parameters, tracks },
             Err(_) => Self { parameters, ..Self::default() },
         }

@@ -3,7 +3,7 @@
 use kardan_rt::functions::powi;
 use rayon::prelude::*;
 
-use super::progress::simulate_heard;
+use super::progress::simulate_with_progress;
 use super::{PreparedVariant, Progress};
 use crate::results::{CrossCoupling, Design, Physical, Series, TorquePeak};
 use crate::simulate::{Faults, RunResult, Scenario, Setup, SignalEvent, SourceTarget, Tolerance};
@@ -43,7 +43,7 @@ pub(super) fn cross_coupling(
 ) -> Coupling {
     let poles = design.closed_loop_poles.iter().map(|pole| -pole.re);
     let slowest = poles.chain(decay).filter(|rate| *rate > 1e-3).fold(f64::MAX, f64::min);
-    let samples: f64 = variant.running.iter().filter_map(|law| law.clock()).map(|clock| 1.0 / clock.period).sum();
+    let samples: f64 = variant.implemented.iter().filter_map(|law| law.clock()).map(|clock| 1.0 / clock.period).sum();
     let longest = if samples > 0.0 { LONGEST.min(MOST_SAMPLES / samples) } else { LONGEST };
     let window = (8.0 / slowest).max(SHORTEST).min(longest);
     let stepped: Vec<(&Reference, &str)> = design
@@ -78,9 +78,9 @@ fn run(
 ) -> RunResult {
     let name = reference.map_or("without a step".to_string(), |reference| format!("step of {reference}"));
     let scenario = step(variant, reference, window);
-    let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &scenario };
+    let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &scenario };
     let tolerance = Tolerance { most_steps, ..Tolerance::default() };
-    simulate_heard(setup, tolerance, (number, &name), progress)
+    simulate_with_progress(setup, tolerance, (number, &name), progress)
 }
 
 /// A run with the step of a reference, beside the one without.
@@ -109,7 +109,7 @@ impl Coupling {
             ));
         }
         for input in design.inputs.iter().filter(|_| failure.is_none()) {
-            let Some(peak) = run.series.largest_torque_asked(input) else { continue };
+            let Some(peak) = run.series.largest_torque_demand(input) else { continue };
             self.peaks.push(TorquePeak {
                 reference: name.clone(),
                 step: 1.0,
@@ -139,7 +139,7 @@ impl Coupling {
 }
 
 fn torque_limit(variant: &PreparedVariant, input: &str) -> Option<f64> {
-    let number = variant.reduced.equations.inputs.iter().position(|other| other.element == input)?;
+    let number = variant.reduced.equations.inputs.iter().position(|candidate| candidate.element == input)?;
     (!variant.design_models.is_empty()).then(|| variant.whole_model(0).torque_limit(number))?
 }
 
@@ -156,7 +156,7 @@ fn step(variant: &PreparedVariant, reference: Option<&str>, window: f64) -> Scen
         *last = duration;
     }
     let mut events = Vec::new();
-    for law in &variant.running {
+    for law in &variant.implemented {
         for (own, rest) in law.references().iter().zip(law.references_at_rest()) {
             let Some(source) = scenario.sources.iter().position(|source| source.name == own.name) else { continue };
             if rest != 0.0 {

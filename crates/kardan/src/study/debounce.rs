@@ -9,7 +9,7 @@ use crate::units::Dimension;
 /// Warns of monitors whose `debounce` no run lasts, by the ends of the runs, s.
 pub(super) fn late_monitors(document: &Document, ends: &[(String, f64)], out: &mut Vec<Diagnostic>) {
     let longest = ends.iter().map(|(_, end)| *end).fold(0.0, f64::max);
-    if document.doubts.durations || !longest.is_finite() || ends.is_empty() {
+    if document.suppressed.durations || !longest.is_finite() || ends.is_empty() {
         return;
     }
     let reader = TableReader::new(document, &[]);
@@ -29,7 +29,7 @@ pub(super) fn late_monitors(document: &Document, ends: &[(String, f64)], out: &m
             "{what}: an alarm would come after `debounce` of {debounce} s, and the longest run ends at {longest} s, so there never is one"
         );
         let place = TableReader::place(&block.table, "debounce");
-        let told = Diagnostic::warning("block::monitor", message).at(place, "longer than every run");
-        out.push(told.help("shorten it, or lengthen `duration`"));
+        let diagnostic = Diagnostic::warning("block::monitor", message).at(place, "longer than every run");
+        out.push(diagnostic.help("shorten it, or lengthen `duration`"));
     }
 }

@@ -1,16 +1,18 @@
 //! Plain matrices with a singular E: taken apart, or why that cannot be.
 
-use crate::analysis::{DescriptorError, LinearSystem, MOST_VARIABLES, SingularPencil, TakenApart, descriptor};
+use crate::analysis::{
+    DecomposedDescriptor, DescriptorError, LinearSystem, MOST_VARIABLES, SingularPencil, descriptor,
+};
 use crate::diagnostics::Diagnostic;
 
 /// Most equations that are told with their factors.
-const MOST_TOLD: usize = 8;
+const MAX_LISTED: usize = 8;
 
 /// The descriptor system and its equivalent state space.
 ///
 /// # Errors
 /// If the pencil is singular, or too large.
-pub(super) fn taken_apart(system: &LinearSystem) -> Result<TakenApart, Vec<Diagnostic>> {
+pub(super) fn decompose_descriptor(system: &LinearSystem) -> Result<DecomposedDescriptor, Vec<Diagnostic>> {
     descriptor(system).map_err(|error| {
         vec![match error {
             DescriptorError::Singular(why) => singular(&why),
@@ -35,9 +37,9 @@ fn singular(why: &SingularPencil) -> Diagnostic {
     let mut message = String::from(
         "the pencil sE - A is singular: det(sE - A) is zero for all s, so the equations E x' = A x + B u do not determine x",
     );
-    let told: Option<Vec<String>> =
+    let listed: Option<Vec<String>> =
         why.equations.iter().map(|(row, factor)| Some(format!("({}) · row {}", factor.as_ref()?, row + 1))).collect();
-    match told.filter(|all| all.len() <= MOST_TOLD) {
+    match listed.filter(|all| all.len() <= MAX_LISTED) {
         Some(all) => message += &format!("; of sE - A {} is zero for all s", all.join(" + ")),
         None => {
             let rows: Vec<String> = why.equations.iter().map(|(row, _)| (row + 1).to_string()).collect();

@@ -2,27 +2,27 @@
 
 use std::collections::BTreeSet;
 
-use super::blocks::told_of_blocks;
+use super::actuator_usage::scenario_motor_loads;
+use super::blocks::block_remarks;
 use super::coupling::cross_coupling;
 use super::explore::explore;
-use super::kept::{nothing_free, rounded_rows};
+use super::loop_along_path::{loop_along_path, warnings as path_warnings};
 use super::margins::{
     LoopKinks, contact_warnings, contacts_verdict, decay, margins_in_contact, responses, survey, verdict,
     warnings as margin_warnings,
 };
-use super::margins_over::margins_along;
-use super::passage::{passage, warnings as passage_warnings};
+use super::margins_over::margins_over_positions;
+use super::multiplier_constraints::{nothing_free, rounded_rows};
 use super::prepare::is_error;
-use super::proof::{check_others, check_rounding, exact_poles, judge, prove};
+use super::proof::{check_all_laws, check_rounding, exact_poles, judge, prove};
 use super::robustness::{ToleranceBox, robustness, warnings as robustness_warnings};
 use super::signals::{AnalyzeSettings, signals};
-use super::stops::{clutches_in_words, contacts_in_words};
-use super::strain::scenario_strains;
+use super::stops::{describe_clutches, describe_contacts};
 use super::{Part, Prepared, PreparedVariant, Progress, Project, overrule};
 use crate::analysis::OutputSignal;
-use crate::assemble::{Along, Equations};
+use crate::assemble::{DirectionalTerm, Equations};
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use crate::entries::{Entries, Written};
+use crate::entries::{Entries, RawValue};
 use crate::equations::{Domain, InputKind};
 use crate::expr::Side;
 use crate::model::ControlSpec;
@@ -30,7 +30,7 @@ use crate::names::{SignalName, carrier, unknown_name};
 use crate::num::{Matrix, discretise};
 use crate::results::{ControllerData, DataMatrix, Design, LoopResponses, NO_RESPONSES, OppositeSide, Pole, Stability};
 use crate::schema::{Field, Kind};
-use crate::synthesis::{REGISTRY, closed_loop_poles, counting_charges, poles_without};
+use crate::synthesis::{REGISTRY, closed_loop_poles, counting_charges, poles_excluding};
 
 /// Which controller is designed and how.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -87,15 +87,16 @@ impl Project {
     /// # Errors
     /// All mistakes of the file and of the settings; why the outputs cannot be decoupled.
     pub fn design(&self, settings: &DesignSettings, progress: &dyn Progress) -> Result<Design, Vec<Diagnostic>> {
-        let prepared = without_mistakes(self, settings)?;
+        let prepared = checked_project(self, settings)?;
         let variant = variant_of(prepared, settings)?;
-        let (model, asked) = (&variant.model, settings.control.as_deref());
-        let given = [settings.inputs.is_empty(), settings.outputs.is_empty(), settings.at.is_empty()].contains(&false);
-        let own = settings.law.is_some() || given;
-        if own || (model.controls.is_empty() && asked.is_none()) {
+        let (model, control_name) = (&variant.model, settings.control.as_deref());
+        let has_settings =
+            [settings.inputs.is_empty(), settings.outputs.is_empty(), settings.at.is_empty()].contains(&false);
+        let own = settings.law.is_some() || has_settings;
+        if own || (model.controls.is_empty() && control_name.is_none()) {
             return design_own(self, variant, settings, progress);
         }
-        let number = which(&model.controls, asked)?;
+        let number = which(&model.controls, control_name)?;
         let Some(feedback) = &settings.feedback else {
             return Ok(tried(prepared, variant, number, settings, progress));
         };
@@ -107,12 +108,12 @@ impl Project {
 }
 
 /// What is prepared of a model; its mistakes, if there are any that `force` does not overrule.
-fn without_mistakes<'a>(project: &'a Project, settings: &DesignSettings) -> Result<&'a Prepared, Vec<Diagnostic>> {
-    let mut mistakes = project.mistakes().to_vec();
+fn checked_project<'a>(project: &'a Project, settings: &DesignSettings) -> Result<&'a Prepared, Vec<Diagnostic>> {
+    let mut diagnostics = project.diagnostics().to_vec();
     if settings.force {
-        overrule(&mut mistakes);
+        overrule(&mut diagnostics);
     }
-    if mistakes.iter().any(is_error) { Err(mistakes) } else { Ok(project.prepared()) }
+    if diagnostics.iter().any(is_error) { Err(diagnostics) } else { Ok(project.prepared()) }
 }
 
 /// The variant to design for: a controller that only some variants use is designed for the first of those.
@@ -134,10 +135,10 @@ fn design_own(
     settings: &DesignSettings,
     progress: &dyn Progress,
 ) -> Result<Design, Vec<Diagnostic>> {
-    if let Some(mistake) = nothing_free(&variant.reduced) {
-        return Err(vec![mistake]);
+    if let Some(diagnostic) = nothing_free(&variant.reduced) {
+        return Err(vec![diagnostic]);
     }
-    let is_motor = |input: &Along<InputKind>| matches!(input.value, InputKind::Motor(_));
+    let is_motor = |input: &DirectionalTerm<InputKind>| matches!(input.value, InputKind::Motor(_));
     let equations = &variant.reduced.equations;
     // The outputs of laws are of shafts, masses and sensors.
     let moves = (0..equations.coordinates.len()).any(|k| equations.domain(k) != Domain::Charge);
@@ -157,28 +158,28 @@ fn design_own(
     let (inputs, outputs) = signals(variant, &names, &mut notes)?;
     let keyword = settings.law.as_deref().unwrap_or("decoupling");
     let model = &variant.model;
-    let taken: Vec<&str> = model
+    let reserved: Vec<&str> = model
         .elements
         .iter()
         .map(|one| one.name.as_str())
         .chain(model.controls.iter().chain(&model.idle).map(|control| control.name.as_str()))
         .collect();
-    let own = free(OWN, &taken);
-    let mut keys = keys(keyword, &inputs, (&variant.reduced.equations, &outputs), &taken)?;
+    let own = free(OWN, &reserved);
+    let mut keys = keys(keyword, &inputs, (&variant.reduced.equations, &outputs), &reserved)?;
     for (signal, value) in &settings.at {
-        keys.table_mut("at").set(signal, Written::Text(value.clone()));
+        keys.table_mut("at").set(signal, RawValue::Text(value.clone()));
     }
-    let taken = taken_signals(variant, &inputs);
-    if !taken.is_empty() {
-        let names = quoted(taken.iter().map(String::as_str));
+    let reserved = overridden_signals(variant, &inputs);
+    if !reserved.is_empty() {
+        let names = quoted(reserved.iter().map(String::as_str));
         let own = "`signals` of `[scenario]`";
         notes.push(format!(
             "left out of {own}: {names}; the controller that is designed takes {}",
-            if taken.len() == 1 { "its place" } else { "their place" }
+            if reserved.len() == 1 { "its place" } else { "their place" }
         ));
     }
     let mut changed =
-        project.changed(|model| model.control_of(&own, keyword, keys).alone(&own).without_signals(&taken));
+        project.changed(|model| model.control_of(&own, keyword, keys).only_control(&own).without_signals(&reserved));
     if let Some(feedback) = &settings.feedback {
         changed = with_feedback(&changed, &own, feedback)?;
     }
@@ -188,16 +189,17 @@ fn design_own(
 }
 
 /// What `signals` of `[scenario]` may set that a controller in place of those of the file takes: its inputs, and the references of the others.
-fn taken_signals(variant: &PreparedVariant, inputs: &[String]) -> Vec<String> {
+fn overridden_signals(variant: &PreparedVariant, inputs: &[String]) -> Vec<String> {
     let model = &variant.model;
     let references =
         |control: &ControlSpec| control.law.all_references(&control.values).into_iter().map(|one| one.name);
-    let of_others: Vec<String> = model.controls.iter().flat_map(references).collect();
+    let law_references: Vec<String> = model.controls.iter().flat_map(references).collect();
     let set = variant.scenario.signals.iter().map(|signal| variant.scenario.sources[signal.source].name.clone());
-    let is_taken = |name: &String| of_others.contains(name) || inputs.iter().any(|input| carrier(name) == input);
-    let mut taken: Vec<String> = set.filter(is_taken).collect();
-    taken.dedup();
-    taken
+    let is_overridden =
+        |name: &String| law_references.contains(name) || inputs.iter().any(|input| carrier(name) == input);
+    let mut reserved: Vec<String> = set.filter(is_overridden).collect();
+    reserved.dedup();
+    reserved
 }
 
 /// Designs the controller of that name.
@@ -207,7 +209,7 @@ fn design_named(
     settings: &DesignSettings,
     progress: &dyn Progress,
 ) -> Result<Design, Vec<Diagnostic>> {
-    let prepared = without_mistakes(project, settings)?;
+    let prepared = checked_project(project, settings)?;
     let variant = prepared.variant(settings.variant.as_deref())?;
     let number = which(&variant.model.controls, Some(name))?;
     Ok(tried(prepared, variant, number, settings, progress))
@@ -223,17 +225,20 @@ fn tried(
 ) -> Design {
     let mut design = designed(&prepared.description, variant, number, settings, progress);
     let rest = ["frequency and step responses", "the scenario"];
-    keep(progress, &design, if settings.simulate { &rest } else { &rest[..1] });
+    store_partial(progress, &design, if settings.simulate { &rest } else { &rest[..1] });
     if progress.stop().is_none() {
         let variant = variant.in_loop();
         match responses(variant, number, &design) {
-            Ok(found) => design.responses = Some(LoopResponses { along: margins_along(variant, number), ..found }),
+            Ok(found) => {
+                design.responses =
+                    Some(LoopResponses { over_positions: margins_over_positions(variant, number), ..found })
+            }
             Err(why) => design.notes.push(format!("{NO_RESPONSES}{why}")),
         }
     }
     if settings.simulate {
-        keep(progress, &design, &["the scenario"]);
-        scenario_strains(prepared, &mut design, progress);
+        store_partial(progress, &design, &["the scenario"]);
+        scenario_motor_loads(prepared, &mut design, progress);
     }
     if progress.stop().is_some() {
         design.unfinished = Some("what was not computed or simulated by then is missing".into());
@@ -243,8 +248,8 @@ fn tried(
 }
 
 /// Keeps what is found of a design, and says what it has not come to.
-fn keep(progress: &dyn Progress, design: &Design, missing: &[&str]) {
-    progress.keep(&|| {
+fn store_partial(progress: &dyn Progress, design: &Design, missing: &[&str]) {
+    progress.store_partial(&|| {
         let unfinished = Some(format!("not looked at: {}", missing.join(", ")));
         Part::Design(Box::new(Design { unfinished, ..design.clone() }))
     });
@@ -255,7 +260,7 @@ fn keys(
     keyword: &str,
     inputs: &[String],
     (equations, outputs): (&Equations, &[OutputSignal]),
-    taken: &[&str],
+    reserved: &[&str],
 ) -> Result<Entries, Vec<Diagnostic>> {
     let Some(law) = REGISTRY.iter().find(|law| law.keyword == keyword) else {
         let names = || REGISTRY.iter().map(|law| law.keyword);
@@ -288,10 +293,10 @@ fn keys(
     };
     if keys.get("channels").is_some() {
         for channel in keys.list_mut("channels") {
-            let Written::Table(channel) = &mut channel.value else { continue };
-            if let Some(Written::Text(reference)) = channel.get("reference") {
-                let name = free(reference, taken);
-                channel.set("reference", Written::Text(name));
+            let RawValue::Table(channel) = &mut channel.value else { continue };
+            if let Some(RawValue::Text(reference)) = channel.get("reference") {
+                let name = free(reference, reserved);
+                channel.set("reference", RawValue::Text(name));
             }
         }
     }
@@ -299,9 +304,12 @@ fn keys(
 }
 
 /// The name, with a number behind it if it is taken.
-fn free(name: &str, taken: &[&str]) -> String {
+fn free(name: &str, reserved: &[&str]) -> String {
     let numbered = (1..).map(|k| format!("{name}_{k}"));
-    std::iter::once(name.to_string()).chain(numbered).find(|name| !taken.contains(&name.as_str())).unwrap_or_default()
+    std::iter::once(name.to_string())
+        .chain(numbered)
+        .find(|name| !reserved.contains(&name.as_str()))
+        .unwrap_or_default()
 }
 
 /// The model with another way to decouple of a controller, if its law has that.
@@ -359,23 +367,23 @@ pub(super) fn designed(
     rest.extend(settings.explore.then_some("other designs"));
     rest.extend(settings.tolerance.map(|_| "the box of plants"));
     rest.extend(settings.simulate.then_some("the scenario"));
-    keep(progress, &design, &rest);
+    store_partial(progress, &design, &rest);
     add_margins((variant, settings.simulate.then_some(whole)), number, &mut design, progress);
-    keep(progress, &design, &rest[2..]);
-    let (warnings, notes) = told_of_blocks(variant, number);
+    store_partial(progress, &design, &rest[2..]);
+    let (warnings, notes) = block_remarks(variant, number);
     design.warnings.extend(warnings);
     design.notes.extend(notes);
-    match passage(variant, number, &variant.running, true) {
+    match loop_along_path(variant, number, &variant.implemented, true) {
         Some(Ok(found)) => {
-            design.warnings.extend(passage_warnings(&found));
-            design.passage = Some(found);
+            design.warnings.extend(path_warnings(&found));
+            design.loop_along_path = Some(found);
         }
         Some(Err(why)) => {
             design.notes.push(format!("the loop with the parameters of the variant is not looked at: {why}"));
         }
         None => {}
     }
-    keep(progress, &design, &rest[3..]);
+    store_partial(progress, &design, &rest[3..]);
     if settings.explore {
         match explore(variant, number, progress) {
             Ok(found) => design.exploration = Some(found),
@@ -383,8 +391,8 @@ pub(super) fn designed(
         }
     }
     if let Some(range) = settings.tolerance {
-        keep(progress, &design, &rest[3 + usize::from(settings.explore)..]);
-        match robustness(variant, number, &variant.running, range, progress) {
+        store_partial(progress, &design, &rest[3 + usize::from(settings.explore)..]);
+        match robustness(variant, number, &variant.implemented, range, progress) {
             Ok(found) => {
                 design.warnings.extend(robustness_warnings(&found));
                 design.robustness = Some(found);
@@ -403,19 +411,19 @@ fn described(description: &str, variant: &PreparedVariant, number: usize) -> Des
     design.mechanism.clone_from(&variant.model.mechanism);
     design.description = description.into();
     design.variant.clone_from(&variant.name);
-    let others = variant.model.controls.iter().enumerate().filter(|(k, _)| *k != number);
-    design.others = others.map(|(_, other)| other.name.clone()).collect();
+    let other_controllers = variant.model.controls.iter().enumerate().filter(|(k, _)| *k != number);
+    design.other_controllers = other_controllers.map(|(_, other)| other.name.clone()).collect();
     if design.design_model.is_empty() {
         design.design_model = plant.linear_where().into();
     }
-    design.notes.extend(plant.told.iter().map(|told| format!("operating point: {told}")));
+    design.notes.extend(plant.point_note.iter().map(|point_note| format!("operating point: {point_note}")));
     let none = BTreeSet::new();
-    design.notes.extend(contacts_in_words(&plant.reduced, &plant.point.position, &none));
-    design.notes.extend(clutches_in_words(&plant.reduced, &none));
+    design.notes.extend(describe_contacts(&plant.reduced, &plant.point.position, &none));
+    design.notes.extend(describe_clutches(&plant.reduced, &none));
     design.rounded.clone_from(&plant.reduced.equations.rounded);
     design.notes.extend(rounded_rows(&plant.reduced));
     let why = plant
-        .not_held
+        .no_equilibrium
         .iter()
         .map(|why| format!("operating point: {}, where the model does not rest: {why}", plant.default_point()));
     design.notes.extend(why);
@@ -424,7 +432,7 @@ fn described(description: &str, variant: &PreparedVariant, number: usize) -> Des
             "its commands are multiplied by `{name}` in runs; all that is said here, and the written controller, is without that"
         ));
     }
-    if let Some(names) = control.values.words("without").filter(|names| !names.is_empty()) {
+    if let Some(names) = control.values.names("without").filter(|names| !names.is_empty()) {
         design.design_model += &format!(", without {}", quoted(names.iter().map(String::as_str)));
     }
     let values: Vec<String> = control.design.iter().map(|set| format!("{} = {}", set.name, set.text)).collect();
@@ -453,7 +461,7 @@ fn add_poles(variant: &PreparedVariant, number: usize, design: &mut Design) {
         prove(&exact, plant, design);
         // What is proven is about the loop without what the design leaves out.
         if !variant.leaves_out(number) {
-            check_others(&exact, plant, laws, number, design);
+            check_all_laws(&exact, plant, laws, number, design);
         }
         if laws.len() == 1 && !variant.leaves_out(number) {
             // Alone in the loop, whose poles are exact; those of an observer's error stand beside them.
@@ -465,7 +473,7 @@ fn add_poles(variant: &PreparedVariant, number: usize, design: &mut Design) {
     }
     // Of a law that is designed for its sample time the sampled loop tells.
     if design.closed_loop_poles.is_empty() && laws.iter().all(|law| law.clock().is_none()) {
-        match poles_without(&whole.linear, laws, &counters) {
+        match poles_excluding(&whole.linear, laws, &counters) {
             Some(poles) => design.closed_loop_poles = poles,
             None => design.notes.push("the eigenvalue iteration failed: no poles of the closed loop are listed".into()),
         }
@@ -488,12 +496,12 @@ fn add_margins(
         design.warnings.extend(coupling.warnings);
     }
     margins.verdict = verdict(&margins);
-    let (contacts, left) = margins_in_contact(variant, number);
+    let (contacts, contact_notes) = margins_in_contact(variant, number);
     margins.contacts = contacts;
-    design.notes.extend(left);
-    if let Some(told) = contacts_verdict(&margins) {
+    design.notes.extend(contact_notes);
+    if let Some(contact_text) = contacts_verdict(&margins) {
         margins.verdict += " ";
-        margins.verdict += &told;
+        margins.verdict += &contact_text;
     }
     let when = if margins.sample_time.is_some() { "at its sample time" } else { "in continuous time" };
     match (margins.stable, margins.stability.word) {
@@ -513,7 +521,7 @@ fn add_margins(
     design.warnings.extend(margin_warnings(&margins));
     design.warnings.extend(contact_warnings(&margins));
     let kinks = LoopKinks::of(variant);
-    if let Some(jumps) = kinks.jumps_in_words() {
+    if let Some(jumps) = kinks.jump_note() {
         margins.verdict = format!("{jumps}. {}", margins.verdict);
         design.warnings.push(jumps);
     }
@@ -523,16 +531,16 @@ fn add_margins(
 
 /// The margins on the opposite side of the kinks of the loop.
 fn add_opposite_side(variant: &PreparedVariant, number: usize, kinks: &LoopKinks, design: &mut Design) {
-    let (Some(side), Some(words)) = (kinks.opposite(), kinks.in_words()) else { return };
+    let (Some(side), Some(description)) = (kinks.opposite(), kinks.kink_note()) else { return };
     let opposite = variant.on_side(&side);
     let mut margins = survey(&opposite, number, &opposite.designed, design);
     margins.verdict = verdict(&margins);
-    let (own, side) = (kinks.words(&Side::default()), kinks.words(&side));
+    let (own, side) = (kinks.description(&Side::default()), kinks.description(&side));
     if margins.stable == Some(false) {
         design.warnings.push(format!("on the side where {side} the loop is unstable: this is not a design"));
     }
-    design.warnings.extend(margin_warnings(&margins).into_iter().map(|told| format!("where {side}: {told}")));
-    design.notes.push(words);
+    design.warnings.extend(margin_warnings(&margins).into_iter().map(|warning| format!("where {side}: {warning}")));
+    design.notes.push(description);
     design.opposite_side = Some(OppositeSide { own, side, margins });
 }
 
@@ -555,8 +563,8 @@ fn sample(data: &mut ControllerData, time: f64) -> bool {
         // Γ of the block `ModelObserver`.
         let n = data.matrices[error].values.len();
         let a = Matrix::from_fn(n, n, |i, j| data.matrices[error].values[i][j]);
-        let Some(held) = discretise(&a, &Matrix::identity(n), time) else { return false };
-        data.matrices.push(DataMatrix::new("held", held.b.to_rows()));
+        let Some(sampled) = discretise(&a, &Matrix::identity(n), time) else { return false };
+        data.matrices.push(DataMatrix::new("held", sampled.b.to_rows()));
         data.sample_time = Some(time);
         return true;
     }

@@ -3,13 +3,13 @@
 use std::collections::BTreeSet;
 
 use super::PreparedVariant;
-use super::analysis::GivenAt;
+use super::analysis::OperatingConditions;
 use super::margins::replaced_plants;
-use super::moving_point::{Asked, MovingPoint, balancing, point_of_run, steady_point};
+use super::moving_point::{MovingPoint, PointRequest, balancing, point_of_run, steady_point};
 use crate::diagnostics::Diagnostic;
 use crate::entries::Place;
 use crate::schema::LawKeys;
-use crate::synthesis::{Plant, Program, design_law, running};
+use crate::synthesis::{Plant, Program, design_law, implemented};
 
 /// What the controllers of a variant name together of an operating point in motion.
 #[derive(Debug, Clone)]
@@ -17,7 +17,7 @@ pub(super) struct MotionRequest {
     /// Positions of coordinates by name, rad.
     pub at: Vec<(String, f64)>,
     /// Speeds, torques, the time.
-    pub given: GivenAt,
+    pub given: OperatingConditions,
     /// Where it is named.
     pub place: Place,
 }
@@ -31,7 +31,7 @@ pub(super) fn with_motion(
     let complete = variant.designed.len() == variant.model.controls.len();
     match request.filter(|_| complete).map(|request| loop_in_motion(&variant, &request)) {
         Some(Ok(looped)) => variant.looped = Some(Box::new(looped)),
-        Some(Err(mistake)) => out.push(mistake),
+        Some(Err(diagnostic)) => out.push(diagnostic),
         None => {}
     }
     variant
@@ -47,15 +47,17 @@ fn loop_in_motion(variant: &PreparedVariant, request: &MotionRequest) -> Result<
         Diagnostic { code: "control::point", message, ..why }.at(request.place.clone(), "at this point")
     })?;
     let mut design_models = replaced_plants(variant, &|| Plant::at(model.clone(), point.clone()));
-    design_models.iter_mut().for_each(|plant| plant.told = Some(notes.join("; ").replacen("operating point: ", "", 1)));
-    let mut out = PreparedVariant { design_models, ..variant.standing_in(model, point) };
+    design_models
+        .iter_mut()
+        .for_each(|plant| plant.point_note = Some(notes.join("; ").replacen("operating point: ", "", 1)));
+    let mut out = PreparedVariant { design_models, ..variant.with_model(model, point) };
     for (number, control) in variant.model.controls.iter().enumerate() {
         if control.law.keyword != Program::KEYWORD || variant.leaves_out(number) {
             continue;
         }
         let law = design_law(control.law, &control.name, &control.values, &out.design_models[number]);
-        let both = law.and_then(|law| Ok((std::sync::Arc::clone(&law), running(law, &control.values)?)));
-        (out.designed[number], out.running[number]) = both.map_err(|why| {
+        let both = law.and_then(|law| Ok((std::sync::Arc::clone(&law), implemented(law, &control.values)?)));
+        (out.designed[number], out.implemented[number]) = both.map_err(|why| {
             let message = format!("`at` of control `{}`: {why}", control.name);
             Diagnostic::error("control::point", message).at(request.place.clone(), "at this point")
         })?;
@@ -65,13 +67,13 @@ fn loop_in_motion(variant: &PreparedVariant, request: &MotionRequest) -> Result<
 
 fn found(variant: &PreparedVariant, request: &MotionRequest) -> Result<MovingPoint, Diagnostic> {
     let spec = &variant.analysis;
-    let alone = GivenAt { time: request.given.time, ..GivenAt::default() };
-    if let Some(time) = request.given.time.filter(|_| request.at.is_empty() && request.given == alone) {
+    let time_only = OperatingConditions { time: request.given.time, ..OperatingConditions::default() };
+    if let Some(time) = request.given.time.filter(|_| request.at.is_empty() && request.given == time_only) {
         return point_of_run(variant, time);
     }
     let commanded = variant.model.controls.iter().flat_map(|control| (control.law.inputs)(&control.values));
     let stuck: BTreeSet<String> = spec.stuck.iter().cloned().collect();
-    let request = Asked {
+    let request = PointRequest {
         at: &request.at,
         given: &request.given,
         inputs: &balancing(variant, &commanded.collect::<Vec<_>>()),

@@ -8,7 +8,7 @@ use super::PreparedVariant;
 use super::places::place_of;
 use crate::assemble::Equations;
 use crate::diagnostics::Diagnostic;
-use crate::equations::{Hold, InputKind};
+use crate::equations::{InputKind, UnilateralConstraint};
 use crate::model::{Document, TableReader};
 use crate::num::Random;
 use crate::program::Task;
@@ -55,7 +55,7 @@ pub fn expected_effort(variant: &PreparedVariant) -> Effort {
     let duration = variant.scenario.duration;
     let mut found = fastest(variant);
     let mut swings = matches!(found.element, Some((_, "stiffness")));
-    let laws = &variant.running;
+    let laws = &variant.implemented;
     let clocks: Vec<_> = laws.iter().filter_map(|law| law.clock()).collect();
     if !laws.is_empty() && clocks.is_empty() {
         let at = variant.in_loop();
@@ -140,7 +140,7 @@ struct Terms {
     inertias: Vec<(Row, f64)>,
 }
 
-fn along(row: &Row, x: &[f64]) -> f64 {
+fn row_dot(row: &Row, x: &[f64]) -> f64 {
     row.iter().map(|(j, factor)| factor * x[*j]).sum()
 }
 
@@ -177,13 +177,13 @@ impl Terms {
         let mut draw = || (0..r).map(|_| random.unit() - 0.5).collect::<Vec<f64>>();
         let (mut angle, mut speed) = (draw(), draw());
         let size =
-            |x: &[f64]| self.inertias.iter().map(|(row, j)| j * along(row, x) * along(row, x)).sum::<f64>().sqrt();
+            |x: &[f64]| self.inertias.iter().map(|(row, j)| j * row_dot(row, x) * row_dot(row, x)).sum::<f64>().sqrt();
         let mut logarithm = 0.0;
         for k in 0..PRODUCTS {
             let mut next = vec![0.0; r];
             for (terms, x) in [(&self.dampers, &speed), (&self.springs, &angle)] {
                 for (row, value) in terms {
-                    let torque = value * along(row, x);
+                    let torque = value * row_dot(row, x);
                     row.iter().for_each(|(j, g)| next[*j] -= torque * g);
                 }
             }
@@ -206,7 +206,7 @@ impl Terms {
         let Motion { rate, speed, angle } = motion;
         let largest = |terms: &[(Row, f64)], weight: f64| -> Option<(usize, f64)> {
             let power = |(row, value): &(Row, f64)| {
-                weight * value * (powi(along(row, speed), 2) + powi(rate * along(row, angle), 2))
+                weight * value * (powi(row_dot(row, speed), 2) + powi(rate * row_dot(row, angle), 2))
             };
             terms.iter().map(power).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))
         };
@@ -254,10 +254,16 @@ fn short(value: f64) -> String {
 
 /// Warns of teeth that jam wherever their load drives them.
 fn check_teeth(document: &Document, variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
-    if !variant.reduced.equations.holds.iter().any(|hold| matches!(hold.value, Hold::Mesh(_))) {
+    if !variant
+        .reduced
+        .equations
+        .unilaterals
+        .iter()
+        .any(|unilateral| matches!(unilateral.value, UnilateralConstraint::GearLoss(_)))
+    {
         return;
     }
-    let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
+    let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &variant.scenario };
     for element in teeth_that_lock(setup) {
         let message = format!(
             "the teeth of `{element}` lock themselves against the inertia of their load: wherever that drives them while they turn, they jam (Painlevé), and \

@@ -3,16 +3,16 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use super::kept_equations::{add, kept_lines, of_time};
 use super::latex_lines::{aligned, one_line};
+use super::multiplier_equations::{add, multiplier_lines, of_time};
 use super::prepare::is_error;
-use super::redundant::sharing_notes;
-use super::summary::matrix_words;
+use super::redundant::redundancy_notes;
+use super::summary::matrix_titles;
 use super::symbolic::index;
 use super::{PreparedVariant, Project};
-use crate::assemble::Along;
+use crate::assemble::DirectionalTerm;
 use crate::diagnostics::Diagnostic;
-use crate::equations::{Domain, Hold, InputKind};
+use crate::equations::{Domain, InputKind, UnilateralConstraint};
 use crate::expr::Style;
 use crate::names::Quantity;
 use crate::num::{Matrix, Rational, Scalar, rational_to_f64};
@@ -48,8 +48,8 @@ impl Project {
     /// # Errors
     /// All mistakes.
     pub fn equations(&self, form: EquationsForm) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
-        let (prepared, mistakes) = self.for_equations();
-        let diagnostics = mistakes.to_vec();
+        let (prepared, diagnostics) = self.for_equations();
+        let diagnostics = diagnostics.to_vec();
         let error = diagnostics.iter().any(is_error);
         let Some(variant) = prepared.variants.first().filter(|_| !error) else { return Err(diagnostics) };
         let model = linear_part(variant);
@@ -126,7 +126,11 @@ fn operations(variant: &PreparedVariant) -> String {
         "# Equations of motion of {}: H q'' = force + forces of frictions and inputs along their directions{}; SI units.\n\
          # {} operations, {} floating-point operations: {}\n{compiled}",
         variant.model.name,
-        if motion.kept.is_empty() { "" } else { " and of multipliers along kept rows, where kept q'' + kept = 0" },
+        if motion.multiplier_constraints.is_empty() {
+            ""
+        } else {
+            " and of multipliers along kept rows, where kept q'' + kept = 0"
+        },
         compiled.operations(),
         compiled.flops(),
         counts.join(", "),
@@ -164,7 +168,7 @@ fn lines(
     mark: &dyn Fn(&str, usize) -> String,
 ) -> Vec<(String, String)> {
     let marked = |order: usize| model.coordinates.iter().map(|name| mark(name, order)).collect::<Vec<_>>();
-    let input = |input: &Along<InputKind>| match input.value {
+    let input = |input: &DirectionalTerm<InputKind>| match input.value {
         InputKind::Motor(_) => match variant.reduced.equations.domain_of(input) {
             Domain::Charge => mark(&input.element, 6),
             Domain::Translation => mark(&input.element, 7),
@@ -175,7 +179,7 @@ fn lines(
     };
     let inputs: Vec<String> = variant.reduced.equations.inputs.iter().map(input).collect();
     let bent = bent_laws(&variant.reduced);
-    let kept = kept_lines(variant, style, mark);
+    let constraint_lines = multiplier_lines(variant, style, mark);
     (0..model.coordinates.len())
         .map(|i| {
             let left = [(&model.inertia, 2), (&model.damping, 1), (&model.stiffness, 0)]
@@ -196,22 +200,30 @@ fn lines(
                 row.iter().fold(Rational::ZERO, |sum, (shaft, x)| sum.plus(&x.times(&model.basis[(*shaft, i)])))
             };
             let effort = |domain: Domain| if domain == Domain::Translation { 7 } else { 3 };
-            let holds = equations.holds.iter().enumerate().filter_map(|(k, hold)| {
+            let unilaterals = equations.unilaterals.iter().enumerate().filter_map(|(k, unilateral)| {
                 // Both sides of a stop are one torque; what its teeth lose is another.
-                let rubs = |hold: &Along<Hold>| matches!(hold.value, Hold::Mesh(_));
-                let same = |other: &Along<Hold>| other.element == hold.element && rubs(other) == rubs(hold);
-                let again = equations.holds[..k].iter().any(same);
-                let own = share(&hold.row);
-                let turned = if hold.value.is_upper() { Rational::ZERO.minus(&own) } else { own };
-                let kind = if matches!(hold.value, Hold::Mesh(_)) { 8 } else { effort(equations.domain_of(hold)) };
-                let counts = !again && !Scalar::is_zero(&turned);
-                counts.then(|| (turned, mark(&hold.element, kind)))
+                let rubs = |unilateral: &DirectionalTerm<UnilateralConstraint>| {
+                    matches!(unilateral.value, UnilateralConstraint::GearLoss(_))
+                };
+                let same = |candidate: &DirectionalTerm<UnilateralConstraint>| {
+                    candidate.element == unilateral.element && rubs(candidate) == rubs(unilateral)
+                };
+                let again = equations.unilaterals[..k].iter().any(same);
+                let own = share(&unilateral.row);
+                let signed = if unilateral.value.is_upper() { Rational::ZERO.minus(&own) } else { own };
+                let kind = if matches!(unilateral.value, UnilateralConstraint::GearLoss(_)) {
+                    8
+                } else {
+                    effort(equations.domain_of(unilateral))
+                };
+                let counts = !again && !Scalar::is_zero(&signed);
+                counts.then(|| (signed, mark(&unilateral.element, kind)))
             });
             let laws = bent.iter().map(|law| &equations.laws[*law]);
             let laws = laws.map(|law| (share(&law.row), mark(&law.element, effort(equations.domain_of(law)))));
             let right = row(&model.input, i, &inputs).into_iter().chain(laws);
-            let kept = kept.iter().filter_map(|line| line.shares[i].as_ref());
-            (sum(left.chain(friction).chain(holds)), add(&sum(right), kept))
+            let multiplier_terms = constraint_lines.iter().filter_map(|line| line.shares[i].as_ref());
+            (sum(left.chain(friction).chain(unilaterals)), add(&sum(right), multiplier_terms))
         })
         .collect()
 }
@@ -224,7 +236,7 @@ fn constraints(variant: &PreparedVariant, style: Style, mark: &dyn Fn(&str, usiz
         let terms = constraint.row.iter().map(|(shaft, x)| (x.clone(), angle(&equations.coordinates[*shaft])));
         let offset = match equations.moving.get(&constraint.element) {
             Some(function) => of_time(function, style),
-            None => equations.offset_in_words(constraint),
+            None => equations.format_offset(constraint),
         };
         (constraint.element.clone(), format!("{} = {offset}", sum(terms)))
     });
@@ -232,8 +244,8 @@ fn constraints(variant: &PreparedVariant, style: Style, mark: &dyn Fn(&str, usiz
         let (driven, driving) = (angle(&equations.coordinates[t.driven]), angle(&equations.coordinates[t.driving]));
         (t.element.clone(), format!("{driven} = γ({driving})"))
     });
-    let kept = kept_lines(variant, style, mark).into_iter().map(|line| (line.element, line.equation));
-    linear.chain(curves).chain(kept).collect()
+    let constraint_lines = multiplier_lines(variant, style, mark).into_iter().map(|line| (line.element, line.equation));
+    linear.chain(curves).chain(constraint_lines).collect()
 }
 
 /// A name in the text: of a coordinate by the order of its derivative, of a motor's torque, friction, disturbance, voltage or force.
@@ -256,30 +268,42 @@ fn notes(variant: &PreparedVariant, out: &mut String) {
     if !variant.reduced.equations.frictions.is_empty() {
         out.push_str("  sgn is set-valued at rest: any value from -1 to 1.\n");
     }
-    let holds = &variant.reduced.equations.holds;
-    let named = |rub: bool| {
-        let own = holds.iter().filter(|hold| matches!(hold.value, Hold::Mesh(_)) == rub);
-        own.map(|hold| hold.element.as_str()).collect::<BTreeSet<&str>>().into_iter().collect::<Vec<_>>().join(", ")
+    let unilaterals = &variant.reduced.equations.unilaterals;
+    let named = |gears: bool| {
+        let own = unilaterals
+            .iter()
+            .filter(|unilateral| matches!(unilateral.value, UnilateralConstraint::GearLoss(_)) == gears);
+        own.map(|unilateral| unilateral.element.as_str())
+            .collect::<BTreeSet<&str>>()
+            .into_iter()
+            .collect::<Vec<_>>()
+            .join(", ")
     };
-    let (rub, holds) = (named(true), named(false));
-    if !rub.is_empty() {
-        let _ = writeln!(out, "  What the teeth of {rub} lose depends on the torque that they carry.");
+    let (gears, unilaterals) = (named(true), named(false));
+    if !gears.is_empty() {
+        let _ = writeln!(out, "  What the teeth of {gears} lose depends on the torque that they carry.");
     }
-    if !holds.is_empty() {
+    if !unilaterals.is_empty() {
         let _ = writeln!(
             out,
-            "  What {holds} carry depends on their modes: whether they are touched, slip, hold or are open."
+            "  What {unilaterals} carry depends on their modes: whether they are touched, slip, hold or are open."
         );
     }
     if !Kinematics::new(&variant.reduced).is_constant() {
         out.push_str("  The matrices depend on the position; these hold at the initial position, near rest.\n");
     }
-    if !variant.reduced.equations.kept.is_empty() {
-        let kept =
-            variant.reduced.equations.kept.iter().map(|kept| kept.element.as_str()).collect::<Vec<_>>().join(", ");
+    if !variant.reduced.equations.multiplier_constraints.is_empty() {
+        let elements = variant
+            .reduced
+            .equations
+            .multiplier_constraints
+            .iter()
+            .map(|constraint| constraint.element.as_str())
+            .collect::<Vec<_>>()
+            .join(", ");
         let _ = writeln!(
             out,
-            "  {kept} hold with their multipliers, at every position: forces on the right, whose values follow from the constraints."
+            "  {elements} hold with their multipliers, at every position: forces on the right, whose values follow from the constraints."
         );
     }
     if !variant.reduced.equations.moving.is_empty() {
@@ -294,13 +318,13 @@ fn notes(variant: &PreparedVariant, out: &mut String) {
 fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
     let mut out = String::new();
     let kinds = kinds(variant);
-    let join = |words: Vec<String>| words.join(", ");
-    let others: Vec<&str> = kinds.iter().map(|kind| kind.plural).collect();
-    let others = match others.as_slice() {
-        [others @ .., last] if !others.is_empty() => format!("{} and {last}", others.join(", ")),
-        others => others.concat(),
+    let join = |parts: Vec<String>| parts.join(", ");
+    let kind_names: Vec<&str> = kinds.iter().map(|kind| kind.plural).collect();
+    let kind_names = match kind_names.as_slice() {
+        [kind_names @ .., last] if !kind_names.is_empty() => format!("{} and {last}", kind_names.join(", ")),
+        kind_names => kind_names.concat(),
     };
-    let others = others[..1].to_uppercase() + &others[1..];
+    let kind_names = kind_names[..1].to_uppercase() + &kind_names[1..];
     let units = join(kinds.iter().map(|kind| kind.units.to_string()).collect());
     let kinds = join(kinds.iter().map(|kind| format!("{} {}", kind.plural, kind.count)).collect());
     let _ = writeln!(out, "Model {}: {kinds}, degrees of freedom {}", variant.model.name, model.coordinates.len());
@@ -316,13 +340,13 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
         for (element, line) in constraints {
             let _ = writeln!(out, "  {element}: {line}");
         }
-        for note in sharing_notes(&variant.reduced) {
+        for note in redundancy_notes(&variant.reduced) {
             let _ = writeln!(out, "  {note}");
         }
     }
     let dependents = variant.reduced.dependents();
     if !dependents.is_empty() {
-        let _ = writeln!(out, "\n{others} from coordinates (rates)");
+        let _ = writeln!(out, "\n{kind_names} from coordinates (rates)");
         let rates: Vec<String> = model.coordinates.iter().map(|name| format!("{name}'")).collect();
         for shaft in dependents {
             let _ = writeln!(
@@ -350,17 +374,17 @@ pub(super) struct CoordinateKind {
 /// The kinds of coordinates that there are, in one order.
 pub(super) fn kinds(variant: &PreparedVariant) -> Vec<CoordinateKind> {
     let domains = &variant.reduced.equations.domains;
-    let words = [
+    let kinds = [
         (Domain::Rotation, "shafts", "angles in rad, torques in N m"),
         (Domain::Translation, "masses", "positions in m, forces in N"),
         (Domain::Charge, "charges", "charges in C, voltages in V"),
         (Domain::Number, "states of first order", "their integrals in s"),
     ];
     let kind = |(domain, plural, units)| {
-        let count = domains.iter().filter(|other| **other == domain).count();
+        let count = domains.iter().filter(|candidate| **candidate == domain).count();
         CoordinateKind { plural, count, units }
     };
-    words.into_iter().map(kind).filter(|kind| kind.count > 0).collect()
+    kinds.into_iter().map(kind).filter(|kind| kind.count > 0).collect()
 }
 
 /// What a coordinate is, by its name.
@@ -374,8 +398,8 @@ fn matrices<'m>(
 ) -> Vec<(String, &'static str, Matrix<f64>, &'m [String])> {
     let capital = |word: &str| word[..1].to_uppercase() + &word[1..];
     let numbers = [&model.inertia, &model.damping, &model.stiffness];
-    let words = matrix_words(&variant.reduced).into_iter().zip(numbers);
-    let own = words.map(|((word, unit), matrix)| (capital(word), unit, matrix.to_f64(), model.coordinates.as_slice()));
+    let titles = matrix_titles(&variant.reduced).into_iter().zip(numbers);
+    let own = titles.map(|((word, unit), matrix)| (capital(word), unit, matrix.to_f64(), model.coordinates.as_slice()));
     own.chain([("Input map".to_string(), "", model.input.to_f64(), model.inputs.as_slice())]).collect()
 }
 
@@ -431,9 +455,9 @@ fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
     let mut out = String::new();
     let units: Vec<&str> = kinds.iter().map(|kind| kind.units).collect();
     let _ = writeln!(out, "% Model {}: {}. Needs amsmath.", one_line(&variant.model.name), units.join("; "));
-    let mut told = String::new();
-    notes(variant, &mut told);
-    told.lines().for_each(|line| out.push_str(&format!("% {}\n", line.trim())));
+    let mut note_lines = String::new();
+    notes(variant, &mut note_lines);
+    note_lines.lines().for_each(|line| out.push_str(&format!("% {}\n", line.trim())));
     let mut rows = lines(variant, model, Style::Latex, &mark);
     rows.extend(constraints(variant, Style::Latex, &mark).into_iter().map(|(_, line)| {
         let (left, right) = line.split_once(" = ").unwrap_or((&line, "0"));

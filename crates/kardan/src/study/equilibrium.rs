@@ -5,7 +5,7 @@ use crate::equations::Domain;
 use crate::reduce::{Equilibrium, Reduced, STARTS, equilibria};
 
 /// Other equilibria that are told.
-const MOST_OTHERS: usize = 6;
+const MAX_FURTHER: usize = 6;
 
 /// Where the test of existence fails.
 const NOT_PROVEN: &str =
@@ -31,7 +31,7 @@ pub(super) struct Rest {
 }
 
 /// A reduced position in words: `arm.phi = 60 deg, rotor.phi = 6060.08… deg`.
-pub(super) fn in_words(reduced: &Reduced, position: &[f64]) -> String {
+pub(super) fn format_position(reduced: &Reduced, position: &[f64]) -> String {
     let names = reduced.coordinate_names();
     let one = |(k, x): (usize, &f64)| {
         let domain = reduced.equations.domain(reduced.coordinates[k]);
@@ -46,7 +46,7 @@ pub(super) fn in_words(reduced: &Reduced, position: &[f64]) -> String {
 }
 
 /// Currents that flow at rest: `l.i = 0.2 A`.
-pub(super) fn currents_in_words(reduced: &Reduced, rates: &[f64]) -> impl Iterator<Item = String> {
+pub(super) fn format_currents(reduced: &Reduced, rates: &[f64]) -> impl Iterator<Item = String> {
     let names = reduced.coordinate_names();
     let flowing = rates.iter().enumerate().filter(|(_, rate)| **rate != 0.0);
     flowing.map(move |(k, rate)| {
@@ -56,7 +56,7 @@ pub(super) fn currents_in_words(reduced: &Reduced, rates: &[f64]) -> impl Iterat
 }
 
 /// An equilibrium, and whether it is proven to be one and the only one nearby.
-fn one_in_words(one: &Equilibrium, place: &str, free: &str) -> String {
+fn describe_equilibrium(one: &Equilibrium, place: &str, free: &str) -> String {
     let stays = if free.is_empty() { String::new() } else { format!(" among positions with the same {free}") };
     match one.radius {
         Some(radius) => format!(
@@ -72,7 +72,7 @@ impl Rest {
     pub fn near(reduced: &Reduced, near: &[f64]) -> Result<Self, String> {
         let names = reduced.coordinate_names();
         let domain = |k: usize| reduced.equations.domain(reduced.coordinates[k]);
-        let place = |position: &[f64]| in_words(reduced, position);
+        let place = |position: &[f64]| format_position(reduced, position);
         let all = equilibria(reduced, near);
         if let Some((k, torque)) = all.constant {
             let (name, unit) = (&names[k], domain(k).effort().unit());
@@ -80,11 +80,11 @@ impl Rest {
             return Err(format!("there is no equilibrium: along `{name}` {torque} {unit} act wherever it is"));
         }
         let Some(first) = all.found.first() else {
-            if let Some((position, hold)) = &all.beyond {
+            if let Some((position, unilateral)) = &all.beyond {
                 return Err(format!(
                     "the equilibrium {} lies beyond the stop of `{}`, which nothing can pass, and none was found that rests on it",
                     place(position),
-                    reduced.equations.holds[*hold].element
+                    reduced.equations.unilaterals[*unilateral].element
                 ));
             }
             let (best, residual) = all.best.unwrap_or_default();
@@ -107,7 +107,7 @@ impl Rest {
                 place(&first.position)
             )
         } else {
-            one_in_words(first, &place(&first.position), &free)
+            describe_equilibrium(first, &place(&first.position), &free)
         };
         let mut more = Vec::new();
         if !free.is_empty() {
@@ -117,19 +117,19 @@ impl Rest {
             };
             more.push(format!("no torque depends on {free}: {stay}"));
         }
-        if let [_, others @ ..] = all.found.as_slice()
-            && !others.is_empty()
+        if let [_, further @ ..] = all.found.as_slice()
+            && !further.is_empty()
         {
-            let mut told: Vec<String> = others.iter().take(MOST_OTHERS).map(|one| place(&one.position)).collect();
-            if others.len() > MOST_OTHERS {
-                told.push(format!("{} more", others.len() - MOST_OTHERS));
+            let mut listed: Vec<String> = further.iter().take(MAX_FURTHER).map(|one| place(&one.position)).collect();
+            if further.len() > MAX_FURTHER {
+                listed.push(format!("{} more", further.len() - MAX_FURTHER));
             }
             more.push(format!(
                 "other equilibria, of those that {STARTS} starts within a turn led to (there may be more): {}; CHOICE chooses one",
-                told.join("; ")
+                listed.join("; ")
             ));
         }
-        let currents: Vec<String> = currents_in_words(reduced, &first.rates).collect();
+        let currents: Vec<String> = format_currents(reduced, &first.rates).collect();
         if !currents.is_empty() {
             more.push(format!("currents flow there: {}", currents.join(", ")));
         }

@@ -2,9 +2,9 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::known::Known;
 use super::places::places_in_control;
 use super::read::{quantity, read_word};
+use super::signal_table::SignalContext;
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::InputKind;
@@ -34,24 +34,24 @@ pub(super) fn sources(
                 of_block(document, control, &reference, answer, out);
                 continue;
             }
-            let other = sources.get(&reference.name);
-            let taken = match (element, other) {
+            let declared = sources.get(&reference.name);
+            let conflict = match (element, declared) {
                 (Some(element), _) => Some(format!("of a {}", element.kind.keyword)),
-                (None, Some(other)) if other.physical != reference.physical => {
-                    Some(format!("of {} in {}", other.description, other.physical.unit()))
+                (None, Some(declared)) if declared.physical != reference.physical => {
+                    Some(format!("of {} in {}", declared.description, declared.physical.unit()))
                 }
                 _ => None,
             };
-            if let Some(taken) = taken {
+            if let Some(conflict) = conflict {
                 let message =
-                    format!("control `{}`: the name `{}` is already that {taken}", control.name, reference.name);
+                    format!("control `{}`: the name `{}` is already that {conflict}", control.name, reference.name);
                 let places = places_in_control(document, control, &reference.name);
                 out.push(
                     Diagnostic::error("name::duplicate", message)
                         .at(places[places.len() - 1].clone(), "this name")
                         .help("give the reference a name of its own, such as `ref_rack`"),
                 );
-            } else if other.is_none() {
+            } else if declared.is_none() {
                 sources.push(Source {
                     name: reference.name,
                     physical: reference.physical,
@@ -104,20 +104,20 @@ pub(super) fn settable(sources: &[Source], name: &str) -> Option<usize> {
 
 /// What blocks answer and read of the time, as sources that nothing else sets; gives names and dimensions of the answers.
 fn of_programs<'m>(model: &'m Model, sources: &mut NamedList<Source>) -> HashMap<&'m str, Dimension> {
-    let answers = || model.programs.tasks.iter().flat_map(|task| &task.answers);
+    let outputs = || model.programs.tasks.iter().flat_map(|task| &task.outputs);
     let source = |name: &str, dimension, description: &str| Source {
         name: name.into(),
         physical: Physical::of(dimension),
         description: description.into(),
         target: SourceTarget::Block,
     };
-    sources.extend(answers().map(|answer| source(&answer.name, answer.dimension, &answer.description)));
+    sources.extend(outputs().map(|answer| source(&answer.name, answer.dimension, &answer.description)));
     let functions = model.programs.functions.iter();
     sources.extend(functions.map(|(name, function)| source(name, function.dimension(), &format!("signal {name}"))));
     let found = |name: &str| format!("what the control {} tells", SignalName::new(name).element);
-    let told = model.programs.told.iter();
-    sources.extend(told.map(|(name, dimension)| source(name, *dimension, &found(name))));
-    answers().map(|answer| (answer.name.as_str(), answer.dimension)).collect()
+    let exported = model.programs.exported.iter();
+    sources.extend(exported.map(|(name, dimension)| source(name, *dimension, &found(name))));
+    outputs().map(|answer| (answer.name.as_str(), answer.dimension)).collect()
 }
 
 /// Refuses a reference that is what a block answers, in another unit.
@@ -128,19 +128,19 @@ fn of_block(
     answer: &Dimension,
     out: &mut Vec<Diagnostic>,
 ) {
-    let wanted = reference.physical.dimension();
-    if !wanted.is_like(answer) {
+    let expected = reference.physical.dimension();
+    if !expected.is_like(answer) {
         let name = &reference.name;
         let message = format!(
             "control `{}`: `{name}` should be {}, and the block answers {}",
             control.name,
-            wanted.noun(),
+            expected.noun(),
             answer.noun()
         );
         let places = places_in_control(document, control, name);
-        let mistake =
+        let diagnostic =
             Diagnostic::error("unit::dimension", message).at(places[places.len() - 1].clone(), "this reference");
-        out.push(mistake.help(format!("let the block answer in a unit such as {}", wanted.example())));
+        out.push(diagnostic.help(format!("let the block answer in a unit such as {}", expected.example())));
     }
 }
 
@@ -164,7 +164,7 @@ pub(super) fn not_settable(
     };
     let all = listed;
     let name = SignalName::new(signal);
-    let (head, quantity) = (name.alone().unwrap_or(signal), name.quantity());
+    let (head, quantity) = (name.unqualified().unwrap_or(signal), name.quantity());
     let is_kind = |keyword: &str| document.elements.iter().any(|e| e.name == head && e.kind.keyword == keyword);
     let commanded = match quantity {
         Some(Quantity::Torque | Quantity::Force) if is_kind("motor") => Some("motor"),
@@ -195,8 +195,8 @@ pub(super) fn not_settable(
     if follows {
         return Some((format!("`{shown}` follows from the equations, so {who} cannot set it"), all()));
     }
-    let known = Known { document, signals: Vec::new(), doubtful: model.doubtful.clone() };
-    if known.may_have(signal) {
+    let context = SignalContext { document, signals: Vec::new(), doubtful: model.doubtful.clone() };
+    if context.may_have(signal) {
         return None;
     }
     let help = nearest(signal, names()).map_or_else(all, |near| format!("did you mean `{near}`?"));
@@ -204,7 +204,7 @@ pub(super) fn not_settable(
 }
 
 /// An event as it is written.
-pub(super) struct GivenEvent {
+pub(super) struct EventSpec {
     /// Number of its entry, from one on.
     number: usize,
     /// Number of the source; of those behind them that of what the model prescribes.
@@ -215,7 +215,7 @@ pub(super) struct GivenEvent {
     over: Exact,
 }
 
-impl GivenEvent {
+impl EventSpec {
     fn ramps(&self) -> bool {
         !self.over.is_zero()
     }
@@ -245,11 +245,11 @@ pub(super) fn events(
     sources: &[Source],
     duration: Option<&Exact>,
     out: &mut Vec<Diagnostic>,
-) -> Vec<GivenEvent> {
-    let mut given: Vec<GivenEvent> = Vec::new();
+) -> Vec<EventSpec> {
+    let mut accepted: Vec<EventSpec> = Vec::new();
     let mut at_times: HashMap<(usize, u64), Vec<usize>> = HashMap::new();
     let Some(Value::Tables(tables)) = document.scenario.values.get("event").map(|spanned| &spanned.value) else {
-        return given;
+        return accepted;
     };
     let prescribed = prescribed(document);
     for (i, table) in tables.iter().enumerate() {
@@ -275,13 +275,13 @@ pub(super) fn events(
         let dimension = physical.dimension();
         let to = quantity(reader, table, "to", (dimension, Sign::Any), what, out);
         let (Some(at), Some(to)) = (at, to) else { continue };
-        let event = GivenEvent { number: i + 1, source, at, to, over: over.unwrap_or_else(|| Exact::from_ratio(0, 1)) };
+        let event = EventSpec { number: i + 1, source, at, to, over: over.unwrap_or_else(|| Exact::from_ratio(0, 1)) };
         let before = at_times.entry((event.source, event.at.to_f64().to_bits())).or_default();
-        check_twice(table, signal, &event, (&given, before), out);
-        before.push(given.len());
-        given.push(event);
+        check_duplicates(table, signal, &event, (&accepted, before), out);
+        before.push(accepted.len());
+        accepted.push(event);
     }
-    given
+    accepted
 }
 
 /// Currents that events prescribe: functions of time of the model, behind the sources.
@@ -314,21 +314,21 @@ pub(super) fn check_late(
 const MOST_LISTED: usize = 12;
 
 /// Tells of an event that sets a signal to a second value at the same time.
-fn check_twice(
+fn check_duplicates(
     table: &Table,
     signal: &str,
-    event: &GivenEvent,
-    (given, before): (&[GivenEvent], &[usize]),
+    event: &EventSpec,
+    (accepted, before): (&[EventSpec], &[usize]),
     out: &mut Vec<Diagnostic>,
 ) {
     let at = event.at.to_f64();
     match before {
         [] => return,
         // A step and then a ramp: a jump from which the ramp begins.
-        [other] if !given[*other].ramps() && event.ramps() => return,
+        [other] if !accepted[*other].ramps() && event.ramps() => return,
         _ => {}
     }
-    let shown: Vec<String> = before.iter().take(MOST_LISTED).map(|other| given[*other].number.to_string()).collect();
+    let shown: Vec<String> = before.iter().take(MOST_LISTED).map(|other| accepted[*other].number.to_string()).collect();
     let entries = if before.len() == 1 { "entry" } else { "entries" };
     let more = before.len() - shown.len();
     let more = if more == 0 { String::new() } else { format!(" and {more} more") };

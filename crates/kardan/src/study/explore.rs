@@ -2,13 +2,13 @@
 
 use rayon::prelude::*;
 
-use super::stepped_loop::{Shown, Subject, WITHOUT_MAP, subject, window};
+use super::stepped_loop::{NO_PERIOD_MAP, Shown, Subject, subject, window};
 use super::{PreparedVariant, Progress};
 use crate::element::{Resolved, Values};
 use crate::equations::Measured;
 use crate::num::{Rational, rational_from_f64};
 use crate::results::{Alternative, Exploration, Stability, WithSensor};
-use crate::synthesis::{Clock, Plant, VariedPlant, clock, design_law, reading_variance, running};
+use crate::synthesis::{Clock, Plant, VariedPlant, clock, design_law, implemented, reading_variance};
 use crate::units::Exact;
 
 /// Factors that are tried.
@@ -84,7 +84,7 @@ pub(super) fn explore(
     let first = match &tried[0] {
         Ok((first, ..)) => first,
         Err(Failure::NotStable) => return Err("the design of the file is not stable".into()),
-        Err(Failure::NotJudged) => return Err(WITHOUT_MAP.into()),
+        Err(Failure::NotJudged) => return Err(NO_PERIOD_MAP.into()),
     };
     let scale = Scale::new(&subject, first, plant, base).ok_or("no channel could disturb another")?;
     let failed = |failure| tried.iter().filter(|one| one.as_ref().err() == Some(&failure)).count();
@@ -149,9 +149,9 @@ impl Scale {
     /// Nothing if no channel could disturb another.
     fn new(subject: &Subject, first: &Shown, plant: &Plant, base: Clock) -> Option<Self> {
         let pairs = (0..subject.steps.len()).flat_map(|i| (0..subject.watched.len()).map(move |j| (i, j)));
-        let others = pairs.filter(|&(i, j)| subject.watched[j].reference != subject.steps[i].name);
+        let crossing = pairs.filter(|&(i, j)| subject.watched[j].reference != subject.steps[i].name);
         let share = |(i, j): (usize, usize)| first.sizes[i][j] / subject.watched[j].acceptable;
-        let pair = others.max_by(|a, b| share(*a).total_cmp(&share(*b)))?;
+        let pair = crossing.max_by(|a, b| share(*a).total_cmp(&share(*b)))?;
         let limits = limits(plant, &subject.inputs);
         let limited = limits.is_some();
         Some(Self { base, pair, limits: limits.unwrap_or_else(|| vec![1.0; subject.inputs.len()]), limited })
@@ -180,13 +180,13 @@ impl Scale {
 fn mark_best(designs: &mut [Alternative]) {
     let all = designs.to_vec();
     for one in designs {
-        let better = |other: &Alternative| {
-            other.sensors == one.sensors
-                && other.sample_time >= one.sample_time
-                && other.bandwidth >= one.bandwidth
-                && other.interaction <= one.interaction
-                && other.torque <= one.torque
-                && (other.interaction < one.interaction || other.torque < one.torque)
+        let better = |rival: &Alternative| {
+            rival.sensors == one.sensors
+                && rival.sample_time >= one.sample_time
+                && rival.bandwidth >= one.bandwidth
+                && rival.interaction <= one.interaction
+                && rival.torque <= one.torque
+                && (rival.interaction < one.interaction || rival.torque < one.torque)
         };
         one.best = !all.iter().any(better);
     }
@@ -202,7 +202,7 @@ fn limits(plant: &Plant, inputs: &[usize]) -> Option<Vec<f64>> {
 /// Sensors that the file has or could have: its other sensors that an observer can read, then angles of shafts that no sensor
 /// measures.
 fn candidates(plant: &Plant, values: &Values) -> Vec<String> {
-    let used = values.table("observer").and_then(|observer| observer.words("sensors")).unwrap_or_default();
+    let used = values.table("observer").and_then(|observer| observer.names("sensors")).unwrap_or_default();
     let used: Vec<String> = used.iter().filter_map(|name| Some(plant.output(name).ok()?.name)).collect();
     let equations = &plant.reduced.equations;
     let mut out = Vec::new();
@@ -234,12 +234,12 @@ fn alternative(
     let (values, sensors) = changed(variant, number, change).ok_or("a number cannot be held")?;
     let control = &variant.model.controls[number];
     let plant = &variant.design_models[number];
-    let law = design_law(control.law, &control.name, &values, plant).and_then(|law| running(law, &values));
+    let law = design_law(control.law, &control.name, &values, plant).and_then(|law| implemented(law, &values));
     let law = law.map_err(|error| error.to_string())?;
     let noise = values.table("observer").and_then(|observer| observer.number("sensor_noise"));
     let variances =
         law.sensors().iter().map(|signal| reading_variance(plant, noise, signal, base.period / change.rate)).collect();
-    let mut laws = variant.running.clone();
+    let mut laws = variant.implemented.clone();
     laws[number] = law;
     let varied = VariedPlant::new(&variant.reduced, &variant.linear_model(), &plant.lags());
     Ok((subject(variant, number, &laws, varied)?, variances, sensors))
@@ -251,9 +251,9 @@ fn changed(variant: &PreparedVariant, number: usize, change: &Change) -> Option<
     let mut values = control.values.clone();
     let exact = |x: f64| Some(Resolved::Exact(Exact::new(rational_from_f64(x)?, 0)));
     let divided = |key: &str| {
-        let given = control.values.exact(key)?.to_rational();
+        let value = control.values.exact(key)?.to_rational();
         let rate: Rational = rational_from_f64(change.rate)?;
-        Some(Resolved::Exact(Exact::new(given / rate, 0)))
+        Some(Resolved::Exact(Exact::new(value / rate, 0)))
     };
     values.insert("sample_time", divided("sample_time")?);
     if let Some(delay) = divided("delay") {
@@ -271,14 +271,14 @@ fn changed(variant: &PreparedVariant, number: usize, change: &Change) -> Option<
     let sensors = match (&change.sensors, values.table("observer")) {
         (Sensors::AndAlso(name), Some(observer)) => {
             let mut observer = observer.clone();
-            let mut all = observer.words("sensors").unwrap_or_default().to_vec();
+            let mut all = observer.names("sensors").unwrap_or_default().to_vec();
             all.push(name.clone());
-            let said = all.join(", ");
-            observer.insert("sensors", Resolved::Words(all));
+            let joined = all.join(", ");
+            observer.insert("sensors", Resolved::Names(all));
             values.insert("observer", Resolved::Tables(vec![observer]));
-            said
+            joined
         }
-        (Sensors::AsInTheFile, Some(observer)) => observer.words("sensors").unwrap_or_default().join(", "),
+        (Sensors::AsInTheFile, Some(observer)) => observer.names("sensors").unwrap_or_default().join(", "),
         _ => {
             values.remove("observer");
             "all angles and speeds".into()

@@ -95,7 +95,7 @@ fn readings(model: &Model) -> Vec<Reading<'_>> {
     let all = model.controls.iter().map(|control| (control, true));
     all.chain(model.idle.iter().map(|control| (control, false)))
         .flat_map(|(control, in_loop)| {
-            let sensors = control.values.table("observer").and_then(|observer| observer.words("sensors"));
+            let sensors = control.values.table("observer").and_then(|observer| observer.names("sensors"));
             let sampled = control.values.has("sample_time");
             let reading = move |sensor| Reading { sensor, control: control.name.as_str(), sampled, in_loop };
             sensors.unwrap_or_default().iter().map(String::as_str).map(reading)
@@ -118,7 +118,7 @@ struct Reader<'a, 'r> {
 }
 
 impl<'a> Reader<'a, '_> {
-    fn mistake(&self, code: &'static str, message: &str, (key, label): (&str, &str), help: String) -> Diagnostic {
+    fn diagnostic(&self, code: &'static str, message: &str, (key, label): (&str, &str), help: String) -> Diagnostic {
         let place = TableReader::place(self.table, key);
         Diagnostic::error(code, format!("{}: {message}", self.what)).at(place, label).help(help)
     }
@@ -153,7 +153,7 @@ impl<'a> Reader<'a, '_> {
             [_, second, ..] => {
                 let message = format!("it names {}, and one fault is that of one part", quoted(named.iter().copied()));
                 let help = "write one fault for each; they may be at the same time".to_string();
-                out.push(self.mistake("fault::part", &message, (second, "a second part"), help));
+                out.push(self.diagnostic("fault::part", &message, (second, "a second part"), help));
                 None
             }
         }
@@ -163,8 +163,8 @@ impl<'a> Reader<'a, '_> {
     fn window(&self, duration: Option<&Exact>, out: &mut Vec<Diagnostic>) -> Option<(f64, f64)> {
         let mut time = |key: &str| {
             let expected = (Dimension::TIME, Sign::Positive);
-            let given = self.table.values.contains_key(key);
-            given.then(|| quantity(self.reader, self.table, key, expected, self.what, out))
+            let is_set = self.table.values.contains_key(key);
+            is_set.then(|| quantity(self.reader, self.table, key, expected, self.what, out))
         };
         let (at, until) = (time("at")??, time("until"));
         let until = match until {
@@ -176,7 +176,7 @@ impl<'a> Reader<'a, '_> {
         if until <= at {
             let message = format!("it would end at {until} s, before it begins at {at} s");
             let help = "choose `until` after `at`, or leave it out for a fault that stays".to_string();
-            out.push(self.mistake("fault::window", &message, ("until", "not after the begin"), help));
+            out.push(self.diagnostic("fault::window", &message, ("until", "not after the begin"), help));
             return None;
         }
         Some((at, until))
@@ -184,7 +184,7 @@ impl<'a> Reader<'a, '_> {
 
     /// What a part does.
     fn kind(&self, part: &str, out: &mut Vec<Diagnostic>) -> Option<&'static str> {
-        let kinds = PARTS.iter().find(|(other, _)| *other == part).map_or(&[][..], |(_, kinds)| kinds);
+        let kinds = PARTS.iter().find(|(candidate, _)| *candidate == part).map_or(&[][..], |(_, kinds)| kinds);
         if !self.table.values.contains_key("kind") {
             // One that is no word is told where it is read.
             return if self.table.unread.contains(&"kind") { None } else { kinds.first().copied() };
@@ -195,7 +195,7 @@ impl<'a> Reader<'a, '_> {
             let article = if part == "element" { "an" } else { "a" };
             let message = format!("{article} {part} cannot be `{word}`");
             let help = format!("choose one of {}", quoted(kinds.iter().copied()));
-            out.push(self.mistake("fault::kind", &message, ("kind", "not of this part"), help));
+            out.push(self.diagnostic("fault::kind", &message, ("kind", "not of this part"), help));
         }
         found
     }
@@ -216,7 +216,7 @@ impl<'a> Reader<'a, '_> {
         if let Some((rule, help)) = broken(expected.1, &found) {
             let shown = shown_quantity(&found, expected.0);
             let message = format!("`by` of `{kind}` {rule}, found {shown}");
-            out.push(self.mistake("number::sign", &message, ("by", rule), help.into()));
+            out.push(self.diagnostic("number::sign", &message, ("by", rule), help.into()));
             return None;
         }
         Some(found.to_f64())
@@ -224,15 +224,15 @@ impl<'a> Reader<'a, '_> {
 
     /// What a sensor of a signal measures.
     fn of_signal(&self, sensor: &str) -> Option<Dimension> {
-        let mut answers = self.model.programs.sensors.iter().flat_map(|task| &task.answers);
-        answers.find(|answer| answer.name == sensor).map(|answer| answer.dimension)
+        let mut outputs = self.model.programs.sensors.iter().flat_map(|task| &task.outputs);
+        outputs.find(|answer| answer.name == sensor).map(|answer| answer.dimension)
     }
 
     /// Tells of an amount that says nothing.
     fn no_amount(&self, kind: &str, out: &mut Vec<Diagnostic>) {
         if self.table.values.contains_key("by") {
             let message = format!("`by` says nothing for `{kind}`");
-            out.push(self.mistake("fault::kind", &message, ("by", "not used"), "remove it".into()));
+            out.push(self.diagnostic("fault::kind", &message, ("by", "not used"), "remove it".into()));
         }
     }
 
@@ -242,20 +242,20 @@ impl<'a> Reader<'a, '_> {
         if share >= 1.0 {
             let message = format!("`by` is the part that is left, and {share} leaves all of it");
             let help = "write a number below one: `by = 0.5`".to_string();
-            out.push(self.mistake("number::range", &message, ("by", "not below one"), help));
+            out.push(self.diagnostic("number::range", &message, ("by", "not below one"), help));
             return None;
         }
         Some(share)
     }
 
     /// Whether another fault of the same part is there at the same time, which is told.
-    fn is_free<A, B>(&self, fault: &Failing<A>, others: &[&Failing<B>], out: &mut Vec<Diagnostic>) -> bool {
-        let Some(other) = others.iter().find(|other| fault.overlaps(other)) else { return true };
-        let end = if other.until.is_finite() { format!(" to {} s", other.until) } else { " on".into() };
+    fn is_free<A, B>(&self, fault: &Failing<A>, same_target: &[&Failing<B>], out: &mut Vec<Diagnostic>) -> bool {
+        let Some(overlapping) = same_target.iter().find(|overlapping| fault.overlaps(overlapping)) else { return true };
+        let end = if overlapping.until.is_finite() { format!(" to {} s", overlapping.until) } else { " on".into() };
         let shown = shortened(&fault.name);
-        let message = format!("`{shown}` has another fault then, from {} s{end}", other.at);
+        let message = format!("`{shown}` has another fault then, from {} s{end}", overlapping.at);
         let help = "let one fault end before the other begins".to_string();
-        out.push(self.mistake("fault::window", &message, ("at", "at the same time"), help));
+        out.push(self.diagnostic("fault::window", &message, ("at", "at the same time"), help));
         false
     }
 
@@ -265,11 +265,11 @@ impl<'a> Reader<'a, '_> {
         let concerned: Vec<&Reading<'_>> =
             self.readings.iter().filter(|one| lost.concerns(one.sensor) || *one.sensor == lost.name).collect();
         // Who reads it is not known where a block has a mistake, which was told.
-        if concerned.is_empty() && (self.model.programs.broken || self.document.doubts.has(&lost.name)) {
+        if concerned.is_empty() && (self.model.programs.broken || self.document.suppressed.has(&lost.name)) {
             return;
         }
         if let Some((message, help)) = cannot_fail(&lost.name, &concerned, self.readings) {
-            out.push(self.mistake("name::unknown", &message, ("sensor", "cannot fail"), help));
+            out.push(self.diagnostic("name::unknown", &message, ("sensor", "cannot fail"), help));
             return;
         }
         let of_signal = self.of_signal(&lost.name);
@@ -294,18 +294,19 @@ impl<'a> Reader<'a, '_> {
             }
         };
         let Some(kind) = found else { return };
-        let others = faults.sensors.iter().filter(|other| other.concerns(&lost.name) || lost.concerns(&other.name));
+        let same_target =
+            faults.sensors.iter().filter(|declared| declared.concerns(&lost.name) || lost.concerns(&declared.name));
         // In a loop in which nobody reads it, nothing happens.
-        if concerned.iter().any(|one| one.in_loop) && self.is_free(&lost, &others.collect::<Vec<_>>(), out) {
+        if concerned.iter().any(|one| one.in_loop) && self.is_free(&lost, &same_target.collect::<Vec<_>>(), out) {
             faults.sensors.push(Failing { kind, ..lost });
         }
     }
 
     fn motor(&self, fault: Failing<()>, kind: &str, faults: &mut Faults, out: &mut Vec<Diagnostic>) {
-        let motor = |input: &&crate::assemble::Along<InputKind>| matches!(input.value, InputKind::Motor(_));
+        let motor = |input: &&crate::assemble::DirectionalTerm<InputKind>| matches!(input.value, InputKind::Motor(_));
         let motors = || self.equations.inputs.iter().filter(motor);
         let Some(input) = motors().find(|input| input.element == fault.name) else {
-            if self.document.doubts.has(&fault.name) {
+            if self.document.suppressed.has(&fault.name) {
                 return;
             }
             let names = || motors().map(|input| input.element.as_str());
@@ -315,7 +316,7 @@ impl<'a> Reader<'a, '_> {
                 None => format!("there are {}", quoted(names())),
             };
             let message = format!("there is no motor `{}`", shortened(&fault.name));
-            out.push(self.mistake("name::unknown", &message, ("motor", "no such motor"), help));
+            out.push(self.diagnostic("name::unknown", &message, ("motor", "no such motor"), help));
             return;
         };
         let domain = input.row.first().map_or(Domain::Rotation, |(k, _)| self.equations.domain(*k));
@@ -331,7 +332,7 @@ impl<'a> Reader<'a, '_> {
                 if !matches!(&input.value, InputKind::Motor(motor) if motor.torque_limit.is_some()) {
                     let message = format!("`{}` has no limit that a low supply could lower", shortened(&fault.name));
                     let help = format!("give it one: `torque_limit` under `[motor.{}]`", shortened(&fault.name));
-                    out.push(self.mistake("fault::kind", &message, ("kind", "no limit"), help));
+                    out.push(self.diagnostic("fault::kind", &message, ("kind", "no limit"), help));
                     return;
                 }
                 self.share(kind, out).map(MotorFaultKind::Undervoltage)
@@ -346,8 +347,8 @@ impl<'a> Reader<'a, '_> {
             }
         };
         let Some(kind) = found else { return };
-        let others: Vec<_> = faults.motors.iter().filter(|other| other.name == fault.name).collect();
-        if self.is_free(&fault, &others, out) {
+        let same_target: Vec<_> = faults.motors.iter().filter(|declared| declared.name == fault.name).collect();
+        if self.is_free(&fault, &same_target, out) {
             let Failing { name, at, until, .. } = fault;
             faults.motors.push(Failing { name, kind, at, until });
         }
@@ -357,7 +358,7 @@ impl<'a> Reader<'a, '_> {
         let all = || self.model.controls.iter().chain(&self.model.idle);
         let shown = shortened(&fault.name);
         let Some(control) = all().find(|control| control.name == fault.name) else {
-            if self.document.doubts.has(&fault.name) {
+            if self.document.suppressed.has(&fault.name) {
                 return;
             }
             let names = || all().map(|control| control.name.as_str());
@@ -367,13 +368,13 @@ impl<'a> Reader<'a, '_> {
                 None => format!("there are {}", quoted(names())),
             };
             let message = format!("there is no controller `{shown}`");
-            out.push(self.mistake("name::unknown", &message, ("control", "no such controller"), help));
+            out.push(self.diagnostic("name::unknown", &message, ("control", "no such controller"), help));
             return;
         };
         let Some(period) = control.values.exact("sample_time").map(Exact::to_f64) else {
             let message = format!("`{shown}` computes in continuous time, as no control unit does");
             let help = format!("give it a sample time: `sample_time = \"1 ms\"` under `[control.{shown}]`");
-            out.push(self.mistake("fault::part", &message, ("control", "no unit"), help));
+            out.push(self.diagnostic("fault::part", &message, ("control", "no unit"), help));
             return;
         };
         let found = match kind {
@@ -384,7 +385,7 @@ impl<'a> Reader<'a, '_> {
                         "commands that are late by more than the sample time of {period} s overtake each other"
                     );
                     let help = "choose `by` below the sample time, or the fault `missed`".to_string();
-                    out.push(self.mistake("number::range", &message, ("by", "not below the sample time"), help));
+                    out.push(self.diagnostic("number::range", &message, ("by", "not below the sample time"), help));
                     return;
                 }
                 most.map(UnitFaultKind::Jitter)
@@ -399,9 +400,9 @@ impl<'a> Reader<'a, '_> {
             }
         };
         let Some(kind) = found else { return };
-        let others: Vec<_> = faults.units.iter().filter(|other| other.name == fault.name).collect();
-        let in_loop = self.model.controls.iter().any(|other| other.name == fault.name);
-        if in_loop && self.is_free(&fault, &others, out) {
+        let same_target: Vec<_> = faults.units.iter().filter(|declared| declared.name == fault.name).collect();
+        let in_loop = self.model.controls.iter().any(|declared| declared.name == fault.name);
+        if in_loop && self.is_free(&fault, &same_target, out) {
             let Failing { name, at, until, .. } = fault;
             // Its own blocks fail with it; late are its commands alone.
             let own = self.own_blocks(control).filter(|_| !matches!(kind, UnitFaultKind::Jitter(_)));
@@ -414,8 +415,8 @@ impl<'a> Reader<'a, '_> {
     fn own_blocks(&self, control: &ControlSpec) -> Option<String> {
         let period = |control: &ControlSpec| control.values.exact("sample_time").map(Exact::to_rational);
         let own = period(control).filter(|_| control.values.task("commands").is_some())?;
-        let mut others = self.model.controls.iter().filter(|other| other.name != control.name);
-        let shared = others.any(|other| period(other).as_ref() == Some(&own));
+        let mut other_controls = self.model.controls.iter().filter(|candidate| candidate.name != control.name);
+        let shared = other_controls.any(|candidate| period(candidate).as_ref() == Some(&own));
         let tasks = || self.model.programs.tasks.iter();
         let task = tasks().find(|task| task.period.as_ref().map(Exact::to_rational).as_ref() == Some(&own));
         task.filter(|_| !shared).map(|task| task.name.clone())
@@ -426,15 +427,15 @@ impl<'a> Reader<'a, '_> {
         let shown = shortened(&fault.name);
         let springs = || self.equations.springs.iter().filter(|spring| spring.element == fault.name);
         if let Some((message, help)) = self.cannot_break(&fault.name, kind) {
-            if !self.document.doubts.has(&fault.name) {
-                out.push(self.mistake("fault::part", &message, ("element", "cannot fail like that"), help));
+            if !self.document.suppressed.has(&fault.name) {
+                out.push(self.diagnostic("fault::part", &message, ("element", "cannot fail like that"), help));
             }
             return;
         }
         if fault.until.is_finite() {
             let message =
                 format!("`{shown}` stays {}", if kind == "jump" { "where it has jumped to" } else { "broken" });
-            out.push(self.mistake("fault::window", &message, ("until", "for good"), "remove `until`".into()));
+            out.push(self.diagnostic("fault::window", &message, ("until", "for good"), "remove `until`".into()));
             return;
         }
         let found = match kind {
@@ -449,8 +450,8 @@ impl<'a> Reader<'a, '_> {
             }
         };
         let Some(kind) = found else { return };
-        let others: Vec<_> = faults.mechanics.iter().filter(|other| other.name == fault.name).collect();
-        if self.is_free(&fault, &others, out) {
+        let same_target: Vec<_> = faults.mechanics.iter().filter(|declared| declared.name == fault.name).collect();
+        if self.is_free(&fault, &same_target, out) {
             let Failing { name, at, until, .. } = fault;
             faults.mechanics.push(Failing { name, kind, at, until });
         }
@@ -473,7 +474,7 @@ impl<'a> Reader<'a, '_> {
             return Some((format!("there is no element `{shown}`"), help));
         };
         let keyword = found.kind.keyword;
-        if equations.holds.iter().any(|hold| hold.element == element) {
+        if equations.unilaterals.iter().any(|unilateral| unilateral.element == element) {
             let why = format!("`{shown}` has play or teeth that rub, and such ones cannot be `{kind}`");
             return Some((why, "take its `backlash` and losses out, or fail another part".into()));
         }
@@ -501,7 +502,7 @@ impl<'a> Reader<'a, '_> {
 fn reads(name: &str, equations: &Equations) -> Option<Dimension> {
     let signal = SignalName::new(name);
     let domain = |carrier: &str| {
-        let found = equations.coordinates.iter().position(|other| other == carrier);
+        let found = equations.coordinates.iter().position(|candidate| candidate == carrier);
         found.map(|k| equations.domain(k))
     };
     let effort = |domain: Domain| match domain {

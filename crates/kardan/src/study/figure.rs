@@ -42,16 +42,16 @@ pub enum FigureOf {
 
 impl Figure {
     /// What it is, in words.
-    pub(super) fn in_words(&self) -> String {
+    pub(super) fn describe(&self) -> String {
         match &self.of {
-            FigureOf::Measure(measure) => measure.in_words(),
+            FigureOf::Measure(measure) => measure.describe(),
             FigureOf::Value(text) => text.clone(),
         }
     }
 }
 
 /// Figures by name with their values, and parameters in an expression.
-fn written(
+fn lowered(
     graph: &mut Graph,
     law: &Expression,
     figures: &[Figure],
@@ -61,7 +61,7 @@ fn written(
         Some(figure) => Some(Named::Varying(graph.symbol(name, figure.dimension), figure.dimension)),
         None => value(name).map(|(value, dimension)| Named::Constant(value, dimension)),
     };
-    graph.written(law, &mut names)
+    graph.lowered(law, &mut names)
 }
 
 /// The dimension of an expression of figures and parameters.
@@ -70,7 +70,7 @@ pub(super) fn figure_dimension(
     before: &[Figure],
     value: &dyn Fn(&str) -> Option<(Exact, Dimension)>,
 ) -> Result<Dimension, UnitError> {
-    Ok(kind_of(written(&mut Graph::default(), law, before, value)?.1).1)
+    Ok(kind_of(lowered(&mut Graph::default(), law, before, value)?.1).1)
 }
 
 /// The value of an expression, if all figures in it have one.
@@ -82,16 +82,16 @@ fn computed(
     const WRONG: &str = "its expression cannot be computed";
     let law = Expression::parse_law(text).map_err(|_| WRONG)?;
     let constant = |name: &str| {
-        let own = parameters.iter().find(|(other, ..)| other == name);
+        let own = parameters.iter().find(|(candidate, ..)| candidate == name);
         own.map(|(_, value, dimension)| (value.clone(), *dimension))
     };
     let mut graph = Graph::default();
-    let (expr, _) = written(&mut graph, &law, figures, &constant).map_err(|_| WRONG)?;
+    let (expr, _) = lowered(&mut graph, &law, figures, &constant).map_err(|_| WRONG)?;
     let named = figures.iter().filter(|figure| law.names().contains(&figure.name.as_str()));
     let (mut symbols, mut values) = (Vec::new(), Vec::new());
     for figure in named {
-        let known = found.iter().find(|result| result.name == figure.name).and_then(|result| result.value);
-        values.push(known.ok_or("a figure in its expression has no value in this run")?);
+        let value = found.iter().find(|result| result.name == figure.name).and_then(|result| result.value);
+        values.push(value.ok_or("a figure in its expression has no value in this run")?);
         let symbol = graph.symbol(&figure.name, figure.dimension);
         symbols.extend(graph.symbol_of(symbol));
     }
@@ -135,8 +135,8 @@ pub(super) fn figures_of(
             }
             FigureOf::Value(text) => {
                 let value = computed(text, (all, &found), parameters);
-                let told = |why: &str| format!("the figure `{name}` has no value: {why}");
-                notes.extend(value.err().filter(|_| ran.completed).map(told));
+                let note = |why: &str| format!("the figure `{name}` has no value: {why}");
+                notes.extend(value.err().filter(|_| ran.completed).map(note));
                 (text.clone(), value.ok())
             }
         };

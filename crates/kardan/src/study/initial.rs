@@ -6,7 +6,7 @@ use crate::entries::Place;
 use crate::equations::Domain;
 use crate::model::{Document, Instance, Setting, TableReader};
 use crate::names::{Quantity, SignalName, carrier, unknown_name};
-use crate::reduce::{GivenStart, Reduced, StartConflict, start_position, start_speed};
+use crate::reduce::{Reduced, StartConflict, StartValue, start_position, start_speed};
 use crate::schema::{Sign, Value};
 
 /// An entry of `initial` of a coordinate, with its rank: 0 for its position, 1 for its rate.
@@ -15,12 +15,12 @@ pub(super) struct Entry {
     pub(super) place: Place,
     pub(super) unit: &'static str,
     pub(super) rate: usize,
-    pub(super) given: GivenStart,
+    pub(super) prescribed: StartValue,
 }
 
 /// What `initial` gives, of whatever moves; its mistakes are told where the scenario is read. Angles count where a run begins with them.
-pub(super) fn given_start(document: &Document, settings: &[Setting], reduced: &Reduced) -> Vec<Entry> {
-    if reduced.equations.kept.is_empty() {
+pub(super) fn start_values(document: &Document, settings: &[Setting], reduced: &Reduced) -> Vec<Entry> {
+    if reduced.equations.multiplier_constraints.is_empty() {
         return Vec::new();
     }
     let mut found = entries(&TableReader::new(document, settings), document, Some(reduced), &mut Vec::new());
@@ -42,11 +42,11 @@ pub(super) fn initial_state(
     let mut position = vec![0.0; r];
     for rate in [0, 1] {
         let own: Vec<&Entry> = entries.iter().filter(|entry| entry.rate == rate).collect();
-        let given: Vec<GivenStart> = own.iter().map(|entry| entry.given.clone()).collect();
-        let found = match (plain(reduced, &given), rate) {
+        let prescribed: Vec<StartValue> = own.iter().map(|entry| entry.prescribed.clone()).collect();
+        let found = match (plain(reduced, &prescribed), rate) {
             (Some(found), _) => Ok(found),
-            (None, 0) => start_position(reduced, &given),
-            (None, _) => start_speed(reduced, &position, &given),
+            (None, 0) => start_position(reduced, &prescribed),
+            (None, _) => start_speed(reduced, &position, &prescribed),
         };
         match (found, rate) {
             (Ok(found), 0) => position = found,
@@ -61,36 +61,37 @@ pub(super) fn initial_state(
 }
 
 /// Where reduced coordinates alone are given there is nothing to solve.
-fn plain(reduced: &Reduced, given: &[GivenStart]) -> Option<Vec<f64>> {
+fn plain(reduced: &Reduced, prescribed: &[StartValue]) -> Option<Vec<f64>> {
     let mut out = vec![0.0; reduced.degrees_of_freedom()];
-    for GivenStart { coordinate, value } in given {
+    for StartValue { coordinate, value } in prescribed {
         out[reduced.coordinates.iter().position(|own| own == coordinate)?] = value.to_f64();
     }
     Some(out)
 }
 
 fn contradiction(entries: &[&Entry], conflict: &StartConflict) -> Diagnostic {
-    let StartConflict { given, follows, transmission } = conflict;
-    let written = |k: usize| format!("`{}` = {} {}", entries[k].name, entries[k].given.value.to_f64(), entries[k].unit);
-    let last = follows.map(|(number, _)| number).or_else(|| given.last().copied()).unwrap_or_default();
-    let others: Vec<String> = given.iter().filter(|k| **k != last).map(|k| written(*k)).collect();
-    let own = written(last);
+    let StartConflict { prescribed, follows, transmission } = conflict;
+    let value_text =
+        |k: usize| format!("`{}` = {} {}", entries[k].name, entries[k].prescribed.value.to_f64(), entries[k].unit);
+    let last = follows.map(|(number, _)| number).or_else(|| prescribed.last().copied()).unwrap_or_default();
+    let earlier: Vec<String> = prescribed.iter().filter(|k| **k != last).map(|k| value_text(*k)).collect();
+    let own = value_text(last);
     let message = match (follows, transmission) {
-        (Some((_, value)), _) if others.is_empty() => {
+        (Some((_, value)), _) if earlier.is_empty() => {
             format!("{own}, but the constraints of the model hold it at {value} {}", entries[last].unit)
         }
         (Some((_, value)), _) => {
-            format!("{own} contradicts {}, from which {value} {} follows", others.join(", "), entries[last].unit)
+            format!("{own} contradicts {}, from which {value} {} follows", earlier.join(", "), entries[last].unit)
         }
-        (None, Some(element)) if others.is_empty() => format!("{own} is not possible with the ratio of `{element}`"),
-        (None, Some(element)) => format!("{own} contradicts {} by the ratio of `{element}`", others.join(", ")),
+        (None, Some(element)) if earlier.is_empty() => format!("{own} is not possible with the ratio of `{element}`"),
+        (None, Some(element)) => format!("{own} contradicts {} by the ratio of `{element}`", earlier.join(", ")),
         (None, None) => format!("{own} is not possible"),
     };
     let mut out = Diagnostic::error("scenario::contradiction", format!("`initial` of `[scenario]`: {message}"));
     if let Some(entry) = entries.get(last) {
         out = out.at(entry.place.clone(), "contradicts");
     }
-    for k in given.iter().filter(|k| **k != last) {
+    for k in prescribed.iter().filter(|k| **k != last) {
         out = out.at(entries[*k].place.clone(), "this one");
     }
     out.help("take one of them out, or give values that agree")
@@ -119,14 +120,14 @@ fn entries(
         let quantities = domain(body).motion();
         let rate = quantities.iter().position(|quantity| signal.is(*quantity)).filter(|_| moving.contains(&body));
         let Some(rate) = rate else {
-            if reduced.is_some() || !document.doubts.has(body) {
-                let known: Vec<String> =
+            if reduced.is_some() || !document.suppressed.has(body) {
+                let coordinate_names: Vec<String> =
                     moving.iter().flat_map(|n| domain(n).motion().map(|quantity: Quantity| quantity.of(n))).collect();
                 let what = if charges.is_empty() { "angle or speed" } else { "angle, speed, charge or current" };
                 let message = format!("`initial` of `[scenario]`: `{}` is no {what}", shortened(&name.value));
                 let unknown =
                     Diagnostic::error("name::unknown", message).at(name.place.clone(), "nothing of that name");
-                out.push(unknown.help(unknown_name(&name.value, known.iter().map(String::as_str))));
+                out.push(unknown.help(unknown_name(&name.value, coordinate_names.iter().map(String::as_str))));
             }
             continue;
         };
@@ -134,9 +135,9 @@ fn entries(
         let value = of_dimension(reader, scalar, (domain(body).dimensions()[rate], Sign::Any), &label, out);
         let coordinate = reduced.and_then(|reduced| reduced.coordinate(body));
         if let (Some(value), Some(coordinate)) = (value, coordinate) {
-            let given = GivenStart { coordinate, value };
+            let prescribed = StartValue { coordinate, value };
             let unit = quantities[rate].unit();
-            found.push(Entry { name: name.value.clone(), place: name.place.clone(), unit, rate, given });
+            found.push(Entry { name: name.value.clone(), place: name.place.clone(), unit, rate, prescribed });
         }
     }
     found

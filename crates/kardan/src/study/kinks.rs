@@ -34,27 +34,27 @@ impl Kinks {
     }
 
     /// A side in words: ``a.phi` > 0`.
-    pub(super) fn words(&self, side: &Side) -> String {
+    pub(super) fn description(&self, side: &Side) -> String {
         let sign = |guard: &String| if side.below.contains(guard) { "<" } else { ">" };
         let all: Vec<String> = self.guards.iter().map(|guard| format!("`{guard}` {} 0", sign(guard))).collect();
         all.join(" and ")
     }
 
     /// The side that is looked at first, and the opposite one, in words.
-    pub(super) fn sides_in_words(&self) -> [String; 2] {
-        [Side::default(), self.opposite().unwrap_or_default()].map(|side| self.words(&side))
+    pub(super) fn describe_sides(&self) -> [String; 2] {
+        [Side::default(), self.opposite().unwrap_or_default()].map(|side| self.description(&side))
     }
 
     /// What is given for which side, of a model or a loop that has these kinks at its operating point.
     pub(super) fn explained(&self, whose: &str, results: &str) -> String {
-        let others = match self.count() {
+        let count_text = match self.count() {
             1 => "",
             _ => "; sides on which only some of these change their sign are not looked at",
         };
-        let [own, opposite] = self.sides_in_words();
+        let [own, opposite] = self.describe_sides();
         format!(
             "{whose} has a kink at its operating point: {results} are those of the side where {own}; those of the side where {opposite} stand beside them. \
-             A motion passes through both sides, and that each is stable does not prove that it is{others}"
+             A motion passes through both sides, and that each is stable does not prove that it is{count_text}"
         )
     }
 }

@@ -4,7 +4,7 @@
 pub(super) const LINE: f64 = 62.0;
 
 /// Functions whose names are written out.
-const WRITTEN_OUT: [&str; 11] =
+const FUNCTION_NAMES: [&str; 11] =
     ["sin", "cos", "tan", "exp", "ln", "min", "max", "arcsin", "arccos", "arctan", "operatorname"];
 
 /// Indices and powers are smaller.
@@ -52,7 +52,7 @@ fn command(rest: &str) -> (f64, &str) {
         "left" | "right" | "biggl" | "biggr" | "dot" | "ddot" | "mathrm" | "mathit" | "mathsf" | "text" => (0.0, after),
         "operatorname" => (0.5, after),
         "quad" => (2.0, after),
-        name if WRITTEN_OUT.contains(&name) => (name.len() as f64, after),
+        name if FUNCTION_NAMES.contains(&name) => (name.len() as f64, after),
         _ => (1.0, after),
     }
 }
@@ -114,8 +114,8 @@ fn parts(latex: &str, line: f64) -> Vec<&str> {
 }
 
 /// Words for a comment, which ends with its line.
-pub(super) fn one_line(words: &str) -> String {
-    words.split_whitespace().collect::<Vec<_>>().join(" ")
+pub(super) fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// A formula in lines of `align*`, where one does not hold it beside what is `before` it.

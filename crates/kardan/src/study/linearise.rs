@@ -1,9 +1,9 @@
 //! What `kardan linearise` asks for: the linear model of a variant with names and units.
 
 use super::massless::{Mechanical, not_eliminated};
-use super::others::{Others, others, state_name};
 use super::prepare::is_error;
 use super::signals::{AnalyzeSettings, WorkingPoint};
+use super::state_names::{NonAngleDomains, non_angle_domains, state_name};
 use super::{Prepared, PreparedVariant, Project};
 use crate::analysis::{LinearSystem, linear_system};
 use crate::diagnostics::Diagnostic;
@@ -64,8 +64,8 @@ fn linear_model(
 ) -> Result<Linearised, Vec<Diagnostic>> {
     let mut notes = Vec::new();
     let point = WorkingPoint::of(variant, settings, &mut notes)?;
-    let others = others(&variant.reduced);
-    let mut system = system_at(variant, &point, &others, &mut notes)?;
+    let non_angle_domains = non_angle_domains(&variant.reduced);
+    let mut system = system_at(variant, &point, &non_angle_domains, &mut notes)?;
     if !descriptor {
         system = system.explicit().ok_or_else(|| {
             let message = "the inertia matrix is singular: there is no ẋ = A x + B u";
@@ -78,13 +78,13 @@ fn linear_model(
         NamedUnit { name: name.clone(), unit: quantity.unit().into() }
     });
     let inputs = system.inputs.iter().zip(&point.system.inputs).map(|(name, input)| {
-        let first = input.row.first().and_then(|(k, _)| others.get(&point.system.coordinates[*k]));
+        let first = input.row.first().and_then(|(k, _)| non_angle_domains.get(&point.system.coordinates[*k]));
         let quantity = first.map_or(Domain::Rotation, |domain| *domain).effort();
         NamedUnit { name: name.clone(), unit: quantity.unit().into() }
     });
     let coordinates = variant.reduced.coordinate_names();
     let places = coordinates.iter().zip(&point.position);
-    let angle = |name: &String| unit(&state_name(&Quantity::Angle.of(name), &others));
+    let angle = |name: &String| unit(&state_name(&Quantity::Angle.of(name), &non_angle_domains));
     let motion = if point.moves { point.signals(variant) } else { Vec::new() };
     let motion = motion.into_iter().map(|one| (NamedUnit { name: one.name, unit: one.unit }, one.value));
     let opposite = || point.kinks.opposite().filter(|_| variant.point.side.below.is_empty());
@@ -101,7 +101,7 @@ fn linear_model(
         b: system.b,
         c: system.c,
         d: system.d,
-        side: point.kinks.opposite().map(|_| point.kinks.words(&variant.point.side)),
+        side: point.kinks.opposite().map(|_| point.kinks.description(&variant.point.side)),
         opposite_side: opposite_side.transpose()?.map(Box::new),
         notes,
     })
@@ -111,7 +111,7 @@ fn linear_model(
 fn system_at(
     variant: &PreparedVariant,
     point: &WorkingPoint,
-    others: &Others,
+    non_angle_domains: &NonAngleDomains,
     notes: &mut Vec<String>,
 ) -> Result<LinearSystem, Vec<Diagnostic>> {
     let (coordinates, basis) = point.system.explicit_basis(&variant.reduced.coordinates);
@@ -127,9 +127,9 @@ fn system_at(
         true => mechanical.into_pencil(),
         false => {
             notes.push("motions without inertia are eliminated: what follows at once is no state".into());
-            mechanical.eliminate().map_err(|error| not_eliminated(error, others, variant))?.system
+            mechanical.eliminate().map_err(|error| not_eliminated(error, non_angle_domains, variant))?.system
         }
     };
-    system.states.iter_mut().for_each(|state| *state = state_name(state, others));
+    system.states.iter_mut().for_each(|state| *state = state_name(state, non_angle_domains));
     Ok(system)
 }

@@ -9,22 +9,24 @@ use crate::equations::Meaning;
 use crate::expr::Symbol;
 use crate::num::Matrix;
 use crate::program::{Read, Task};
-use crate::reduce::{Kinematics, OperatingPoint, answered_locks, answered_torques};
+use crate::reduce::{Kinematics, OperatingPoint, block_locks, block_torques};
 use crate::simulate::{Profile, Scenario};
-use crate::synthesis::{BesideBlocks, Law, LinearTask, LoopBlocks, LoopPlant, SampledPart, Seen, TaskLaw, Told};
+use crate::synthesis::{
+    BesideBlocks, ExportedSignal, Law, LinearTask, LoopBlocks, LoopPlant, Observation, SampledPart, TaskLaw,
+};
 
 /// Samples after which blocks stand as they do at rest; those that never do (integrators) are linear.
 const SETTLED: usize = 1000;
 
 /// A task, what it remembers, and where what it reads from others and what it answers stand among all values.
-struct Standing {
+struct RestingTask {
     law: TaskLaw,
     memory: Vec<f64>,
     next: Vec<f64>,
     reads: Vec<usize>,
     references: Vec<f64>,
     places: Vec<usize>,
-    answers: Vec<f64>,
+    outputs: Vec<f64>,
 }
 
 /// Blocks around where they stand with the plant at rest.
@@ -34,14 +36,14 @@ pub(super) struct Blocks {
     /// Locks that follow from them and are engaged there.
     pub engaged: Vec<String>,
     /// Whether some of them bend or switch, so that elsewhere they do otherwise.
-    pub bend: bool,
+    pub nonlinear: bool,
     /// Those that pass nothing on there, as they stand at a limit or in a dead zone.
     pub flat: Vec<String>,
 }
 
 /// Whether maps have the blocks of a variant: those with a sample time are left out where no law has one.
 pub(super) fn are_in_maps(variant: &PreparedVariant) -> bool {
-    variant.scenario.tasks.is_empty() || variant.running.iter().any(|law| law.clock().is_some())
+    variant.scenario.tasks.is_empty() || variant.implemented.iter().any(|law| law.clock().is_some())
 }
 
 /// The parts of a loop: laws, and the blocks through which it closes.
@@ -62,11 +64,11 @@ pub(super) fn blocks(variant: &PreparedVariant, plant: &LoopPlant) -> Blocks {
 
 /// The same with the plant at rest at a reduced position, rad.
 pub(super) fn blocks_at(variant: &PreparedVariant, plant: &LoopPlant, position: &[f64]) -> Blocks {
-    let PreparedVariant { model, reduced, running: laws, scenario, .. } = variant;
-    let seen = are_in_maps(variant);
-    let unseen = scenario.tasks.is_empty() && scenario.sensors.is_empty() || !seen;
-    if scenario.flow.is_none() && unseen || laws.len() != model.controls.len() {
-        return Blocks { of_loop: LoopBlocks::default(), engaged: Vec::new(), bend: false, flat: Vec::new() };
+    let PreparedVariant { model, reduced, implemented: laws, scenario, .. } = variant;
+    let in_maps = are_in_maps(variant);
+    let none_in_maps = scenario.tasks.is_empty() && scenario.sensors.is_empty() || !in_maps;
+    if scenario.flow.is_none() && none_in_maps || laws.len() != model.controls.len() {
+        return Blocks { of_loop: LoopBlocks::default(), engaged: Vec::new(), nonlinear: false, flat: Vec::new() };
     }
     let beside: Vec<BesideBlocks> =
         model.controls.iter().zip(laws).map(|(control, law)| beside(&control.name, law)).collect();
@@ -79,13 +81,13 @@ pub(super) fn blocks_at(variant: &PreparedVariant, plant: &LoopPlant, position: 
         &elsewhere
     };
     let point = OperatingPoint { position: position.to_vec(), ..variant.point.clone() };
-    let answer = |name: &str| settled.answers.get(name).copied().unwrap_or(0.0);
-    let torques = if seen { answered_torques(reduced, &point, &answer) } else { Vec::new() };
+    let answer = |name: &str| settled.outputs.get(name).copied().unwrap_or(0.0);
+    let torques = if in_maps { block_torques(reduced, &point, &answer) } else { Vec::new() };
     let of_loop = LoopBlocks::new(&settled.tasks, &beside, &torques, plant);
     Blocks {
         of_loop,
-        engaged: answered_locks(reduced, &point, &answer),
-        bend: settled.bend,
+        engaged: block_locks(reduced, &point, &answer),
+        nonlinear: settled.nonlinear,
         flat: settled.flat.clone(),
     }
 }
@@ -93,18 +95,18 @@ pub(super) fn blocks_at(variant: &PreparedVariant, plant: &LoopPlant, position: 
 /// Where the blocks of a variant stand with the plant at rest at a reduced position, rad.
 fn settled(variant: &PreparedVariant, beside: &[BesideBlocks], position: &[f64]) -> Settled {
     let PreparedVariant { reduced, scenario, .. } = variant;
-    let seen = are_in_maps(variant);
-    let sampled = scenario.sensors.iter().chain(&scenario.tasks).filter(|_| seen);
+    let in_maps = are_in_maps(variant);
+    let sampled = scenario.sensors.iter().chain(&scenario.tasks).filter(|_| in_maps);
     let tasks = scenario.flow.iter().chain(sampled);
     let tasks: Vec<Arc<Task>> = tasks.cloned().collect();
     let mut kinematics = Kinematics::new(reduced);
     kinematics.update(position, &variant.point.rates);
     let at_rest = [&kinematics.angles[..], &kinematics.speeds[..]];
-    let mut answers = known(variant, beside, at_rest);
+    let mut outputs = signals_at_rest(variant, beside, at_rest);
     let used = reduced.equations.laws.iter().flat_map(|law| law.value.all_names());
     let used = used.filter_map(|(_, meaning)| if let Meaning::Block(name, _) = meaning { Some(name) } else { None });
     let used: Vec<&str> = used.chain(beside.iter().flat_map(|law| &law.references)).map(String::as_str).collect();
-    let from_law = |name: &str| beside.iter().any(|law| law.tells.iter().any(|(own, _)| own == name));
+    let from_law = |name: &str| beside.iter().any(|law| law.exported.iter().any(|(own, _)| own == name));
     let rows = in_loop(&tasks, &from_law, &used);
     let law = |(task, rows): (&Arc<Task>, &Vec<usize>)| {
         let mut with_slopes = [&rows[..], &flat_rows(task)].concat();
@@ -113,13 +115,13 @@ fn settled(variant: &PreparedVariant, beside: &[BesideBlocks], position: &[f64])
         TaskLaw::new(task, reduced).on(&variant.point.side).with_slopes_among(&with_slopes)
     };
     let laws: Vec<TaskLaw> = tasks.iter().zip(&rows).map(law).collect();
-    let bend = laws.iter().any(|law| law.bends());
+    let nonlinear = laws.iter().any(|law| law.is_nonlinear());
     // A task through which no loop may close is no part of one, whatever its slopes.
     let closes = |number: usize| !rows[number].is_empty() || !flat_rows(&tasks[number]).is_empty();
     let numbers: Vec<usize> = (0..tasks.len()).filter(|number| closes(*number)).collect();
-    let linear = linear_tasks((laws, &rows, &numbers), &mut answers, at_rest);
+    let linear = linear_tasks((laws, &rows, &numbers), &mut outputs, at_rest);
     let flat = numbers.iter().zip(&linear).flat_map(|(number, linear)| flat(&tasks[*number], linear)).collect();
-    Settled { tasks: linear, answers, bend, flat }
+    Settled { tasks: linear, outputs, nonlinear, flat }
 }
 
 /// Of each task the answers, then the states, through which a loop may close: they may depend on coordinates, sensors or what a law computes, and the plant
@@ -127,7 +129,7 @@ fn settled(variant: &PreparedVariant, beside: &[BesideBlocks], position: &[f64])
 fn in_loop(tasks: &[Arc<Task>], from_law: &dyn Fn(&str) -> bool, used: &[&str]) -> Vec<Vec<usize>> {
     // What each row follows from at once: whether something that moves, and which other rows.
     let answer = |name: &str| {
-        let of = |task: &Arc<Task>| task.answers.iter().position(|answer| answer.name == name);
+        let of = |task: &Arc<Task>| task.outputs.iter().position(|answer| answer.name == name);
         tasks.iter().enumerate().find_map(|(number, task)| Some((number, of(task)?)))
     };
     let mut rows = Vec::new();
@@ -147,7 +149,7 @@ fn in_loop(tasks: &[Arc<Task>], from_law: &dyn Fn(&str) -> bool, used: &[&str]) 
                     }
                     Some(Read::Position(_) | Read::Rate(_)) => is_driven = true,
                     Some(Read::Time) => {}
-                    None => before.extend(remembered(&symbol).map(|k| (number, task.answers.len() + k))),
+                    None => before.extend(remembered(&symbol).map(|k| (number, task.outputs.len() + k))),
                 }
             }
             rows.push(((number, row), is_driven, before));
@@ -183,7 +185,7 @@ const FLAT: [&str; 4] = ["saturation", "dead_zone", "table", "pid"];
 /// Rows of the answers of these blocks.
 fn flat_rows(task: &Task) -> Vec<usize> {
     let steps = task.order.iter().filter(|step| FLAT.contains(&step.kind));
-    steps.filter_map(|step| task.answers.iter().position(|answer| answer.name == step.block)).collect()
+    steps.filter_map(|step| task.outputs.iter().position(|answer| answer.name == step.block)).collect()
 }
 
 /// Those of them whose answer has no slope over anything that they follow from.
@@ -195,7 +197,7 @@ fn flat<'a>(task: &'a Task, linear: &'a LinearTask) -> impl Iterator<Item = Stri
             .any(|over| over.row(row).iter().any(|slope| *slope != 0.0))
     };
     let rows = flat_rows(task).into_iter().filter(move |row| !slopes(*row));
-    rows.map(|row| task.answers[row].name.clone())
+    rows.map(|row| task.outputs[row].name.clone())
 }
 
 /// A law as blocks know it.
@@ -217,9 +219,9 @@ fn beside(name: &str, law: &Arc<dyn Law>) -> BesideBlocks {
     let follows = |k: usize| not_zero(&linear.on_references, &commands, k) || not_zero(&linear.references, &states, k);
     let references = law.references().iter().enumerate();
     let references = references.map(|(k, one)| if follows(k) { one.name.clone() } else { String::new() }).collect();
-    let tells = if law.clock().is_some() { law.tells() } else { Vec::new() };
-    let tells = tells.into_iter().map(|(told, place)| (format!("{name}.{told}"), place)).collect();
-    BesideBlocks { references, tells }
+    let exported = if law.clock().is_some() { law.exported() } else { Vec::new() };
+    let exported = exported.into_iter().map(|(signal, place)| (format!("{name}.{signal}"), place)).collect();
+    BesideBlocks { references, exported }
 }
 
 /// What signals are at the begin of a run.
@@ -234,13 +236,17 @@ pub(super) fn signals_at_begin(scenario: &Scenario) -> BTreeMap<String, f64> {
 }
 
 /// What signals are at the begin, and what laws tell at rest.
-fn known(variant: &PreparedVariant, beside: &[BesideBlocks], [angles, speeds]: [&[f64]; 2]) -> BTreeMap<String, f64> {
+fn signals_at_rest(
+    variant: &PreparedVariant,
+    beside: &[BesideBlocks],
+    [angles, speeds]: [&[f64]; 2],
+) -> BTreeMap<String, f64> {
     let mut out = signals_at_begin(&variant.scenario);
-    for (law, own) in variant.running.iter().zip(beside) {
+    for (law, own) in variant.implemented.iter().zip(beside) {
         let mut states = vec![0.0; law.states().len()];
         law.start(angles, speeds, &mut states);
-        for (name, told) in &own.tells {
-            if let Told::State(k) = told {
+        for (name, exported) in &own.exported {
+            if let ExportedSignal::State(k) = exported {
                 out.insert(name.clone(), states[*k]);
             }
         }
@@ -251,13 +257,13 @@ fn known(variant: &PreparedVariant, beside: &[BesideBlocks], [angles, speeds]: [
 /// Those of these numbers around where they stand after some samples of all at rest.
 fn linear_tasks(
     (laws, rows, numbers): (Vec<TaskLaw>, &[Vec<usize>], &[usize]),
-    known: &mut BTreeMap<String, f64>,
+    signals_at_rest: &mut BTreeMap<String, f64>,
     at_rest: [&[f64]; 2],
 ) -> Vec<LinearTask> {
     let [angles, speeds] = at_rest;
     // Names are looked up once: values stand in the order in which their names came.
-    let mut names: Vec<String> = known.keys().cloned().collect();
-    let mut values: Vec<Option<f64>> = known.values().copied().map(Some).collect();
+    let mut names: Vec<String> = signals_at_rest.keys().cloned().collect();
+    let mut values: Vec<Option<f64>> = signals_at_rest.values().copied().map(Some).collect();
     let mut places: BTreeMap<String, usize> = names.iter().cloned().zip(0..).collect();
     let mut place = |name: &String| {
         *places.entry(name.clone()).or_insert_with(|| {
@@ -266,33 +272,33 @@ fn linear_tasks(
             values.len() - 1
         })
     };
-    let standing = |law: TaskLaw| {
+    let resting_task = |law: TaskLaw| {
         let mut memory = vec![0.0; law.states().len()];
         law.start(angles, speeds, &mut memory);
         let reads: Vec<usize> = law.references().iter().map(|reference| place(&reference.name)).collect();
         let places: Vec<usize> = law.inputs().iter().map(&mut place).collect();
-        let (references, answers) = (vec![0.0; reads.len()], vec![0.0; places.len()]);
-        Standing { next: memory.clone(), memory, reads, references, places, answers, law }
+        let (references, outputs) = (vec![0.0; reads.len()], vec![0.0; places.len()]);
+        RestingTask { next: memory.clone(), memory, reads, references, places, outputs, law }
     };
-    let mut all: Vec<Standing> = laws.into_iter().map(standing).collect();
-    let mut running: Vec<_> = all.iter().map(|one| one.law.run()).collect();
+    let mut all: Vec<RestingTask> = laws.into_iter().map(resting_task).collect();
+    let mut runtimes: Vec<_> = all.iter().map(|one| one.law.run()).collect();
     for _ in 0..SETTLED {
         let mut changed = false;
-        for (one, running) in all.iter_mut().zip(&mut running) {
-            let Standing { law, memory, next, reads, references, places, answers } = one;
+        for (one, runtime) in all.iter_mut().zip(&mut runtimes) {
+            let RestingTask { law, memory, next, reads, references, places, outputs } = one;
             for (value, place) in references.iter_mut().zip(&*reads) {
                 *value = values[*place].unwrap_or(0.0);
             }
-            let seen = seen(at_rest, references, memory);
-            answers.fill(0.0);
-            running.command(seen, answers);
+            let observation = observation(at_rest, references, memory);
+            outputs.fill(0.0);
+            runtime.command(observation, outputs);
             if law.clock().is_some() {
                 next.copy_from_slice(memory);
-                running.next(seen, answers, next);
+                runtime.next(observation, outputs, next);
                 changed |= next != memory;
                 std::mem::swap(memory, next);
             }
-            for (place, answer) in places.iter().zip(&*answers) {
+            for (place, answer) in places.iter().zip(&*outputs) {
                 changed |= values[*place].replace(*answer) != Some(*answer);
             }
         }
@@ -300,14 +306,14 @@ fn linear_tasks(
             break;
         }
     }
-    known.extend(names.into_iter().zip(values).filter_map(|(name, value)| Some((name, value?))));
-    let around = |number: &usize| {
+    signals_at_rest.extend(names.into_iter().zip(values).filter_map(|(name, value)| Some((name, value?))));
+    let linearised = |number: &usize| {
         let one = &all[*number];
-        one.law.around(&seen(at_rest, &one.references, &one.memory), &rows[*number])
+        one.law.linearised(&observation(at_rest, &one.references, &one.memory), &rows[*number])
     };
-    numbers.iter().map(around).collect()
+    numbers.iter().map(linearised).collect()
 }
 
-fn seen<'a>([angles, speeds]: [&'a [f64]; 2], references: &'a [f64], states: &'a [f64]) -> Seen<'a> {
-    Seen { time: 0.0, angles, speeds, disturbances: &[], references, readings: &[], states }
+fn observation<'a>([angles, speeds]: [&'a [f64]; 2], references: &'a [f64], states: &'a [f64]) -> Observation<'a> {
+    Observation { time: 0.0, angles, speeds, disturbances: &[], references, readings: &[], states }
 }

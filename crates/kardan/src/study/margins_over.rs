@@ -3,28 +3,28 @@
 use rayon::prelude::*;
 
 use super::PreparedVariant;
-use super::passage::{standing, turns};
+use super::loop_along_path::{loop_at, turns};
 use super::stepped_loop::Subject;
-use crate::results::{BoxMargin, ChannelMargin, MarginsAlong, PositionMargins};
+use crate::results::{BoxMargin, ChannelMargin, MarginsOverPositions, PositionMargins};
 
 /// Plants of a box whose margins are looked at, besides its worst corners.
 const PLANTS: usize = 12;
 
 /// The margins of a controller's motors along all motions of the joints; `None` without joints.
-pub(super) fn margins_along(variant: &PreparedVariant, number: usize) -> Option<MarginsAlong> {
+pub(super) fn margins_over_positions(variant: &PreparedVariant, number: usize) -> Option<MarginsOverPositions> {
     let paths = turns(variant)?;
-    let laws = &variant.running;
+    let laws = &variant.implemented;
     let motors = laws[number].inputs();
     let points = || paths.iter().flat_map(|path| &path.points);
     let look = |(angle, position): &(f64, Vec<f64>)| {
-        let subject = standing(variant, number, laws, position).ok();
+        let subject = loop_at(variant, number, laws, position).ok();
         let found = subject.and_then(|subject| subject.margins(&ones(&subject), motors));
         PositionMargins { angle: *angle, motors: found.unwrap_or_default() }
     };
     // The laws are evaluated one by one: they are not for several threads.
     let positions: Vec<PositionMargins> = points().map(look).collect();
-    positions.iter().any(|one| !one.motors.is_empty()).then(|| MarginsAlong {
-        turned: paths.iter().map(|path| path.turned.join(" and ")).collect::<Vec<_>>().join("; then "),
+    positions.iter().any(|one| !one.motors.is_empty()).then(|| MarginsOverPositions {
+        coordinates: paths.iter().map(|path| path.coordinates.join(" and ")).collect::<Vec<_>>().join("; then "),
         positions,
     })
 }

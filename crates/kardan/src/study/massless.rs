@@ -1,7 +1,7 @@
 //! Motions without inertia, eliminated for an analysis.
 
 use super::PreparedVariant;
-use super::others::{Others, state_name};
+use super::state_names::{NonAngleDomains, state_name};
 use crate::analysis::{
     Eliminated, LinearSystem, MasslessError, Side, eliminate_massless, massless_direction, plain_combination,
 };
@@ -90,10 +90,10 @@ impl Mechanical {
     }
 
     /// What was eliminated, in words.
-    pub(super) fn elimination(&self, eliminated: &Eliminated, others: &Others) -> Elimination {
+    pub(super) fn elimination(&self, eliminated: &Eliminated, non_angle_domains: &NonAngleDomains) -> Elimination {
         let (r, inertia) = (self.coordinates.len(), self.inertia());
         let direction = massless_direction(&self.coordinates, &inertia).unwrap_or_default();
-        let named = |name: &String| state_name(name, others);
+        let named = |name: &String| state_name(name, non_angle_domains);
         let term = |(name, factor): &(String, Rational)| (named(name), factor.clone());
         Elimination {
             motions: r - echelon(&inertia, &(0..r).collect::<Vec<_>>()).rank(),
@@ -111,10 +111,14 @@ impl Mechanical {
     }
 }
 
-/// Why the elimination failed; `others` are coordinates that are no angles.
-pub(super) fn not_eliminated(error: MasslessError, others: &Others, variant: &PreparedVariant) -> Vec<Diagnostic> {
+/// Why the elimination failed; `non_angle_domains` are coordinates that are no angles.
+pub(super) fn not_eliminated(
+    error: MasslessError,
+    non_angle_domains: &NonAngleDomains,
+    variant: &PreparedVariant,
+) -> Vec<Diagnostic> {
     let rename = |direction: Vec<(String, Rational)>| -> Vec<(String, Rational)> {
-        direction.into_iter().map(|(name, factor)| (state_name(&name, others), factor)).collect()
+        direction.into_iter().map(|(name, factor)| (state_name(&name, non_angle_domains), factor)).collect()
     };
     let (error, help) = match error {
         MasslessError::Undetermined { direction } => (
@@ -127,9 +131,9 @@ pub(super) fn not_eliminated(error: MasslessError, others: &Others, variant: &Pr
         ),
         MasslessError::Static => (MasslessError::Static, "give one of the shafts an inertia or a damping"),
     };
-    let mut mistake = Diagnostic::error("analysis::massless", error.to_string()).help(help);
+    let mut diagnostic = Diagnostic::error("analysis::massless", error.to_string()).help(help);
     if let Some(massless) = variant.massless.first() {
-        mistake.labels.clone_from(&massless.labels);
+        diagnostic.labels.clone_from(&massless.labels);
     }
-    vec![mistake]
+    vec![diagnostic]
 }

@@ -130,15 +130,15 @@ fn highest(window: Window<'_>, of: impl Fn(f64) -> f64) -> (f64, f64) {
     let rise = inner.map_or(0.0, |before| {
         let [left, right] = [times[best] - times[before], times[best + 1] - times[best]];
         let [from, until] = [(value - of(values[before])) / left, (of(values[best + 1]) - value) / right];
-        let (slope, bend) = ((from * right + until * left) / (left + right), (until - from) / (left + right));
-        if bend < 0.0 { -slope * slope / (4.0 * bend) } else { 0.0 }
+        let (slope, curvature) = ((from * right + until * left) / (left + right), (until - from) / (left + right));
+        if curvature < 0.0 { -slope * slope / (4.0 * curvature) } else { 0.0 }
     });
     (value, if rise.is_finite() { rise } else { 0.0 })
 }
 
-/// The root of the mean over the time of `(x − around)²`.
-fn root_mean_square(rows: Rows<'_>, around: f64) -> f64 {
-    rows.mean(|x| (x - around) * (x - around)).sqrt()
+/// The root of the mean over the time of `(x − centre)²`.
+fn root_mean_square(rows: Rows<'_>, centre: f64) -> f64 {
+    rows.mean(|x| (x - centre) * (x - centre)).sqrt()
 }
 
 /// The integral of the distance from a target.

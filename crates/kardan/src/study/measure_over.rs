@@ -30,20 +30,20 @@ pub(super) fn measured_over(
     let half = |all: &[f64]| -> Vec<f64> {
         all.iter().enumerate().filter(|(k, _)| k % 2 == 0 || *k == last).map(|(_, x)| *x).collect()
     };
-    let (times, rows, others) = (half(times), half(values), half(over));
-    let grid = of(Window { times: &times, values: &rows }, &others).map_or(0.0, |coarse| (value - coarse).abs());
+    let (times, rows, over_half) = (half(times), half(values), half(over));
+    let grid = of(Window { times: &times, values: &rows }, &over_half).map_or(0.0, |coarse| (value - coarse).abs());
     Ok(Measured { value, grid })
 }
 
 /// A passage of a signal through zero: the rows before and behind it, and where between them it is.
-struct Passage {
+struct Crossing {
     before: usize,
     behind: usize,
     part: f64,
 }
 
 /// The passages through zero, those that rise or those that fall.
-fn passages(over: &[f64], rising: bool) -> Vec<Passage> {
+fn passages(over: &[f64], rising: bool) -> Vec<Crossing> {
     let mut out = Vec::new();
     let mut last: Option<usize> = None;
     for (k, y) in over.iter().enumerate().filter(|(_, y)| **y != 0.0) {
@@ -51,7 +51,7 @@ fn passages(over: &[f64], rising: bool) -> Vec<Passage> {
             && over[before] * y < 0.0
             && (*y > 0.0) == rising
         {
-            out.push(Passage { before, behind: k, part: over[before] / (over[before] - y) });
+            out.push(Crossing { before, behind: k, part: over[before] / (over[before] - y) });
         }
     }
     out
@@ -63,7 +63,7 @@ fn mean_of(found: &[f64]) -> f64 {
 
 /// The slope where the other signal passes zero rising.
 fn gradient(values: &[f64], over: &[f64]) -> Result<f64, &'static str> {
-    let slope = |p: &Passage| (values[p.behind] - values[p.before]) / (over[p.behind] - over[p.before]);
+    let slope = |p: &Crossing| (values[p.behind] - values[p.before]) / (over[p.behind] - over[p.before]);
     let found: Vec<f64> = passages(over, true).iter().map(slope).collect();
     if found.is_empty() {
         return Err("the signal `over` never passes zero rising in its window");
@@ -77,9 +77,9 @@ fn slope(window: Window<'_>, over: &[f64]) -> Result<f64, &'static str> {
     let total: f64 = weights.iter().sum();
     let mean = |all: &[f64]| all.iter().zip(&weights).map(|(x, w)| x * w).sum::<f64>() / total;
     let (x, y) = (mean(window.values), mean(over));
-    let moment = |other: &[f64], around: f64| -> f64 {
+    let moment = |other: &[f64], centre: f64| -> f64 {
         let rows = over.iter().zip(other).zip(&weights);
-        rows.map(|((over, other), w)| w * (over - y) * (other - around)).sum()
+        rows.map(|((over, other), w)| w * (over - y) * (other - centre)).sum()
     };
     let (both, own) = (moment(window.values, x), moment(over, y));
     if own > 0.0 { Ok(both / own) } else { Err("the signal `over` stays the same in its window") }
@@ -88,7 +88,7 @@ fn slope(window: Window<'_>, over: &[f64]) -> Result<f64, &'static str> {
 /// How far apart the branches are where the other signal passes zero.
 fn hysteresis(values: &[f64], over: &[f64]) -> Result<f64, &'static str> {
     let branch = |rising: bool| -> Vec<f64> {
-        let at = |p: &Passage| values[p.before] + p.part * (values[p.behind] - values[p.before]);
+        let at = |p: &Crossing| values[p.before] + p.part * (values[p.behind] - values[p.before]);
         passages(over, rising).iter().map(at).collect()
     };
     let (rising, falling) = (branch(true), branch(false));
@@ -184,7 +184,7 @@ mod tests {
             let (gain, angle) = (1.0 / (re * re + im * im).sqrt(), atan2(im, re));
             let y = rows(7.9, 4000, |t| 2.0 * sin(2.0 * PI * f * t) - 0.3);
             let x = rows(7.9, 4000, |t| 5.0 + 2.0 * gain * sin(2.0 * PI * f * t - angle));
-            let close = |found: f64, wanted: f64| assert!((found - wanted).abs() < 1e-9, "{found} {wanted}");
+            let close = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found} {expected}");
             close(of(Measure::Gain, &x, &y.1, f), gain);
             close(of(Measure::PhaseLag, &x, &y.1, f), angle);
             close(of(Measure::Lag, &x, &y.1, f), angle / (2.0 * PI * f));
@@ -206,7 +206,7 @@ mod tests {
 
     /// Zero rows are no passages until the sign changes.
     #[test]
-    fn a_start_at_zero_is_no_passage() {
+    fn a_start_at_zero_is_no_crossing() {
         let y = [0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 2.0];
         let rising = passages(&y, true);
         assert_eq!(rising.len(), 1);

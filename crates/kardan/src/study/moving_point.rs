@@ -3,16 +3,16 @@
 use std::collections::BTreeSet;
 
 use super::PreparedVariant;
-use super::analysis::GivenAt;
-use super::equilibrium::in_words;
-use super::kept::moves_by_itself;
+use super::analysis::OperatingConditions;
+use super::equilibrium::format_position;
+use super::multiplier_constraints::moves_by_itself;
 use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::{Hold, InputKind, Meaning};
+use crate::equations::{InputKind, Meaning, UnilateralConstraint};
 use crate::expr::Side;
 use crate::names::Quantity;
 use crate::reduce::{
-    GivenMotion, Instant, NoSteadyMotion, OperatingPoint, Reduced, SteadyMotion, accelerations, engaged_locks,
-    motion_of, steady_motion, with_held, with_sliding,
+    Instant, MotionSpec, NoSteadyMotion, OperatingPoint, Reduced, SteadyMotion, accelerations, engaged_locks,
+    motion_of, steady_motion, with_enforced, with_sliding,
 };
 use crate::simulate::{Setup, Simulation, Tolerance};
 
@@ -34,11 +34,11 @@ pub(super) struct MovingPoint {
 }
 
 /// What is given of an operating point, and what may balance it.
-pub(super) struct Asked<'a> {
+pub(super) struct PointRequest<'a> {
     /// Positions of coordinates.
     pub at: &'a [(String, f64)],
     /// Speeds, torques, the time.
-    pub given: &'a GivenAt,
+    pub given: &'a OperatingConditions,
     /// Names of the inputs that may balance it.
     pub inputs: &'a [String],
     /// Elements that hold.
@@ -54,8 +54,13 @@ fn refused(message: String, help: &str) -> Diagnostic {
 /// What no operating point in motion is found for.
 fn check_rows(variant: &PreparedVariant) -> Result<(), Diagnostic> {
     let rows = variant.unfrozen.as_deref().unwrap_or(&variant.reduced);
-    let names: Vec<&str> =
-        rows.equations.kept.iter().map(|kept| kept.element.as_str()).chain(moves_by_itself(rows)).collect();
+    let names: Vec<&str> = rows
+        .equations
+        .multiplier_constraints
+        .iter()
+        .map(|constraint| constraint.element.as_str())
+        .chain(moves_by_itself(rows))
+        .collect();
     if names.is_empty() {
         return Ok(());
     }
@@ -82,52 +87,52 @@ fn check_time(variant: &PreparedVariant, time: f64) -> Result<(), Diagnostic> {
 ///
 /// # Errors
 /// Why there is none.
-pub(super) fn steady_point(variant: &PreparedVariant, asked: &Asked<'_>) -> Result<MovingPoint, Diagnostic> {
+pub(super) fn steady_point(variant: &PreparedVariant, request: &PointRequest<'_>) -> Result<MovingPoint, Diagnostic> {
     check_rows(variant)?;
     let own = &variant.reduced;
-    let time = asked.given.time.unwrap_or(0.0);
+    let time = request.given.time.unwrap_or(0.0);
     check_time(variant, time)?;
     let instant = Instant { time, ..Instant::default() };
     let base = Reduced { equations: instant.equations(&own.equations), ..own.clone() };
-    let number = |name: &String| own.equations.coordinates.iter().position(|other| other == name);
+    let number = |name: &String| own.equations.coordinates.iter().position(|candidate| candidate == name);
     let by_number = |list: &[(String, f64)]| -> Vec<(usize, f64)> {
         list.iter().filter_map(|(name, value)| Some((number(name)?, *value))).collect()
     };
-    let (positions, speeds) = (by_number(asked.at), by_number(&asked.given.speeds));
+    let (positions, speeds) = (by_number(request.at), by_number(&request.given.speeds));
     let rates: Vec<f64> = (own.coordinates.iter())
-        .map(|shaft| speeds.iter().find(|(other, _)| other == shaft).map_or(0.0, |(_, speed)| *speed))
+        .map(|shaft| speeds.iter().find(|(candidate, _)| candidate == shaft).map_or(0.0, |(_, speed)| *speed))
         .collect();
-    let mut start = asked.start.to_vec();
+    let mut start = request.start.to_vec();
     for (shaft, angle) in &positions {
-        own.coordinates.iter().position(|other| other == shaft).into_iter().for_each(|k| start[k] = *angle);
+        own.coordinates.iter().position(|candidate| candidate == shaft).into_iter().for_each(|k| start[k] = *angle);
     }
-    let mut held = engaged_locks(&base, &start, &rates);
-    held.extend(
-        own.equations.set_valued().enumerate().filter(|(_, (name, _))| asked.stuck.contains(*name)).map(|(k, _)| k),
+    let mut enforced = engaged_locks(&base, &start, &rates);
+    enforced.extend(
+        own.equations.set_valued().enumerate().filter(|(_, (name, _))| request.stuck.contains(*name)).map(|(k, _)| k),
     );
-    let input = |name: &String| own.equations.inputs.iter().position(|other| other.element == *name);
+    let input = |name: &String| own.equations.inputs.iter().position(|candidate| candidate.element == *name);
     let torques: Vec<(usize, f64)> =
-        asked.given.torques.iter().filter_map(|(name, torque)| Some((input(name)?, *torque))).collect();
-    let is_given = |k: &usize| torques.iter().any(|(other, _)| other == k);
-    let inputs = asked.inputs.iter().filter_map(input).filter(|k| !is_given(k)).collect();
-    let given = GivenMotion { positions, speeds, inputs, torques, held };
-    let found = steady_motion(&base, &start, &given).map_err(|why| no_steady_motion(&base, asked, &given, why))?;
-    let mut notes = vec![format!("operating point: {}", steady_in_words(&base, &found))];
-    notes.extend(turning_in_words(&base, &found));
-    notes.extend(beside_in_words(own, &base, (&given.held, &found.sliding), (time, false)));
+        request.given.torques.iter().filter_map(|(name, torque)| Some((input(name)?, *torque))).collect();
+    let is_fixed = |k: &usize| torques.iter().any(|(candidate, _)| candidate == k);
+    let inputs = request.inputs.iter().filter_map(input).filter(|k| !is_fixed(k)).collect();
+    let given = MotionSpec { positions, speeds, inputs, torques, enforced };
+    let found = steady_motion(&base, &start, &given).map_err(|why| no_steady_motion(&base, request, &given, why))?;
+    let mut notes = vec![format!("operating point: {}", describe_steady_motion(&base, &found))];
+    notes.extend(describe_undetermined(&base, &found));
+    notes.extend(describe_nonsmooth_elements(own, &base, (&given.enforced, &found.sliding), (time, false)));
     let SteadyMotion { model, point, motion, .. } = found;
-    Ok(MovingPoint { model, point, motion, closed: elements_of(own, &given.held), notes })
+    Ok(MovingPoint { model, point, motion, closed: elements_of(own, &given.enforced), notes })
 }
 
 /// A speed in words: `car.v = 5.555556 m/s`, of a shaft also in turns.
-fn speed_in_words(reduced: &Reduced, coordinate: usize, speed: f64) -> String {
+fn format_speed(reduced: &Reduced, coordinate: usize, speed: f64) -> String {
     let [_, quantity] = reduced.equations.domain(coordinate).motion();
     format!("{} = {speed:.6} {}", quantity.of(&reduced.equations.coordinates[coordinate]), quantity.unit())
 }
 
-fn torques_in_words(reduced: &Reduced, point: &OperatingPoint) -> Vec<String> {
+fn format_torques(reduced: &Reduced, point: &OperatingPoint) -> Vec<String> {
     let torques = reduced.equations.inputs.iter().zip(point.torques.iter().flatten());
-    let one = |(input, torque): (&crate::assemble::Along<InputKind>, &f64)| {
+    let one = |(input, torque): (&crate::assemble::DirectionalTerm<InputKind>, &f64)| {
         let effort = reduced.equations.domain_of(input).effort();
         format!("{} = {torque:.6} {}", effort.of(&input.element), effort.unit())
     };
@@ -135,34 +140,34 @@ fn torques_in_words(reduced: &Reduced, point: &OperatingPoint) -> Vec<String> {
 }
 
 /// Positions of coordinates that stand still, in words.
-fn standing_in_words(base: &Reduced, [position, speeds]: &[Vec<f64>; 2]) -> Option<String> {
+fn rest_in_words(base: &Reduced, [position, speeds]: &[Vec<f64>; 2]) -> Option<String> {
     let names = base.coordinate_names();
-    let all = in_words(base, position);
+    let all = format_position(base, position);
     let still: Vec<&str> =
         all.split(", ").zip(speeds).filter(|(_, speed)| **speed == 0.0).map(|(own, _)| own).collect();
     (still.len() < names.len() && !still.is_empty()).then(|| still.join(", "))
 }
 
-fn motion_in_words(base: &Reduced, [position, speeds]: &[Vec<f64>; 2]) -> String {
+fn format_motion(base: &Reduced, [position, speeds]: &[Vec<f64>; 2]) -> String {
     let moving = base.coordinates.iter().zip(speeds).filter(|(_, speed)| **speed != 0.0);
-    let moving: Vec<String> = moving.map(|(shaft, speed)| speed_in_words(base, *shaft, *speed)).collect();
+    let moving: Vec<String> = moving.map(|(shaft, speed)| format_speed(base, *shaft, *speed)).collect();
     match moving.is_empty() {
-        true => in_words(base, position),
+        true => format_position(base, position),
         false => moving.join(", "),
     }
 }
 
 /// How a steady motion goes, what balances it, and what of it is proven.
-fn steady_in_words(base: &Reduced, found: &SteadyMotion) -> String {
-    let torques = torques_in_words(base, &found.point);
+fn describe_steady_motion(base: &Reduced, found: &SteadyMotion) -> String {
+    let torques = format_torques(base, &found.point);
     let by = match torques.is_empty() {
         true => "without torques of inputs".to_string(),
         false => format!("balanced by {}", torques.join(", ")),
     };
-    let standing = standing_in_words(base, &found.motion).map_or(String::new(), |text| format!("; {text}"));
+    let at_rest_text = rest_in_words(base, &found.motion).map_or(String::new(), |text| format!("; {text}"));
     let proven = match found.radius {
         _ if !found.balanced => {
-            return format!("{}, {by}{standing}; {}", motion_in_words(base, &found.motion), left_in_words(found));
+            return format!("{}, {by}{at_rest_text}; {}", format_motion(base, &found.motion), describe_residual(found));
         }
         _ if found.whole => "nothing accelerates".to_string(),
         Some(0.0) => "proven: nothing accelerates, exactly".to_string(),
@@ -170,26 +175,27 @@ fn steady_in_words(base: &Reduced, found: &SteadyMotion) -> String {
         None => "to rounding, not proven".to_string(),
     };
     let what = if found.whole { "the instant with" } else { "steady at" };
-    format!("{what} {}, {by}{standing}; {proven}", motion_in_words(base, &found.motion))
+    format!("{what} {}, {by}{at_rest_text}; {proven}", format_motion(base, &found.motion))
 }
 
-fn left_in_words(found: &SteadyMotion) -> String {
-    accelerations_in_words(&found.model, &found.accelerations)
+fn describe_residual(found: &SteadyMotion) -> String {
+    describe_accelerations(&found.model, &found.accelerations)
 }
 
 /// That it is no equilibrium, and what accelerates.
-fn accelerations_in_words(model: &Reduced, accelerations: &[f64]) -> String {
+fn describe_accelerations(model: &Reduced, accelerations: &[f64]) -> String {
     let one = |(shaft, acceleration): (&usize, &f64)| {
         let [_, quantity] = model.equations.domain(*shaft).motion();
         let name = quantity.of(&model.equations.coordinates[*shaft]);
         format!("{name} changes by {acceleration:.6} {}/s", quantity.unit())
     };
-    let left: Vec<String> = model.coordinates.iter().zip(accelerations).filter(|(_, x)| **x != 0.0).map(one).collect();
-    format!("not an equilibrium, small motions are those beside its own: {}", left.join(", "))
+    let nonzero: Vec<String> =
+        model.coordinates.iter().zip(accelerations).filter(|(_, x)| **x != 0.0).map(one).collect();
+    format!("not an equilibrium, small motions are those beside its own: {}", nonzero.join(", "))
 }
 
 /// What turns on without a torque depending on its angle, and what no torque determines.
-fn turning_in_words(base: &Reduced, found: &SteadyMotion) -> Vec<String> {
+fn describe_undetermined(base: &Reduced, found: &SteadyMotion) -> Vec<String> {
     let mut out = Vec::new();
     let names =
         |list: &[usize], of: &dyn Fn(usize) -> String| list.iter().map(|k| of(*k)).collect::<Vec<_>>().join(", ");
@@ -212,10 +218,10 @@ fn turning_in_words(base: &Reduced, found: &SteadyMotion) -> Vec<String> {
 }
 
 /// What locks, frictions, clutches and functions of time are at a point.
-fn beside_in_words(
+fn describe_nonsmooth_elements(
     own: &Reduced,
     base: &Reduced,
-    (held, sliding): (&BTreeSet<usize>, &[f64]),
+    (enforced, sliding): (&BTreeSet<usize>, &[f64]),
     (time, of_run): (f64, bool),
 ) -> Vec<String> {
     let equations = &base.equations;
@@ -224,43 +230,55 @@ fn beside_in_words(
         let names: BTreeSet<&str> = (0..elements.len()).filter(|k| choose(*k)).map(|k| elements[k]).collect();
         (!names.is_empty()).then(|| quoted(names.iter().copied()))
     };
-    let kind = |k: usize| k.checked_sub(equations.frictions.len()).map(|hold| &equations.holds[hold].value);
-    let is_friction = |k: usize| matches!(kind(k), None | Some(Hold::Friction { .. }));
+    let kind =
+        |k: usize| k.checked_sub(equations.frictions.len()).map(|unilateral| &equations.unilaterals[unilateral].value);
+    let is_friction = |k: usize| matches!(kind(k), None | Some(UnilateralConstraint::Friction { .. }));
     let mut out = Vec::new();
     out.extend(
-        of(&|k| held.contains(&k)).map(|names| format!("closed at the operating point (locked or sticking): {names}")),
+        of(&|k| enforced.contains(&k))
+            .map(|names| format!("closed at the operating point (locked or sticking): {names}")),
     );
     let slides = |k: usize| sliding[k] != 0.0 && is_friction(k);
     out.extend(
         of(&slides)
             .map(|names| format!("sliding at the operating point, its friction is part of the balance: {names}")),
     );
-    let rests = |k: usize| sliding[k] == 0.0 && is_friction(k) && !held.contains(&k);
+    let rests = |k: usize| sliding[k] == 0.0 && is_friction(k) && !enforced.contains(&k);
     out.extend(of(&rests).map(|names| {
         format!("without motion along it at the operating point and taken as sliding without friction: {names}; `stuck` of `[analysis]` lets it stick")
     }));
-    let open = |k: usize| matches!(kind(k), Some(Hold::Lock { .. } | Hold::OneWay)) && !held.contains(&k);
+    let open = |k: usize| {
+        matches!(kind(k), Some(UnilateralConstraint::Lock { .. } | UnilateralConstraint::OneWay))
+            && !enforced.contains(&k)
+    };
     out.extend(of(&open).map(|names| format!("open at the operating point: {names}")));
-    let meshes = |k: usize| matches!(kind(k), Some(Hold::Mesh(_)));
-    out.extend(of(&meshes).map(|names| format!("load-dependent losses are left out at the operating point: {names}")));
+    let is_gear_loss = |k: usize| matches!(kind(k), Some(UnilateralConstraint::GearLoss(_)));
+    out.extend(
+        of(&is_gear_loss).map(|names| format!("load-dependent losses are left out at the operating point: {names}")),
+    );
     let laws = own.equations.laws.iter();
     let blocks =
         laws.clone().any(|law| law.value.all_names().iter().any(|(_, meaning)| matches!(meaning, Meaning::Block(..))));
     if own.equations.laws.iter().any(|law| law.value.is_of_time())
-        || own.equations.holds.iter().any(|hold| hold.value.formula().is_some_and(|one| one.is_of_time()))
+        || own
+            .equations
+            .unilaterals
+            .iter()
+            .any(|unilateral| unilateral.value.formula().is_some_and(|one| one.is_of_time()))
     {
-        let answers = if blocks && !of_run { "; what blocks answer as before their first sample, zero" } else { "" };
-        out.push(format!("functions of time are taken at {time} s{answers}"));
+        let outputs_text =
+            if blocks && !of_run { "; what blocks answer as before their first sample, zero" } else { "" };
+        out.push(format!("functions of time are taken at {time} s{outputs_text}"));
     }
     out
 }
 
 /// The mistake that there is no steady motion.
-fn no_steady_motion(base: &Reduced, asked: &Asked<'_>, given: &GivenMotion, why: NoSteadyMotion) -> Diagnostic {
+fn no_steady_motion(base: &Reduced, request: &PointRequest<'_>, given: &MotionSpec, why: NoSteadyMotion) -> Diagnostic {
     let equations = &base.equations;
     let signal = |k: usize| {
         let (shaft, speed) = given.speeds[k];
-        format!("`{}`", speed_in_words(base, shaft, speed))
+        format!("`{}`", format_speed(base, shaft, speed))
     };
     let inputs = |list: &[usize]| quoted(list.iter().map(|k| equations.inputs[*k].element.as_str()));
     match why {
@@ -300,7 +318,7 @@ fn no_steady_motion(base: &Reduced, asked: &Asked<'_>, given: &GivenMotion, why:
         ),
         NoSteadyMotion::Unbalanced(name, torque, _) => {
             let domain = base.coordinate(&name).map(|shaft| equations.domain(shaft)).unwrap_or_default();
-            let by = match (given.inputs.as_slice(), asked.given.torques.is_empty()) {
+            let by = match (given.inputs.as_slice(), request.given.torques.is_empty()) {
                 ([], true) => "there is no motor that could balance it".to_string(),
                 ([], false) => "with the torques that are given nothing is left to balance it".to_string(),
                 (some, _) => format!("{} cannot balance it", inputs(some)),
@@ -330,16 +348,16 @@ fn depending(base: &Reduced, shaft: usize) -> BTreeSet<String> {
     let of_law = equations.laws.iter().filter(|law| {
         law.value.all_names().iter().any(|(_, meaning)| matches!(meaning, Meaning::Position(body) if body == name))
     });
-    let alone = |row: &[(usize, crate::num::Rational)]| matches!(row, [(k, _)] if *k == shaft);
-    let of_springs = equations.springs.iter().filter(|spring| alone(&spring.row)).map(|spring| &spring.element);
-    let of_stops = equations
-        .holds
-        .iter()
-        .filter(|hold| matches!(hold.value, Hold::Stop { .. } | Hold::Cushion { .. }) && alone(&hold.row));
+    let only_of_shaft = |row: &[(usize, crate::num::Rational)]| matches!(row, [(k, _)] if *k == shaft);
+    let of_springs = equations.springs.iter().filter(|spring| only_of_shaft(&spring.row)).map(|spring| &spring.element);
+    let of_stops = equations.unilaterals.iter().filter(|unilateral| {
+        matches!(unilateral.value, UnilateralConstraint::Stop { .. } | UnilateralConstraint::Cushion { .. })
+            && only_of_shaft(&unilateral.row)
+    });
     let of_joints = equations.transmissions.iter().filter(|one| one.driven == shaft || one.driving == shaft);
     (of_law.map(|law| &law.element))
         .chain(of_springs)
-        .chain(of_stops.map(|hold| &hold.element))
+        .chain(of_stops.map(|unilateral| &unilateral.element))
         .chain(of_joints.map(|one| &one.element))
         .cloned()
         .collect()
@@ -352,14 +370,14 @@ fn depending(base: &Reduced, shaft: usize) -> BTreeSet<String> {
 pub(super) fn point_of_run(variant: &PreparedVariant, time: f64) -> Result<MovingPoint, Diagnostic> {
     check_rows(variant)?;
     check_time(variant, time)?;
-    if !variant.massless.is_empty() || variant.running.len() != variant.model.controls.len() {
+    if !variant.massless.is_empty() || variant.implemented.len() != variant.model.controls.len() {
         return Err(refused(
             "beside motions without inertia the state of a run is not taken over".into(),
             "give what moves an inertia, or give positions and speeds in `at`",
         ));
     }
     let own = &variant.reduced;
-    let setup = Setup { reduced: own, laws: &variant.running, scenario: &variant.scenario };
+    let setup = Setup { reduced: own, laws: &variant.implemented, scenario: &variant.scenario };
     let mut run = Simulation::new(setup, Tolerance::default());
     run.advance(time).map_err(|why| {
         refused(format!("the run does not come to {time} s: {why}"), "`kardan run` shows how far it goes")
@@ -377,13 +395,13 @@ pub(super) fn point_of_run(variant: &PreparedVariant, time: f64) -> Result<Movin
     let torques: Vec<f64> = (own.equations.inputs.iter())
         .map(|input| value(&own.equations.domain_of(input).effort().of(&input.element)).unwrap_or(0.0))
         .collect();
-    let answers = blocks_of(own).into_iter().filter_map(|name| Some((name.clone(), value(&name)?))).collect();
-    let instant = Instant { time, answers };
-    let (held, sliding) = modes(own, &run.modes());
+    let outputs = blocks_of(own).into_iter().filter_map(|name| Some((name.clone(), value(&name)?))).collect();
+    let instant = Instant { time, outputs };
+    let (enforced, sliding) = modes(own, &run.modes());
     let base = Reduced { equations: instant.equations(&own.equations), ..own.clone() };
     let slid = Reduced { equations: with_sliding(&base.equations, &sliding), ..base.clone() };
-    let model = with_held(&slid, &held, &motion[0], &names);
-    let place = |shaft: &usize| own.coordinates.iter().position(|other| other == shaft);
+    let model = with_enforced(&slid, &enforced, &motion[0], &names);
+    let place = |shaft: &usize| own.coordinates.iter().position(|candidate| candidate == shaft);
     let of = |list: &[f64]| model.coordinates.iter().map(|shaft| place(shaft).map_or(0.0, |k| list[k])).collect();
     let point = OperatingPoint {
         position: of(&motion[0]),
@@ -391,24 +409,24 @@ pub(super) fn point_of_run(variant: &PreparedVariant, time: f64) -> Result<Movin
         torques: Some(torques),
         side: Side::default(),
     };
-    let left = accelerations(&model, &point);
+    let residual = accelerations(&model, &point);
     let moving = own.coordinates.iter().zip(&motion[1]).filter(|(_, speed)| **speed != 0.0);
-    let all: Vec<String> = std::iter::once(in_words(&base, &motion[0]))
-        .chain(moving.map(|(shaft, speed)| speed_in_words(&base, *shaft, *speed)))
+    let all: Vec<String> = std::iter::once(format_position(&base, &motion[0]))
+        .chain(moving.map(|(shaft, speed)| format_speed(&base, *shaft, *speed)))
         .collect();
     let mut text = format!("operating point: the run at {time} s: {}", all.join(", "));
-    let torques = torques_in_words(&base, &point);
+    let torques = format_torques(&base, &point);
     if !torques.is_empty() {
         text += &format!(", under {}", torques.join(", "));
     }
-    let most = left.iter().fold(0.0, |most, x| f64::max(most, x.abs()));
-    let left: Vec<f64> = left.iter().map(|x| if x.abs() <= NONE * most.max(1.0) { 0.0 } else { *x }).collect();
-    if left.iter().any(|x| *x != 0.0) {
-        text += &format!("; {}", accelerations_in_words(&model, &left));
+    let most = residual.iter().fold(0.0, |most, x| f64::max(most, x.abs()));
+    let residual: Vec<f64> = residual.iter().map(|x| if x.abs() <= NONE * most.max(1.0) { 0.0 } else { *x }).collect();
+    if residual.iter().any(|x| *x != 0.0) {
+        text += &format!("; {}", describe_accelerations(&model, &residual));
     }
     let mut notes = vec![text];
-    notes.extend(beside_in_words(own, &base, (&held, &sliding), (time, true)));
-    let closed = elements_of(own, &held);
+    notes.extend(describe_nonsmooth_elements(own, &base, (&enforced, &sliding), (time, true)));
+    let closed = elements_of(own, &enforced);
     Ok(MovingPoint { motion: motion_of(&base, &model, &point), model, point, closed, notes })
 }
 
@@ -421,9 +439,9 @@ fn elements_of(reduced: &Reduced, directions: &BTreeSet<usize>) -> BTreeSet<Stri
 /// Names of the blocks that torques, clutches and locks of a model read.
 fn blocks_of(reduced: &Reduced) -> BTreeSet<String> {
     let laws = reduced.equations.laws.iter().map(|law| &law.value);
-    let holds = reduced.equations.holds.iter().filter_map(|hold| hold.value.formula());
+    let unilaterals = reduced.equations.unilaterals.iter().filter_map(|unilateral| unilateral.value.formula());
     let mut out = BTreeSet::new();
-    for formula in laws.chain(holds) {
+    for formula in laws.chain(unilaterals) {
         out.extend(formula.all_names().into_iter().filter_map(|(_, meaning)| match meaning {
             Meaning::Block(name, _) => Some(name.clone()),
             _ => None,
@@ -435,12 +453,16 @@ fn blocks_of(reduced: &Reduced) -> BTreeSet<String> {
 /// Of the signs with which set-valued directions slide in a run (0: at rest) those that hold, and with which signs frictions slide.
 fn modes(reduced: &Reduced, signs: &[Option<f64>]) -> (BTreeSet<usize>, Vec<f64>) {
     let equations = &reduced.equations;
-    let kind = |k: usize| k.checked_sub(equations.frictions.len()).map(|hold| &equations.holds[hold].value);
-    let holds = |k: &usize| signs[*k] == Some(0.0) && !matches!(kind(*k), Some(Hold::Cushion { .. } | Hold::Mesh(_)));
-    let slides = |k: usize| matches!(kind(k), None | Some(Hold::Friction { .. }));
+    let kind =
+        |k: usize| k.checked_sub(equations.frictions.len()).map(|unilateral| &equations.unilaterals[unilateral].value);
+    let sticks = |k: &usize| {
+        signs[*k] == Some(0.0)
+            && !matches!(kind(*k), Some(UnilateralConstraint::Cushion { .. } | UnilateralConstraint::GearLoss(_)))
+    };
+    let slides = |k: usize| matches!(kind(k), None | Some(UnilateralConstraint::Friction { .. }));
     let all = 0..equations.set_valued().count();
     let sliding = all.clone().map(|k| if slides(k) { signs[k].unwrap_or(0.0) } else { 0.0 }).collect();
-    (all.filter(holds).collect(), sliding)
+    (all.filter(sticks).collect(), sliding)
 }
 
 /// The inputs that may balance a steady motion: those among these that are motors, or all motors.

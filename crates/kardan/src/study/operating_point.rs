@@ -2,7 +2,7 @@
 
 use super::analysis::operating_point;
 use super::design_in_motion::MotionRequest;
-use super::equilibrium::{currents_in_words, in_words};
+use super::equilibrium::{format_currents, format_position};
 use super::places::place_of_value;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::entries::Place;
@@ -10,13 +10,13 @@ use crate::equations::InputKind;
 use crate::expr::Side;
 use crate::model::{ControlSpec, Document, Setting, TableReader};
 use crate::reduce::{
-    GivenRows, Held, OperatingPoint, Reduced, held, is_linear_law, law_slopes_at, laws_are_linear, start_on_rows,
+    OperatingPoint, Reduced, StartValues, Trim, is_linear_law, law_slopes_at, laws_are_linear, start_on_rows, trim,
 };
 use crate::schema::{LawKeys, Value};
 use crate::synthesis::Program;
 
 /// The operating point that the controllers of a variant name together.
-pub(super) struct Asked {
+pub(super) struct NamedPoint {
     /// Coordinates with their angles, rad, and where they are named.
     named: Vec<(usize, f64, Place)>,
     /// Numbers of the inputs that the controllers command.
@@ -33,12 +33,12 @@ pub(super) struct Found {
     /// The multiplier of each kept row there, N m.
     pub multipliers: Vec<f64>,
     /// Where it is, and what of it is proven; nothing where there is nothing to say.
-    pub told: Option<String>,
+    pub point_note: Option<String>,
     /// Why the motors do not hold it, where it was not named.
-    pub not_held: Option<String>,
+    pub no_equilibrium: Option<String>,
 }
 
-impl Asked {
+impl NamedPoint {
     /// What `at` of the controllers says; mistakes are told.
     pub fn of(
         document: &Document,
@@ -80,12 +80,12 @@ impl Asked {
         check_start(document, motion.as_ref(), out);
         let inputs = controls.iter().flat_map(|control| (control.law.inputs)(&control.values));
         let number = |name: String| reduced.equations.inputs.iter().position(|input| input.element == name);
-        let start = match reduced.equations.kept.is_empty() {
+        let start = match reduced.equations.multiplier_constraints.is_empty() {
             true => vec![0.0; start.len()],
             false => start.to_vec(),
         };
-        let asked = Self { named, inputs: inputs.filter_map(number).collect(), start, motion };
-        (out.len() == before).then_some(asked)
+        let named_point = Self { named, inputs: inputs.filter_map(number).collect(), start, motion };
+        (out.len() == before).then_some(named_point)
     }
 
     /// At zero angles of a model, by the motors of one controller.
@@ -118,42 +118,47 @@ impl Asked {
     /// # Errors
     /// Why the motors do not hold the model where it is named.
     pub fn find(&self, reduced: &Reduced) -> Result<Found, String> {
-        let kept = &reduced.equations.kept;
+        let multiplier_constraints = &reduced.equations.multiplier_constraints;
         let default = OperatingPoint::relaxed(&self.start);
-        let nothing =
-            |told, not_held| Found { point: default.clone(), multipliers: vec![0.0; kept.len()], told, not_held };
+        let nothing = |point_note, no_equilibrium| Found {
+            point: default.clone(),
+            multipliers: vec![0.0; multiplier_constraints.len()],
+            point_note,
+            no_equilibrium,
+        };
         let laws = &reduced.equations.laws;
         let plain = reduced.equations.transmissions.is_empty() && laws_are_linear(reduced);
         if self.motion.is_some() {
             return Ok(nothing(None, None));
         }
-        if self.named.is_empty() && (laws.is_empty() || plain && kept.is_empty()) {
-            let begins = || format!("where the run begins: {}", in_words(reduced, &self.start));
-            return Ok(nothing((!kept.is_empty()).then(begins), None));
+        if self.named.is_empty() && (laws.is_empty() || plain && multiplier_constraints.is_empty()) {
+            let begins = || format!("where the run begins: {}", format_position(reduced, &self.start));
+            return Ok(nothing((!multiplier_constraints.is_empty()).then(begins), None));
         }
         let mut start = self.start.clone();
-        if self.named.is_empty() && !kept.is_empty() {
+        if self.named.is_empty() && !multiplier_constraints.is_empty() {
             // The design values may have rows of their own.
             let still = vec![0.0; start.len()];
-            start = start_on_rows(reduced, &GivenRows::default(), &start, &still).map_or(start, |found| found.position);
+            start =
+                start_on_rows(reduced, &StartValues::default(), &start, &still).map_or(start, |found| found.position);
         }
         self.named.iter().for_each(|(k, angle, _)| start[*k] = *angle);
         let fixed: Vec<usize> = match self.named.is_empty() {
             true => (0..start.len()).collect(),
             false => self.named.iter().map(|(k, _, _)| *k).collect(),
         };
-        let found = held(reduced, &start, &fixed, &self.inputs);
+        let found = trim(reduced, &start, &fixed, &self.inputs);
         if !found.at_rest {
-            let why = left_in_words(reduced, &found);
+            let why = describe_residual(reduced, &found);
             return if self.named.is_empty() { Ok(nothing(None, Some(why))) } else { Err(why) };
         }
         if let Some(why) = self.beyond_limits(reduced, &found) {
             return if self.named.is_empty() { Ok(nothing(None, Some(why))) } else { Err(why) };
         }
-        let told = Some(self.told(reduced, &found));
+        let point_note = Some(self.point_note(reduced, &found));
         if found.position.iter().chain(&found.rates).chain(&found.torques).chain(&found.multipliers).all(|x| *x == 0.0)
         {
-            return Ok(nothing(told, None));
+            return Ok(nothing(point_note, None));
         }
         let mut torques = vec![0.0; reduced.equations.inputs.len()];
         self.inputs.iter().zip(&found.torques).for_each(|(input, torque)| torques[*input] = *torque);
@@ -163,10 +168,10 @@ impl Asked {
             torques: Some(torques),
             side: Side::default(),
         };
-        Ok(Found { point, multipliers: found.multipliers, told, not_held: None })
+        Ok(Found { point, multipliers: found.multipliers, point_note, no_equilibrium: None })
     }
 
-    fn beyond_limits(&self, reduced: &Reduced, found: &Held) -> Option<String> {
+    fn beyond_limits(&self, reduced: &Reduced, found: &Trim) -> Option<String> {
         self.inputs.iter().zip(&found.torques).find_map(|(&number, torque)| {
             let input = &reduced.equations.inputs[number];
             let InputKind::Motor(motor) = &input.value else { return None };
@@ -178,14 +183,14 @@ impl Asked {
         })
     }
 
-    fn told(&self, reduced: &Reduced, found: &Held) -> String {
+    fn point_note(&self, reduced: &Reduced, found: &Trim) -> String {
         let holding =
             self.inputs.iter().zip(&found.torques).filter(|(_, torque)| **torque != 0.0).map(|(&k, torque)| {
                 let input = &reduced.equations.inputs[k];
                 format!("{} = {torque:.6} {}", input.element, reduced.equations.domain_of(input).effort().unit())
             });
         let holding: Vec<String> = holding.collect();
-        let holding: Vec<String> = holding.into_iter().chain(currents_in_words(reduced, &found.rates)).collect();
+        let holding: Vec<String> = holding.into_iter().chain(format_currents(reduced, &found.rates)).collect();
         let by = match holding.is_empty() {
             true => "at rest without torques of motors".to_string(),
             false => format!("held by {}", holding.join(", ")),
@@ -207,7 +212,7 @@ impl Asked {
                 format!("; {} linear there: what is designed and proven is about small motions around it", are(&bent))
             }
         };
-        format!("{}, {by}; {proven}{local}", in_words(reduced, &found.position))
+        format!("{}, {by}; {proven}{local}", format_position(reduced, &found.position))
     }
 }
 
@@ -216,20 +221,23 @@ fn are(names: &[&str]) -> String {
 }
 
 /// What torques are left, and where.
-fn left_in_words(reduced: &Reduced, found: &Held) -> String {
+fn describe_residual(reduced: &Reduced, found: &Trim) -> String {
     if let Some((row, off)) = found.unmet.first() {
-        let kept = &reduced.equations.kept[*row];
-        let unit = match reduced.equations.domain_of_kept(kept) {
+        let constraint = &reduced.equations.multiplier_constraints[*row];
+        let unit = match reduced.equations.domain_of_multiplier(constraint) {
             Some(domain) => domain.motion()[0].unit().to_string(),
-            None => reduced.equations.dimension_of_kept(kept).si(),
+            None => reduced.equations.dimension_of_multiplier(constraint).si(),
         };
-        return format!("no position was found that `{}` allows: it is off by {off:.6} {unit} at best", kept.element);
+        return format!(
+            "no position was found that `{}` allows: it is off by {off:.6} {unit} at best",
+            constraint.element
+        );
     }
-    let Some((k, torque)) = found.left else { return "a torque is left".into() };
+    let Some((k, torque)) = found.residual_torque else { return "a torque is left".into() };
     let (name, domain) = (&reduced.coordinate_names()[k], reduced.equations.domain(reduced.coordinates[k]));
     let equations = &reduced.equations;
     let besides = match () {
-        () if !equations.holds.is_empty() => "; what stops, plays, clutches and locks carry is not looked for",
+        () if !equations.unilaterals.is_empty() => "; what stops, plays, clutches and locks carry is not looked for",
         () => "",
     };
     format!(
@@ -307,7 +315,7 @@ pub(super) fn check_smooth(
                 .at(control.place.clone(), "this controller")
                 .help(format!(
                     "it is linearised at {}: name another point with `at`, or make the expression smooth there",
-                    in_words(reduced, &point.position)
+                    format_position(reduced, &point.position)
                 )),
         );
     }
@@ -315,7 +323,7 @@ pub(super) fn check_smooth(
 }
 
 /// The warning that nothing holds the default point.
-pub(super) fn not_held(control: &ControlSpec, at: &str, why: &str) -> Diagnostic {
+pub(super) fn no_equilibrium(control: &ControlSpec, at: &str, why: &str) -> Diagnostic {
     let message = format!("control `{}` is designed at {at}, where the model does not rest: {why}", control.name);
     Diagnostic::warning("control::point", message)
         .at(control.place.clone(), "this controller")

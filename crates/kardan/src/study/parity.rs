@@ -7,10 +7,11 @@ use super::signals::{AnalyzeSettings, ParitySettings, WorkingPoint};
 use super::thresholds::{Part, Reading, pulse, readings, threshold};
 use super::{Prepared, PreparedVariant};
 use crate::analysis::{
-    Broken, ConstrainedSystem, Fault, Goal, Known, LinearSystem, OutputSignal, Relation, Transfer, constant_is_seen,
-    kept_constraints, linear_system, relation_holds, relations, smallest_sets, static_relations,
+    Broken, ConstrainedSystem, Fault, Goal, LinearSystem, OutputSignal, ParitySignal, Relation, Transfer,
+    constant_is_detectable, linear_system, multiplier_constraint_classes, relation_is_satisfied, relations,
+    smallest_sets, static_relations,
 };
-use crate::assemble::Along;
+use crate::assemble::DirectionalTerm;
 use crate::diagnostics::Diagnostic;
 use crate::equations::Measured;
 use crate::model::Document;
@@ -43,20 +44,20 @@ const FILTER: f64 = 10.0;
 const MOST_SAMPLES: f64 = 10_000.0;
 
 /// What is known of the readings, and what is asked of residuals.
-struct Told<'a> {
+struct ResidualContext<'a> {
     readings: &'a [Reading],
     /// The sensors of the model at the ends of its tolerances.
     corners: &'a [[Option<LinearSystem>; 2]],
-    asked: &'a ParitySettings,
+    options: &'a ParitySettings,
     /// The shortest sample time of a controller or of blocks, s: how often what is read at every instant is looked at.
     otherwise: Option<f64>,
 }
 
-impl Told<'_> {
-    fn reading(&self, signal: Known) -> Option<&Reading> {
+impl ResidualContext<'_> {
+    fn reading(&self, signal: ParitySignal) -> Option<&Reading> {
         match signal {
-            Known::Output(k) => Some(&self.readings[k]),
-            Known::Input(_) => None,
+            ParitySignal::Output(k) => Some(&self.readings[k]),
+            ParitySignal::Input(_) => None,
         }
     }
 }
@@ -85,7 +86,7 @@ pub(super) fn parity(
     settings: &AnalyzeSettings,
     notes: &mut Vec<String>,
 ) -> Result<Option<Parity>, Vec<Diagnostic>> {
-    let Some(asked) = &settings.parity else { return Ok(None) };
+    let Some(options) = &settings.parity else { return Ok(None) };
     let mut subject = Subject::of(variant, settings)?;
     if subject.sensors == 0 {
         notes.push("parity: the model has no sensor".into());
@@ -109,11 +110,11 @@ pub(super) fn parity(
     let found = static_relations(&own, &subject.known);
     let (readings, corners) = (readings(variant, &subject.outputs[..subject.sensors]), subject.corners());
     let tasks = variant.scenario.tasks.iter().filter_map(|task| Some(task.period.as_ref()?.to_f64()));
-    let laws = variant.running.iter().filter_map(|law| Some(law.clock()?.period));
+    let laws = variant.implemented.iter().filter_map(|law| Some(law.clock()?.period));
     let otherwise = tasks.chain(laws).reduce(f64::min);
-    let told = Told { readings: &readings, corners: &corners, asked, otherwise };
+    let context = ResidualContext { readings: &readings, corners: &corners, options, otherwise };
     let shortest = readings.iter().filter_map(Reading::sample_time).chain(otherwise).fold(f64::INFINITY, f64::min);
-    if let Some(filter) = asked.filter.filter(|filter| *filter > MOST_SAMPLES * shortest) {
+    if let Some(filter) = options.filter.filter(|filter| *filter > MOST_SAMPLES * shortest) {
         let message = format!(
             "a filter of {filter} s is longer than {MOST_SAMPLES} samples of {shortest} s: no threshold is computed for that"
         );
@@ -129,9 +130,9 @@ pub(super) fn parity(
         unknown: subject.unknown.iter().map(name).collect(),
         independent: found.independent,
         all_listed: found.all,
-        residuals: subject.residuals(found.relations, &told),
+        residuals: subject.residuals(found.relations, &context),
         exact: transfer.is_exact(),
-        faults: subject.verdicts(&own, &transfer, &told),
+        faults: subject.verdicts(&own, &transfer, &context),
         sets: subject.sets(&transfer),
     }))
 }
@@ -151,7 +152,7 @@ impl<'a> Subject<'a> {
         for place in &variant.analysis.sensors {
             let rate = SignalName::new(&place.signal).is_rate();
             let measured = if rate { Measured::Speed } else { Measured::Angle }(place.shaft.clone());
-            if outputs.iter().all(|other| other.measured != measured && other.name != place.signal) {
+            if outputs.iter().all(|candidate| candidate.measured != measured && candidate.name != place.signal) {
                 outputs.push(OutputSignal { name: place.signal.clone(), measured });
             }
         }
@@ -159,9 +160,10 @@ impl<'a> Subject<'a> {
         let (known, unknown) = (0..inputs).partition(|&k| known.contains(&at.inputs[k]));
         let mut system = at.system.clone();
         let sliding = equations.frictions.iter().map(|one| (&one.element, &one.row));
-        let sliding = sliding.chain(equations.meshes().map(|(hold, _)| (&hold.element, &hold.row)));
+        let sliding =
+            sliding.chain(equations.gear_losses().map(|(unilateral, _)| (&unilateral.element, &unilateral.row)));
         let free = sliding.filter(|(element, _)| !at.stuck.contains(*element));
-        let rows = free.map(|(element, row)| Along { element: element.clone(), row: row.clone(), value: () });
+        let rows = free.map(|(element, row)| DirectionalTerm { element: element.clone(), row: row.clone(), value: () });
         system.inputs.extend(rows);
         let frictions = (inputs..system.inputs.len()).collect();
         Ok(Self { variant, at, outputs, sensors, system, known, unknown, frictions, ends: Vec::new() })
@@ -173,10 +175,10 @@ impl<'a> Subject<'a> {
     }
 
     fn terms(&self, relation: &Relation) -> Vec<ParityTerm> {
-        let term = |(signal, derivative, coefficient): &(Known, usize, Rational)| ParityTerm {
+        let term = |(signal, derivative, coefficient): &(ParitySignal, usize, Rational)| ParityTerm {
             signal: match signal {
-                Known::Output(k) => self.outputs[*k].name.clone(),
-                Known::Input(k) => format!("{}.tau", self.system.inputs[*k].element),
+                ParitySignal::Output(k) => self.outputs[*k].name.clone(),
+                ParitySignal::Input(k) => format!("{}.tau", self.system.inputs[*k].element),
             },
             derivative: *derivative,
             coefficient: coefficient.to_string(),
@@ -195,78 +197,84 @@ impl<'a> Subject<'a> {
         self.ends.iter().map(|[a, b]| [end(a), end(b)]).collect()
     }
 
-    fn residuals(&self, relations: Vec<Relation>, told: &Told<'_>) -> Vec<Residual> {
+    fn residuals(&self, relations: Vec<Relation>, context: &ResidualContext<'_>) -> Vec<Residual> {
         let conditions = self.conditions();
-        relations.into_iter().map(|relation| self.residual(&relation, &conditions, told)).collect()
+        relations.into_iter().map(|relation| self.residual(&relation, &conditions, context)).collect()
     }
 
-    fn residual(&self, relation: &Relation, conditions: &[(String, LinearSystem)], told: &Told<'_>) -> Residual {
+    fn residual(
+        &self,
+        relation: &Relation,
+        conditions: &[(String, LinearSystem)],
+        context: &ResidualContext<'_>,
+    ) -> Residual {
         let mut terms = self.terms(relation);
-        for ends in told.corners {
+        for ends in context.corners {
             let moved = |end: &LinearSystem| {
-                let moved = (!relation_holds(end, relation)).then(|| static_relations(end, &self.known).relations);
-                moved.into_iter().flatten().find(|other| same_terms(other, relation))
+                let moved =
+                    (!relation_is_satisfied(end, relation)).then(|| static_relations(end, &self.known).relations);
+                moved.into_iter().flatten().find(|candidate| same_terms(candidate, relation))
             };
             let moved: Vec<Relation> = ends.iter().flatten().filter_map(moved).collect();
             add_tolerances(&mut terms, relation, &moved);
         }
-        let measured = |known: &Known| match known {
-            Known::Output(k) => Some(&self.outputs[*k].measured),
-            Known::Input(_) => None,
+        let measured = |known: &ParitySignal| match known {
+            ParitySignal::Output(k) => Some(&self.outputs[*k].measured),
+            ParitySignal::Input(_) => None,
         };
         let kinds: Vec<Option<&Measured>> = relation.terms.iter().map(|(known, ..)| measured(known)).collect();
         let up_to_constant =
             kinds.iter().any(|kind| matches!(kind, Some(Measured::Angle(_) | Measured::SpringTorque(_))));
-        let broken = conditions.iter().filter(|(_, without)| !relation_holds(without, relation));
-        let known = relation.terms.iter().any(|(known, ..)| matches!(known, Known::Input(_)));
+        let broken = conditions.iter().filter(|(_, excluding)| !relation_is_satisfied(excluding, relation));
+        let known = relation.terms.iter().any(|(known, ..)| matches!(known, ParitySignal::Input(_)));
         let parts: Vec<Part<'_>> = relation
             .terms
             .iter()
-            .map(|(known, _, x)| Part { reading: told.reading(*known), pulse: vec![rational_to_f64(x)] })
+            .map(|(known, _, x)| Part { reading: context.reading(*known), pulse: vec![rational_to_f64(x)] })
             .collect();
         let all: Vec<usize> = (0..parts.len()).collect();
         Residual {
             terms,
             unit: match relation.terms.first() {
-                Some((Known::Output(k), ..)) => told.readings[*k].unit.clone(),
+                Some((ParitySignal::Output(k), ..)) => context.readings[*k].unit.clone(),
                 _ => String::new(),
             },
             linearised_at: broken.map(|(element, _)| element.clone()).collect::<BTreeSet<_>>().into_iter().collect(),
             up_to_constant,
             constant: self.constant(relation, &kinds),
-            threshold: if known { None } else { threshold(&parts, &all, told.asked, None) },
+            threshold: if known { None } else { threshold(&parts, &all, context.options, None) },
         }
     }
 
     /// The threshold of a relation in time that a fault breaks, filtered.
-    fn filtered(&self, relation: &Relation, fault: Fault, told: &Told<'_>) -> Option<Threshold> {
-        let mut signals: Vec<Known> = relation.terms.iter().map(|(known, ..)| *known).collect();
+    fn filtered(&self, relation: &Relation, fault: Fault, context: &ResidualContext<'_>) -> Option<Threshold> {
+        let mut signals: Vec<ParitySignal> = relation.terms.iter().map(|(known, ..)| *known).collect();
         signals.dedup();
         let own = match fault {
-            Fault::Output(k) => Known::Output(k),
-            Fault::Input(k) => Known::Input(k),
+            Fault::Output(k) => ParitySignal::Output(k),
+            Fault::Input(k) => ParitySignal::Input(k),
         };
         let place = signals.iter().position(|signal| *signal == own)?;
-        let times = signals.iter().filter_map(|signal| told.reading(*signal)?.sample_time());
+        let times = signals.iter().filter_map(|signal| context.reading(*signal)?.sample_time());
         let own = times.fold(0.0, f64::max);
-        let sample_time = if own > 0.0 { own } else { told.otherwise? };
+        let sample_time = if own > 0.0 { own } else { context.otherwise? };
         if relation.order() == 0 {
             return None;
         }
-        let filter = told.asked.filter.unwrap_or(FILTER * sample_time);
-        let part = |signal: &Known| {
+        let filter = context.options.filter.unwrap_or(FILTER * sample_time);
+        let part = |signal: &ParitySignal| {
             let terms = relation.terms.iter().filter(|(known, ..)| known == signal);
             let terms: Vec<(usize, f64)> = terms.map(|(_, derivative, x)| (*derivative, rational_to_f64(x))).collect();
-            Part { reading: told.reading(*signal), pulse: pulse(&terms, relation.order(), filter, sample_time) }
+            Part { reading: context.reading(*signal), pulse: pulse(&terms, relation.order(), filter, sample_time) }
         };
         let parts: Vec<Part<'_>> = signals.iter().map(part).collect();
-        threshold(&parts, &[place], told.asked, Some((filter, sample_time)))
+        threshold(&parts, &[place], context.options, Some((filter, sample_time)))
     }
 
     /// The unit of what a fault adds.
-    fn fault_unit(&self, fault: Fault, told: &Told<'_>) -> String {
+    fn fault_unit(&self, fault: Fault, context: &ResidualContext<'_>) -> String {
         let input = match fault {
-            Fault::Output(k) => return told.readings[k].unit.clone(),
+            Fault::Output(k) => return context.readings[k].unit.clone(),
             Fault::Input(k) => &self.system.inputs[k].element,
         };
         let signals = signal_names(&self.variant.reduced, &self.variant.scenario);
@@ -277,9 +285,9 @@ impl<'a> Subject<'a> {
     }
 
     /// The unit of a relation, that of its first term.
-    fn unit(&self, relation: &Relation, told: &Told<'_>) -> String {
-        let Some((Known::Output(k), derivative, _)) = relation.terms.first() else { return String::new() };
-        let own = &told.readings[*k].unit;
+    fn unit(&self, relation: &Relation, context: &ResidualContext<'_>) -> String {
+        let Some((ParitySignal::Output(k), derivative, _)) = relation.terms.first() else { return String::new() };
+        let own = &context.readings[*k].unit;
         let (own, more) = own.strip_suffix("/s").map_or((own.as_str(), 0), |own| (own, 1));
         match derivative + more {
             0 => own.into(),
@@ -291,19 +299,19 @@ impl<'a> Subject<'a> {
     /// The model without one thing that is linear at the operating point alone: a relation that needs it holds there alone.
     fn conditions(&self) -> Vec<(String, LinearSystem)> {
         let equations = &self.variant.reduced.equations;
-        let kept = self.variant.unfrozen.iter().flat_map(|unfrozen| kept_constraints(unfrozen));
-        let mut elements: BTreeSet<String> = kept.map(|(class, _)| class.element).collect();
+        let classes = self.variant.unfrozen.iter().flat_map(|unfrozen| multiplier_constraint_classes(unfrozen));
+        let mut elements: BTreeSet<String> = classes.map(|(class, _)| class.element).collect();
         elements.extend(equations.transmissions.iter().map(|one| one.element.clone()));
         elements.extend(self.at.stuck.iter().cloned());
         elements.extend(self.system.loads.iter().map(|load| load.element.clone()));
-        let without = |element: &String| {
+        let excluding = |element: &String| {
             let mut system = self.system.clone();
             system.constraints.retain(|one| one.element != *element);
             system.loads.retain(|one| one.element != *element);
             let pencil = self.pencil(&system, &self.outputs[..self.sensors]);
             (element.clone(), pencil)
         };
-        elements.iter().map(without).collect()
+        elements.iter().map(excluding).collect()
     }
 
     /// The value of a residual of angles, speeds and spring torques in the model at rest.
@@ -342,7 +350,7 @@ impl<'a> Subject<'a> {
         (0..self.sensors).map(Fault::Output).chain(self.known.iter().map(|&k| Fault::Input(k))).collect()
     }
 
-    fn verdicts(&self, own: &LinearSystem, transfer: &Transfer, told: &Told<'_>) -> Vec<FaultVerdict> {
+    fn verdicts(&self, own: &LinearSystem, transfer: &Transfer, context: &ResidualContext<'_>) -> Vec<FaultVerdict> {
         let (faults, sensors) = (self.faults(), (0..self.sensors).collect::<Vec<_>>());
         let name = |fault: &Fault| match fault {
             Fault::Output(k) => own.outputs[*k].clone(),
@@ -352,12 +360,12 @@ impl<'a> Subject<'a> {
         let found = relations(own, &faults, &self.known, &self.unknown);
         let of_end = |end: &LinearSystem| relations(end, &faults, &self.known, &self.unknown);
         let corners: Vec<[Option<Vec<Option<Broken>>>; 2]> =
-            told.corners.iter().map(|ends| ends.each_ref().map(|end| end.as_ref().map(of_end))).collect();
+            context.corners.iter().map(|ends| ends.each_ref().map(|end| end.as_ref().map(of_end))).collect();
         let rubbed: Vec<usize> = self.unknown.iter().chain(&self.frictions).copied().collect();
         let verdict = |(k, found): (usize, Option<Broken>)| {
             let fault = faults[k];
             let shown = !silent.contains(&k);
-            let others = groups.iter().find(|group| group.contains(&k)).into_iter().flatten();
+            let same_group = groups.iter().find(|group| group.contains(&k)).into_iter().flatten();
             let found = found.unwrap_or_default();
             let friction: BTreeSet<&String> = found.moved_by.iter().map(|j| &self.system.inputs[*j].element).collect();
             let relation = (!found.relation.terms.is_empty()).then_some(&found.relation);
@@ -371,14 +379,14 @@ impl<'a> Subject<'a> {
                 fault: name(&fault),
                 place: if matches!(fault, Fault::Output(_)) { FaultPlace::Sensor } else { FaultPlace::Input },
                 shown,
-                stays: if shown { constant_is_seen(own, fault, &self.unknown) } else { Some(false) },
+                stays: if shown { constant_is_detectable(own, fault, &self.unknown) } else { Some(false) },
                 despite_friction: (!self.frictions.is_empty()).then(|| transfer.detects(&sensors, fault, &rubbed)),
-                same_as: others.filter(|&&other| other != k).map(|&other| name(&faults[other])).collect(),
+                same_as: same_group.filter(|&&other| other != k).map(|&other| name(&faults[other])).collect(),
                 order: relation.map(Relation::order),
                 friction_in_relation: friction.into_iter().cloned().collect(),
-                unit: relation.map(|one| self.unit(one, told)).unwrap_or_default(),
-                fault_unit: self.fault_unit(fault, told),
-                threshold: relation.and_then(|one| self.filtered(one, fault, told)),
+                unit: relation.map(|one| self.unit(one, context)).unwrap_or_default(),
+                fault_unit: self.fault_unit(fault, context),
+                threshold: relation.and_then(|one| self.filtered(one, fault, context)),
                 relation: terms,
             }
         };
@@ -393,11 +401,11 @@ impl<'a> Subject<'a> {
             .map(|&k| (format!("a fault of {} is shown", self.system.inputs[k].element), Goal::Shows(k)));
         let every = [
             ("every fault is shown, also of the set's own sensors", Goal::ShowsAll),
-            ("every fault is shown and told from all others", Goal::TellsApart),
+            ("every fault is shown and told from all others", Goal::Isolates),
         ];
-        let goals = goals.chain(every.map(|(words, goal)| (words.to_string(), goal)));
-        let search = |(goal, asked)| {
-            let found = smallest_sets(transfer, asked, &self.known, &self.unknown);
+        let goals = goals.chain(every.map(|(text, goal)| (text.to_string(), goal)));
+        let search = |(goal, goal_kind)| {
+            let found = smallest_sets(transfer, goal_kind, &self.known, &self.unknown);
             let names = |set: Vec<usize>| set.into_iter().map(|k| candidates[k].clone()).collect();
             let sets = found.sets.into_iter().map(names).collect();
             SensorSets { goal, candidates: candidates.clone(), sets, all_tried: found.all }

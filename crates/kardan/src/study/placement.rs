@@ -52,7 +52,8 @@ impl Places<'_> {
     /// What a motor (sensor) at a shaft does, over angles and speeds of the coordinates; those from `begin` on are meant.
     fn column(&self, shaft: &str, begin: usize) -> Vec<Rational> {
         let r = self.basis.columns();
-        let row = self.system.coordinates.iter().position(|other| other == shaft).expect("the place was checked");
+        let row =
+            self.system.coordinates.iter().position(|candidate| candidate == shaft).expect("the place was checked");
         let entry = |j: usize| j.checked_sub(begin).filter(|j| *j < r).map(|j| self.basis[(row, j)].clone());
         (0..2 * r).map(|j| entry(j).unwrap_or(Rational::ZERO)).collect()
     }
@@ -105,7 +106,7 @@ impl Places<'_> {
             return Some(scaled(states, self.spec.horizon.to_f64()));
         }
         let mut moved = motion.iter().filter(|(_, value)| *value != 0.0).map(|(name, _)| name);
-        if let Some(name) = moved.find(|name| states.iter().flatten().all(|(other, _)| other != *name)) {
+        if let Some(name) = moved.find(|name| states.iter().flatten().all(|(candidate, _)| candidate != *name)) {
             notes.push(format!(
                 "motors are not placed: the motion to reach names `{name}`, which is no state after the elimination"
             ));

@@ -2,7 +2,7 @@
 
 use crate::diagnostics::Diagnostic;
 use crate::entries::Place;
-use crate::model::{ControlSpec, Document, words};
+use crate::model::{ControlSpec, Document, occurrences};
 use crate::schema::Value;
 
 /// Places shown for one mistake.
@@ -35,7 +35,7 @@ pub(super) fn place_of_value(document: &Document, element: &str, key: &str) -> P
 /// The places of a word in a controller's table, of its header if the word is not there.
 pub(super) fn places_in_control(document: &Document, control: &ControlSpec, word: &str) -> Vec<Place> {
     let table = document.controls.iter().find(|c| c.place == control.place).map(|c| &c.table);
-    let places = table.map(|table| words(table, word)).unwrap_or_default();
+    let places = table.map(|table| occurrences(table, word)).unwrap_or_default();
     if places.is_empty() { vec![control.place.clone()] } else { places }
 }
 

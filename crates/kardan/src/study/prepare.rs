@@ -1,7 +1,6 @@
 //! Everything that can be known before a run: all mistakes of a model file at once, and the runs ready to start.
 
 use super::analysis::{Point, analysis_spec};
-use super::asked::{figures_and_requirements, plots, tolerance};
 use super::blocks::{check_blocks, engaged_locks};
 use super::checks::{
     check_connected, check_matrices, design_diagnostic, is_braced, is_finite_at, is_representable, reduce_diagnostics,
@@ -12,27 +11,28 @@ use super::computed::Computed;
 use super::debounce::late_monitors;
 use super::design_in_motion::with_motion;
 use super::effort::check_effort;
-use super::equilibrium::{Rest, in_words};
+use super::equilibrium::{Rest, format_position};
 use super::faults::NamedFault;
-use super::held::{check_readings, check_start, is_designable, without_massless};
-use super::initial::given_start;
-use super::kept::{
-    begin_on_rows, check_free, check_kept, moves_by_itself, not_on_rows, on_frozen_rows, on_rows, rows_refused,
-    stands_still, with_loop,
-};
-use super::known::Known;
+use super::initial::start_values;
+use super::loop_along_path::check_loop_along_path;
 use super::loop_blocks::signals_at_begin;
 use super::margins::{LoopKinks, UNSTABLE, check_margins, check_sampled};
-use super::operating_point::{Asked, check_smooth, not_held};
-use super::passage::check_passage;
+use super::massless_motions::{check_readings, check_start, is_designable, without_massless};
+use super::multiplier_constraints::{
+    begin_on_rows, check_free, check_multipliers, moves_by_itself, not_on_rows, on_frozen_rows, on_rows,
+    prescribed_note, rows_refused, with_loop,
+};
+use super::operating_point::{NamedPoint, check_smooth, no_equilibrium};
 use super::places::places_in_control;
 use super::progress::{Progress, Silent};
+use super::reduced_design_model::{excluded, model_excluding, needed_by};
 use super::redundant::check_redundant;
+use super::requirements::{figures_and_requirements, plots, tolerance};
 use super::safety::{check_rows, safety_spec};
 use super::scenario::scenario;
+use super::signal_table::SignalContext;
 use super::stops::check_stops;
 use super::sweep::sweep_spec;
-use super::without::{left_out, model_without, needed_by};
 use super::{Prepared, PreparedVariant};
 use crate::assemble::assemble;
 use crate::diagnostics::{Diagnostic, Severity, quoted};
@@ -44,7 +44,7 @@ use crate::num::{Definiteness, Scalar, definiteness_of_rows};
 use crate::reduce::{OperatingPoint, Reduced, equilibrium_rows, reduce, sparse_model};
 use crate::schema::{LawKeys, Value};
 use crate::simulate::{Scenario, SignalEvent, signal_names};
-use crate::synthesis::{Law, Plant, Program, design_law, running, within};
+use crate::synthesis::{Law, Plant, Program, design_law, implemented, submodel_law};
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashSet};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -78,66 +78,73 @@ pub(super) fn prepare_document(
     let unread = out.iter().any(is_error);
     let all_settings = document.variant_settings();
     let mut first = None;
-    let heard = Steps::new(all_settings.iter().map(|variant| steps_of(document, variant)).sum(), progress);
+    let steps = Steps::new(all_settings.iter().map(|variant| steps_of(document, variant)).sum(), progress);
     // What one variant is does not depend on the others; what is told of it does.
     let one = |variant: &VariantSettings| {
         let VariantSettings { name: label, settings, controls, faults } = variant;
-        let (model, mut mistakes) = document.model_with(settings, controls.as_deref());
-        let is_known = !document.doubts.equations && !model.programs.broken && !mistakes.iter().any(is_error);
-        let ready = is_known.then(|| {
+        let (model, mut diagnostics) = document.model_with(settings, controls.as_deref());
+        let is_complete = !document.suppressed.equations && !model.programs.broken && !diagnostics.iter().any(is_error);
+        let ready = is_complete.then(|| {
             let name = if label.is_empty() { file_stem(&model.name) } else { label.clone() };
-            prepare_variant((purpose, &heard, None), document, name, model.clone(), (settings, faults), &mut mistakes)
+            prepare_variant(
+                (purpose, &steps, None),
+                document,
+                name,
+                model.clone(),
+                (settings, faults),
+                &mut diagnostics,
+            )
         });
-        document.check_tolerances(settings, &mut mistakes);
-        (model, ready.flatten(), mistakes)
+        document.check_tolerances(settings, &mut diagnostics);
+        (model, ready.flatten(), diagnostics)
     };
     let all: Vec<_> = all_settings.par_iter().map(one).collect();
     progress.preparing(1.0);
-    for (k, (model, variant, mistakes)) in all.into_iter().enumerate() {
+    for (k, (model, variant, diagnostics)) in all.into_iter().enumerate() {
         prepared.variants.extend(variant.map(Arc::new));
-        add_new(out, mistakes, (k > 0).then_some(&all_settings[k].name));
+        add_new(out, diagnostics, (k > 0).then_some(&all_settings[k].name));
         prepared.name.clone_from(&model.name);
         prepared.description.clone_from(&model.description);
         if k == 0 {
             first = Some(model);
         }
     }
-    let mut mistakes = Vec::new();
+    let mut diagnostics = Vec::new();
     let all_settings_of_first = all_settings.first().map(|first| first.settings.clone()).unwrap_or_default();
-    let known = match (prepared.variants.first(), first) {
+    let context = match (prepared.variants.first(), first) {
         (Some(variant), _) => {
             let signals = signal_names(&variant.reduced, &variant.scenario);
-            Known { document, signals, doubtful: BTreeSet::new() }
+            SignalContext { document, signals, doubtful: BTreeSet::new() }
         }
         (None, Some(mut model)) => {
             let reduced = unreduced(&mut model);
             let settings = &all_settings[0].settings;
-            let (scenario, _) = scenario(document, &model, (&reduced.equations, None), settings, &mut mistakes);
+            let (scenario, _) = scenario(document, &model, (&reduced.equations, None), settings, &mut diagnostics);
             let signals = signal_names(&reduced, &scenario);
-            let known = Known { document, signals, doubtful: model.doubtful };
-            analysis_spec(&known, &reduced.equations, None, settings, &mut mistakes);
-            known
+            let context = SignalContext { document, signals, doubtful: model.doubtful };
+            analysis_spec(&context, &reduced.equations, None, settings, &mut diagnostics);
+            context
         }
-        (None, None) => Known { document, signals: Vec::new(), doubtful: BTreeSet::new() },
+        (None, None) => SignalContext { document, signals: Vec::new(), doubtful: BTreeSet::new() },
     };
-    (prepared.figures, prepared.requirements) = figures_and_requirements(&known, &all_settings, &mut mistakes);
+    (prepared.figures, prepared.requirements) = figures_and_requirements(&context, &all_settings, &mut diagnostics);
     let names: Vec<String> = all_settings.into_iter().map(|variant| variant.name).collect();
-    prepared.plots = plots(&known, &names, &mut mistakes);
+    prepared.plots = plots(&context, &names, &mut diagnostics);
     let faults = prepared.variants.first().map(|variant| variant.faults.clone()).unwrap_or_default();
     let ends: Vec<(String, f64)> =
         prepared.all().map(|variant| (variant.name.clone(), variant.scenario.duration)).collect();
-    late_monitors(document, &ends, &mut mistakes);
-    prepared.safety = safety_spec(&known, &names, (&faults, &ends), &mut mistakes);
-    check_rows(document, &prepared, &mut mistakes);
-    prepared.sweep = Some(sweep_spec(&known, &names, &mut mistakes));
-    prepared.tolerance = tolerance(document, &mut mistakes);
-    if !document.doubts.equations {
-        super::bench::check(document, &all_settings_of_first, &mut mistakes);
+    late_monitors(document, &ends, &mut diagnostics);
+    prepared.safety = safety_spec(&context, &names, (&faults, &ends), &mut diagnostics);
+    check_rows(document, &prepared, &mut diagnostics);
+    prepared.sweep = Some(sweep_spec(&context, &names, &mut diagnostics));
+    prepared.tolerance = tolerance(document, &mut diagnostics);
+    if !document.suppressed.equations {
+        super::bench::check(document, &all_settings_of_first, &mut diagnostics);
     }
-    add_new(out, mistakes, None);
+    add_new(out, diagnostics, None);
     // What could not be read may be what connects them.
     if unread {
-        out.retain(|mistake| mistake.code != "model::disconnected");
+        out.retain(|diagnostic| diagnostic.code != "model::disconnected");
     }
     out.sort_by_key(|d| {
         (d.labels.first().map_or(usize::MAX, |label| label.place.start()), d.severity == Severity::Warning)
@@ -152,9 +159,9 @@ fn add_new(out: &mut Vec<Diagnostic>, found: Vec<Diagnostic>, later_variant: Opt
         let places: Vec<_> = d.labels.iter().map(|label| (label.place.clone(), label.text.clone())).collect();
         (d.code, places, later_variant.is_none().then(|| d.message.clone()))
     };
-    let mut known: HashSet<_> = out.iter().map(key).collect();
+    let mut reported: HashSet<_> = out.iter().map(key).collect();
     for mut diagnostic in found {
-        if !known.insert(key(&diagnostic)) {
+        if !reported.insert(key(&diagnostic)) {
             continue;
         }
         if let Some(variant) = later_variant {
@@ -170,29 +177,31 @@ fn unreduced(model: &mut Model) -> Reduced {
     let shafts = model.all_coordinates.clone();
     // A charge is known to the element that introduces it alone.
     let charges: Vec<(String, String)> = model.terms.iter().filter_map(charge_of).collect();
-    let known = |name: &String| shafts.contains(name) && charges.iter().all(|(charge, _)| charge != name);
-    let of_element = |named: &NamedTerm, along: &Direction| {
+    let has_coordinate = |name: &String| shafts.contains(name) && charges.iter().all(|(charge, _)| charge != name);
+    let of_element = |named: &NamedTerm, direction: &Direction| {
         let own = |name: &String| charges.iter().any(|(charge, element)| charge == name && *element == named.element);
-        along.entries.iter().all(|(name, _)| known(name) || own(name))
+        direction.entries.iter().all(|(name, _)| has_coordinate(name) || own(name))
     };
-    let (constraints, others): (Vec<_>, Vec<_>) =
+    let (constraints, free_terms): (Vec<_>, Vec<_>) =
         std::mem::take(&mut model.terms).into_iter().partition(|named| !matches!(named.term, Term::Output(_)));
     let (mut good, mut bad): (Vec<_>, Vec<_>) = constraints.into_iter().partition(|named| match &named.term {
-        Term::Inertia { along, .. }
-        | Term::Spring { along, .. }
-        | Term::Damper { along, .. }
-        | Term::Friction { along, .. }
-        | Term::Constraint { along, .. }
-        | Term::Compliance { along, .. }
-        | Term::Balance { along, .. }
-        | Term::Input { along, .. } => of_element(named, along),
-        Term::Hold { along, hold } => {
-            let named_by_it = hold.formula().into_iter().flat_map(|formula| formula.coordinates());
-            of_element(named, along) && named_by_it.map(String::from).all(|name| known(&name))
+        Term::Inertia { direction, .. }
+        | Term::Spring { direction, .. }
+        | Term::Damper { direction, .. }
+        | Term::Friction { direction, .. }
+        | Term::Constraint { direction, .. }
+        | Term::Compliance { direction, .. }
+        | Term::Balance { direction, .. }
+        | Term::Input { direction, .. } => of_element(named, direction),
+        Term::UnilateralConstraint { direction, unilateral } => {
+            let named_by_it = unilateral.formula().into_iter().flat_map(|formula| formula.coordinates());
+            of_element(named, direction) && named_by_it.map(String::from).all(|name| has_coordinate(&name))
         }
-        Term::Torque { along, law } => of_element(named, along) && law.coordinates().all(|name| known(&name.into())),
-        Term::Transmission { driven, driving, .. } => known(driven) && known(driving),
-        Term::Kept(row) => row.coordinates().into_iter().all(|name| known(&name.into())),
+        Term::Torque { direction, law } => {
+            of_element(named, direction) && law.coordinates().all(|name| has_coordinate(&name.into()))
+        }
+        Term::Transmission { driven, driving, .. } => has_coordinate(driven) && has_coordinate(driving),
+        Term::MultiplierLaw(row) => row.coordinates().into_iter().all(|name| has_coordinate(&name.into())),
         Term::Output(_) | Term::Charge { .. } | Term::Angle { .. } => true,
         Term::Position { .. } | Term::State { .. } | Term::Measure(_) | Term::Moving(_) => true,
     });
@@ -201,11 +210,11 @@ fn unreduced(model: &mut Model) -> Reduced {
             |term: &Term| matches!(term, Term::Constraint { .. } | Term::Compliance { .. } | Term::Transmission { .. });
         good.iter().any(|named| named.element == *element && is_row(&named.term))
     };
-    let (sensors, lost): (Vec<_>, Vec<_>) = others.into_iter().partition(|named| match &named.term {
+    let (sensors, lost): (Vec<_>, Vec<_>) = free_terms.into_iter().partition(|named| match &named.term {
         Term::Output(sensor) => match &sensor.measured {
-            Measured::Angle(shaft) | Measured::Speed(shaft) | Measured::NetTorque(shaft) => known(shaft),
+            Measured::Angle(shaft) | Measured::Speed(shaft) | Measured::NetTorque(shaft) => has_coordinate(shaft),
             Measured::ConstraintTorque(element, shaft) | Measured::ComplianceTorque(element, shaft) => {
-                known(shaft) && constrains(element)
+                has_coordinate(shaft) && constrains(element)
             }
             Measured::SpringTorque(_) | Measured::Signal(_) => true,
         },
@@ -267,21 +276,21 @@ pub(super) fn prepare_sample(
     (name, designed): (&str, Option<&PreparedVariant>),
     (settings, controls, faults): (&[Setting], Option<&[String]>, &[String]),
 ) -> Result<PreparedVariant, Vec<Diagnostic>> {
-    let (model, mut mistakes) = document.model_with(settings, controls);
-    if mistakes.iter().any(is_error) || model.programs.broken {
-        return Err(mistakes);
+    let (model, mut diagnostics) = document.model_with(settings, controls);
+    if diagnostics.iter().any(is_error) || model.programs.broken {
+        return Err(diagnostics);
     }
-    let heard = Steps::new(1, &Silent);
-    let purpose = (Purpose::Sample, &heard, designed);
-    let found = prepare_variant(purpose, document, name.to_string(), model, (settings, faults), &mut mistakes);
+    let steps = Steps::new(1, &Silent);
+    let purpose = (Purpose::Sample, &steps, designed);
+    let found = prepare_variant(purpose, document, name.to_string(), model, (settings, faults), &mut diagnostics);
     match found {
-        Some(variant) if !mistakes.iter().any(is_error) => Ok(variant),
-        _ => Err(mistakes),
+        Some(variant) if !diagnostics.iter().any(is_error) => Ok(variant),
+        _ => Err(diagnostics),
     }
 }
 
 /// Whether what was designed for a variant fits another one: the same coordinates, inputs and sensors.
-fn is_alike(one: &Reduced, other: &Reduced) -> bool {
+fn is_compatible(one: &Reduced, other: &Reduced) -> bool {
     let inputs = |of: &Reduced| of.equations.inputs.iter().map(|input| input.element.clone()).collect::<Vec<_>>();
     let sensors = |of: &Reduced| of.equations.sensors.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
     one.coordinates == other.coordinates
@@ -291,7 +300,7 @@ fn is_alike(one: &Reduced, other: &Reduced) -> bool {
 }
 
 fn prepare_variant(
-    (purpose, heard, nominal): (Purpose, &Steps<'_>, Option<&PreparedVariant>),
+    (purpose, steps, nominal): (Purpose, &Steps<'_>, Option<&PreparedVariant>),
     document: &Document,
     name: String,
     model: Model,
@@ -305,23 +314,23 @@ fn prepare_variant(
     let controls = if massless.is_empty() { &model.controls[..] } else { &[] };
     let (mut scenario, faults) = scenario(document, &model, (&reduced.equations, Some(&reduced)), settings, out);
     add_faults(document, (&mut scenario, &faults), (&name, own_faults), out);
-    let given = given_start(document, settings, &reduced);
-    let start = on_rows(&reduced, &given, &scenario);
-    let asked = Asked::of(document, (&reduced, &start), controls, settings, out);
+    let prescribed = start_values(document, settings, &reduced);
+    let start = on_rows(&reduced, &prescribed, &scenario);
+    let named_point = NamedPoint::of(document, (&reduced, &start), controls, settings, out);
     let as_it_is = reduced.unrelaxed();
-    let (point, multipliers) = standing(document, &reduced, controls, asked.as_ref(), out);
+    let (point, multipliers) = loop_rest_point(document, &reduced, controls, named_point.as_ref(), out);
     let designing = if purpose == Purpose::Equations { &[] } else { controls };
-    let nominal = nominal.filter(|nominal| is_alike(&nominal.reduced, &reduced));
+    let nominal = nominal.filter(|nominal| is_compatible(&nominal.reduced, &reduced));
     let plants: Vec<Option<Plant>> = match nominal {
         Some(nominal) => nominal.design_models.iter().cloned().map(Some).collect(),
         None => {
-            let plant = |control| design_model(document, &as_it_is, (settings, asked.as_ref()?), control, out);
+            let plant = |control| design_model(document, &as_it_is, (settings, named_point.as_ref()?), control, out);
             designing.iter().map(plant).collect()
         }
     };
-    let held = (!controls.is_empty()).then_some(&point);
-    let mut start_notes = start_at_rest(document, (&reduced, held), &mut scenario, out);
-    start_notes.extend(begin_on_rows(document, &reduced, &given, &mut scenario, out));
+    let trim_point = (!controls.is_empty()).then_some(&point);
+    let mut start_notes = start_at_rest(document, (&reduced, trim_point), &mut scenario, out);
+    start_notes.extend(begin_on_rows(document, &reduced, &prescribed, &mut scenario, out));
     if !is_finite_at(&reduced, &scenario.position) {
         out.push(
             Diagnostic::error("number::range", "at the initial position an angle is too large for a number")
@@ -330,15 +339,15 @@ fn prepare_variant(
         );
         return None;
     }
-    let known = Known { document, signals: signal_names(&reduced, &scenario), doubtful: BTreeSet::new() };
+    let context = SignalContext { document, signals: signal_names(&reduced, &scenario), doubtful: BTreeSet::new() };
     check_start(document, &reduced, (&scenario.position, &scenario.speed), out);
     check_stops(document, &reduced, &scenario.position, out);
     let start = Point { reduced: &reduced, initial: &scenario.position };
-    let analysis = analysis_spec(&known, &reduced.equations, Some(start), settings, out);
-    heard.step();
-    let Laws { design_models, designed, running } =
-        laws_of((document, heard), (&reduced, &model, &scenario), (designing, plants, nominal), out);
-    start_notes.extend(references_at_rest(document, &running, &mut scenario));
+    let analysis = analysis_spec(&context, &reduced.equations, Some(start), settings, out);
+    steps.step();
+    let Laws { design_models, designed, implemented } =
+        laws_of((document, steps), (&reduced, &model, &scenario), (designing, plants, nominal), out);
+    start_notes.extend(references_at_rest(document, &implemented, &mut scenario));
     let complete = designed.len() == designing.len();
     let variant = PreparedVariant {
         name,
@@ -346,11 +355,11 @@ fn prepare_variant(
         reduced,
         design_models,
         designed,
-        running,
+        implemented,
         scenario,
         faults,
         has_faults: !own_faults.is_empty(),
-        computed: Computed::of(document, settings, &known.signals),
+        computed: Computed::of(document, settings, &context.signals),
         analysis,
         point,
         massless,
@@ -363,10 +372,11 @@ fn prepare_variant(
     if purpose == Purpose::Sample {
         return complete.then_some(variant);
     }
-    let variant = with_motion(with_loop(variant, &multipliers), asked.and_then(|asked| asked.motion), out);
+    let variant =
+        with_motion(with_loop(variant, &multipliers), named_point.and_then(|named_point| named_point.motion), out);
     check_blocks(document, &variant, out);
     if complete && purpose == Purpose::Run {
-        check_loop(document, &variant, heard, out);
+        check_loop(document, &variant, steps, out);
     }
     complete.then_some(variant)
 }
@@ -376,12 +386,12 @@ fn prepare_variant(
 struct Laws {
     design_models: Vec<Plant>,
     designed: Vec<Arc<dyn Law>>,
-    running: Vec<Arc<dyn Law>>,
+    implemented: Vec<Arc<dyn Law>>,
 }
 
 /// Designs the laws of a variant; those of one that is like it are taken over, but for programs.
 fn laws_of(
-    (document, heard): (&Document, &Steps<'_>),
+    (document, steps): (&Document, &Steps<'_>),
     (reduced, model, scenario): (&Reduced, &Model, &Scenario),
     (controls, plants, nominal): (&[ControlSpec], Vec<Option<Plant>>, Option<&PreparedVariant>),
     out: &mut Vec<Diagnostic>,
@@ -390,7 +400,7 @@ fn laws_of(
     for (number, (control, plant)) in controls.iter().zip(plants).enumerate() {
         let Some(mut plant) = plant else { continue };
         let law = match nominal.filter(|_| control.law.keyword != Program::KEYWORD) {
-            Some(nominal) => Some((Arc::clone(&nominal.designed[number]), Arc::clone(&nominal.running[number]))),
+            Some(nominal) => Some((Arc::clone(&nominal.designed[number]), Arc::clone(&nominal.implemented[number]))),
             None => {
                 plant.signals = signals_at_begin(scenario);
                 plant.elements = model.elements.iter().map(|one| (one.kind.clone(), one.name.clone())).collect();
@@ -398,10 +408,10 @@ fn laws_of(
             }
         };
         let Some((law, as_it_runs)) = law else { continue };
-        heard.step();
+        steps.step();
         found.design_models.push(plant);
         found.designed.push(law);
-        found.running.push(as_it_runs);
+        found.implemented.push(as_it_runs);
     }
     found
 }
@@ -433,7 +443,7 @@ fn add_faults(
 
 /// Where the loop bends at its operating point and is stable on one side, what is told of the opposite one.
 fn check_opposite_side(variant: &PreparedVariant, before: usize, out: &mut Vec<Diagnostic>) {
-    let is_unstable = |told: &Diagnostic| told.code == UNSTABLE;
+    let is_unstable = |diagnostic: &Diagnostic| diagnostic.code == UNSTABLE;
     if out[before..].iter().any(is_unstable) {
         return;
     }
@@ -441,51 +451,51 @@ fn check_opposite_side(variant: &PreparedVariant, before: usize, out: &mut Vec<D
     let Some(side) = kinks.opposite() else { return };
     let mut found = Vec::new();
     check_sampled(&variant.on_side(&side), &mut found);
-    out.extend(found.into_iter().filter(is_unstable).map(|told| {
-        let message = format!("on the side where {} {}", kinks.words(&side), told.message);
-        Diagnostic { message, ..told }
+    out.extend(found.into_iter().filter(is_unstable).map(|diagnostic| {
+        let message = format!("on the side where {} {}", kinks.description(&side), diagnostic.message);
+        Diagnostic { message, ..diagnostic }
     }));
 }
 
 /// What is wrong with the loop of a variant that could be run.
-fn check_loop(document: &Document, variant: &PreparedVariant, heard: &Steps<'_>, out: &mut Vec<Diagnostic>) {
+fn check_loop(document: &Document, variant: &PreparedVariant, steps: &Steps<'_>, out: &mut Vec<Diagnostic>) {
     // Behind a lock no map knows the loop, which was told.
     if !variant.model.controls.is_empty() && !engaged_locks(variant).is_empty() {
-        heard.step();
-        heard.step();
+        steps.step();
+        steps.step();
         check_effort(document, variant, out);
         return;
     }
     let before = out.len();
     check_sampled(variant.in_loop(), out);
     check_opposite_side(variant.in_loop(), before, out);
-    let told = out[before..].iter().any(|told| told.code == UNSTABLE);
-    heard.step();
+    let reported = out[before..].iter().any(|reported| reported.code == UNSTABLE);
+    steps.step();
     if !out.iter().any(is_error) {
         check_margins(variant.in_loop(), out);
         check_effort(document, variant, out);
     }
-    heard.step();
+    steps.step();
     // Where it is unstable as it stands, that was told.
-    if !told {
-        check_passage(variant.in_loop(), out);
+    if !reported {
+        check_loop_along_path(variant.in_loop(), out);
     }
 }
 
 /// Where the loop of a variant stands, with its own parameters, and the multipliers of its kept rows there.
-fn standing(
+fn loop_rest_point(
     document: &Document,
     reduced: &Reduced,
     controls: &[ControlSpec],
-    asked: Option<&Asked>,
+    named_point: Option<&NamedPoint>,
     out: &mut Vec<Diagnostic>,
 ) -> (OperatingPoint, Vec<f64>) {
-    let zero = (OperatingPoint::zero(reduced), vec![0.0; reduced.equations.kept.len()]);
-    let (Some(asked), false) = (asked, controls.is_empty()) else { return zero };
-    match asked.find(reduced) {
+    let zero = (OperatingPoint::zero(reduced), vec![0.0; reduced.equations.multiplier_constraints.len()]);
+    let (Some(named_point), false) = (named_point, controls.is_empty()) else { return zero };
+    match named_point.find(reduced) {
         Ok(found) => (found.point, found.multipliers),
         Err(why) => {
-            out.push(asked.refusal(document, controls, &why));
+            out.push(named_point.refusal(document, controls, &why));
             zero
         }
     }
@@ -506,21 +516,21 @@ fn start_at_rest(
     scenario: &mut Scenario,
     out: &mut Vec<Diagnostic>,
 ) -> Vec<String> {
-    let asked = document.scenario.values.get("start");
-    if asked.is_some_and(|found| found.value == Value::Word("operating_point".into())) {
+    let start_value = document.scenario.values.get("start");
+    if start_value.is_some_and(|found| found.value == Value::Word("operating_point".into())) {
         let Some(point) = point else {
             return vec!["without controllers there is no operating point: the run begins at `initial`".into()];
         };
-        let given = scenario.position.iter().any(|angle| *angle != 0.0);
-        let instead = if given { ", in place of the angles of `initial`" } else { "" };
+        let has_angles = scenario.position.iter().any(|angle| *angle != 0.0);
+        let instead = if has_angles { ", in place of the angles of `initial`" } else { "" };
         scenario.position.clone_from(&point.position);
         begin_currents(reduced, scenario, &point.rates);
         return vec![format!(
             "the run begins at the operating point of its controllers{instead}: {}",
-            in_words(reduced, &point.position)
+            format_position(reduced, &point.position)
         )];
     }
-    if !asked.is_some_and(|found| found.value == Value::Word("equilibrium".into())) {
+    if !start_value.is_some_and(|found| found.value == Value::Word("equilibrium".into())) {
         return Vec::new();
     }
     let slips = reduced.relaxation.iter().any(|relaxation| !relaxation.slips.is_empty());
@@ -533,7 +543,7 @@ fn start_at_rest(
             scenario.position = position;
             begin_currents(reduced, scenario, &rates);
             let more = more.into_iter().map(|more| more.replace("CHOICE", "`initial` of `[scenario]`"));
-            std::iter::once(format!("the run begins at {found}")).chain(more).chain(stands_still(reduced)).collect()
+            std::iter::once(format!("the run begins at {found}")).chain(more).chain(prescribed_note(reduced)).collect()
         }
         Err(message) => {
             out.push(
@@ -547,10 +557,10 @@ fn start_at_rest(
 }
 
 /// In a run that begins at the operating point, references begin where they rest, unless the scenario sets them then; tells which.
-fn references_at_rest(document: &Document, running: &[Arc<dyn Law>], scenario: &mut Scenario) -> Option<String> {
+fn references_at_rest(document: &Document, implemented: &[Arc<dyn Law>], scenario: &mut Scenario) -> Option<String> {
     document.scenario.values.get("start").filter(|found| found.value == Value::Word("operating_point".into()))?;
     let mut begin = Vec::new();
-    for law in running {
+    for law in implemented {
         for (reference, rest) in law.references().iter().zip(law.references_at_rest()) {
             let Some(source) = scenario.sources.iter().position(|source| source.name == reference.name) else {
                 continue;
@@ -592,7 +602,7 @@ fn reduced_model(
             return None;
         }
     };
-    let follows = check_kept(document, &reduced, out) & check_free(document, &reduced, out);
+    let follows = check_multipliers(document, &reduced, out) & check_free(document, &reduced, out);
     if !check_matrices(document, &reduced, out, &mut massless) || !follows {
         return None;
     }
@@ -627,12 +637,12 @@ fn designed_law(
         return None;
     }
     let law = design_law(control.law, &control.name, &control.values, plant);
-    let without = control.values.words("without").filter(|names| !names.is_empty());
-    let whole = |law: Arc<dyn Law>| match without {
-        Some(names) => within(law, &plant.reduced, reduced, &quoted(names.iter().map(String::as_str))),
+    let excluded = control.values.names("without").filter(|names| !names.is_empty());
+    let whole = |law: Arc<dyn Law>| match excluded {
+        Some(names) => submodel_law(law, &plant.reduced, reduced, &quoted(names.iter().map(String::as_str))),
         None => law,
     };
-    if law.as_ref().is_ok_and(|law| law.on_full_model()) && Asked::is_named(document, control) {
+    if law.as_ref().is_ok_and(|law| law.on_full_model()) && NamedPoint::is_named(document, control) {
         let message = format!("control `{}`: a law on the full nonlinear model has no operating point", control.name);
         out.push(
             Diagnostic::error("control::point", message)
@@ -641,18 +651,18 @@ fn designed_law(
         );
         return None;
     }
-    if law.as_ref().is_ok_and(|law| law.on_full_model()) && !reduced.equations.kept.is_empty() {
+    if law.as_ref().is_ok_and(|law| law.on_full_model()) && !reduced.equations.multiplier_constraints.is_empty() {
         out.push(not_on_rows(control, reduced));
         return None;
     }
-    match law.and_then(|law| Ok((Arc::clone(&law), running(law, &control.values)?))) {
-        Ok((law, running)) if running.linear().fits_single() => {
-            if !check_readings(document, (control, plant), &*running, out) {
+    match law.and_then(|law| Ok((Arc::clone(&law), implemented(law, &control.values)?))) {
+        Ok((law, implemented)) if implemented.linear().fits_single() => {
+            if !check_readings(document, (control, plant), &*implemented, out) {
                 return None;
             }
-            let why = plant.not_held.as_ref().filter(|_| !law.on_full_model());
-            out.extend(why.map(|why| not_held(control, plant.default_point(), why)));
-            Some((whole(law), whole(running)))
+            let why = plant.no_equilibrium.as_ref().filter(|_| !law.on_full_model());
+            out.extend(why.map(|why| no_equilibrium(control, plant.default_point(), why)));
+            Some((whole(law), whole(implemented)))
         }
         Ok(_) => {
             let message =
@@ -676,15 +686,15 @@ fn plant_at(
     document: &Document,
     control: &ControlSpec,
     reduced: Reduced,
-    asked: &Asked,
+    named_point: &NamedPoint,
     out: &mut Vec<Diagnostic>,
 ) -> Option<Plant> {
-    match asked.find(&reduced) {
+    match named_point.find(&reduced) {
         Ok(found) => {
             if !check_smooth(document, control, (&reduced, &found.point), out) {
                 return None;
             }
-            let mut plant = match reduced.equations.kept.is_empty() {
+            let mut plant = match reduced.equations.multiplier_constraints.is_empty() {
                 true => Plant::at(reduced, found.point),
                 false => match on_frozen_rows(&reduced, &found.point, &found.multipliers) {
                     Ok(plant) => plant,
@@ -694,12 +704,12 @@ fn plant_at(
                     }
                 },
             };
-            (plant.told, plant.not_held) = (found.told, found.not_held);
+            (plant.point_note, plant.no_equilibrium) = (found.point_note, found.no_equilibrium);
             Some(plant)
         }
         // Told of the variant; with the design values it is another mistake.
         Err(why) => {
-            add_new(out, vec![asked.refusal(document, std::slice::from_ref(control), &why)], None);
+            add_new(out, vec![named_point.refusal(document, std::slice::from_ref(control), &why)], None);
             None
         }
     }
@@ -709,7 +719,7 @@ fn plant_at(
 fn design_model(
     document: &Document,
     reduced: &Reduced,
-    (settings, asked): (&[Setting], &Asked),
+    (settings, named_point): (&[Setting], &NamedPoint),
     control: &ControlSpec,
     out: &mut Vec<Diagnostic>,
 ) -> Option<Plant> {
@@ -722,8 +732,8 @@ fn design_model(
                 .help("for its design it is where it begins, at rest, and the motion disturbs the loop"),
         );
     }
-    let left_out = left_out(document, control, out)?;
-    let laws = reduced.equations.laws.iter().filter(|law| law.value.is_of_time() && !left_out.contains(&law.element));
+    let excluded = excluded(document, control, out)?;
+    let laws = reduced.equations.laws.iter().filter(|law| law.value.is_of_time() && !excluded.contains(&law.element));
     let of_time: Vec<&str> = laws.map(|law| law.element.as_str()).collect();
     // A program knows no torques.
     if !of_time.is_empty() && control.law.keyword != Program::KEYWORD {
@@ -735,43 +745,43 @@ fn design_model(
                 .help("a torque that it is not to know is a `disturbance` with a function of time"),
         );
     }
-    if control.design.is_empty() && left_out.is_empty() {
-        return plant_at(document, control, reduced.clone(), asked, out);
+    if control.design.is_empty() && excluded.is_empty() {
+        return plant_at(document, control, reduced.clone(), named_point, out);
     }
-    let kept = settings.iter().filter(|s| control.design.iter().all(|d| d.name != s.name));
-    let all: Vec<Setting> = kept.chain(&control.design).cloned().collect();
+    let retained = settings.iter().filter(|s| control.design.iter().all(|d| d.name != s.name));
+    let all: Vec<Setting> = retained.chain(&control.design).cloned().collect();
     // Which controllers are in the loop does not matter to the plant.
-    let (model, mistakes) = document.model_with(&all, Some(&[]));
+    let (model, diagnostics) = document.model_with(&all, Some(&[]));
     let place = document.controls.iter().find(|c| c.place == control.place);
     let place = place.map_or_else(|| control.place.clone(), |c| TableReader::place(&c.table, "design"));
     let mut wrong = false;
-    for mistake in mistakes.into_iter().filter(is_error) {
+    for diagnostic in diagnostics.into_iter().filter(is_error) {
         wrong = true;
-        let Diagnostic { code, message, labels, .. } = mistake;
-        let mut mistake =
+        let Diagnostic { code, message, labels, .. } = diagnostic;
+        let mut diagnostic =
             Diagnostic::error(code, format!("with the design values of control `{}`: {message}", control.name))
                 .at(place.clone(), "with these values")
                 .help("choose design values that every element can take");
-        mistake.labels.extend(labels);
-        add_new(out, vec![mistake], None);
+        diagnostic.labels.extend(labels);
+        add_new(out, vec![diagnostic], None);
     }
     if wrong {
         return None;
     }
-    if left_out.is_empty() {
+    if excluded.is_empty() {
         let names = reduced.coordinate_names();
         let design = reduced_design((control, place), (&model, &names), reduced, out)?;
-        return plant_at(document, control, design, asked, out);
+        return plant_at(document, control, design, named_point, out);
     }
-    let model = model_without(&model, &left_out);
-    if let Some(mistake) = needed_by(document, control, &model) {
-        out.push(mistake);
+    let model = model_excluding(&model, &excluded);
+    if let Some(diagnostic) = needed_by(document, control, &model) {
+        out.push(diagnostic);
         return None;
     }
-    let names: Vec<String> = reduced.coordinate_names().into_iter().filter(|name| !left_out.contains(name)).collect();
+    let names: Vec<String> = reduced.coordinate_names().into_iter().filter(|name| !excluded.contains(name)).collect();
     let design = reduced_design((control, place), (&model, &names), reduced, out)?;
-    let asked = Asked::anywhere(&design, control);
-    plant_at(document, control, design, &asked, out)
+    let named_point = NamedPoint::anywhere(&design, control);
+    plant_at(document, control, design, &named_point, out)
 }
 
 /// The model with the design values of a controller in explicit form, in the coordinates of the model itself.

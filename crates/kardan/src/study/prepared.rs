@@ -67,9 +67,9 @@ pub(super) struct Settled {
     /// Linear around there.
     pub tasks: Vec<LinearTask>,
     /// What signals and blocks are there.
-    pub answers: BTreeMap<String, f64>,
+    pub outputs: BTreeMap<String, f64>,
     /// Whether some blocks bend or switch, so that elsewhere they do otherwise.
-    pub bend: bool,
+    pub nonlinear: bool,
     /// Blocks that pass nothing on there, as they stand at a limit or in a dead zone.
     pub flat: Vec<String>,
 }
@@ -88,7 +88,7 @@ pub struct PreparedVariant {
     /// The laws as they were designed, in the same order.
     pub designed: Vec<Arc<dyn Law>>,
     /// The laws as they run: those with a sample time at that.
-    pub running: Vec<Arc<dyn Law>>,
+    pub implemented: Vec<Arc<dyn Law>>,
     /// What happens.
     pub scenario: Scenario,
     /// What may fail in it, by name.
@@ -146,7 +146,7 @@ impl PreparedVariant {
     }
 
     /// The same with another model of its loop, at an operating point of that.
-    pub(super) fn standing_in(&self, reduced: Reduced, point: OperatingPoint) -> Self {
+    pub(super) fn with_model(&self, reduced: Reduced, point: OperatingPoint) -> Self {
         let position = point.position.clone();
         let speed = vec![0.0; position.len()];
         Self {
@@ -155,7 +155,7 @@ impl PreparedVariant {
             reduced,
             design_models: self.design_models.clone(),
             designed: self.designed.clone(),
-            running: self.running.clone(),
+            implemented: self.implemented.clone(),
             scenario: Scenario { position, speed, ..self.scenario.clone() },
             faults: self.faults.clone(),
             has_faults: self.has_faults,
@@ -182,7 +182,7 @@ impl PreparedVariant {
         Self {
             design_models: self.design_models.iter().map(|plant| plant.on_side(side)).collect(),
             designed: self.designed.iter().map(on).collect(),
-            running: self.running.iter().map(on).collect(),
+            implemented: self.implemented.iter().map(on).collect(),
             point: OperatingPoint { side: side.clone(), ..self.point.clone() },
             looped: None,
             settled: OnceLock::new(),
@@ -211,7 +211,7 @@ impl PreparedVariant {
 
     /// Whether the design of a controller leaves elements out.
     pub(super) fn leaves_out(&self, number: usize) -> bool {
-        self.model.controls[number].values.words("without").is_some_and(|names| !names.is_empty())
+        self.model.controls[number].values.names("without").is_some_and(|names| !names.is_empty())
     }
 
     /// The time constant of each input's motor, s.
@@ -221,7 +221,7 @@ impl PreparedVariant {
 
     /// The linear plant of its loop at the operating point, with its motors and sensors.
     pub(super) fn loop_plant(&self) -> LoopPlant {
-        LoopPlant::new(&self.linear_model(), &self.lags()).with_sensors(&self.reduced).with_answered(&self.reduced)
+        LoopPlant::new(&self.linear_model(), &self.lags()).with_sensors(&self.reduced).with_block_torques(&self.reduced)
     }
 
     /// The same with coefficients that vary, of a linear model.

@@ -20,7 +20,7 @@ pub trait Progress: Sync {
     fn preparing(&self, _fraction: f64) {}
 
     /// Something worth to be said while it runs, which is no part of what is found.
-    fn say(&self, _text: &str) {}
+    fn message(&self, _text: &str) {}
 
     /// Why everything is to end now; `None`: it goes on. Asked often by all that takes long and keeps what it has: runs end
     /// with [`Outcome::Failed`](crate::results::Outcome::Failed) and this cause, trials of a design are left out and say so.
@@ -30,7 +30,7 @@ pub trait Progress: Sync {
 
     /// Something is finished that is worth to be shown should nothing more come; it takes the place of what was kept before. Told
     /// between parts that cannot be ended in their middle, such as proofs and eigenvalues. `part` makes a copy.
-    fn keep(&self, _part: &dyn Fn() -> Part) {}
+    fn store_partial(&self, _part: &dyn Fn() -> Part) {}
 
     /// What was kept is not needed any more: all is done.
     fn release(&self) {}
@@ -104,17 +104,17 @@ impl Progress for Counted<'_> {
 }
 
 /// Simulates, heard as the variant of that number and name, and ended, through `progress`.
-pub(super) fn simulate_heard(
+pub(super) fn simulate_with_progress(
     setup: Setup<'_>,
     tolerance: Tolerance,
     (number, name): (usize, &str),
     progress: &dyn Progress,
 ) -> RunResult {
-    run_heard(Ready::new(setup, tolerance), (number, name), progress)
+    run_with_progress(Ready::new(setup, tolerance), (number, name), progress)
 }
 
 /// The same of a run that is compiled.
-pub(super) fn run_heard(ready: Ready, (number, name): (usize, &str), progress: &dyn Progress) -> RunResult {
+pub(super) fn run_with_progress(ready: Ready, (number, name): (usize, &str), progress: &dyn Progress) -> RunResult {
     progress.advance(number, name, 0.0);
     let result = ready.run(&mut |part| {
         progress.advance(number, name, part);

@@ -7,7 +7,7 @@ use super::Prepared;
 use super::prepare::{Purpose, is_error, prepare_document};
 use super::progress::{Progress, Silent};
 use crate::diagnostics::Diagnostic;
-use crate::entries::{Entries, Written};
+use crate::entries::{Entries, RawValue};
 use crate::file::to_toml;
 use crate::model::{Builder, Document, FileBytes, assign, open, read_entries};
 use crate::schema::{ElementKeys, LawKeys};
@@ -22,7 +22,7 @@ use crate::simulate::{Setup, Simulation};
 /// use kardan::study::{Project, Settings, Silent};
 ///
 /// let project = Project::open(model::builtin("two-bodies").unwrap().source);
-/// assert!(project.mistakes().is_empty());
+/// assert!(project.diagnostics().is_empty());
 /// let study = project.run(&Settings::default(), &Silent).unwrap();
 /// let design = project.design(&Default::default(), &Silent);
 /// assert_eq!(study.runs.len(), project.prepared().variants.len());
@@ -43,11 +43,11 @@ pub struct Project {
 }
 
 impl Project {
-    /// Reads the text of a model file; mistakes are told by [`mistakes`](Self::mistakes).
+    /// Reads the text of a model file; mistakes are told by [`diagnostics`](Self::mistakes).
     pub fn open(source: impl Into<String>) -> Self {
         let source = source.into();
-        let (entries, mistakes, broken) = open(&source);
-        Self::of(entries, source, mistakes, broken)
+        let (entries, diagnostics, broken) = open(&source);
+        Self::of(entries, source, diagnostics, broken)
     }
 
     /// The model that a program has built.
@@ -57,11 +57,11 @@ impl Project {
     ///
     /// let shaft = Shaft::new().inertia("2 kg cm^2").friction("0.1 Nm");
     /// let project = Project::build(Builder::new("axle").element("axle", shaft));
-    /// assert!(project.mistakes().is_empty());
+    /// assert!(project.diagnostics().is_empty());
     /// assert_eq!(project.to_toml(), "[model]\nname = \"axle\"\n\n[shaft.axle]\ninertia = \"2 kg cm^2\"\nfriction = \"0.1 Nm\"\n");
     ///
     /// let wrong = Project::build(Builder::new("axle").element("axle", Shaft::new().inertia("2 kg")));
-    /// assert_eq!(wrong.mistakes()[0].labels[0].place.path(), Some("shaft.axle.inertia"));
+    /// assert_eq!(wrong.diagnostics()[0].labels[0].place.path(), Some("shaft.axle.inertia"));
     /// ```
     pub fn build(model: Builder) -> Self {
         Self::of(model.into_entries(), String::new(), Vec::new(), false)
@@ -89,11 +89,11 @@ impl Project {
     }
 
     /// The same with other runs, ready.
-    pub(super) fn with_ready(&self, prepared: Prepared, mistakes: Vec<Diagnostic>) -> Self {
+    pub(super) fn with_ready(&self, prepared: Prepared, diagnostics: Vec<Diagnostic>) -> Self {
         let (entries, source) = (self.entries.clone(), self.source.clone());
         let (document, reading) = (self.document.clone(), self.reading.clone());
         let (analysed, undesigned) = Default::default();
-        Self { entries, source, document, reading, ready: (prepared, mistakes).into(), analysed, undesigned }
+        Self { entries, source, document, reading, ready: (prepared, diagnostics).into(), analysed, undesigned }
     }
 
     /// Its typed tables.
@@ -101,8 +101,8 @@ impl Project {
         &self.document
     }
 
-    fn of(entries: Entries, source: String, mistakes: Vec<Diagnostic>, broken: bool) -> Self {
-        let (document, reading) = read_entries(&entries, mistakes, broken);
+    fn of(entries: Entries, source: String, diagnostics: Vec<Diagnostic>, broken: bool) -> Self {
+        let (document, reading) = read_entries(&entries, diagnostics, broken);
         let (ready, analysed, undesigned) = Default::default();
         Self { entries, source, document, reading, ready, analysed, undesigned }
     }
@@ -135,7 +135,7 @@ impl Project {
     /// ```
     ///
     /// # Errors
-    /// No `=`, no such table or parameter. What is wrong in the value is told by [`mistakes`](Self::mistakes).
+    /// No `=`, no such table or parameter. What is wrong in the value is told by [`diagnostics`](Self::mistakes).
     pub fn with(&self, values: &[impl AsRef<str>]) -> Result<(Self, Vec<String>), Diagnostic> {
         let mut entries = self.entries.clone();
         let mut remarks = Vec::new();
@@ -150,15 +150,15 @@ impl Project {
     fn again(&self, entries: Entries) -> Self {
         let broken = |d: &&Diagnostic| matches!(d.code, "toml::syntax" | "file::empty");
         let broken: Vec<_> = self.reading.iter().filter(broken).cloned().collect();
-        let in_doubt = !broken.is_empty();
-        Self::of(entries, self.source.clone(), broken, in_doubt).with_files(self.document.files.clone())
+        let is_broken = !broken.is_empty();
+        Self::of(entries, self.source.clone(), broken, is_broken).with_files(self.document.files.clone())
     }
 
     /// The same model with another operating point of its analysis: signals with their values.
     pub(super) fn looked_at(&self, at: &[(String, String)]) -> Self {
         let put =
             |model: Builder, (signal, value): &(String, String)| model.set(&["analysis", "at", signal], value.clone());
-        self.changed(|model| at.iter().fold(model.without(&["analysis", "at"]), put))
+        self.changed(|model| at.iter().fold(model.removing(&["analysis", "at"]), put))
     }
 
     /// The model as a file: opened again it says the same.
@@ -186,7 +186,7 @@ impl Project {
     /// The controller of that law and name, as it is written.
     pub fn control<L: LawKeys>(&self, name: &str) -> Option<L> {
         let table = self.entries.table("control")?.table(name)?;
-        let law = matches!(table.get("law"), Some(Written::Text(law)) if law == L::KEYWORD);
+        let law = matches!(table.get("law"), Some(RawValue::Text(law)) if law == L::KEYWORD);
         if law { L::read_entries(table) } else { None }
     }
 
@@ -196,12 +196,12 @@ impl Project {
     }
 
     /// Everything that is wrong with it, and warnings, in the order of the file.
-    pub fn mistakes(&self) -> &[Diagnostic] {
+    pub fn diagnostics(&self) -> &[Diagnostic] {
         &self.ready().1
     }
 
     /// Prepares it now, heard by `progress`; what was prepared before is kept.
-    pub fn prepare_heard(&self, progress: &dyn Progress) {
+    pub fn prepare_with_progress(&self, progress: &dyn Progress) {
         self.ready.get_or_init(|| self.prepare(Purpose::Run, progress));
     }
 
@@ -215,12 +215,12 @@ impl Project {
     /// # Errors
     /// All mistakes; no such variant.
     pub fn simulation(&self, variant: Option<&str>) -> Result<Simulation, Vec<Diagnostic>> {
-        if self.mistakes().iter().any(is_error) {
-            return Err(self.mistakes().to_vec());
+        if self.diagnostics().iter().any(is_error) {
+            return Err(self.diagnostics().to_vec());
         }
         let prepared = self.prepared();
         let variant = prepared.variant(variant)?;
-        let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
+        let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &variant.scenario };
         Ok(Simulation::new(setup, prepared.tolerance))
     }
 
@@ -231,33 +231,35 @@ impl Project {
 
     /// What an analysis may go on with: the same, where a run is possible.
     pub(super) fn for_analysis(&self) -> (&Prepared, &[Diagnostic]) {
-        let (prepared, mistakes) = self.ready();
+        let (prepared, diagnostics) = self.ready();
         // A run settles motions without inertia, an analysis names them.
         let settled = prepared.variants.iter().any(|variant| variant.reduced.is_settled());
-        let keeps = prepared.variants.iter().any(|variant| !variant.reduced.equations.kept.is_empty());
-        if keeps && !mistakes.iter().any(is_error) {
-            let (prepared, mistakes) = self.analysed.get_or_init(|| match super::kept::for_analysis(prepared) {
-                Ok(frozen) => (frozen, mistakes.clone()),
-                Err(refused) => (Prepared::default(), mistakes.iter().cloned().chain([refused]).collect()),
-            });
-            return (prepared, mistakes);
+        let keeps =
+            prepared.variants.iter().any(|variant| !variant.reduced.equations.multiplier_constraints.is_empty());
+        if keeps && !diagnostics.iter().any(is_error) {
+            let (prepared, diagnostics) =
+                self.analysed.get_or_init(|| match super::multiplier_constraints::for_analysis(prepared) {
+                    Ok(frozen) => (frozen, diagnostics.clone()),
+                    Err(refused) => (Prepared::default(), diagnostics.iter().cloned().chain([refused]).collect()),
+                });
+            return (prepared, diagnostics);
         }
-        if !settled && !mistakes.iter().any(is_error) {
-            return (prepared, mistakes);
+        if !settled && !diagnostics.iter().any(is_error) {
+            return (prepared, diagnostics);
         }
-        let (prepared, mistakes) = self.analysed.get_or_init(|| self.prepare(Purpose::Analysis, &Silent));
-        (prepared, mistakes)
+        let (prepared, diagnostics) = self.analysed.get_or_init(|| self.prepare(Purpose::Analysis, &Silent));
+        (prepared, diagnostics)
     }
 
     /// What equations are written from: no controller is designed for that.
     pub(super) fn for_equations(&self) -> (&Prepared, &[Diagnostic]) {
-        let (prepared, mistakes) = match self.ready.get() {
+        let (prepared, diagnostics) = match self.ready.get() {
             None if !self.document.controls.is_empty() => {
                 self.undesigned.get_or_init(|| self.prepare(Purpose::Equations, &Silent))
             }
             _ => self.ready(),
         };
-        (prepared, mistakes)
+        (prepared, diagnostics)
     }
 
     fn ready(&self) -> &(Prepared, Vec<Diagnostic>) {
@@ -302,9 +304,9 @@ mod tests {
 
     /// The parts done of the preparation.
     #[derive(Default)]
-    struct Heard(std::sync::Mutex<Vec<f64>>);
+    struct Recorded(std::sync::Mutex<Vec<f64>>);
 
-    impl Progress for Heard {
+    impl Progress for Recorded {
         fn advance(&self, _: usize, _: &str, _: f64) {}
 
         fn preparing(&self, fraction: f64) {
@@ -348,15 +350,15 @@ signal = \"load\"
 to = \"push\"
 ";
         let project = Project::open(text);
-        let heard = Heard::default();
-        project.prepare_heard(&heard);
-        assert_eq!(project.mistakes(), []);
+        let fractions = Recorded::default();
+        project.prepare_with_progress(&fractions);
+        assert_eq!(project.diagnostics(), []);
         // The equations, the law, the sampled loop and its margins of three variants, begin and end.
-        let mut heard = heard.0.into_inner().unwrap_or_default();
-        assert_eq!((heard.len(), heard.first(), heard.last()), (14, Some(&0.0), Some(&1.0)));
-        heard.sort_by(f64::total_cmp);
-        heard.dedup();
-        assert_eq!(heard.len(), 13, "{heard:?}");
+        let mut fractions = fractions.0.into_inner().unwrap_or_default();
+        assert_eq!((fractions.len(), fractions.first(), fractions.last()), (14, Some(&0.0), Some(&1.0)));
+        fractions.sort_by(f64::total_cmp);
+        fractions.dedup();
+        assert_eq!(fractions.len(), 13, "{fractions:?}");
         let study = project.run(&Settings::default(), &Silent).expect("no mistakes");
         assert_eq!((study.runs.len(), study.designs.len()), (3, 1));
         project.analyze(&AnalyzeSettings::default(), &Silent).expect("no mistakes");

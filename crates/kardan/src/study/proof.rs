@@ -63,14 +63,14 @@ pub(super) fn prove(exact: &ExactLoop, plant: &Plant, design: &mut Design) {
 
 /// Says where the other controllers of the file couple outputs that this one alone decouples: they act by static feedback of
 /// angles and speeds, whose gains are taken as the fractions that their doubles are.
-pub(super) fn check_others(exact: &ExactLoop, plant: &Plant, laws: &[Arc<dyn Law>], own: usize, design: &mut Design) {
+pub(super) fn check_all_laws(exact: &ExactLoop, plant: &Plant, laws: &[Arc<dyn Law>], own: usize, design: &mut Design) {
     let states = plant.state_names();
     if design.decoupled != Some(true) || laws.len() < 2 {
         return;
     }
-    let others: Vec<&dyn Law> = laws.iter().enumerate().filter(|(k, _)| *k != own).map(|(_, law)| &**law).collect();
-    let whole = exact.closed.states.starts_with(&states) && others.iter().all(|law| law.states().is_empty());
-    let closed = whole.then(|| with_others(exact, plant, &others)).flatten();
+    let other_laws: Vec<&dyn Law> = laws.iter().enumerate().filter(|(k, _)| *k != own).map(|(_, law)| &**law).collect();
+    let whole = exact.closed.states.starts_with(&states) && other_laws.iter().all(|law| law.states().is_empty());
+    let closed = whole.then(|| with_all_laws(exact, plant, &other_laws)).flatten();
     match closed.map(|closed| coupled_entries(&closed)) {
         Some(entries) if entries.is_empty() => {}
         Some(entries) => {
@@ -85,9 +85,9 @@ pub(super) fn check_others(exact: &ExactLoop, plant: &Plant, laws: &[Arc<dyn Law
     }
 }
 
-fn with_others(exact: &ExactLoop, plant: &Plant, others: &[&dyn Law]) -> Option<LinearSystem> {
+fn with_all_laws(exact: &ExactLoop, plant: &Plant, other_laws: &[&dyn Law]) -> Option<LinearSystem> {
     let mut closed = exact.closed.clone();
-    for law in others {
+    for law in other_laws {
         let linear = law.linear();
         let b = plant.system(law.inputs(), &[]).b;
         let rational = |m: &Matrix<f64>| -> Option<Matrix<Rational>> {
@@ -142,12 +142,12 @@ fn not_counting(design: &Design) -> Vec<Pole> {
 }
 
 /// Whether all that goes on behind the outputs is stable, with motions of the plant that they do not show at all.
-fn with_hidden(known: &StabilityVerdict, hidden: &[Pole]) -> StabilityVerdict {
-    if known.word == Stability::Undecided || hidden.iter().all(|pole| pole.re < 0.0) {
-        return known.clone();
+fn with_hidden(verdict: &StabilityVerdict, hidden: &[Pole]) -> StabilityVerdict {
+    if verdict.word == Stability::Undecided || hidden.iter().all(|pole| pole.re < 0.0) {
+        return verdict.clone();
     }
-    let outside = known.word == Stability::Unstable && known.border.is_empty();
-    let mut border = known.border.clone();
+    let outside = verdict.word == Stability::Unstable && verdict.border.is_empty();
+    let mut border = verdict.border.clone();
     for pole in hidden.iter().filter(|pole| pole.re == 0.0 && pole.im >= 0.0) {
         let poles = if pole.im > 0.0 { 2 } else { 1 };
         match border.iter_mut().find(|motion| motion.is_of(*pole)) {
@@ -209,9 +209,9 @@ fn zeros(system: &LinearSystem, plant: &Plant) -> ZeroDynamics {
         return ZeroDynamics { polynomial, modes: Vec::new(), stability };
     }
     let stability = stability_of(&found.matrix, Plane::Continuous);
-    let alone = LinearSystem::state_space(found.matrix, Matrix::zeros(k, 0), Matrix::zeros(0, k));
-    let known = structure(&alone).expect("there are states and E is the identity");
-    let modes = exact_modes_of_pencil(&alone, &known.factors).unwrap_or_default();
+    let unforced = LinearSystem::state_space(found.matrix, Matrix::zeros(k, 0), Matrix::zeros(0, k));
+    let structural = structure(&unforced).expect("there are states and E is the identity");
+    let modes = exact_modes_of_pencil(&unforced, &structural.factors).unwrap_or_default();
     let basis = found.basis.to_f64();
     let modes = modes.iter().map(|mode| zero_mode(system, plant, &basis, mode.eigenvalue, mode)).collect();
     ZeroDynamics { polynomial, modes, stability }

@@ -2,10 +2,10 @@
 
 use crate::diagnostics::Diagnostic;
 use crate::model::TableReader;
-use crate::schema::{Placed, Scalar as Written, Sign, Table, Value};
+use crate::schema::{Placed, Scalar as SchemaScalar, Sign, Table, Value};
 use crate::units::{Dimension, Exact};
 
-pub(super) fn read_scalar(table: &Table, key: &str) -> Option<Placed<Written>> {
+pub(super) fn read_scalar(table: &Table, key: &str) -> Option<Placed<SchemaScalar>> {
     match table.values.get(key) {
         Some(Placed { value: Value::Scalar(scalar), place }) => {
             Some(Placed { value: scalar.clone(), place: place.clone() })
@@ -23,9 +23,9 @@ pub(super) fn read_word<'a>(table: &'a Table, key: &str) -> Option<&'a str> {
     }
 }
 
-pub(super) fn read_words<'a>(table: &'a Table, key: &str) -> &'a [Placed<String>] {
+pub(super) fn read_names<'a>(table: &'a Table, key: &str) -> &'a [Placed<String>] {
     table.values.get(key).map_or(&[], |spanned| match &spanned.value {
-        Value::Words(words) => words,
+        Value::Names(names) => names,
         _ => &[],
     })
 }
@@ -61,7 +61,7 @@ pub(super) fn quantity_like(
 /// A quantity in SI of one dimension.
 pub(super) fn of_dimension(
     reader: &TableReader<'_>,
-    scalar: &Placed<Written>,
+    scalar: &Placed<SchemaScalar>,
     expected: (Dimension, Sign),
     label: &str,
     out: &mut Vec<Diagnostic>,
@@ -74,7 +74,7 @@ type Fits = fn(&Dimension, &Dimension) -> bool;
 
 fn fitting(
     reader: &TableReader<'_>,
-    scalar: &Placed<Written>,
+    scalar: &Placed<SchemaScalar>,
     ((dimension, sign), fits): ((Dimension, Sign), Fits),
     label: &str,
     out: &mut Vec<Diagnostic>,

@@ -2,7 +2,7 @@
 
 use super::places::{at_each, place_of};
 use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::{Hold, Measured};
+use crate::equations::{Measured, UnilateralConstraint};
 use crate::model::Document;
 use crate::num::{Rational, rational_to_f64};
 use crate::reduce::Reduced;
@@ -10,8 +10,8 @@ use crate::results::ConstraintForces;
 use std::collections::BTreeSet;
 
 /// One sentence for each group of elements that share torques.
-pub(super) fn sharing_notes(reduced: &Reduced) -> Vec<String> {
-    reduced.sharing().iter().map(|group| format!("{}.", note(group).replacen("the", "The", 1))).collect()
+pub(super) fn redundancy_notes(reduced: &Reduced) -> Vec<String> {
+    reduced.redundant_groups().iter().map(|group| format!("{}.", note(group).replacen("the", "The", 1))).collect()
 }
 
 fn note(group: &BTreeSet<String>) -> String {
@@ -24,17 +24,21 @@ fn note(group: &BTreeSet<String>) -> String {
 
 /// Warns of torques that are not unique, and refuses sensors of such torques, which analyses, laws and observers read, and losses that depend on them.
 pub(super) fn check_redundant(document: &Document, reduced: &Reduced, out: &mut Vec<Diagnostic>) {
-    for group in reduced.sharing() {
+    for group in reduced.redundant_groups() {
         let warning = Diagnostic::warning("constraint::redundant", note(&group));
         let warning = at_each(document, group.iter().map(String::as_str), "shares its torque", warning);
         out.push(warning.help("what moves does not depend on the split; remove one of them if its torque matters"));
     }
-    let rub = reduced.equations.holds.iter().filter(|hold| matches!(hold.value, Hold::Mesh(_)));
-    for hold in rub.filter(|hold| reduced.shares_torque(&hold.element)) {
-        let message = format!("the teeth of `{}` lose a part of a torque that is not unique", hold.element);
+    let gear_losses = reduced
+        .equations
+        .unilaterals
+        .iter()
+        .filter(|unilateral| matches!(unilateral.value, UnilateralConstraint::GearLoss(_)));
+    for unilateral in gear_losses.filter(|unilateral| reduced.shares_torque(&unilateral.element)) {
+        let message = format!("the teeth of `{}` lose a part of a torque that is not unique", unilateral.element);
         out.push(
             Diagnostic::error("constraint::not-unique", message)
-                .at(place_of(document, &hold.element), "has an efficiency, or a loss")
+                .at(place_of(document, &unilateral.element), "has an efficiency, or a loss")
                 .help("remove a constraint that holds the same motion, put a spring into one of them, or take the loss out"),
         );
     }
@@ -55,11 +59,11 @@ pub(super) fn check_redundant(document: &Document, reduced: &Reduced, out: &mut 
 /// Multipliers per input, with those of redundant constraints: what the others carry is split as in a run.
 pub(super) fn split_multipliers(reduced: &Reduced, forces: &mut ConstraintForces) {
     let matrix = &mut forces.input_to_multiplier;
-    let (alone, columns) = (std::mem::take(&mut matrix.values), 0..matrix.columns.len());
+    let (minimal, columns) = (std::mem::take(&mut matrix.values), 0..matrix.columns.len());
     let row = |shares: Vec<(usize, Rational)>| -> Vec<f64> {
         let shares: Vec<(usize, f64)> = shares.iter().map(|(row, share)| (*row, rational_to_f64(share))).collect();
-        columns.clone().map(|column| shares.iter().map(|(row, share)| share * alone[*row][column]).sum()).collect()
+        columns.clone().map(|column| shares.iter().map(|(row, share)| share * minimal[*row][column]).sum()).collect()
     };
-    matrix.values = reduced.split(alone.len()).into_iter().map(row).collect();
+    matrix.values = reduced.split(minimal.len()).into_iter().map(row).collect();
     matrix.rows.extend(reduced.redundant.iter().map(|row| row.constraint.element.clone()));
 }

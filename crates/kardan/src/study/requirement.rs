@@ -4,7 +4,7 @@ use super::measure::{Band, Measured, Window, measured};
 use super::measure_over::measured_over;
 use crate::model::tables::Measure;
 use crate::names::{Quantity, SignalName};
-use crate::results::{DisplayUnit, Event, FigureResult, MotorStrain, RequirementResult, Series};
+use crate::results::{DisplayUnit, Event, FigureResult, MotorLoad, RequirementResult, Series};
 use crate::units::Dimension;
 
 /// A bound on a signal, or on a figure.
@@ -75,7 +75,7 @@ pub(super) struct Judged {
 
 /// What a run says of its motors, its events and its end.
 pub(super) struct Ran<'a> {
-    pub(super) strains: &'a [MotorStrain],
+    pub(super) motor_loads: &'a [MotorLoad],
     pub(super) events: &'a [Event],
     pub(super) completed: bool,
 }
@@ -88,10 +88,10 @@ fn measure_of<'s>(
     figures: &[FigureResult],
 ) -> Result<Measured, &'static str> {
     let Requirement { signal, measure, target, band, from, until, .. } = requirement;
-    let alone = |value: f64| Measured { value, grid: 0.0 };
+    let exact = |value: f64| Measured { value, grid: 0.0 };
     if let Some(name) = &requirement.figure {
         let found = figures.iter().find(|figure| figure.name == *name).and_then(|figure| figure.value);
-        return found.map(alone).ok_or("the figure has none in this run");
+        return found.map(exact).ok_or("the figure has none in this run");
     }
     let column = |name: &str| series.signal(name).map(|signal| signal.values.as_slice()).unwrap_or_default();
     // Times rise, so that the rows of a window stand together.
@@ -107,8 +107,11 @@ fn measure_of<'s>(
         _ if values.is_empty() => Err("no row lies in its window"),
         Measure::At => value_at(&series.time, column(signal), requirement.at.unwrap_or(f64::NAN)),
         Measure::TimeAtLimit => {
-            let strain = ran.strains.iter().find(|strain| motor_of(signal) == Some(strain.motor.as_str()));
-            strain.map(|strain| alone(strain.seconds_at_limit(*from, *until))).ok_or("the motor has no limit")
+            let motor_load =
+                ran.motor_loads.iter().find(|motor_load| motor_of(signal) == Some(motor_load.motor.as_str()));
+            motor_load
+                .map(|motor_load| exact(motor_load.seconds_at_limit(*from, *until)))
+                .ok_or("the motor has no limit")
         }
         Measure::Events => {
             let element = SignalName::new(signal).element;
@@ -117,7 +120,7 @@ fn measure_of<'s>(
                     || event.what.split(' ').next().is_some_and(|name| SignalName::new(name).element == element)
             };
             let inside = ran.events.iter().filter(|event| (*from..=*until).contains(&event.time));
-            Ok(alone(inside.filter(of_element).count() as f64))
+            Ok(exact(inside.filter(of_element).count() as f64))
         }
         _ => match &requirement.over {
             Some(over) => measured_over(*measure, window, inside(column(over)), requirement.frequency),
@@ -177,8 +180,8 @@ fn described(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -> Strin
         (Measure::At, Some(at), _) => format!("{signal} at {at} s"),
         (Measure::Events, ..) if signal == "t" => "events".to_string(),
         (Measure::TimeAtLimit, ..) => {
-            let own = ran.strains.iter().find(|strain| motor_of(signal) == Some(strain.motor.as_str()));
-            let what = own.map_or("torque", MotorStrain::effort);
+            let own = ran.motor_loads.iter().find(|motor_load| motor_of(signal) == Some(motor_load.motor.as_str()));
+            let what = own.map_or("torque", MotorLoad::effort);
             format!("time of {} at its {what} limit", motor_of(signal).unwrap_or(signal))
         }
         (_, _, Some(frequency)) => format!("{} {signal}{over} at {frequency} Hz", measure.word()),
@@ -196,14 +199,14 @@ fn described(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -> Strin
 
 impl Requirement {
     /// What it asks for, in words, before any run.
-    pub(super) fn in_words(&self) -> String {
-        let ran = Ran { strains: &[], events: &[], completed: false };
+    pub(super) fn describe(&self) -> String {
+        let ran = Ran { motor_loads: &[], events: &[], completed: false };
         judge(self, &Series::default(), &ran, &[]).result.text
     }
 
     /// What it measures, in words, before any run.
-    pub(super) fn measured_in_words(&self) -> String {
-        described(self, &Series::default(), &Ran { strains: &[], events: &[], completed: false })
+    pub(super) fn describe_measure(&self) -> String {
+        described(self, &Series::default(), &Ran { motor_loads: &[], events: &[], completed: false })
     }
 }
 
@@ -219,13 +222,13 @@ pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>, f
         && below.is_none_or(|bound| measured.is_some_and(|measured| measured < bound))
         && above.is_none_or(|bound| measured.is_some_and(|measured| measured > bound));
     let name = described(requirement, series, ran);
-    let told = display.as_ref().map_or(unit.as_str(), |display| &display.unit);
+    let display_unit = display.as_ref().map_or(unit.as_str(), |display| &display.unit);
     let bound =
-        |bound: &Option<f64>| bound.map(|bound| in_digits(display.as_ref().map_or(bound, |unit| written(bound, unit))));
+        |bound: &Option<f64>| bound.map(|bound| in_digits(display.as_ref().map_or(bound, |unit| in_unit(bound, unit))));
     let text = match (bound(above), bound(below)) {
-        (Some(above), Some(below)) => format!("{above} < {name} < {below} {told}"),
-        (Some(above), None) => format!("{name} > {above} {told}"),
-        (None, Some(below)) => format!("{name} < {below} {told}"),
+        (Some(above), Some(below)) => format!("{above} < {name} < {below} {display_unit}"),
+        (Some(above), None) => format!("{name} > {above} {display_unit}"),
+        (None, Some(below)) => format!("{name} < {below} {display_unit}"),
         (None, None) => name,
     };
     let text = text.trim_end().to_string();
@@ -234,7 +237,7 @@ pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>, f
         Ok(Measured { value, grid }) if [below, above].iter().any(|bound| near(**bound, value, grid)) => {
             let size = display.as_ref().map_or(grid, |unit| unit.of(grid));
             Some(format!(
-                "`{text}` is nearer to its bound than what the rows of the run leave open, about {size:.1e} {told}: a smaller \
+                "`{text}` is nearer to its bound than what the rows of the run leave open, about {size:.1e} {display_unit}: a smaller \
                  `output_step` tells more"
             ))
         }
@@ -250,7 +253,7 @@ fn near(bound: Option<f64>, value: f64, grid: f64) -> bool {
 }
 
 /// A bound in the unit of the file, without the digits that the change of units rounded: 15 remain.
-fn written(bound: f64, unit: &DisplayUnit) -> f64 {
+fn in_unit(bound: f64, unit: &DisplayUnit) -> f64 {
     in_15_digits(unit.of(bound))
 }
 
@@ -263,5 +266,5 @@ pub(super) fn motor_of(signal: &str) -> Option<&str> {
     use Quantity::{Command, Force, Torque, Velocity, Voltage};
     let name = SignalName::new(signal);
     // `.v` is a speed of a mass, and a voltage of a source.
-    name.alone().filter(|_| matches!(name.quantity(), Some(Torque | Force | Command | Velocity | Voltage)))
+    name.unqualified().filter(|_| matches!(name.quantity(), Some(Torque | Force | Command | Velocity | Voltage)))
 }

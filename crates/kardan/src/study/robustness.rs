@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::margins_over::margins_over_box;
-use super::stepped_loop::{Shown, Subject, WITHOUT_MAP, subject, window};
+use super::stepped_loop::{NO_PERIOD_MAP, Shown, Subject, subject, window};
 use super::{PreparedVariant, Progress};
 use crate::num::Random;
 use crate::results::{Interaction, Interval, Robustness, Spread, Stability, VariedParameter};
@@ -40,18 +40,18 @@ pub(super) fn robustness(
 ) -> Result<Robustness, String> {
     let plant = variant.varied_plant(&variant.linear_model());
     let names = plant.names();
-    let (parameters, left) = limits(variant, &names, range);
+    let (parameters, unvaried) = limits(variant, &names, range);
     if parameters.iter().all(|one| one.factors.lower == one.factors.upper) {
         return Err(format!(
             "no inertia, damping or stiffness has a tolerance{}: write `inertia = \"1 kg m^2 ± 10 %\"`, or vary all of them \
              with `--tolerance 20%`",
-            if left.is_empty() { String::new() } else { format!(" (only {})", left.join(", ")) }
+            if unvaried.is_empty() { String::new() } else { format!(" (only {})", unvaried.join(", ")) }
         ));
     }
     let mut subject = subject(variant, number, laws, plant)?;
-    let nominal = subject.look(&vec![1.0; names.len()]).map_err(|_| WITHOUT_MAP)?;
+    let nominal = subject.look(&vec![1.0; names.len()]).map_err(|_| NO_PERIOD_MAP)?;
     subject.window = window(&nominal, variant.scenario.duration);
-    let nominal = subject.look(&vec![1.0; names.len()]).map_err(|_| WITHOUT_MAP)?;
+    let nominal = subject.look(&vec![1.0; names.len()]).map_err(|_| NO_PERIOD_MAP)?;
     let points = random_points(&parameters);
     let shown = look_at_all(&subject, &points, progress)?;
     let plants = Plants { subject: &subject, parameters: &parameters, nominal, points, shown };
@@ -68,8 +68,9 @@ pub(super) fn robustness(
     let range = match range {
         ToleranceBox::Part(part) => format!("{} % of every inertia, damping and stiffness", 100.0 * part),
         ToleranceBox::File => {
-            let left = if left.is_empty() { String::new() } else { format!("; not varied: {}", left.join(", ")) };
-            format!("the tolerances of the file{left}")
+            let unvaried =
+                if unvaried.is_empty() { String::new() } else { format!("; not varied: {}", unvaried.join(", ")) };
+            format!("the tolerances of the file{unvaried}")
         }
     };
     Ok(Robustness {
@@ -192,25 +193,25 @@ pub(super) fn warnings(found: &Robustness) -> Vec<String> {
 
 /// Smallest and largest factor of each coefficient, and tolerances of the file that are not those of coefficients.
 fn limits(variant: &PreparedVariant, names: &[String], range: ToleranceBox) -> (Vec<VariedParameter>, Vec<String>) {
-    let within = |name: &String, lower: f64, upper: f64| VariedParameter {
+    let range_of = |name: &String, lower: f64, upper: f64| VariedParameter {
         name: name.clone(),
         factors: Interval { lower, upper },
     };
     match range {
         ToleranceBox::Part(part) => {
-            (names.iter().map(|name| within(name, 1.0 - part, 1.0 + part)).collect(), Vec::new())
+            (names.iter().map(|name| range_of(name, 1.0 - part, 1.0 + part)).collect(), Vec::new())
         }
         ToleranceBox::File => {
             let tolerances = &variant.model.tolerances;
             let of = |name: &String| match tolerances.iter().find(|one| one.parameter == *name) {
                 Some(one) => {
                     let part = |x: &Exact| x.to_f64() / one.nominal.to_f64();
-                    within(name, part(&one.lower), part(&one.upper))
+                    range_of(name, part(&one.lower), part(&one.upper))
                 }
-                None => within(name, 1.0, 1.0),
+                None => range_of(name, 1.0, 1.0),
             };
-            let left = tolerances.iter().filter(|one| !names.contains(&one.parameter));
-            (names.iter().map(of).collect(), left.map(|one| format!("`{}`", one.parameter)).collect())
+            let unvaried = tolerances.iter().filter(|one| !names.contains(&one.parameter));
+            (names.iter().map(of).collect(), unvaried.map(|one| format!("`{}`", one.parameter)).collect())
         }
     }
 }

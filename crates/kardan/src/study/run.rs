@@ -5,28 +5,31 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::accuracy::{self, Others};
+use super::accuracy::{self, ReferenceRuns};
 use super::analyze::analyze_variant;
 use super::backwards::backwards;
 use super::design::designed;
+use super::extrapolation_warnings::{broken_rules, extrapolation_warnings};
 use super::figure::figures_of;
-use super::kept::frozen_variant;
-use super::left_tables::{broken_rules, left_tables};
+use super::multiplier_constraints::frozen_variant;
 use super::prepare::is_error;
-use super::progress::run_heard;
-use super::redundant::sharing_notes;
+use super::progress::run_with_progress;
+use super::redundant::redundancy_notes;
 use super::requirement::{Judged, Ran, judge};
 use super::spectrum::spectra;
 use super::summary::summarise;
-use super::undecided::Doubts;
+use super::undecided::UndecidedReadings;
 use super::{
-    AnalyzeSettings, DesignSettings, Part, Prepared, PreparedVariant, Progress, Project, Silent, overrule, strain,
+    AnalyzeSettings, DesignSettings, Part, Prepared, PreparedVariant, Progress, Project, Silent, actuator_usage,
+    overrule,
 };
 use crate::diagnostics::{Diagnostic, nearest};
 use crate::equations::Domain;
 use crate::names::Quantity;
 use crate::results::{Accuracy, Analysis, Design, Outcome, Plot, PlottedReference, Run, Study, SweepRow};
-use crate::simulate::{Faults, Met, Method, Ready, RunResult, Scenario, Setup, Tolerance, Turned, signal_names};
+use crate::simulate::{
+    EncoderReading, Faults, FlippedReading, Method, Ready, RunResult, Scenario, Setup, Tolerance, signal_names,
+};
 
 /// Told of a study that ends with its runs.
 const MISSING: &str = "structure and designs of the report are missing";
@@ -76,7 +79,7 @@ impl Project {
     /// # Errors
     /// All mistakes, if there are any (warnings alone do not count).
     pub fn run(&self, settings: &Settings, progress: &dyn Progress) -> Result<Study, Vec<Diagnostic>> {
-        let (prepared, mut diagnostics) = (self.prepared(), self.mistakes().to_vec());
+        let (prepared, mut diagnostics) = (self.prepared(), self.diagnostics().to_vec());
         if settings.force {
             overrule(&mut diagnostics);
         }
@@ -100,8 +103,9 @@ impl Project {
             )
         };
         let again = || if settings.runs_only { Vec::new() } else { run_again(prepared, &chosen, settings, progress) };
-        let (((study, met), seconds), (analysis, mut designs)) = rayon::join(|| rayon::join(ran, again), beside);
-        designs.iter_mut().for_each(|design| tell_strains(design, &chosen, &study.runs));
+        let (((study, encoder_readings), seconds), (analysis, mut designs)) =
+            rayon::join(|| rayon::join(ran, again), beside);
+        designs.iter_mut().for_each(|design| add_run_usage(design, &chosen, &study.runs));
         if let Some(why) = progress.stop() {
             warnings.push(format!("{why}: what was not computed by then is left out"));
         }
@@ -111,11 +115,11 @@ impl Project {
         });
         progress.release();
         let mut study = Study { warnings, analysis, designs, ..Arc::unwrap_or_clone(study) };
-        let compared = study.runs.par_iter_mut().zip(&met).zip(&seconds).zip(&chosen);
-        compared.for_each(|(((run, met), second), variant)| {
-            run.accuracy = accuracy_of(run, met, second, variant, (prepared, settings), progress);
+        let compared = study.runs.par_iter_mut().zip(&encoder_readings).zip(&seconds).zip(&chosen);
+        compared.for_each(|(((run, encoder_readings), second), variant)| {
+            run.accuracy = accuracy_of(run, encoder_readings, second, variant, (prepared, settings), progress);
             if progress.stop().is_none() {
-                run.warnings.extend(accuracy::doubts(run, second));
+                run.warnings.extend(accuracy::accuracy_warnings(run, second));
             }
         });
         Ok(study)
@@ -124,11 +128,11 @@ impl Project {
 
 /// The mistakes of names that no variant has.
 pub(super) fn check_variants(prepared: &Prepared, names: &[String], out: &mut Vec<Diagnostic>) {
-    let known: Vec<&str> = prepared.all().map(|variant| variant.name.as_str()).collect();
-    for name in names.iter().filter(|name| !known.contains(&name.as_str()) && !known.is_empty()) {
-        let help = match nearest(name, known.iter().copied()) {
-            Some(near) => format!("did you mean `{near}`? There are {}", known.join(", ")),
-            None => format!("there are {}", known.join(", ")),
+    let variant_names: Vec<&str> = prepared.all().map(|variant| variant.name.as_str()).collect();
+    for name in names.iter().filter(|name| !variant_names.contains(&name.as_str()) && !variant_names.is_empty()) {
+        let help = match nearest(name, variant_names.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`? There are {}", variant_names.join(", ")),
+            None => format!("there are {}", variant_names.join(", ")),
         };
         out.push(Diagnostic::error("variant::unknown", format!("there is no variant `{name}`")).help(help));
     }
@@ -147,10 +151,10 @@ fn run_all(
     settings: &Settings,
     warnings: &[String],
     progress: &dyn Progress,
-) -> (Arc<Study>, Vec<Vec<Met>>) {
+) -> (Arc<Study>, Vec<Vec<EncoderReading>>) {
     let runs = chosen.par_iter().enumerate();
     let runs = runs.map(|(k, variant)| run_noted(k, variant, (prepared, settings), progress));
-    let (runs, met): (Vec<Run>, Vec<Vec<Met>>) = runs.unzip();
+    let (runs, encoder_readings): (Vec<Run>, Vec<Vec<EncoderReading>>) = runs.unzip();
     let plots = chosen_plots(prepared, &settings.variants);
     let spectra = plots.iter().filter(|plot| plot.spectrum).flat_map(|plot| spectra(plot, &runs)).collect();
     let study = Arc::new(Study {
@@ -162,8 +166,8 @@ fn run_all(
         warnings: if settings.runs_only { warnings.to_vec() } else { [warnings, &[MISSING.into()]].concat() },
         ..Study::default()
     });
-    progress.keep(&|| Part::Study(Arc::clone(&study)));
-    (study, met)
+    progress.store_partial(&|| Part::Study(Arc::clone(&study)));
+    (study, encoder_readings)
 }
 
 /// What acts in a variant besides its parameters: its controllers, and what fails.
@@ -184,19 +188,19 @@ fn run_again(
 /// A variant at a looser tolerance and with other rounding; some readings come out otherwise.
 fn again(
     variant: &PreparedVariant,
-    turned: &[Turned],
+    flipped: &[FlippedReading],
     (prepared, settings): (&Prepared, &Settings),
     progress: &dyn Progress,
 ) -> RunResult {
     let tolerance = accuracy::looser(tolerance(prepared, settings, progress));
     let scenario = scenario_of(variant, settings);
-    Ready::new(setup(variant, &scenario), tolerance).turning(turned).shaken().run(&mut |_| progress.stop())
+    Ready::new(setup(variant, &scenario), tolerance).turning(flipped).shaken().run(&mut |_| progress.stop())
 }
 
 /// How far a run may be wrong, by what sensors met in it, and by a second run.
 fn accuracy_of(
     run: &Run,
-    met: &[Met],
+    encoder_readings: &[EncoderReading],
     second: &RunResult,
     variant: &PreparedVariant,
     (prepared, settings): (&Prepared, &Settings),
@@ -205,11 +209,11 @@ fn accuracy_of(
     let equations = &variant.reduced.equations;
     let sensors = equations.sensors.iter();
     let readings: Vec<String> = sensors.map(|(name, sensor)| equations.reading(&sensor.measured).of(name)).collect();
-    let doubts = Doubts::new(met, &second.met);
+    let undecided = UndecidedReadings::new(encoder_readings, &second.encoder_readings);
     let third =
-        doubts.ask_for_third(run.length()).then(|| again(variant, &doubts.turned, (prepared, settings), progress));
-    let others = Others { second, third: third.as_ref(), undecided: doubts.first };
-    accuracy::estimate(run, others, tolerance(prepared, settings, progress), &readings)
+        undecided.needs_third(run.length()).then(|| again(variant, &undecided.flipped, (prepared, settings), progress));
+    let reference_runs = ReferenceRuns { second, third: third.as_ref(), undecided: undecided.first };
+    accuracy::estimate(run, reference_runs, tolerance(prepared, settings, progress), &readings)
 }
 
 /// What happens in a variant, with the faults that were asked for.
@@ -222,12 +226,12 @@ fn scenario_of<'v>(variant: &'v PreparedVariant, settings: &Settings) -> Cow<'v,
 }
 
 fn setup<'s>(variant: &'s PreparedVariant, scenario: &'s Scenario) -> Setup<'s> {
-    Setup { reduced: &variant.reduced, laws: &variant.running, scenario }
+    Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario }
 }
 
 pub(super) fn tolerance(prepared: &Prepared, settings: &Settings, progress: &dyn Progress) -> Tolerance {
-    let asked = settings.tolerance.map_or(prepared.tolerance, Tolerance::relative);
-    Tolerance { most_steps: progress.most_steps(), method: settings.method, ..asked }
+    let base = settings.tolerance.map_or(prepared.tolerance, Tolerance::relative);
+    Tolerance { most_steps: progress.most_steps(), method: settings.method, ..base }
 }
 
 /// The design of each controller, as in the first variant that uses it. Of a study that ends early the runs are written, and
@@ -236,7 +240,7 @@ fn designs_of(prepared: &Prepared, chosen: &[&PreparedVariant], progress: &dyn P
     let mut own: Vec<(&PreparedVariant, usize)> = Vec::new();
     for variant in chosen {
         for (number, control) in variant.model.controls.iter().enumerate() {
-            if own.iter().all(|(other, k)| other.model.controls[*k].name != control.name) {
+            if own.iter().all(|(candidate, k)| candidate.model.controls[*k].name != control.name) {
                 own.push((variant, number));
             }
         }
@@ -249,13 +253,13 @@ fn designs_of(prepared: &Prepared, chosen: &[&PreparedVariant], progress: &dyn P
 }
 
 /// Tells in a design what the runs with its controller asked of its motors.
-fn tell_strains(design: &mut Design, chosen: &[&PreparedVariant], runs: &[Run]) {
+fn add_run_usage(design: &mut Design, chosen: &[&PreparedVariant], runs: &[Run]) {
     for (variant, run) in chosen.iter().zip(runs) {
         if variant.model.controls.iter().any(|control| control.name == design.controller) {
-            strain::tell(design, &run.name, run.length(), &run.strains);
+            actuator_usage::add_usage(design, &run.name, run.length(), &run.motor_loads);
         }
     }
-    strain::warn(design);
+    actuator_usage::warn(design);
 }
 
 /// Beyond this number of states a run does not wait for the analysis of its structure.
@@ -268,7 +272,7 @@ fn structure_of(prepared: &Prepared, variant: &PreparedVariant) -> Result<Analys
         return Err(format!("the structure of {states} states is not analysed in a run; `kardan analyze` does"));
     }
     let settings = AnalyzeSettings::default();
-    let mut found = match variant.reduced.equations.kept.is_empty() {
+    let mut found = match variant.reduced.equations.multiplier_constraints.is_empty() {
         true => analyze_variant(prepared, variant, &settings, &Silent),
         false => frozen_variant(variant)
             .map_err(|why| vec![why])
@@ -278,7 +282,7 @@ fn structure_of(prepared: &Prepared, variant: &PreparedVariant) -> Result<Analys
         analysis.notes.push("what the tolerances allow, the nearest loss among it: `kardan analyze`".into());
     }
     found.map_err(|why| {
-        let why: Vec<String> = why.iter().map(|mistake| mistake.message.clone()).collect();
+        let why: Vec<String> = why.iter().map(|diagnostic| diagnostic.message.clone()).collect();
         format!("the structure of the model is not analysed: {}", why.join("; "))
     })
 }
@@ -289,19 +293,20 @@ fn controlled(variant: &PreparedVariant) -> Vec<Plot> {
     let columns = signal_names(&variant.reduced, &variant.scenario);
     let signal = |name: &str| {
         let efforts = [Quantity::Torque, Quantity::Force].map(|quantity| quantity.of(name));
-        let named = || columns.iter().find(|(other, _)| efforts.contains(other));
-        columns.iter().find(|(other, _)| other == name).or_else(named)
+        let named = || columns.iter().find(|(candidate, _)| efforts.contains(candidate));
+        columns.iter().find(|(candidate, _)| candidate == name).or_else(named)
     };
     let mut plots: Vec<Plot> = Vec::new();
-    let mut others: Vec<String> = Vec::new();
+    let mut output_signals: Vec<String> = Vec::new();
     for control in &variant.model.controls {
         let channels = control.values.tables("channels").unwrap_or_default();
         for channel in channels.iter().chain([&control.values]) {
             let word = |key: &str| channel.word(key).and_then(signal);
             let (Some((output, kind)), reference) = (word("output"), word("reference")) else { continue };
-            let same =
-                reference.filter(|(_, other)| other == kind).map(|(name, _)| PlottedReference::from(name.as_str()));
-            others.extend(reference.filter(|(_, other)| other != kind).map(|(name, _)| name.clone()));
+            let same = reference
+                .filter(|(_, candidate)| candidate == kind)
+                .map(|(name, _)| PlottedReference::from(name.as_str()));
+            output_signals.extend(reference.filter(|(_, candidate)| candidate != kind).map(|(name, _)| name.clone()));
             match plots.iter_mut().find(|plot| plot.signals[0] == *output) {
                 Some(plot) => plot.references.extend(same.filter(|same| !plot.references.contains(same))),
                 None => plots.push(Plot {
@@ -314,10 +319,10 @@ fn controlled(variant: &PreparedVariant) -> Vec<Plot> {
             }
         }
     }
-    others.dedup();
-    if !others.is_empty() {
+    output_signals.dedup();
+    if !output_signals.is_empty() {
         let (id, title) = ("references".into(), "Further references".into());
-        plots.push(Plot { id, title, signals: others, ..Plot::default() });
+        plots.push(Plot { id, title, signals: output_signals, ..Plot::default() });
     }
     plots
 }
@@ -390,7 +395,7 @@ pub(super) fn run_variant(
     let tolerance = tolerance(prepared, settings, progress);
     let scenario = scenario_of(variant, settings);
     let ready = Ready::new(setup(variant, &scenario), tolerance);
-    judged(variant, prepared, run_heard(ready, (number, &variant.name), progress))
+    judged(variant, prepared, run_with_progress(ready, (number, &variant.name), progress))
 }
 
 /// The same with what its sensors met that count, where its error is asked for.
@@ -399,23 +404,23 @@ fn run_noted(
     variant: &PreparedVariant,
     (prepared, settings): (&Prepared, &Settings),
     progress: &dyn Progress,
-) -> (Run, Vec<Met>) {
+) -> (Run, Vec<EncoderReading>) {
     let tolerance = tolerance(prepared, settings, progress);
     let scenario = scenario_of(variant, settings);
     let ready = Ready::new(setup(variant, &scenario), tolerance);
     let ready = if settings.runs_only { ready } else { ready.noting() };
-    let mut result = run_heard(ready, (number, &variant.name), progress);
-    let met = std::mem::take(&mut result.met);
-    (judged(variant, prepared, result), met)
+    let mut result = run_with_progress(ready, (number, &variant.name), progress);
+    let encoder_readings = std::mem::take(&mut result.encoder_readings);
+    (judged(variant, prepared, result), encoder_readings)
 }
 
 /// What a run comes to, with what is computed from its signals, its figures, and what is required of it.
 pub(super) fn judged(variant: &PreparedVariant, prepared: &Prepared, mut result: RunResult) -> Run {
     result.series.signals.extend(variant.computed.signals(&result.series));
     let completed = !matches!(result.outcome, Outcome::Failed { .. });
-    let ran = Ran { strains: &result.strains, events: &result.events, completed };
-    let told = (variant.name.as_str(), &result.series, &ran);
-    let (figures, of_figures) = figures_of(&prepared.figures, &variant.computed, told);
+    let ran = Ran { motor_loads: &result.motor_loads, events: &result.events, completed };
+    let run_data = (variant.name.as_str(), &result.series, &ran);
+    let (figures, of_figures) = figures_of(&prepared.figures, &variant.computed, run_data);
     let judged: Vec<Judged> = prepared
         .requirements
         .iter()
@@ -424,8 +429,8 @@ pub(super) fn judged(variant: &PreparedVariant, prepared: &Prepared, mut result:
         .collect();
     let (mut notes, mut requirements) = (result.notes, Vec::new());
     notes.extend(variant.start_notes.iter().cloned());
-    notes.extend(sharing_notes(&variant.reduced));
-    notes.extend(left_tables(&variant.reduced, &variant.model.programs, &result.series));
+    notes.extend(redundancy_notes(&variant.reduced));
+    notes.extend(extrapolation_warnings(&variant.reduced, &variant.model.programs, &result.series));
     notes.extend(broken_rules(&variant.model.programs, &result.series));
     notes.extend(backwards(&variant.model, &result.series));
     notes.extend(of_figures);
@@ -449,7 +454,7 @@ pub(super) fn judged(variant: &PreparedVariant, prepared: &Prepared, mut result:
         figures,
         notes,
         warnings: result.warnings,
-        strains: result.strains,
+        motor_loads: result.motor_loads,
         effort: result.effort,
         accuracy: None,
     };

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::events::{GivenEvent, events, sources};
+use super::events::{EventSpec, events, sources};
 use super::faults::{NamedFault, faults, named_faults};
 use super::initial::initial_state;
 use super::read::{quantity, quantity_like, read_word};
@@ -35,11 +35,11 @@ pub(super) fn scenario(
     let mut time = |key: &str| quantity(&reader, table, key, (Dimension::TIME, Sign::Positive), "`[scenario]`", out);
     let (duration, step) = (time("duration"), time("output_step"));
     let sources = sources(model, equations, document, out);
-    let given = events(&reader, document, model, &sources, duration.as_ref(), out);
-    let known = (document, model, equations, reduced.is_some_and(Reduced::is_settled));
-    let faults = faults(&reader, known, duration.as_ref(), out);
-    let named = named_faults(&reader, known, duration.as_ref(), out);
-    let mut ends = given.iter().flat_map(GivenEvent::times).collect::<Vec<_>>();
+    let event_specs = events(&reader, document, model, &sources, duration.as_ref(), out);
+    let context = (document, model, equations, reduced.is_some_and(Reduced::is_settled));
+    let faults = faults(&reader, context, duration.as_ref(), out);
+    let named = named_faults(&reader, context, duration.as_ref(), out);
+    let mut ends = event_specs.iter().flat_map(EventSpec::times).collect::<Vec<_>>();
     ends.extend(begins(&reader, document));
     let times = match (&duration, &step) {
         (Some(duration), Some(step)) if check_rows(document, duration, step, &ends, out) => {
@@ -51,7 +51,7 @@ pub(super) fn scenario(
     let duration = duration.map_or(0.0, |duration| duration.to_f64());
     check_readings(&reader, (document, model), out);
     let seed = whole(&reader, table, "seed", "`[scenario]`", out).unwrap_or_default();
-    let events = given.iter().filter_map(|event| event.event(sources.len())).collect();
+    let events = event_specs.iter().filter_map(|event| event.event(sources.len())).collect();
     let mut signals = source_signals(&reader, (document, model), &sources, (duration, seed), out);
     signals.extend(model.programs.functions.iter().filter_map(|(name, function)| {
         let source = sources.partition_point(|source| source.name < *name);
@@ -105,15 +105,16 @@ pub(super) fn whole(
 
 /// Noise and resolution of a sensor are of the kind that it measures and counts.
 fn check_readings(reader: &TableReader<'_>, (document, model): (&Document, &Model), out: &mut Vec<Diagnostic>) {
-    let of_signals = model.programs.sensors.iter().flat_map(|task| &task.answers);
+    let of_signals = model.programs.sensors.iter().flat_map(|task| &task.outputs);
     let of_signals: HashMap<&str, Dimension> =
         of_signals.map(|answer| (answer.name.as_str(), answer.dimension)).collect();
     for sensor in document.elements.iter().filter(|element| element.kind.keyword == "sensor") {
-        let along = |dimension: Dimension| if sensor.table.along_masses { dimension.along_masses() } else { dimension };
+        let in_domain =
+            |dimension: Dimension| if sensor.table.translational { dimension.translational() } else { dimension };
         let [measured, counted] = match read_word(&sensor.table, "measures") {
-            Some("angle") => [Dimension::ANGLE, Dimension::ANGLE].map(along),
-            Some("speed") => [Dimension::ANGULAR_VELOCITY, Dimension::ANGLE].map(along),
-            Some("torque" | "net_torque") => [Dimension::TORQUE, Dimension::ANGLE].map(along),
+            Some("angle") => [Dimension::ANGLE, Dimension::ANGLE].map(in_domain),
+            Some("speed") => [Dimension::ANGULAR_VELOCITY, Dimension::ANGLE].map(in_domain),
+            Some("torque" | "net_torque") => [Dimension::TORQUE, Dimension::ANGLE].map(in_domain),
             // One with a mistake was told.
             Some("signal") => match of_signals.get(sensor.name.as_str()) {
                 Some(dimension) => [*dimension; 2],
@@ -321,18 +322,18 @@ mod tests {
         };
         let rows = |step: &str| {
             let (prepared, found) = crate::study::prepare(&source(step));
-            let mistake = found.into_iter().find(|d| d.code == "scenario::rows");
-            (prepared.variants.first().map(|variant| variant.scenario.times.len()), mistake)
+            let diagnostic = found.into_iter().find(|d| d.code == "scenario::rows");
+            (prepared.variants.first().map(|variant| variant.scenario.times.len()), diagnostic)
         };
         // Windows of 2 ms behind 16 000 ends of ramps: 400 rows each, and nothing overlaps.
-        let (_, mistake) = rows("0.1 ms");
-        let help = mistake.unwrap().help.unwrap();
+        let (_, diagnostic) = rows("0.1 ms");
+        let help = diagnostic.unwrap().help.unwrap();
         let step = help.strip_prefix("choose an output_step of at least ").unwrap();
-        let (found, mistake) = rows(step);
-        assert_eq!(mistake, None, "{help} does not help");
+        let (found, diagnostic) = rows(step);
+        assert_eq!(diagnostic, None, "{help} does not help");
         assert!(found.unwrap() as f64 <= MOST_ROWS);
         // Windows that overlap everywhere: twentieths of 10 ms, each of which is a multiple of the millisecond that events are on.
-        let (found, mistake) = rows("10 ms");
-        assert_eq!((found, mistake), (Some(2_000_001), None));
+        let (found, diagnostic) = rows("10 ms");
+        assert_eq!((found, diagnostic), (Some(2_000_001), None));
     }
 }

@@ -58,14 +58,14 @@ impl<'a> Varied<'a> {
         variant: &'a PreparedVariant,
         at: &WorkingPoint,
     ) -> Self {
-        let number = prepared.variants.iter().position(|other| other.name == variant.name).unwrap_or(0);
+        let number = prepared.variants.iter().position(|candidate| candidate.name == variant.name).unwrap_or(0);
         let settings = document.variant_settings().swap_remove(number).settings;
         Self { document, settings, variant, position: at.position.clone(), stuck: at.stuck.clone() }
     }
 
     /// It with other values of some parameters.
     pub(super) fn system(&self, values: &[(&str, &Rational)], inputs: &[String]) -> Option<ConstrainedSystem> {
-        let named = |name: &str| values.iter().any(|(other, _)| *other == name);
+        let named = |name: &str| values.iter().any(|(candidate, _)| *candidate == name);
         let mut settings: Vec<Setting> = self.settings.iter().filter(|s| !named(&s.name)).cloned().collect();
         settings.extend(values.iter().map(|(name, value)| Setting {
             name: (*name).into(),

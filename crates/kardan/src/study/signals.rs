@@ -3,14 +3,14 @@
 use std::collections::BTreeSet;
 
 use super::PreparedVariant;
-use super::analysis::{GivenAt, output};
+use super::analysis::{OperatingConditions, output};
 use super::checks::signals_of;
 use super::equilibrium::Rest;
-use super::kept::nothing_free;
 use super::kinks::Kinks;
-use super::moving_point::{Asked, balancing, point_of_run, steady_point};
-use super::others::{others, state_name};
-use super::stops::{beyond_in_words, clutches_in_words, contacts_in_words};
+use super::moving_point::{PointRequest, balancing, point_of_run, steady_point};
+use super::multiplier_constraints::nothing_free;
+use super::state_names::{non_angle_domains, state_name};
+use super::stops::{describe_clutches, describe_contacts, describe_passed_stops};
 use crate::analysis::{ConstrainedSystem, OutputSignal};
 use crate::assemble::TransmissionRow;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
@@ -85,13 +85,13 @@ impl WorkingPoint {
         notes: &mut Vec<String>,
     ) -> Result<Self, Vec<Diagnostic>> {
         let (reduced, spec) = (&variant.reduced, &variant.analysis);
-        if let Some(mistake) = nothing_free(reduced) {
-            return Err(vec![mistake]);
+        if let Some(diagnostic) = nothing_free(reduced) {
+            return Err(vec![diagnostic]);
         }
         let (inputs, outputs) = signals(variant, settings, notes)?;
         let stuck: BTreeSet<String> = spec.stuck.iter().cloned().collect();
         let position = spec.position(&reduced.coordinate_names(), &variant.scenario.position);
-        let asked = Asked {
+        let request = PointRequest {
             at: &spec.at,
             given: &spec.given,
             inputs: &balancing(variant, &inputs),
@@ -99,26 +99,26 @@ impl WorkingPoint {
             start: &position,
         };
         if spec.given.moves() {
-            return Self::in_motion(variant, &asked, (inputs, outputs), notes);
+            return Self::in_motion(variant, &request, (inputs, outputs), notes);
         }
         let mut own = notes.clone();
         let (position, off, kinks) = match working_position(variant, position.clone(), &mut own) {
             Ok(found) => found,
-            Err(mistakes) if mistakes.iter().all(|one| one.code == "analysis::equilibrium") => {
-                return at_initial_speeds(variant, &asked, (inputs, outputs), notes).unwrap_or(Err(mistakes));
+            Err(diagnostics) if diagnostics.iter().all(|one| one.code == "analysis::equilibrium") => {
+                return at_initial_speeds(variant, &request, (inputs, outputs), notes).unwrap_or(Err(diagnostics));
             }
-            Err(mistakes) => return Err(mistakes),
+            Err(diagnostics) => return Err(diagnostics),
         };
         *notes = own;
-        notes.extend(beyond_in_words(reduced, &position));
-        notes.extend(contacts_in_words(reduced, &position, &stuck));
-        notes.extend(clutches_in_words(reduced, &stuck));
+        notes.extend(describe_passed_stops(reduced, &position));
+        notes.extend(describe_contacts(reduced, &position, &stuck));
+        notes.extend(describe_clutches(reduced, &stuck));
         let system = match variant.unfrozen {
-            Some(_) => ConstrainedSystem::held(reduced, &variant.point, &stuck, &inputs),
-            None => ConstrainedSystem::held(reduced, &variant.relaxed_at(&position), &stuck, &inputs),
+            Some(_) => ConstrainedSystem::at_point(reduced, &variant.point, &stuck, &inputs),
+            None => ConstrainedSystem::at_point(reduced, &variant.relaxed_at(&position), &stuck, &inputs),
         };
         notes.extend(ratios(reduced, &position));
-        notes.extend(variant.model.rounded_in_words());
+        notes.extend(variant.model.rounding_messages());
         let speeds = vec![0.0; position.len()];
         Ok(Self { position, speeds, torques: Vec::new(), moves: false, off, stuck, kinks, inputs, outputs, system })
     }
@@ -141,30 +141,31 @@ impl WorkingPoint {
     /// In steady motion, or where a run is at a time.
     fn in_motion(
         variant: &PreparedVariant,
-        asked: &Asked<'_>,
+        request: &PointRequest<'_>,
         (inputs, outputs): (Vec<String>, Vec<OutputSignal>),
         notes: &mut Vec<String>,
     ) -> Result<Self, Vec<Diagnostic>> {
         let (spec, reduced) = (&variant.analysis, &variant.reduced);
-        let of_run = asked
-            .given
-            .time
-            .filter(|time| asked.at.is_empty() && *asked.given == GivenAt { time: Some(*time), ..GivenAt::default() });
+        let of_run = request.given.time.filter(|time| {
+            request.at.is_empty()
+                && *request.given == OperatingConditions { time: Some(*time), ..OperatingConditions::default() }
+        });
         let found = match of_run {
             Some(time) => point_of_run(variant, time),
-            None => steady_point(variant, asked),
+            None => steady_point(variant, request),
         };
         let at = || spec.places.get("at").map(|place| (place.clone(), "at this point"));
-        let found = found
-            .map_err(|mistake| vec![at().into_iter().fold(mistake, |one, (place, label)| one.at(place, label))])?;
+        let found = found.map_err(|diagnostic| {
+            vec![at().into_iter().fold(diagnostic, |one, (place, label)| one.at(place, label))]
+        })?;
         let [position, speeds] = found.motion.clone();
         notes.extend(found.notes.iter().cloned());
         let point = OperatingPoint { side: variant.point.side.clone(), ..found.point.clone() };
         let kinks = check_slopes(variant, law_slopes_at(&found.model, &point), notes)?;
-        notes.extend(beyond_in_words(reduced, &position));
-        notes.extend(contacts_in_words(&found.model, &found.point.position, asked.stuck));
+        notes.extend(describe_passed_stops(reduced, &position));
+        notes.extend(describe_contacts(&found.model, &found.point.position, request.stuck));
         notes.extend(ratios(reduced, &position));
-        notes.extend(variant.model.rounded_in_words());
+        notes.extend(variant.model.rounding_messages());
         let torques = found.model.equations.inputs.iter().zip(found.point.torques.iter().flatten());
         let torques =
             torques.filter(|(_, torque)| **torque != 0.0).map(|(input, torque)| (input.element.clone(), *torque));
@@ -176,7 +177,7 @@ impl WorkingPoint {
             off: 0.0,
             stuck: found.closed,
             kinks,
-            system: ConstrainedSystem::held(&found.model, &point, &BTreeSet::new(), &inputs),
+            system: ConstrainedSystem::at_point(&found.model, &point, &BTreeSet::new(), &inputs),
             inputs,
             outputs,
         })
@@ -186,7 +187,7 @@ impl WorkingPoint {
 /// Where a model has no equilibrium and its run begins in motion: the steady motion at these speeds, where there is one.
 fn at_initial_speeds(
     variant: &PreparedVariant,
-    asked: &Asked<'_>,
+    request: &PointRequest<'_>,
     signals: (Vec<String>, Vec<OutputSignal>),
     notes: &mut Vec<String>,
 ) -> Option<Result<WorkingPoint, Vec<Diagnostic>>> {
@@ -194,13 +195,14 @@ fn at_initial_speeds(
     let names = reduced.coordinate_names().into_iter().zip(&scenario.speed);
     let speeds: Vec<(String, f64)> =
         names.filter(|(_, speed)| **speed != 0.0).map(|(name, speed)| (name, *speed)).collect();
-    if speeds.is_empty() || !asked.at.is_empty() {
+    if speeds.is_empty() || !request.at.is_empty() {
         return None;
     }
-    let given = GivenAt { speeds, ..GivenAt::default() };
+    let given = OperatingConditions { speeds, ..OperatingConditions::default() };
     let mut own = notes.clone();
     own.push("at rest there is no equilibrium: the model is looked at in steady motion at the speeds of `initial`; `at` of `[analysis]` names others".into());
-    let found = WorkingPoint::in_motion(variant, &Asked { given: &given, ..*asked }, signals, &mut own).ok()?;
+    let found =
+        WorkingPoint::in_motion(variant, &PointRequest { given: &given, ..*request }, signals, &mut own).ok()?;
     *notes = own;
     Some(Ok(found))
 }
@@ -254,12 +256,14 @@ fn check_slopes(
                 "`{name}` has no slope at the operating point, so the model has no linear one there: {}",
                 slopes.undefined.join(" and ")
             );
-            let mistake = Diagnostic::error("analysis::slope", message)
+            let diagnostic = Diagnostic::error("analysis::slope", message)
                 .help("name another operating point by `at` of `[analysis]`, or make the expression smooth there");
             let spec = &variant.analysis;
             let law = spec.laws.get(name).into_iter().map(|law| (law, "it has no derivative there"));
             let places = law.chain(spec.places.get("at").into_iter().map(|at| (at, "at this point")));
-            return Err(vec![places.fold(mistake, |mistake, (place, label)| mistake.at(place.clone(), label))]);
+            return Err(vec![
+                places.fold(diagnostic, |diagnostic, (place, label)| diagnostic.at(place.clone(), label)),
+            ]);
         }
         if slopes.rounded {
             notes.push(format!("slopes of `{name}` here are rounded to 16 digits, from there on all is exact"));
@@ -271,7 +275,7 @@ fn check_slopes(
 
 /// Where ratios that depend on the position come from, and how exact they are there.
 fn ratios(reduced: &Reduced, position: &[f64]) -> Vec<String> {
-    let told = |(t, slope): (&TransmissionRow, Slope)| {
+    let ratio = |(t, slope): (&TransmissionRow, Slope)| {
         let (joint, ratio) = (&t.element, rational_to_f64(&slope.value));
         let how = match (slope.rounded, LastDigits::is_rounded(&slope.value)) {
             (true, _) => {
@@ -282,7 +286,7 @@ fn ratios(reduced: &Reduced, position: &[f64]) -> Vec<String> {
         };
         format!("ratio of {joint} here: {ratio:.6}; {how}")
     };
-    reduced.equations.transmissions.iter().zip(slopes(reduced, position)).map(told).collect()
+    reduced.equations.transmissions.iter().zip(slopes(reduced, position)).map(ratio).collect()
 }
 
 /// Inputs and outputs: asked for on the command line, in the file, or by default; says which default was taken.
@@ -305,7 +309,7 @@ pub(super) fn signals(
         notes.push(if motors.is_empty() {
             "the model has no motor: nothing is controllable".into()
         } else {
-            let circuit = others(&variant.reduced).values().any(|domain| *domain == Domain::Charge);
+            let circuit = non_angle_domains(&variant.reduced).values().any(|domain| *domain == Domain::Charge);
             let what = if !circuit { "motors" } else { "motors and sources" };
             format!("inputs: all {what} ({})", motors.join(", "))
         });
@@ -333,7 +337,7 @@ pub(super) fn signals(
                 .reduced
                 .coordinate_names()
                 .iter()
-                .map(|shaft| state_name(&Quantity::Angle.of(shaft), &others(&variant.reduced)))
+                .map(|shaft| state_name(&Quantity::Angle.of(shaft), &non_angle_domains(&variant.reduced)))
                 .collect()
         } else {
             controlled.into_iter().collect()
@@ -341,13 +345,13 @@ pub(super) fn signals(
         notes.push(format!("outputs: {}", names.join(", ")));
         names
     };
-    let known = signal_names(&variant.reduced, &variant.scenario);
+    let declared_signals = signal_names(&variant.reduced, &variant.scenario);
     let mut outputs: Vec<OutputSignal> = Vec::new();
     for name in names.iter().map(|name| name.trim()) {
-        match output(name, equations, &known, &|_, _| false) {
+        match output(name, equations, &declared_signals, &|_, _| false) {
             _ if name.is_empty() => wrong.push(empty_name("output")),
-            Ok(found) if outputs.iter().any(|other| other.name == found.name) => {
-                wrong.push(twice("output", &found.name))
+            Ok(found) if outputs.iter().any(|candidate| candidate.name == found.name) => {
+                wrong.push(duplicate("output", &found.name))
             }
             Ok(found) => outputs.push(found),
             Err(why) => {
@@ -360,13 +364,13 @@ pub(super) fn signals(
 }
 
 /// The names asked for that are there; the others are told.
-pub(super) fn named(what: &str, asked: &[String], all: &[String], wrong: &mut Vec<Diagnostic>) -> Vec<String> {
+pub(super) fn named(what: &str, chosen: &[String], all: &[String], wrong: &mut Vec<Diagnostic>) -> Vec<String> {
     let mut found: Vec<String> = Vec::new();
-    for name in asked.iter().map(|name| name.trim()) {
+    for name in chosen.iter().map(|name| name.trim()) {
         let names = || all.iter().map(String::as_str);
         if name.is_empty() {
             wrong.push(empty_name(what));
-        } else if !all.iter().any(|other| other == name) {
+        } else if !all.iter().any(|candidate| candidate == name) {
             let help = match nearest(name, names()) {
                 Some(near) => format!("did you mean `{near}`?"),
                 None if all.is_empty() => format!("there are no {what}s at all"),
@@ -374,8 +378,8 @@ pub(super) fn named(what: &str, asked: &[String], all: &[String], wrong: &mut Ve
             };
             let message = format!("there is no {what} `{}`", shortened(name));
             wrong.push(Diagnostic::error("name::unknown", message).help(help));
-        } else if found.iter().any(|other| other == name) {
-            wrong.push(twice(what, name));
+        } else if found.iter().any(|candidate| candidate == name) {
+            wrong.push(duplicate(what, name));
         } else {
             found.push(name.to_string());
         }
@@ -388,7 +392,7 @@ fn empty_name(what: &str) -> Diagnostic {
         .help(format!("separate the names by single commas, or leave `--{what}s` out to have them chosen"))
 }
 
-fn twice(what: &str, name: &str) -> Diagnostic {
+fn duplicate(what: &str, name: &str) -> Diagnostic {
     Diagnostic::error("name::duplicate", format!("the {what} `{}` is named twice", shortened(name)))
         .help("name it once")
 }

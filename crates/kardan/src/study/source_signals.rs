@@ -21,11 +21,11 @@ pub(super) fn source_signals(
     (duration, seed): (f64, u64),
     out: &mut Vec<Diagnostic>,
 ) -> Vec<SourceSignal> {
-    let given = match document.scenario.values.get("signals").map(|found| &found.value) {
-        Some(Value::Map(given)) => given.as_slice(),
+    let explicit = match document.scenario.values.get("signals").map(|found| &found.value) {
+        Some(Value::Map(explicit)) => explicit.as_slice(),
         _ => &[],
     };
-    if given.is_empty() && document.signals.is_empty() {
+    if explicit.is_empty() && document.signals.is_empty() {
         return Vec::new();
     }
     let mut making = Functions::new(reader, document, (duration, seed));
@@ -33,27 +33,27 @@ pub(super) fn source_signals(
         making.signal(&signal.name, out);
     }
     let mut found: Vec<SourceSignal> = Vec::new();
-    let set_there: HashSet<&str> = given.iter().map(|(name, _)| name.value.as_str()).collect();
+    let explicit_names: HashSet<&str> = explicit.iter().map(|(name, _)| name.value.as_str()).collect();
     for (k, source) in sources.iter().enumerate() {
-        if source.target == SourceTarget::Reference && !set_there.contains(source.name.as_str()) {
+        if source.target == SourceTarget::Reference && !explicit_names.contains(source.name.as_str()) {
             let function = of_reference((document, model), source, &mut making, out);
             found.extend(function.map(|function| SourceSignal { source: k, function }));
         }
     }
-    for (name, scalar) in given {
+    for (name, scalar) in explicit {
         let what = format!("`{}` in `signals` of `[scenario]`", shortened(&name.value));
         let Some(source) = settable(sources, &name.value) else {
-            let words = ["a function of time", "functions of time"];
-            if let Some((message, help)) = not_settable(&name.value, sources, (document, model), words) {
+            let nouns = ["a function of time", "functions of time"];
+            if let Some((message, help)) = not_settable(&name.value, sources, (document, model), nouns) {
                 let message = format!("`signals` of `[scenario]`: {message}");
-                let mistake = Diagnostic::error("name::unknown", message).at(name.place.clone(), "not settable");
-                out.push(mistake.help(help));
+                let diagnostic = Diagnostic::error("name::unknown", message).at(name.place.clone(), "not settable");
+                out.push(diagnostic.help(help));
             }
             continue;
         };
         let Scalar::Expression(expression) = &scalar.value else { continue };
-        let wanted = sources[source].physical.dimension();
-        let function = making.function(expression, wanted, (&scalar.place, &what), out);
+        let expected = sources[source].physical.dimension();
+        let function = making.function(expression, expected, (&scalar.place, &what), out);
         found.extend(function.map(|function| SourceSignal { source, function }));
     }
     found
@@ -76,13 +76,13 @@ fn of_reference(
     let place = &places[places.len() - 1];
     let shown = shortened(&source.name);
     let what = format!("control `{}`: the signal `{shown}`, which is its reference", control.name);
-    if let Some(written) = &signal.formula {
+    if let Some(formula) = &signal.formula {
         let sensor = |name: &&str| {
             let head = SignalName::new(name).element;
             let is_sensor = document.elements.iter().any(|one| one.name == head && one.kind.keyword == "sensor");
             is_sensor && !document.reads_at_every_instant(head)
         };
-        let read = written.value.names().into_iter().find(sensor)?;
+        let read = formula.value.names().into_iter().find(sensor)?;
         let message = format!("{what}, reads `{read}`, which needs samples: it has no value at every instant");
         let help = format!(
             "write a block in its place, which has a sample time: `[block.{shown}]` with kind = \"hold\" and the expression as `input`"

@@ -9,7 +9,7 @@ use crate::reduce::laws_are_linear;
 use crate::results::{Analysis, StabilityVerdict};
 
 /// Other numbers within the last digits of rounded ones that are tried.
-const OTHERS: u64 = 8;
+const PERTURBATIONS: u64 = 8;
 /// States up to which that is done.
 const MOST: usize = 24;
 
@@ -26,8 +26,8 @@ pub(super) fn judge_stability(
     if point.system.is_rounded() || point.off > 0.0 {
         found = match states.len() <= MOST {
             true => {
-                let others = (1..=OTHERS).filter_map(|seed| near(variant, point, LastDigits::new(seed)));
-                despite_rounding(found, others)
+                let perturbed = (1..=PERTURBATIONS).filter_map(|seed| near(variant, point, LastDigits::new(seed)));
+                despite_rounding(found, perturbed)
             }
             false => StabilityVerdict::undecided("the system has many states and rounded numbers"),
         };

@@ -6,7 +6,7 @@ use kardan_rt::functions::{ln, powf};
 
 use super::PreparedVariant;
 use super::loop_blocks::with_blocks;
-use super::margins::{left_out, motor_margins};
+use super::margins::{excluded, motor_margins};
 use crate::assemble::CoefficientKind;
 use crate::element::Values;
 use crate::equations::Measured;
@@ -21,7 +21,7 @@ use crate::synthesis::{
 };
 
 /// Why there is nothing to look at.
-pub(super) const WITHOUT_MAP: &str =
+pub(super) const NO_PERIOD_MAP: &str =
     "the sample times of controllers and sensors have no short common period, or a number overflows";
 /// Time between two looks at a loop in continuous time, s.
 const LOOK: f64 = 1e-4;
@@ -30,7 +30,7 @@ const SHORTEST: f64 = 200.0;
 /// Time constants of the slowest motion in a window.
 const SETTLED: f64 = 10.0;
 /// Periods at the beginning of a window that are looked at one by one, and looks at the rest of it.
-const LOOKS: [usize; 2] = [2000, 1000];
+const CHECK_PERIODS: [usize; 2] = [2000, 1000];
 
 /// What a channel's output is watched by.
 enum Watch {
@@ -146,7 +146,7 @@ pub(super) fn any_subject(
     });
     let steps = steps.collect();
     let inputs = parts[number].inputs.clone();
-    let free = left_out(variant, number, plant.nominal());
+    let free = excluded(variant, number, plant.nominal());
     Subject { plant, parts, number, watched, steps, inputs, window: 0.0, free }
 }
 
@@ -172,7 +172,7 @@ fn watched(
         Measured::Angle(name) => {
             let shaft = variant.reduced.coordinate(name)?;
             if torque {
-                let (name, watch) = torque_along(variant, number, parts, output, shaft);
+                let (name, watch) = torque_for_output(variant, number, parts, output, shaft);
                 (name, "N m", watch)
             } else {
                 (output.to_string(), "rad", Watch::Angle(shaft))
@@ -204,7 +204,7 @@ fn watched(
 
 /// What a controller that acts on a shaft by a torque is watched by: the torques of other laws there, else what they would have to
 /// be.
-fn torque_along(
+fn torque_for_output(
     variant: &PreparedVariant,
     number: usize,
     parts: &[SampledPart],
@@ -212,19 +212,19 @@ fn torque_along(
     shaft: usize,
 ) -> (String, Watch) {
     let equations = &variant.reduced.equations;
-    let others: Vec<usize> = (0..parts.len())
+    let felt_inputs: Vec<usize> = (0..parts.len())
         .filter(|&k| k != number)
         .flat_map(|k| parts[k].inputs.iter().copied())
-        .filter(|&input| equations.inputs[input].row.iter().any(|(other, _)| *other == shaft))
+        .filter(|&input| equations.inputs[input].row.iter().any(|(candidate, _)| *candidate == shaft))
         .collect();
-    if others.is_empty() {
+    if felt_inputs.is_empty() {
         let model = &variant.design_models[number];
         let own = model.reduced.coordinate(&equations.coordinates[shaft]).unwrap_or(shaft);
         let inertia = rational_to_f64(&effective_inertia(&model.linear, own));
         return (format!("torque along {output}"), Watch::Acceleration(shaft, vec![(None, inertia)]));
     }
-    let names: Vec<&str> = others.iter().map(|&k| equations.inputs[k].element.as_str()).collect();
-    (Quantity::Torque.of(&names.join(" + ")), Watch::Felt(others))
+    let names: Vec<&str> = felt_inputs.iter().map(|&k| equations.inputs[k].element.as_str()).collect();
+    (Quantity::Torque.of(&names.join(" + ")), Watch::Felt(felt_inputs))
 }
 
 /// Time until the slowest motion has died out, or the run of the file ends, s.
@@ -239,13 +239,13 @@ impl Subject {
     pub fn look(&self, factors: &[f64]) -> Result<Shown, NotJudged> {
         let plant = self.plant.at(factors);
         let found = SampledLoop::driven(&plant, &self.parts, LOOK).map_err(|_| NotJudged)?;
-        let slowest = found.slowest_without(self.free).ok_or(NotJudged)?;
+        let slowest = found.slowest_excluding(self.free).ok_or(NotJudged)?;
         let stable = slowest.stable;
         let rows = self.rows(&plant, &found, factors);
         let periods = if stable { (self.window / found.period).ceil() as usize } else { 0 };
-        let fine = periods.min(LOOKS[0]);
-        let stride = (periods - fine).div_ceil(LOOKS[1]);
-        let far = (stride > 0).then(|| found.after(stride));
+        let fine = periods.min(CHECK_PERIODS[0]);
+        let periods_per_step = (periods - fine).div_ceil(CHECK_PERIODS[1]);
+        let far = (periods_per_step > 0).then(|| found.after(periods_per_step));
         let (mut sizes, mut peaks) = (Vec::new(), Vec::new());
         for Step { reference, size, .. } in &self.steps {
             let mut z = vec![0.0; found.map.rows()];
@@ -260,7 +260,7 @@ impl Subject {
             (0..fine).for_each(|_| found.pass(&mut z, &mut see));
             if let Some(far) = &far {
                 let mut next = z.clone();
-                for _ in 0..(periods - fine).div_ceil(stride) {
+                for _ in 0..(periods - fine).div_ceil(periods_per_step) {
                     multiply(far.as_slice(), &z, &mut next);
                     std::mem::swap(&mut z, &mut next);
                     see(&z);
@@ -280,7 +280,7 @@ impl Subject {
     pub fn margins(&self, factors: &[f64], motors: &[String]) -> Option<Vec<ChannelMargin>> {
         let plant = self.plant.at(factors);
         let found = SampledLoop::driven(&plant, &self.parts, LOOK).ok()?;
-        if !found.slowest_without(self.free)?.stable {
+        if !found.slowest_excluding(self.free)?.stable {
             return None;
         }
         motor_margins(&ControlLoop { plant: &plant, parts: &self.parts, number: self.number }, motors)

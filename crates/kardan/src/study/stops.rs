@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::places::place_of;
 use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::Hold;
+use crate::equations::UnilateralConstraint;
 use crate::model::{Document, TableReader};
 use crate::reduce::{Contact, Reduced, contacts};
 
@@ -12,19 +12,20 @@ use crate::reduce::{Contact, Reduced, contacts};
 fn beyond<'a>(reduced: &'a Reduced, position: &[f64]) -> Vec<(&'a str, f64, &'static str)> {
     let equations = &reduced.equations;
     let passed = contacts(reduced, position).into_iter().filter(|one| !one.soft && one.is_passed());
-    let told = passed.map(|one| {
-        let hold = &equations.holds[one.hold];
-        (hold.element.as_str(), -one.gap, equations.domain_of(hold).motion()[0].unit())
+    let excess = passed.map(|one| {
+        let unilateral = &equations.unilaterals[one.unilateral];
+        (unilateral.element.as_str(), -one.gap, equations.domain_of(unilateral).motion()[0].unit())
     });
-    told.collect()
+    excess.collect()
 }
 
 /// What an analysis makes of stops at an operating point: soft ones that are pressed act, those that are just touched are open.
-pub(super) fn contacts_in_words(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> Vec<String> {
+pub(super) fn describe_contacts(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> Vec<String> {
     let found = contacts(reduced, position);
     let names = |own: &dyn Fn(&&Contact) -> bool| {
-        let holds = found.iter().filter(own).map(|one| reduced.equations.holds[one.hold].element.as_str());
-        holds.filter(|name| !stuck.contains(*name)).collect::<BTreeSet<&str>>()
+        let unilaterals =
+            found.iter().filter(own).map(|one| reduced.equations.unilaterals[one.unilateral].element.as_str());
+        unilaterals.filter(|name| !stuck.contains(*name)).collect::<BTreeSet<&str>>()
     };
     let (pressed, touched) = (names(&|one| one.soft && one.is_passed()), names(&|one| !one.soft && one.is_touched()));
     let open: BTreeSet<&str> =
@@ -53,14 +54,17 @@ pub(super) fn contacts_in_words(reduced: &Reduced, position: &[f64], stuck: &BTr
 }
 
 /// What an analysis makes of clutches, brakes, locks and freewheels that are not said to hold.
-pub(super) fn clutches_in_words(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<String> {
-    let of = |own: &dyn Fn(&Hold) -> bool| {
-        let holds = reduced.equations.holds.iter().filter(|hold| own(&hold.value));
-        holds.map(|hold| hold.element.as_str()).filter(|name| !stuck.contains(*name)).collect::<BTreeSet<&str>>()
+pub(super) fn describe_clutches(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<String> {
+    let of = |own: &dyn Fn(&UnilateralConstraint) -> bool| {
+        let unilaterals = reduced.equations.unilaterals.iter().filter(|unilateral| own(&unilateral.value));
+        unilaterals
+            .map(|unilateral| unilateral.element.as_str())
+            .filter(|name| !stuck.contains(*name))
+            .collect::<BTreeSet<&str>>()
     };
     let list = |names: &BTreeSet<&str>| names.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
-    let sliding = of(&|hold| matches!(hold, Hold::Friction { .. }));
-    let open = of(&|hold| matches!(hold, Hold::Lock { .. } | Hold::OneWay));
+    let sliding = of(&|unilateral| matches!(unilateral, UnilateralConstraint::Friction { .. }));
+    let open = of(&|unilateral| matches!(unilateral, UnilateralConstraint::Lock { .. } | UnilateralConstraint::OneWay));
     let mut out = Vec::new();
     if !sliding.is_empty() {
         out.push(format!(
@@ -93,13 +97,13 @@ pub(super) fn check_stops(document: &Document, reduced: &Reduced, position: &[f6
 }
 
 /// What is told of an operating point beyond rigid stops, which are open in an analysis.
-pub(super) fn beyond_in_words(reduced: &Reduced, position: &[f64]) -> Option<String> {
-    let told: Vec<String> = beyond(reduced, position)
+pub(super) fn describe_passed_stops(reduced: &Reduced, position: &[f64]) -> Option<String> {
+    let listed: Vec<String> = beyond(reduced, position)
         .iter()
         .map(|(element, by, unit)| format!("{by:.6} {unit} beyond the stop of `{element}`"))
         .collect();
-    let told = told.join(", ");
-    (!told.is_empty()).then(|| {
-        format!("the operating point lies {told}: the model cannot be there, it is looked at as if that were open")
+    let listed = listed.join(", ");
+    (!listed.is_empty()).then(|| {
+        format!("the operating point lies {listed}: the model cannot be there, it is looked at as if that were open")
     })
 }

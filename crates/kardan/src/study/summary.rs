@@ -9,7 +9,7 @@ use crate::results::{LawSummary, ModelSummary, NamedMatrix, Pole};
 use crate::synthesis::closed_loop_poles;
 
 /// Name and unit of the reduced inertia, damping and stiffness matrix.
-pub(super) fn matrix_words(reduced: &Reduced) -> [(&'static str, &'static str); 3] {
+pub(super) fn matrix_titles(reduced: &Reduced) -> [(&'static str, &'static str); 3] {
     let has = |domain| reduced.coordinates.iter().any(|&k| reduced.equations.domain(k) == domain);
     match (has(Domain::Rotation), has(Domain::Charge)) {
         _ if has(Domain::Translation) && has(Domain::Charge) => {
@@ -33,8 +33,9 @@ const MOST_COORDINATES: usize = 100;
 pub(super) fn summarise(prepared: &Prepared, variant: &PreparedVariant) -> ModelSummary {
     let laws = &variant.designed;
     // Beside kept rows these would be those of another model.
-    let kept = !variant.reduced.equations.kept.is_empty();
-    let (matrices, closed_loop_poles) = match kept || variant.reduced.degrees_of_freedom() > MOST_COORDINATES {
+    let has_multipliers = !variant.reduced.equations.multiplier_constraints.is_empty();
+    let (matrices, closed_loop_poles) = match has_multipliers || variant.reduced.degrees_of_freedom() > MOST_COORDINATES
+    {
         true => (Vec::new(), Vec::new()),
         false => numbers(variant),
     };
@@ -54,7 +55,7 @@ pub(super) fn summarise(prepared: &Prepared, variant: &PreparedVariant) -> Model
 /// The reduced matrices at the initial position, and the poles there.
 fn numbers(variant: &PreparedVariant) -> (Vec<NamedMatrix>, Vec<Pole>) {
     let linear = linearise(&variant.reduced, &variant.scenario.position);
-    let [inertia, damping, stiffness] = matrix_words(&variant.reduced);
+    let [inertia, damping, stiffness] = matrix_titles(&variant.reduced);
     let matrix = |title: &str, unit: &str, columns: &[String], values: &Matrix<_>| NamedMatrix {
         title: title.into(),
         unit: unit.into(),

@@ -31,10 +31,14 @@ impl Reading {
 /// What the sensors of these outputs do; other signals are read as they are.
 pub(super) fn readings(variant: &PreparedVariant, outputs: &[OutputSignal]) -> Vec<Reading> {
     let equations = &variant.reduced.equations;
-    let known = signal_names(&variant.reduced, &variant.scenario);
+    let declared_signals = signal_names(&variant.reduced, &variant.scenario);
     let one = |output: &OutputSignal| {
         let named = |name: &String| *name == output.name || SignalName::new(name).element == output.name;
-        let unit = known.iter().find(|(name, _)| named(name)).map_or("", |(_, physical)| physical.unit()).to_string();
+        let unit = declared_signals
+            .iter()
+            .find(|(name, _)| named(name))
+            .map_or("", |(_, physical)| physical.unit())
+            .to_string();
         let sensor = equations.sensors.iter().find(|(name, _)| *name == output.name).map(|(_, sensor)| sensor);
         let Some(sensor) = sensor else { return Reading { unit, noise: 0.0, steps: [0.0; 2], sample_time: None } };
         let sample_time = sensor.sample_time.as_ref().map(crate::units::Exact::to_f64);
@@ -56,7 +60,7 @@ pub(super) fn readings(variant: &PreparedVariant, outputs: &[OutputSignal]) -> V
 }
 
 /// The probability that a change is seen.
-const SEEN: f64 = 0.999;
+const DETECTION_PROBABILITY: f64 = 0.999;
 
 /// The least probability that one sample is within the threshold.
 const WITHIN: f64 = 0.7;
@@ -154,11 +158,11 @@ pub(super) fn pulse(terms: &[(usize, f64)], order: usize, time: f64, sample_time
 ///
 /// With white Gaussian noise of standard deviation σ and an error b of all steps, a sample lies beyond `b + zσ` with at most the probability
 /// p of a normal number beyond ±z, and an alarm begins at a sample with at most pᴺ, N the samples of the debounce; behind a filter, where noise is no
-/// longer white, with at most p; `filter`: its time constant and its sample time, s. `told`: of which parts the smallest change is told; the time of detection is the longest of theirs.
+/// longer white, with at most p; `filter`: its time constant and its sample time, s. `detected_parts`: of which parts the smallest change is told; the time of detection is the longest of theirs.
 pub(super) fn threshold(
     parts: &[Part<'_>],
-    told: &[usize],
-    asked: &ParitySettings,
+    detected_parts: &[usize],
+    options: &ParitySettings,
     filter: Option<(f64, f64)>,
 ) -> Option<Threshold> {
     let noise = parts.iter().map(Part::noise).fold(0.0, hypot);
@@ -172,15 +176,16 @@ pub(super) fn threshold(
     if noise == 0.0 && steps == 0.0 {
         return None;
     }
-    let debounce = asked.debounce.max(1);
-    let rate = asked.false_alarms_per_hour * sample_time / 3600.0;
+    let debounce = options.debounce.max(1);
+    let rate = options.false_alarms_per_hour * sample_time / 3600.0;
     let independent = if filter.is_none() { debounce } else { 1 };
     let beyond = if noise > 0.0 { exp(ln(rate) / independent as f64).min(1.0 - WITHIN) } else { 0.0 };
     let quantile = if noise > 0.0 { two_sided_normal(beyond) } else { 0.0 };
     let threshold = steps + quantile * noise;
     // All samples of the debounce are beyond it, each but for a share of what may fail.
-    let margin = if noise > 0.0 { normal_quantile((1.0 - SEEN) / debounce as f64) * noise } else { 0.0 };
-    let changes: Vec<(f64, usize)> = told.iter().map(|k| parts[*k].change(debounce)).collect();
+    let margin =
+        if noise > 0.0 { normal_quantile((1.0 - DETECTION_PROBABILITY) / debounce as f64) * noise } else { 0.0 };
+    let changes: Vec<(f64, usize)> = detected_parts.iter().map(|k| parts[*k].change(debounce)).collect();
     Some(Threshold {
         noise,
         steps,
@@ -188,7 +193,7 @@ pub(super) fn threshold(
         debounce,
         sample_time,
         different_times: beside || times.iter().any(|time| *time != sample_time),
-        false_alarms_per_hour: if noise > 0.0 { asked.false_alarms_per_hour } else { 0.0 },
+        false_alarms_per_hour: if noise > 0.0 { options.false_alarms_per_hour } else { 0.0 },
         detection_time: changes.iter().map(|(_, samples)| *samples).max().unwrap_or(debounce) as f64 * sample_time,
         smallest: changes.iter().map(|(size, _)| (threshold + steps + margin) / size).collect(),
         filter: filter.map(|(time, _)| time),

@@ -71,7 +71,7 @@ impl Collector<'_> {
             Symbol::Position(_) | Symbol::Speed(_) | Symbol::Acceleration(_) | Symbol::Sign(_) | Symbol::Input(_) => {
                 Rank::Motion
             }
-            Symbol::Time | Symbol::OfTime(..) | Symbol::Multiplier(_) | Symbol::Held(..) => Rank::Motion,
+            Symbol::Time | Symbol::OfTime(..) | Symbol::Multiplier(_) | Symbol::Unilateral(..) => Rank::Motion,
         }
     }
 
@@ -169,7 +169,9 @@ impl Collector<'_> {
         let mut out = Collected { number: Rational::ONE, factors: Vec::new() };
         let first = members[0].factors.clone();
         for (base, power) in first {
-            let own = |one: &Collected| one.factors.iter().find(|(other, _)| *other == base).map_or(0, |found| found.1);
+            let own = |one: &Collected| {
+                one.factors.iter().find(|(candidate, _)| *candidate == base).map_or(0, |found| found.1)
+            };
             let least = members.iter().map(own).min().unwrap_or(0).min(power);
             if least > 0 && matches!(base, Base::Sum(_)) {
                 members.iter_mut().for_each(|one| {
@@ -201,7 +203,7 @@ impl Collector<'_> {
         let mut groups: Vec<(Monomial, Vec<Collected>)> = Vec::new();
         for member in members {
             let own = shape(&member);
-            match groups.iter_mut().find(|(other, _)| *other == own) {
+            match groups.iter_mut().find(|(candidate, _)| *candidate == own) {
                 Some((_, group)) => group.push(member),
                 None => groups.push((own, vec![member])),
             }
@@ -364,11 +366,11 @@ mod tests {
                 (monomial, Rational::from(number))
             }));
             let product = sum(a).times(&sum(b));
-            let written = collected(&product, &letters, &|name| name == "i");
+            let text = collected(&product, &letters, &|name| name == "i");
             for k in 1i64..4 {
                 let at = |letter: Letter| Rational::from_parts((7 * i64::from(letter) + 5 * k).into(), 11u8.into());
                 // A sum below the line does not come from products of sums.
-                prop_assert_eq!(value(&written, &at), product.value(&at));
+                prop_assert_eq!(value(&text, &at), product.value(&at));
             }
         }
     }

@@ -88,7 +88,7 @@ pub(super) fn eliminate(
 pub(super) fn solved(
     line: &Line,
     unknown: usize,
-    given: &dyn Fn(usize) -> bool,
+    is_resolved: &dyn Fn(usize) -> bool,
     letters: &mut Letters,
     assumed: &mut Assumed,
 ) -> (Laurent, BTreeMap<usize, Laurent>) {
@@ -96,7 +96,7 @@ pub(super) fn solved(
     assumed.divisor(&pivot);
     let mut shares = BTreeMap::new();
     for (k, entry) in line.entries.iter().filter(|(k, _)| **k != unknown) {
-        if !given(*k) && Scalar::is_zero(&entry.number) {
+        if !is_resolved(*k) && Scalar::is_zero(&entry.number) {
             if !assumed.zeros.contains(&entry.symbol) {
                 assumed.zeros.push(entry.symbol.clone());
             }

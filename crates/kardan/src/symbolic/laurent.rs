@@ -183,7 +183,7 @@ impl Laurent {
     #[must_use]
     pub fn slope(&self, letter: Letter) -> Self {
         let of = |(monomial, number): (&Monomial, &Rational)| {
-            let (_, power) = monomial.iter().find(|(other, _)| *other == letter)?;
+            let (_, power) = monomial.iter().find(|(candidate, _)| *candidate == letter)?;
             Some((product(monomial, &vec![(letter, -1)]), number * Rational::from(*power)))
         };
         Self::of(self.terms.iter().filter_map(of))

@@ -41,7 +41,7 @@ pub enum Symbol {
     /// The multiplier of a kept constraint, by number.
     Multiplier(usize),
     /// What an element carries by its modes, or (if so) loses in its teeth.
-    Held(String, bool),
+    Unilateral(String, bool),
 }
 
 /// What a name of a value means.
@@ -76,8 +76,8 @@ impl Letters {
 
     /// The letter of a symbol; a new one if there is none.
     pub fn letter(&mut self, symbol: Symbol) -> Letter {
-        if let Some(known) = self.index.get(&symbol) {
-            return *known;
+        if let Some(existing) = self.index.get(&symbol) {
+            return *existing;
         }
         let letter = Letter::try_from(self.symbols.len()).expect("fewer than four thousand million letters");
         self.symbols.push(symbol.clone());
@@ -86,7 +86,7 @@ impl Letters {
     }
 
     /// The letters in sums and in what these stand for, each once, in order.
-    pub fn within<'a>(&'a self, values: impl Iterator<Item = &'a Laurent>) -> Vec<Letter> {
+    pub fn used_in<'a>(&'a self, values: impl Iterator<Item = &'a Laurent>) -> Vec<Letter> {
         let mut open: Vec<&Laurent> = values.collect();
         let mut found = std::collections::BTreeSet::new();
         while let Some(value) = open.pop() {
@@ -153,7 +153,7 @@ impl Letters {
         match &node.kind {
             Kind::Literal(value, _) => self.number(value),
             Kind::Name(name) => match names.get(name.as_str()) {
-                Some(known) => known.clone(),
+                Some(existing) => existing.clone(),
                 None => self.named(name),
             },
             Kind::Negative(inner) => self.read(inner, names).scaled(&Rational::from(-1)),
@@ -182,9 +182,9 @@ impl Letters {
     fn power(&mut self, base: Laurent, exponent: Laurent) -> Laurent {
         let whole =
             exponent.as_number().filter(Rational::is_int).and_then(|n| i32::try_from(n.numerator().clone()).ok());
-        let few = |n: i32| base.count().saturating_pow(n.unsigned_abs()) <= MOST_MULTIPLIED;
+        let expandable = |n: i32| base.count().saturating_pow(n.unsigned_abs()) <= MOST_MULTIPLIED;
         match whole.filter(|n| n.abs() <= MOST_POWER) {
-            Some(n) if !few(n) => {
+            Some(n) if !expandable(n) => {
                 let letter = self.letter(Symbol::Sum(base));
                 Laurent::of([(vec![(letter, n)], Rational::ONE)])
             }
@@ -233,13 +233,14 @@ impl Letters {
         let mut value = value.clone();
         for letter in value.letters() {
             let Symbol::Sum(sum) = self.symbol(letter) else { continue };
-            let power =
-                |value: &Laurent| value.common().iter().find(|(other, _)| *other == letter).map_or(0, |one| one.1);
+            let power = |value: &Laurent| {
+                value.common().iter().find(|(candidate, _)| *candidate == letter).map_or(0, |one| one.1)
+            };
             while power(&value) < 0 {
                 let lowest = power(&value);
                 // What stands over the lowest power: other terms get the sum itself as a factor.
                 let parts = value.terms().map(|(monomial, number)| {
-                    let own = monomial.iter().find(|(other, _)| *other == letter).map_or(0, |one| one.1);
+                    let own = monomial.iter().find(|(candidate, _)| *candidate == letter).map_or(0, |one| one.1);
                     let rest = product(monomial, &vec![(letter, -own)].into_iter().filter(|(_, p)| *p != 0).collect());
                     let raised = sum.power(own - lowest).unwrap_or_default();
                     raised.times_term(&rest, number)

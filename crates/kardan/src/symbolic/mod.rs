@@ -5,18 +5,18 @@
 
 mod change;
 mod collected;
+mod derivation;
 mod elimination;
-mod kept;
 mod laurent;
 mod letters;
 mod motion;
+mod multiplier_constraints;
 mod printed;
 mod terms;
 mod times;
-mod walk;
 
 pub use collected::{Base, Collected, collected};
+pub use derivation::{Definition, FunctionSource, SymbolicMotion, SymbolicMultiplier, TimeFunction};
 pub use laurent::{Laurent, Letter, Monomial};
 pub use letters::{Letters, Meaning, Symbol};
 pub use printed::{Form, printed};
-pub use walk::{Definition, Given, SymbolicKept, SymbolicMotion, TimeFunction};

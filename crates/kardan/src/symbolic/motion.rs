@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::derivation::{Definition, Derivation, ResolvedCoordinate, SymbolicMotion, TimeFunction};
 use super::elimination::{Assumed, Entry, Line, eliminate, solved};
-use super::terms::{Along, Friction, Row, Spring, Terms, ratio};
-use super::walk::{Definition, Known, SymbolicMotion, TimeFunction, Walk};
+use super::terms::{DirectionalTerm, Friction, Row, Spring, Terms, ratio};
 use super::{Laurent, Letters, Meaning, Symbol};
 use crate::equations::{Curve, NamedTerm};
 use crate::num::{Echelon, Rational, Scalar, echelon, rational_to_f64};
@@ -37,24 +37,25 @@ impl SymbolicMotion {
             stiffness: none(),
             friction: none(),
             input: none(),
-            held: none(),
-            kept: Vec::new(),
-            kept_forces: none(),
+            unilateral: none(),
+            multiplier_constraints: Vec::new(),
+            multiplier_forces: none(),
             directions: Vec::new(),
             multipliers: Vec::new(),
             divisors: Vec::new(),
             zeros: Vec::new(),
         };
-        let (assumed, known, numbers, slopes) =
-            (Assumed::default(), vec![Known::default(); n], vec![0.0; n], BTreeMap::new());
-        let (times, kept_rows) = (BTreeMap::new(), Vec::new());
-        let mut walk = Walk { reduced, terms, letters, assumed, known, numbers, slopes, times, kept_rows, out };
-        walk.prescribe(functions);
-        walk.explicit(start);
-        walk.forces();
-        walk.keep();
-        walk.out.multipliers = walk.multipliers();
-        (!walk.assumed.too_large).then(|| walk.finish())
+        let (assumed, resolved, numbers, slopes) =
+            (Assumed::default(), vec![ResolvedCoordinate::default(); n], vec![0.0; n], BTreeMap::new());
+        let (times, multiplier_rows) = (BTreeMap::new(), Vec::new());
+        let mut derivation =
+            Derivation { reduced, terms, letters, assumed, resolved, numbers, slopes, times, multiplier_rows, out };
+        derivation.prescribe(functions);
+        derivation.explicit(start);
+        derivation.forces();
+        derivation.add_multipliers();
+        derivation.out.multipliers = derivation.multipliers();
+        (!derivation.assumed.too_large).then(|| derivation.finish())
     }
 
     /// All sums in it.
@@ -63,15 +64,18 @@ impl SymbolicMotion {
         let entries = self.inertia.values().chain(self.damping.values());
         let forces = [&self.velocity, &self.stiffness, &self.friction, &self.input, &self.multipliers, &self.divisors];
         let defined = self.definitions.iter().map(|one| &one.value);
-        let kept = self.kept.iter().flat_map(|one| one.row.values().chain(&one.position).chain(&one.rate));
-        let kept = kept
-            .chain(self.kept.iter().flat_map(|one| one.left.iter().flatten().chain([&one.acceleration])))
-            .chain(&self.kept_forces)
-            .chain(&self.held);
-        let along = self.directions.iter().flat_map(|(_, _, along)| along);
+        let multiplier_constraints =
+            self.multiplier_constraints.iter().flat_map(|one| one.row.values().chain(&one.position).chain(&one.rate));
+        let multiplier_constraints = multiplier_constraints
+            .chain(
+                self.multiplier_constraints.iter().flat_map(|one| one.left.iter().flatten().chain([&one.acceleration])),
+            )
+            .chain(&self.multiplier_forces)
+            .chain(&self.unilateral);
+        let by_symbol = self.directions.iter().flat_map(|(_, _, by_symbol)| by_symbol);
         defined
-            .chain(kept)
-            .chain(along)
+            .chain(multiplier_constraints)
+            .chain(by_symbol)
             .chain(pairs)
             .chain(entries)
             .chain(forces.into_iter().flatten())
@@ -79,7 +83,7 @@ impl SymbolicMotion {
     }
 }
 
-impl Walk<'_> {
+impl Derivation<'_> {
     /// Angles, basis and bias of all coordinates.
     fn explicit(&mut self, start: &[f64]) {
         for element in self.reduced.equations.moving.keys() {
@@ -88,36 +92,39 @@ impl Walk<'_> {
         for (k, &coordinate) in self.reduced.coordinates.iter().enumerate() {
             let angle = self.letters.of(Symbol::Position(coordinate));
             let basis = BTreeMap::from([(k, Laurent::number(Rational::ONE))]);
-            self.known[coordinate] = Known { basis, angle, ..Known::default() };
+            self.resolved[coordinate] = ResolvedCoordinate { basis, angle, ..ResolvedCoordinate::default() };
             self.numbers[coordinate] = start.get(k).copied().unwrap_or(0.0);
         }
-        let (matrix, n) = (self.reduced.equations.constraint_matrix(), self.known.len());
-        let form = |known: &[usize]| {
-            let unknown = (0..n).filter(|coordinate| !known.contains(coordinate));
-            echelon(&matrix, &unknown.chain(known.iter().copied()).collect::<Vec<_>>())
+        let (matrix, n) = (self.reduced.equations.constraint_matrix(), self.resolved.len());
+        let form = |resolved: &[usize]| {
+            let unknown = (0..n).filter(|coordinate| !resolved.contains(coordinate));
+            echelon(&matrix, &unknown.chain(resolved.iter().copied()).collect::<Vec<_>>())
         };
-        let mut known = self.reduced.coordinates.clone();
-        let mut e = form(&known);
+        let mut resolved = self.reduced.coordinates.clone();
+        let mut e = form(&resolved);
         let reduced = self.reduced;
         for step in &reduced.steps {
             match step {
                 Step::Linear { shaft, value } => {
-                    let found = self.affine(&e, *shaft, &known);
+                    let found = self.affine(&e, *shaft, &resolved);
                     self.numbers[*shaft] = self.number(value);
                     self.note(*shaft, found);
                 }
                 Step::Curve { shaft, curve, argument } => {
-                    let found = self.transmission(*shaft, argument, &e, &known);
+                    let found = self.transmission(*shaft, argument, &e, &resolved);
                     let (number, from, backwards) = found.expect("a step by a curve is one of a transmission");
-                    let found =
-                        if known.contains(&from) { self.known[from].clone() } else { self.affine(&e, from, &known) };
+                    let found = if resolved.contains(&from) {
+                        self.resolved[from].clone()
+                    } else {
+                        self.affine(&e, from, &resolved)
+                    };
                     let start = self.number(argument);
                     self.numbers[*shaft] = curve.value(start);
                     let slope = self.curve(number, *shaft, curve, found);
                     let entry = Entry { symbol: slope, number: ratio(curve.derivatives(start).0) };
                     self.slopes.insert(number, (backwards, entry));
-                    known.push(*shaft);
-                    e = form(&known);
+                    resolved.push(*shaft);
+                    e = form(&resolved);
                 }
             }
         }
@@ -134,7 +141,7 @@ impl Walk<'_> {
         shaft: usize,
         argument: &Affine,
         e: &Echelon,
-        known: &[usize],
+        resolved: &[usize],
     ) -> Option<(usize, usize, bool)> {
         let transmissions = self.reduced.equations.transmissions.iter().enumerate();
         let mut open = transmissions.filter(|(k, _)| !self.slopes.contains_key(k)).filter_map(|(k, t)| {
@@ -146,7 +153,7 @@ impl Walk<'_> {
         });
         open.find(|(_, from, _)| {
             let row = e.pivots.iter().position(|pivot| pivot == from);
-            match row.filter(|_| !known.contains(from)) {
+            match row.filter(|_| !resolved.contains(from)) {
                 None => argument.terms.len() == 1 && argument.terms[0].0 == *from,
                 Some(row) => argument.terms.iter().all(|(k, x)| e.form[(row, *k)] == -x),
             }
@@ -154,23 +161,26 @@ impl Walk<'_> {
     }
 
     /// What is known of a coordinate that follows by linear constraints from known ones.
-    fn affine(&mut self, e: &Echelon, target: usize, known: &[usize]) -> Known {
-        let Some(row) = e.pivots.iter().position(|pivot| *pivot == target) else { return self.known[target].clone() };
+    fn affine(&mut self, e: &Echelon, target: usize, resolved: &[usize]) -> ResolvedCoordinate {
+        let Some(row) = e.pivots.iter().position(|pivot| *pivot == target) else {
+            return self.resolved[target].clone();
+        };
         let constraints = self.terms.constraints.iter().enumerate();
         let mut lines: Vec<Line> = constraints
             .filter(|(k, _)| !Scalar::is_zero(&e.transform[(row, *k)]))
             .map(|(_, constraint)| Line { entries: constraint.entries.clone(), right: constraint.offset.clone() })
             .collect();
-        let may = |k: usize| k != target && !known.contains(&k);
+        let may = |k: usize| k != target && !resolved.contains(&k);
         eliminate(&mut lines, &may, &mut self.letters, &mut self.assumed);
-        let holds = |line: &&Line| line.entries.get(&target).is_some_and(|entry| !Scalar::is_zero(&entry.number));
-        let Some(line) = lines.iter().find(holds) else { return Known::default() };
-        let (constant, shares) = solved(line, target, &|k| known.contains(&k), &mut self.letters, &mut self.assumed);
+        let contains_target =
+            |line: &&Line| line.entries.get(&target).is_some_and(|entry| !Scalar::is_zero(&entry.number));
+        let Some(line) = lines.iter().find(contains_target) else { return ResolvedCoordinate::default() };
+        let (constant, shares) = solved(line, target, &|k| resolved.contains(&k), &mut self.letters, &mut self.assumed);
         let drift = self.prescribed_rate(&constant);
         let bias = self.prescribed_rate(&drift);
-        let mut out = Known { angle: constant, drift, bias, ..Known::default() };
+        let mut out = ResolvedCoordinate { angle: constant, drift, bias, ..ResolvedCoordinate::default() };
         for (k, share) in shares {
-            let of = self.known[k].clone();
+            let of = self.resolved[k].clone();
             out.drift = out.drift.plus(&self.assumed.product(&share, &of.drift));
             out.angle = out.angle.plus(&self.assumed.product(&share, &of.angle));
             out.bias = out.bias.plus(&self.assumed.product(&share, &of.bias));
@@ -184,7 +194,7 @@ impl Walk<'_> {
     }
 
     /// A coordinate that follows by a curve from what is known of its argument; gives its slope.
-    fn curve(&mut self, number: usize, shaft: usize, curve: &Arc<dyn Curve>, argument: Known) -> Laurent {
+    fn curve(&mut self, number: usize, shaft: usize, curve: &Arc<dyn Curve>, argument: ResolvedCoordinate) -> Laurent {
         let element = self.reduced.equations.transmissions[number].element.clone();
         let [value, slope, curvature] = match curve.formulas() {
             Some(formulas) => {
@@ -211,19 +221,19 @@ impl Walk<'_> {
         let bias = self.assumed.product(&bent, &speed).plus(&carried);
         let basis = argument.basis.iter().map(|(k, entry)| (*k, self.assumed.product(&slope, entry))).collect();
         let angle = self.letters.of(Symbol::Position(shaft));
-        self.note(shaft, Known { basis, drift, bias, angle });
+        self.note(shaft, ResolvedCoordinate { basis, drift, bias, angle });
         // Its angle stands by its name wherever it is needed.
         self.out.angles.last_mut().expect("noted just now").1 = value;
         slope
     }
 
-    fn note(&mut self, shaft: usize, known: Known) {
-        self.out.angles.push((shaft, known.angle.clone()));
-        let speed = self.rate(&known.basis, Symbol::Speed).plus(&known.drift);
+    fn note(&mut self, shaft: usize, resolved: ResolvedCoordinate) {
+        self.out.angles.push((shaft, resolved.angle.clone()));
+        let speed = self.rate(&resolved.basis, Symbol::Speed).plus(&resolved.drift);
         self.out.speeds.push((shaft, speed));
-        let acceleration = self.rate(&known.basis, Symbol::Acceleration).plus(&known.bias);
+        let acceleration = self.rate(&resolved.basis, Symbol::Acceleration).plus(&resolved.bias);
         self.out.accelerations.push((shaft, acceleration));
-        self.known[shaft] = known;
+        self.resolved[shaft] = resolved;
     }
 
     /// The rate of a row over the reduced coordinates.
@@ -235,10 +245,10 @@ impl Walk<'_> {
     }
 
     /// `aᵀK`
-    fn along(&self, row: &Row) -> BTreeMap<usize, Laurent> {
+    fn reduced_row(&self, row: &Row) -> BTreeMap<usize, Laurent> {
         let mut out: BTreeMap<usize, Laurent> = BTreeMap::new();
         for (shaft, c) in row {
-            for (column, entry) in &self.known[*shaft].basis {
+            for (column, entry) in &self.resolved[*shaft].basis {
                 let sum = out.entry(*column).or_default();
                 *sum = sum.plus(&c.times(entry));
             }
@@ -255,42 +265,44 @@ impl Walk<'_> {
     /// Inertia and forces.
     fn forces(&mut self) {
         let zero = Laurent::default;
-        for Along { row, value, .. } in self.terms.inertias.clone() {
-            let own = self.along(&row);
-            let bias = row.iter().fold(zero(), |sum, (k, c)| sum.plus(&c.times(&self.known[*k].bias)));
+        for DirectionalTerm { row, value, .. } in self.terms.inertias.clone() {
+            let own = self.reduced_row(&row);
+            let bias = row.iter().fold(zero(), |sum, (k, c)| sum.plus(&c.times(&self.resolved[*k].bias)));
             add_square(&mut self.out.inertia, &own, &value, &mut self.assumed);
             add_force(&mut self.out.velocity, &own, &value.times(&bias), &mut self.assumed);
         }
-        for Along { row, value, .. } in self.terms.dampers.clone() {
-            let own = self.along(&row);
-            let drift = row.iter().fold(zero(), |sum, (k, c)| sum.plus(&c.times(&self.known[*k].drift)));
+        for DirectionalTerm { row, value, .. } in self.terms.dampers.clone() {
+            let own = self.reduced_row(&row);
+            let drift = row.iter().fold(zero(), |sum, (k, c)| sum.plus(&c.times(&self.resolved[*k].drift)));
             add_square(&mut self.out.damping, &own, &value, &mut self.assumed);
             add_force(&mut self.out.velocity, &own, &value.times(&drift), &mut self.assumed);
         }
-        for Along { row, value: Spring { stiffness, rest }, .. } in self.terms.springs.clone() {
-            let own = self.along(&row);
-            let angle = row.iter().fold(zero(), |sum, (k, c)| sum.plus(&c.times(&self.known[*k].angle)));
+        for DirectionalTerm { row, value: Spring { stiffness, rest }, .. } in self.terms.springs.clone() {
+            let own = self.reduced_row(&row);
+            let angle = row.iter().fold(zero(), |sum, (k, c)| sum.plus(&c.times(&self.resolved[*k].angle)));
             add_force(&mut self.out.stiffness, &own, &stiffness.times(&angle.minus(&rest)), &mut self.assumed);
         }
         for k in 0..self.terms.frictions.len() {
-            let (own, torque) = (self.along(&self.terms.frictions[k].row), self.friction(k));
+            let (own, torque) = (self.reduced_row(&self.terms.frictions[k].row), self.friction(k));
             add_force(&mut self.out.friction, &own, &torque, &mut self.assumed);
         }
         for k in 0..self.terms.inputs.len() {
-            let (own, input) = (self.along(&self.terms.inputs[k].row), self.letters.of(Symbol::Input(k)));
+            let (own, input) = (self.reduced_row(&self.terms.inputs[k].row), self.letters.of(Symbol::Input(k)));
             add_force(&mut self.out.input, &own, &input, &mut self.assumed);
         }
-        for Along { element, row, value: rubs } in self.terms.holds.clone() {
-            let along = [Symbol::Position, Symbol::Speed].map(|symbol| self.over(&row, symbol));
-            let (own, held) = (self.along(&row), self.letters.of(Symbol::Held(element.clone(), rubs)));
-            add_force(&mut self.out.held, &own, &held, &mut self.assumed);
-            self.out.directions.push((element, rubs, along));
+        for DirectionalTerm { element, row, value: rubs } in self.terms.unilaterals.clone() {
+            let reduced_row = [Symbol::Position, Symbol::Speed].map(|symbol| self.over(&row, symbol));
+            let (own, unilateral) =
+                (self.reduced_row(&row), self.letters.of(Symbol::Unilateral(element.clone(), rubs)));
+            add_force(&mut self.out.unilateral, &own, &unilateral, &mut self.assumed);
+            self.out.directions.push((element, rubs, reduced_row));
         }
     }
 
     /// The torque of a friction: what it is in motion times the sense of it.
     fn friction(&mut self, number: usize) -> Laurent {
-        let Along { element, row, value: Friction { torque, stribeck } } = self.terms.frictions[number].clone();
+        let DirectionalTerm { element, row, value: Friction { torque, stribeck } } =
+            self.terms.frictions[number].clone();
         let speed = self.over(&row, Symbol::Speed);
         let sense = self.letters.of(Symbol::Sign(speed.clone()));
         let Some([breakaway, width]) = stribeck else { return torque.times(&sense) };
@@ -307,19 +319,19 @@ impl Walk<'_> {
 
     /// `Jᵀλ = H q̈ + D q̇ + S q + friction − F u` in the coordinates that follow, over motions of all coordinates.
     fn multipliers(&mut self) -> Vec<Laurent> {
-        let mut forces = vec![Laurent::default(); self.known.len()];
+        let mut forces = vec![Laurent::default(); self.resolved.len()];
         let mut add = |row: &Row, torque: &Laurent| {
             row.iter().for_each(|(shaft, c)| forces[*shaft] = forces[*shaft].plus(&c.times(torque)));
         };
-        for Along { row, value, .. } in self.terms.inertias.clone() {
+        for DirectionalTerm { row, value, .. } in self.terms.inertias.clone() {
             let acceleration = self.over(&row, Symbol::Acceleration);
             add(&row, &value.times(&acceleration));
         }
-        for Along { row, value, .. } in self.terms.dampers.clone() {
+        for DirectionalTerm { row, value, .. } in self.terms.dampers.clone() {
             let speed = self.over(&row, Symbol::Speed);
             add(&row, &value.times(&speed));
         }
-        for Along { row, value, .. } in self.terms.springs.clone() {
+        for DirectionalTerm { row, value, .. } in self.terms.springs.clone() {
             let angle = self.over(&row, Symbol::Position);
             add(&row, &value.stiffness.times(&angle.minus(&value.rest)));
         }
@@ -331,18 +343,18 @@ impl Walk<'_> {
             let input = self.letters.of(Symbol::Input(k)).scaled(&Rational::from(-1));
             add(&self.terms.inputs[k].row, &input);
         }
-        for Along { element, row, value: rubs } in self.terms.holds.clone() {
-            let held = self.letters.of(Symbol::Held(element, rubs));
-            add(&row, &held);
+        for DirectionalTerm { element, row, value: rubs } in self.terms.unilaterals.clone() {
+            let unilateral = self.letters.of(Symbol::Unilateral(element, rubs));
+            add(&row, &unilateral);
         }
-        for (k, row) in self.kept_rows.clone().iter().enumerate() {
+        for (k, row) in self.multiplier_rows.clone().iter().enumerate() {
             let multiplier = self.letters.of(Symbol::Multiplier(k)).scaled(&Rational::from(-1));
             add(row, &multiplier);
         }
         let equations = &self.reduced.equations;
         let linear = self.terms.constraints.len();
         let count = linear + equations.transmissions.len();
-        let mut columns: Vec<BTreeMap<usize, Entry>> = vec![BTreeMap::new(); self.known.len()];
+        let mut columns: Vec<BTreeMap<usize, Entry>> = vec![BTreeMap::new(); self.resolved.len()];
         for (k, constraint) in self.terms.constraints.iter().enumerate() {
             constraint.entries.iter().for_each(|(shaft, entry)| drop(columns[*shaft].insert(k, entry.clone())));
         }
@@ -381,18 +393,20 @@ impl Walk<'_> {
     }
 
     fn finish(self) -> SymbolicMotion {
-        let Walk { letters, assumed, known, mut out, .. } = self;
+        let Derivation { letters, assumed, resolved, mut out, .. } = self;
         // Of what follows the acceleration is told where it is more than that of the speed says, or where something is written with it.
-        let told = std::mem::take(&mut out.accelerations);
-        let used = letters.within(out.all());
+        let accelerations = std::mem::take(&mut out.accelerations);
+        let used = letters.used_in(out.all());
         let is_used = |shaft: usize| {
             used.iter().any(|letter| matches!(letters.symbol(*letter), Symbol::Acceleration(k) if *k == shaft))
         };
-        out.accelerations =
-            told.into_iter().filter(|(shaft, _)| !known[*shaft].bias.is_zero() || is_used(*shaft)).collect();
+        out.accelerations = accelerations
+            .into_iter()
+            .filter(|(shaft, _)| !resolved[*shaft].bias.is_zero() || is_used(*shaft))
+            .collect();
         let each = |values: &mut Vec<Laurent>| values.iter_mut().for_each(|value| *value = letters.cancelled(value));
         let forces = [&mut out.velocity, &mut out.stiffness, &mut out.friction, &mut out.input];
-        for values in forces.into_iter().chain([&mut out.held, &mut out.kept_forces]) {
+        for values in forces.into_iter().chain([&mut out.unilateral, &mut out.multiplier_forces]) {
             each(values);
         }
         for pairs in [&mut out.angles, &mut out.speeds, &mut out.accelerations] {

@@ -47,11 +47,11 @@ impl Printer<'_> {
         };
         let (mut top, mut bottom) = (side(true), side(false));
         // A sum alone needs no parentheses.
-        let alone = match value.factors.as_slice() {
+        let single = match value.factors.as_slice() {
             [(Base::Sum(members), 1)] if number.is_one() && value.number.is_one() => Some(members),
             _ => None,
         };
-        if let Some(members) = alone {
+        if let Some(members) = single {
             return self.sum(members);
         }
         // Neither does one above the bar of a fraction.

@@ -4,7 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::elimination::Entry;
 use super::{Laurent, Letters, Symbol};
-use crate::equations::{Direction, Formula, GROUND, Hold, Kept, Meaning, NamedTerm, Stribeck, Term};
+use crate::equations::{
+    Direction, Formula, GROUND, Meaning, MultiplierLaw, NamedTerm, Stribeck, Term, UnilateralConstraint,
+};
 use crate::num::{Rational, Scalar};
 use crate::units::Exact;
 
@@ -13,7 +15,7 @@ pub(super) type Row = Vec<(usize, Laurent)>;
 
 /// A law along a direction.
 #[derive(Debug, Clone)]
-pub(super) struct Along<T> {
+pub(super) struct DirectionalTerm<T> {
     pub(super) element: String,
     pub(super) row: Row,
     pub(super) value: T,
@@ -42,7 +44,7 @@ pub(super) struct Constraint {
 
 /// What a kept constraint says.
 #[derive(Debug, Clone)]
-pub(super) enum KeptLaw {
+pub(super) enum SymbolicMultiplierLaw {
     /// `Σ a_i q̇_i = 0`
     Rates(Row),
     /// φ = 0
@@ -56,16 +58,16 @@ pub(super) enum KeptLaw {
 /// All terms, by kind; constraints in the order of the assembled ones.
 #[derive(Debug, Default)]
 pub(super) struct Terms {
-    pub(super) inertias: Vec<Along<Laurent>>,
-    pub(super) dampers: Vec<Along<Laurent>>,
-    pub(super) springs: Vec<Along<Spring>>,
-    pub(super) frictions: Vec<Along<Friction>>,
-    pub(super) inputs: Vec<Along<()>>,
+    pub(super) inertias: Vec<DirectionalTerm<Laurent>>,
+    pub(super) dampers: Vec<DirectionalTerm<Laurent>>,
+    pub(super) springs: Vec<DirectionalTerm<Spring>>,
+    pub(super) frictions: Vec<DirectionalTerm<Friction>>,
+    pub(super) inputs: Vec<DirectionalTerm<()>>,
     pub(super) constraints: Vec<Constraint>,
     /// By element.
-    pub(super) kept: Vec<(String, KeptLaw)>,
+    pub(super) multiplier_constraints: Vec<(String, SymbolicMultiplierLaw)>,
     /// What holds by modes, each torque once: its row, and whether teeth rub.
-    pub(super) holds: Vec<Along<bool>>,
+    pub(super) unilaterals: Vec<DirectionalTerm<bool>>,
 }
 
 impl Terms {
@@ -78,58 +80,72 @@ impl Terms {
         let mut out = Self::default();
         let mut balances: BTreeMap<&str, BTreeMap<usize, Entry>> = BTreeMap::new();
         for NamedTerm { element, term } in sorted {
-            let numbered = |letters: &mut Letters, along: &Direction| entries(coordinates, along, letters);
+            let numbered = |letters: &mut Letters, direction: &Direction| entries(coordinates, direction, letters);
             match term {
-                Term::Inertia { along, inertia } => {
-                    let row = row(numbered(letters, along));
-                    out.inertias.push(Along { element: element.clone(), row, value: letters.exact(inertia) });
+                Term::Inertia { direction, inertia } => {
+                    let row = row(numbered(letters, direction));
+                    out.inertias.push(DirectionalTerm { element: element.clone(), row, value: letters.exact(inertia) });
                 }
-                Term::Damper { along, damping } => {
-                    let row = row(numbered(letters, along));
-                    out.dampers.push(Along { element: element.clone(), row, value: letters.exact(damping) });
+                Term::Damper { direction, damping } => {
+                    let row = row(numbered(letters, direction));
+                    out.dampers.push(DirectionalTerm { element: element.clone(), row, value: letters.exact(damping) });
                 }
-                Term::Spring { along, stiffness, rest } => {
+                Term::Spring { direction, stiffness, rest } => {
                     let value = Spring { stiffness: letters.exact(stiffness), rest: letters.exact(rest) };
-                    out.springs.push(Along { element: element.clone(), row: row(numbered(letters, along)), value });
+                    out.springs.push(DirectionalTerm {
+                        element: element.clone(),
+                        row: row(numbered(letters, direction)),
+                        value,
+                    });
                 }
-                Term::Friction { along, torque, stribeck } => {
+                Term::Friction { direction, torque, stribeck } => {
                     let falls =
                         |Stribeck { breakaway, speed }: &Stribeck| [letters.exact(breakaway), letters.exact(speed)];
                     let stribeck = stribeck.as_ref().map(falls);
                     let value = Friction { torque: letters.exact(torque), stribeck };
-                    out.frictions.push(Along { element: element.clone(), row: row(numbered(letters, along)), value });
+                    out.frictions.push(DirectionalTerm {
+                        element: element.clone(),
+                        row: row(numbered(letters, direction)),
+                        value,
+                    });
                 }
-                Term::Constraint { along, offset } => {
-                    let entries = numbered(letters, along);
+                Term::Constraint { direction, offset } => {
+                    let entries = numbered(letters, direction);
                     let offset = match moving.contains(element.as_str()) {
                         true => letters.of(Symbol::OfTime(element.clone(), 0)),
                         false => letters.exact(offset),
                     };
                     out.constraints.push(Constraint { entries, offset });
                 }
-                Term::Compliance { along, offset, scale, stiffness, damping } => {
-                    let turned = -&scale.recip().unwrap_or_else(Exact::one);
-                    let shares = along.entries.iter().map(|(name, x)| (name.clone(), x * &turned)).collect();
+                Term::Compliance { direction, offset, scale, stiffness, damping } => {
+                    let negated = -&scale.recip().unwrap_or_else(Exact::one);
+                    let shares = direction.entries.iter().map(|(name, x)| (name.clone(), x * &negated)).collect();
                     let row = row(numbered(letters, &Direction { entries: shares }));
-                    let rest = letters.exact(&(offset * &turned));
+                    let rest = letters.exact(&(offset * &negated));
                     let spring = Spring { stiffness: letters.exact(stiffness), rest };
                     let damping = (!damping.is_zero()).then(|| letters.exact(damping));
                     out.comply(element, row, spring, damping);
                 }
-                Term::Input { along, .. } | Term::Torque { along, .. } => {
-                    out.inputs.push(Along { element: element.clone(), row: row(numbered(letters, along)), value: () });
+                Term::Input { direction, .. } | Term::Torque { direction, .. } => {
+                    out.inputs.push(DirectionalTerm {
+                        element: element.clone(),
+                        row: row(numbered(letters, direction)),
+                        value: (),
+                    });
                 }
-                Term::Balance { node, along } if node != GROUND => {
+                Term::Balance { node, direction } if node != GROUND => {
                     let shares = balances.entry(node).or_default();
-                    for (coordinate, entry) in numbered(letters, along) {
+                    for (coordinate, entry) in numbered(letters, direction) {
                         let sum = shares.entry(coordinate).or_default();
                         *sum = Entry { symbol: sum.symbol.plus(&entry.symbol), number: sum.number.plus(&entry.number) };
                     }
                 }
-                Term::Kept(law) => out.kept.push((element.clone(), kept(coordinates, law, letters))),
-                Term::Hold { along, hold } => {
-                    let row = row(numbered(letters, along));
-                    out.hold(element, row, hold);
+                Term::MultiplierLaw(law) => {
+                    out.multiplier_constraints.push((element.clone(), multiplier_law(coordinates, law, letters)))
+                }
+                Term::UnilateralConstraint { direction, unilateral } => {
+                    let row = row(numbered(letters, direction));
+                    out.unilateral(element, row, unilateral);
                 }
                 Term::Balance { .. }
                 | Term::Transmission { .. }
@@ -154,12 +170,12 @@ impl Terms {
 
 impl Terms {
     /// What holds by modes; both sides of a stop are one torque.
-    fn hold(&mut self, element: &str, mut row: Row, hold: &Hold) {
-        let rubs = matches!(hold, Hold::Mesh(_));
-        if self.holds.iter().all(|other| other.element != *element || other.value != rubs) {
-            let sign = Rational::from(if hold.is_upper() { -1 } else { 1 });
+    fn unilateral(&mut self, element: &str, mut row: Row, unilateral: &UnilateralConstraint) {
+        let rubs = matches!(unilateral, UnilateralConstraint::GearLoss(_));
+        if self.unilaterals.iter().all(|candidate| candidate.element != *element || candidate.value != rubs) {
+            let sign = Rational::from(if unilateral.is_upper() { -1 } else { 1 });
             row.iter_mut().for_each(|(_, entry)| *entry = entry.scaled(&sign));
-            self.holds.push(Along { element: element.to_string(), row, value: rubs });
+            self.unilaterals.push(DirectionalTerm { element: element.to_string(), row, value: rubs });
         }
     }
 
@@ -167,14 +183,14 @@ impl Terms {
     fn comply(&mut self, element: &str, row: Row, spring: Spring, damping: Option<Laurent>) {
         let element = element.to_string();
         if let Some(value) = damping {
-            self.dampers.push(Along { element: element.clone(), row: row.clone(), value });
+            self.dampers.push(DirectionalTerm { element: element.clone(), row: row.clone(), value });
         }
-        self.springs.push(Along { element, row, value: spring });
+        self.springs.push(DirectionalTerm { element, row, value: spring });
     }
 }
 
 /// A kept constraint over numbered coordinates; what it calls tables in has no letters.
-fn kept(coordinates: &[String], law: &Kept<String>, letters: &mut Letters) -> KeptLaw {
+fn multiplier_law(coordinates: &[String], law: &MultiplierLaw<String>, letters: &mut Letters) -> SymbolicMultiplierLaw {
     let number = |name: &str| coordinates.iter().position(|other| other == name);
     let mut formula = |formula: &Formula| {
         let mut names: BTreeMap<&str, Laurent> = BTreeMap::new();
@@ -188,27 +204,31 @@ fn kept(coordinates: &[String], law: &Kept<String>, letters: &mut Letters) -> Ke
         letters.read(&formula.expression.root, &names)
     };
     match law {
-        Kept::Surface(surface) => KeptLaw::Surface(formula(surface)),
-        Kept::Rates(row) => {
+        MultiplierLaw::Surface(surface) => SymbolicMultiplierLaw::Surface(formula(surface)),
+        MultiplierLaw::Rates(row) => {
             let row = row.iter().filter_map(|(name, a)| Some((number(name)?, formula(a))));
-            KeptLaw::Rates(row.filter(|(_, entry)| !entry.is_zero()).collect())
+            SymbolicMultiplierLaw::Rates(row.filter(|(_, entry)| !entry.is_zero()).collect())
         }
         // An element brings none: it is a constraint that the reduction keeps.
-        Kept::Position(row, _) | Kept::Speed(row, _) | Kept::Acceleration(row, _) => {
-            let along = Direction { entries: row.clone() };
-            let row = self::row(entries(coordinates, &along, letters));
-            if matches!(law, Kept::Speed(..)) { KeptLaw::Speed(row) } else { KeptLaw::Acceleration(row) }
+        MultiplierLaw::Position(row, _) | MultiplierLaw::Speed(row, _) | MultiplierLaw::Acceleration(row, _) => {
+            let direction = Direction { entries: row.clone() };
+            let row = self::row(entries(coordinates, &direction, letters));
+            if matches!(law, MultiplierLaw::Speed(..)) {
+                SymbolicMultiplierLaw::Speed(row)
+            } else {
+                SymbolicMultiplierLaw::Acceleration(row)
+            }
         }
     }
 }
 
-fn entries(coordinates: &[String], along: &Direction, letters: &mut Letters) -> BTreeMap<usize, Entry> {
+fn entries(coordinates: &[String], direction: &Direction, letters: &mut Letters) -> BTreeMap<usize, Entry> {
     let entry = |(name, x): &(String, Exact)| {
-        let coordinate = coordinates.iter().position(|other| other == name)?;
+        let coordinate = coordinates.iter().position(|candidate| candidate == name)?;
         let (symbol, number) = (letters.exact(x), x.to_rational());
         (!Scalar::is_zero(&number)).then_some((coordinate, Entry { symbol, number }))
     };
-    along.entries.iter().filter_map(entry).collect()
+    direction.entries.iter().filter_map(entry).collect()
 }
 
 fn row(entries: BTreeMap<usize, Entry>) -> Row {

@@ -51,9 +51,9 @@ pub(super) fn compensation(channel: &Values) -> Compensation {
 /// Two ways to say the same, at most one of which may be used.
 pub(super) fn check_dynamics(channel: &Values, output: &str) -> Result<(), SynthesisError> {
     let second = ["natural_frequency", "damping_ratio"].into_iter().find(|key| channel.has(key));
-    let given: Vec<&'static str> =
+    let present: Vec<&'static str> =
         second.into_iter().chain(["crossover_frequency", "poles"].into_iter().filter(|key| channel.has(key))).collect();
-    match given[..] {
+    match present[..] {
         [first, other, ..] => Err(SynthesisError::Contradiction { output: output.into(), keys: [first, other] }),
         _ => Ok(()),
     }
@@ -67,12 +67,12 @@ pub(super) fn reference(channel: &Values) -> Option<Reference> {
 }
 
 /// An angle, or of a mass a position.
-pub(super) fn position_along(output: &str) -> Physical {
+pub(super) fn position_of(output: &str) -> Physical {
     if SignalName::new(output).is(Quantity::Position) { Physical::Position } else { Physical::Angle }
 }
 
 /// What acts along an output: a torque along an angle, a force along a position.
-pub(super) fn effort_along(output: &str) -> Physical {
+pub(super) fn effort_of(output: &str) -> Physical {
     if SignalName::new(output).is(Quantity::Position) { Physical::Force } else { Physical::Torque }
 }
 
@@ -83,10 +83,10 @@ pub(super) fn inertia_unit(output: &str) -> &'static str {
 
 /// Reports the first name that stands twice.
 pub(super) fn once<'a>(names: impl Iterator<Item = &'a str>, what: &'static str) -> Result<(), SynthesisError> {
-    let mut seen = BTreeSet::new();
+    let mut used = BTreeSet::new();
     for name in names {
-        if !seen.insert(name) {
-            return Err(SynthesisError::Twice { name: name.into(), what });
+        if !used.insert(name) {
+            return Err(SynthesisError::Duplicate { name: name.into(), what });
         }
     }
     Ok(())

@@ -21,7 +21,7 @@ pub fn closed_loop_poles(model: &LinearModel, laws: &[Arc<dyn Law>]) -> Option<V
 ///
 /// # Panics
 /// As [`closed_loop_poles`].
-pub fn poles_without(model: &LinearModel, laws: &[Arc<dyn Law>], counters: &Counters) -> Option<Vec<Pole>> {
+pub fn poles_excluding(model: &LinearModel, laws: &[Arc<dyn Law>], counters: &Counters) -> Option<Vec<Pole>> {
     let mut all = closed_loop_matrix(model, laws)?;
     for (counter, &measured) in counters.measured.iter().enumerate() {
         for i in (0..counters.directions.rows()).filter(|i| *i != measured) {
@@ -31,8 +31,9 @@ pub fn poles_without(model: &LinearModel, laws: &[Arc<dyn Law>], counters: &Coun
             shares.into_iter().for_each(|(j, x)| all[(i, j)] -= x);
         }
     }
-    let kept: Vec<usize> = (0..all.rows()).filter(|k| !counters.measured.contains(k)).collect();
-    eigenvalues(&Matrix::from_fn(kept.len(), kept.len(), |i, j| all[(kept[i], kept[j])])).map(Pole::list)
+    let retained: Vec<usize> = (0..all.rows()).filter(|k| !counters.measured.contains(k)).collect();
+    eigenvalues(&Matrix::from_fn(retained.len(), retained.len(), |i, j| all[(retained[i], retained[j])]))
+        .map(Pole::list)
 }
 
 /// The state matrix whose eigenvalues are [`closed_loop_poles`].

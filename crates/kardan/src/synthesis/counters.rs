@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Law, Plant, in_words};
+use super::{Law, Plant, linear_combination};
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Rational, Scalar, echelon, rational_from_f64};
 
@@ -18,7 +18,7 @@ pub struct Counters {
 
 impl Counters {
     /// The directions that these rows over the reduced coordinates do not see; entries behind these do not matter.
-    fn unseen<'a>(plant: &Plant, rows: impl Iterator<Item = &'a [Rational]>) -> Self {
+    fn null_directions<'a>(plant: &Plant, rows: impl Iterator<Item = &'a [Rational]>) -> Self {
         let coordinates = &plant.reduced.coordinates;
         let is_charge = |k: &usize| plant.reduced.equations.domain(coordinates[*k]).counts();
         let charges: Vec<usize> = (0..coordinates.len()).filter(is_charge).collect();
@@ -38,54 +38,55 @@ impl Counters {
     pub fn names(&self, plant: &Plant) -> Vec<String> {
         let names: Vec<String> = plant.motions(0).into_iter().map(|read| read.signal).collect();
         let column = |j: usize| (0..names.len()).map(|i| self.directions[(i, j)].clone()).collect::<Vec<_>>();
-        (0..self.measured.len()).map(|j| in_words(&names, &column(j))).collect()
+        (0..self.measured.len()).map(|j| linear_combination(&names, &column(j))).collect()
     }
 }
 
 /// What is left of the states of a system without what only counts: `z = P x`, in coordinates in which the counting charges are measured as zero.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Left {
+pub(super) struct ReducedStates {
     /// Numbers of the states that are left.
-    pub kept: Vec<usize>,
+    pub retained: Vec<usize>,
     /// P, states that are left × states: the identity on these.
     pub projection: Matrix<Rational>,
 }
 
-impl Left {
+impl ReducedStates {
     /// Of so many states, the reduced coordinates before all others.
     pub fn of(counters: &Counters, states: usize) -> Self {
-        let kept: Vec<usize> = (0..states).filter(|k| !counters.measured.contains(k)).collect();
-        let projection = Matrix::from_fn(kept.len(), states, |i, j| {
+        let retained: Vec<usize> = (0..states).filter(|k| !counters.measured.contains(k)).collect();
+        let projection = Matrix::from_fn(retained.len(), states, |i, j| {
             let counter = counters.measured.iter().position(|k| *k == j);
-            match counter.filter(|_| kept[i] < counters.directions.rows()) {
-                Some(counter) => Rational::ZERO.minus(&counters.directions[(kept[i], counter)]),
-                None if kept[i] == j => Rational::ONE,
+            match counter.filter(|_| retained[i] < counters.directions.rows()) {
+                Some(counter) => Rational::ZERO.minus(&counters.directions[(retained[i], counter)]),
+                None if retained[i] == j => Rational::ONE,
                 None => Rational::ZERO,
             }
         });
-        Self { kept, projection }
+        Self { retained, projection }
     }
 
     /// All of them.
     pub fn all(states: usize) -> Self {
-        Self { kept: (0..states).collect(), projection: Matrix::identity(states) }
+        Self { retained: (0..states).collect(), projection: Matrix::identity(states) }
     }
 
     /// The system over what is left. E is the identity.
     pub fn system(&self, system: &LinearSystem) -> LinearSystem {
-        let on_kept =
-            |m: &Matrix<Rational>| Matrix::from_fn(m.rows(), self.kept.len(), |i, j| m[(i, self.kept[j])].clone());
-        let names = (0..self.kept.len()).map(|i| in_words(&system.states, self.projection.row(i)));
+        let on_retained = |m: &Matrix<Rational>| {
+            Matrix::from_fn(m.rows(), self.retained.len(), |i, j| m[(i, self.retained[j])].clone())
+        };
+        let names = (0..self.retained.len()).map(|i| linear_combination(&system.states, self.projection.row(i)));
         LinearSystem {
             states: names.collect(),
             inputs: system.inputs.clone(),
             outputs: system.outputs.clone(),
-            e: Matrix::identity(self.kept.len()),
-            a: self.columns(&on_kept(&system.a)),
+            e: Matrix::identity(self.retained.len()),
+            a: self.columns(&on_retained(&system.a)),
             b: self.columns(&system.b),
-            c: on_kept(&system.c),
+            c: on_retained(&system.c),
             d: system.d.clone(),
-            degrees_of_freedom: system.degrees_of_freedom.filter(|_| self.kept.len() == system.states.len()),
+            degrees_of_freedom: system.degrees_of_freedom.filter(|_| self.retained.len() == system.states.len()),
         }
     }
 
@@ -108,10 +109,10 @@ pub fn without_counting(system: &LinearSystem, charges: &[usize]) -> Option<(Vec
     let directions =
         Matrix::from_fn(states, kernel.columns(), |i, j| place(i).map_or(Rational::ZERO, |i| kernel[(i, j)].clone()));
     let column = |j: usize| (0..states).map(|i| directions[(i, j)].clone()).collect::<Vec<_>>();
-    let names = (0..directions.columns()).map(|j| in_words(&system.states, &column(j))).collect();
+    let names = (0..directions.columns()).map(|j| linear_combination(&system.states, &column(j))).collect();
     let hidden = system.c.multiply(&directions).as_slice().iter().all(Scalar::is_zero);
     let counters = Counters { directions, measured: e.free().into_iter().map(|k| charges[k]).collect() };
-    Some((names, hidden, Left::of(&counters, states).system(&system.explicit()?)))
+    Some((names, hidden, ReducedStates::of(&counters, states).system(&system.explicit()?)))
 }
 
 /// The charges that neither A nor C of a plant's system know.
@@ -121,7 +122,7 @@ pub(super) fn counters_of(plant: &Plant, system: &LinearSystem) -> Counters {
 
 /// The same without those that a law acts by, whose rows over the reduced coordinates are given.
 pub(super) fn counters_beside(plant: &Plant, system: &LinearSystem, acting: &[Matrix<Rational>]) -> Counters {
-    Counters::unseen(plant, [&system.a, &system.c].into_iter().chain(acting).flat_map(rows))
+    Counters::null_directions(plant, [&system.a, &system.c].into_iter().chain(acting).flat_map(rows))
 }
 
 fn rows(matrix: &Matrix<Rational>) -> impl Iterator<Item = &[Rational]> {
@@ -132,10 +133,10 @@ fn rows(matrix: &Matrix<Rational>) -> impl Iterator<Item = &[Rational]> {
 pub fn counting_charges(plant: &Plant, laws: &[Arc<dyn Law>]) -> Counters {
     if laws.iter().any(|law| law.clock().is_some()) {
         let unit = Matrix::identity(plant.reduced.degrees_of_freedom());
-        return Counters::unseen(plant, rows(&unit));
+        return Counters::null_directions(plant, rows(&unit));
     }
     let acting: Vec<Matrix<Rational>> = laws.iter().flat_map(|law| acts_by(&**law, &plant.linear.basis)).collect();
-    Counters::unseen(plant, std::iter::once(&plant.linear.stiffness).chain(&acting).flat_map(rows))
+    Counters::null_directions(plant, std::iter::once(&plant.linear.stiffness).chain(&acting).flat_map(rows))
 }
 
 /// What a law makes of the reduced coordinates, for its commands and for its states.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::around::around;
+use super::at_operating_point::at_operating_point;
 use super::observed;
 use super::{Law, LawKind, Plant, Program, Request, SynthesisError, clock};
 use crate::element::Values;
@@ -21,7 +21,7 @@ pub fn design_law(kind: &LawKind, name: &str, values: &Values, plant: &Plant) ->
     let disturbances = observed::disturbances(values, plant)?;
     let law = (kind.design)(&Request { name, values, plant, disturbances: &disturbances })?;
     // A program reads what is true.
-    let law = if kind.keyword == Program::KEYWORD { law } else { around(law, values, plant)? };
+    let law = if kind.keyword == Program::KEYWORD { law } else { at_operating_point(law, values, plant)? };
     match values.table("observer") {
         Some(observer) if kind.samples && observer.has("plant") => {
             Err(SynthesisError::IdleKey { key: "plant", method: kind.keyword.into() })

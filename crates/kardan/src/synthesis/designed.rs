@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Block, Clock, ExactLoop, LinearLaw, Running};
+use super::{Block, Clock, ExactLoop, LawRuntime, LinearLaw};
 use crate::analysis::OutputSignal;
 use crate::expr::Side;
 use crate::num::Rational;
@@ -36,10 +36,10 @@ pub trait Law: Send + Sync {
         self.states().into_iter().enumerate().filter_map(estimate).collect()
     }
     /// All that blocks may read of a law at its samples, by names without its own: what its observer finds, and what it last commanded.
-    fn tells(&self) -> Vec<(String, Told)> {
+    fn exported(&self) -> Vec<(String, ExportedSignal)> {
         let commands = self.inputs().iter().enumerate();
-        let commands = commands.map(|(k, input)| (format!("{input}.command"), Told::Command(k)));
-        self.estimates().into_iter().map(|(name, k)| (name, Told::State(k))).chain(commands).collect()
+        let commands = commands.map(|(k, input)| (format!("{input}.command"), ExportedSignal::Command(k)));
+        self.estimates().into_iter().map(|(name, k)| (name, ExportedSignal::State(k))).chain(commands).collect()
     }
     /// Its own states at the start, from the angles (rad) and speeds (rad/s) of all shafts there.
     fn start(&self, _angles: &[f64], _speeds: &[f64], out: &mut [f64]) {
@@ -49,11 +49,11 @@ pub trait Law: Send + Sync {
     /// another sample time.
     fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>>;
     /// What runs in a loop.
-    fn run(&self) -> Running {
+    fn run(&self) -> LawRuntime {
         let Some(block) = self.block(self.clock()) else {
             unreachable!("a law is designed for its own clock");
         };
-        Running::new(block, self.clock(), self.inputs().len())
+        LawRuntime::new(block, self.clock(), self.inputs().len())
     }
     /// Whether it cancels all forces of the full model, which the linear one does not know.
     fn on_full_model(&self) -> bool {
@@ -74,7 +74,7 @@ pub trait Law: Send + Sync {
         None
     }
     /// Whether its linear part is another one at another position.
-    fn bends(&self) -> bool {
+    fn is_nonlinear(&self) -> bool {
         false
     }
     /// The linear part at rest at a reduced position (rad), each position reference being where its output is; with a clock that
@@ -110,8 +110,8 @@ pub trait Law: Send + Sync {
         None
     }
     /// What stays as it was where a sample makes it no number.
-    fn keeps(&self) -> Kept {
-        Kept::Estimate
+    fn keeps(&self) -> Frozen {
+        Frozen::Estimate
     }
     /// What was designed, for a reader: everything that is known without the other controllers and without a run.
     fn describe(&self) -> Design;
@@ -125,7 +125,7 @@ impl std::fmt::Debug for dyn Law {
 
 /// Where something stands that a sampled law tells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Told {
+pub enum ExportedSignal {
     /// Among its states, as they are at its next sample.
     State(usize),
     /// Among its commands, as it gave them at its last sample.
@@ -134,13 +134,13 @@ pub enum Told {
 
 /// What stays as it was where a sample makes it no number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kept {
+pub enum Frozen {
     /// What is estimated.
     Estimate,
     /// What a program commands, and what its blocks remember.
     Command,
     /// What blocks answer and remember.
-    Answers,
+    Outputs,
 }
 
 /// A signal from the scenario to a law.

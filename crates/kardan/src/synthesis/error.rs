@@ -247,14 +247,14 @@ pub enum SynthesisError {
         "the law cancels forces that the observer's linear model does not know (of joints, rest angles or friction); the \
          observer would report them as disturbances, and they would be cancelled twice"
     )]
-    CancelledTwice,
+    DoubleCancellation,
     /// Torques that expressions give: the gain of the law knows them, the full model of an observer does not.
     #[error(
         "the gain of the law knows the torques that expressions give ({}), linearised, and the full model of the observer does not know them: it \
          would report them as disturbances, and they would be cancelled twice",
         list(elements)
     )]
-    LawsCancelledTwice {
+    LawDoubleCancellation {
         /// The elements that give them.
         elements: Vec<String>,
     },
@@ -344,7 +344,7 @@ pub enum SynthesisError {
     /// The law would hide a motion that grows.
     #[error(
         "the zero dynamics are unstable: while the outputs are held still, a motion grows with {} 1/s ({polynomial} = 0)",
-        poles.iter().map(|pole| words(*pole)).collect::<Vec<_>>().join(", ")
+        poles.iter().map(|pole| pole_text(*pole)).collect::<Vec<_>>().join(", ")
     )]
     UnstableZeros {
         /// The outputs.
@@ -356,7 +356,7 @@ pub enum SynthesisError {
     },
     /// The same input or output twice.
     #[error("`{name}` is used by two channels; every channel needs its own {what}")]
-    Twice {
+    Duplicate {
         /// The name.
         name: String,
         /// `input` or `output`.
@@ -365,7 +365,7 @@ pub enum SynthesisError {
 }
 
 /// A complex number in words: `3`, `3 ± 4 j`.
-fn words(Complex { re, im }: Pole) -> String {
+fn pole_text(Complex { re, im }: Pole) -> String {
     if im == 0.0 { format!("{re:.6}") } else { format!("{re:.6} ± {:.6} j", im.abs()) }
 }
 
@@ -402,7 +402,7 @@ impl SynthesisError {
                     if not_reached.is_empty() { (outputs, "not independent") } else { (not_reached, "not reached") };
                 advice(named, label, "choose other outputs or inputs; `kardan equations` shows what each input reaches")
             }
-            Self::Twice { name, what } => Advice {
+            Self::Duplicate { name, what } => Advice {
                 named: vec![name.clone()],
                 label: "used here",
                 help: format!("name another {what} in each channel"),
@@ -548,13 +548,13 @@ impl SynthesisError {
             Self::ObserverPoles => {
                 advice(&["observer".into()], "this observer", "add `poles = [-50, -51, -52]`, or `method = \"kalman\"`")
             }
-            Self::CancelledTwice => advice(
+            Self::DoubleCancellation => advice(
                 &[],
                 "this controller",
                 "set `plant = \"nonlinear\"`, `disturbances = []` or `compensation = 0` in the observer, or design the law on the linear \
                  model",
             ),
-            Self::LawsCancelledTwice { .. } => {
+            Self::LawDoubleCancellation { .. } => {
                 advice(&[], "this controller", "set `plant = \"linear\"` in the observer, or leave it out")
             }
             Self::IdleKey { key, .. } => Advice {

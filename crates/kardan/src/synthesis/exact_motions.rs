@@ -96,10 +96,10 @@ pub fn exact_motions_of(plant: &LoopPlant, parts: &[SampledPart], laws: &[Arc<dy
         return None;
     }
     let own = |k: usize| laws.get(k).filter(|_| parts[k].reads.is_empty()).and_then(|law| designed(&**law, plant));
-    let known: Vec<Option<LinearLaw<Rational>>> = (0..parts.len()).map(own).collect();
-    let designed = known.iter().all(Option::is_some);
-    let before_rounding = known.iter().zip(parts).all(|(known, part)| known.is_some() || !part.is_rounded());
-    let exactly = known.into_iter().zip(parts).map(|(known, part)| known.unwrap_or_else(|| part.exactly())).collect();
+    let exact: Vec<Option<LinearLaw<Rational>>> = (0..parts.len()).map(own).collect();
+    let designed = exact.iter().all(Option::is_some);
+    let before_rounding = exact.iter().zip(parts).all(|(exact, part)| exact.is_some() || !part.is_rounded());
+    let exactly = exact.into_iter().zip(parts).map(|(exact, part)| exact.unwrap_or_else(|| part.exactly())).collect();
     let places = Places::with(FirstOrderPlant::exact(plant)?, parts, exactly, false);
     let (matrix, commands) = places.flow();
     let n = matrix.rows();
@@ -110,11 +110,11 @@ pub fn exact_motions_of(plant: &LoopPlant, parts: &[SampledPart], laws: &[Arc<dy
     let mut moved = motions.clone();
     for _ in 0..motions.columns() {
         moved = matrix.multiply(&moved);
-        let seen = signals.multiply(&moved);
-        (0..seen.rows()).for_each(|i| rows.push(seen.row(i).to_vec()));
+        let output_rows = signals.multiply(&moved);
+        (0..output_rows.rows()).for_each(|i| rows.push(output_rows.row(i).to_vec()));
     }
-    let seen = Matrix::from_fn(rows.len(), motions.columns(), |i, j| rows[i][j].clone());
-    let sampled = motions.columns() - if rows.is_empty() { 0 } else { exact_rank(&seen) };
+    let output_rows = Matrix::from_fn(rows.len(), motions.columns(), |i, j| rows[i][j].clone());
+    let sampled = motions.columns() - if rows.is_empty() { 0 } else { exact_rank(&output_rows) };
     let free = commands.multiply(&motions).as_slice().iter().all(Scalar::is_zero);
     Some(ExactMotions { matrix, motions, sampled, before_rounding, designed, free })
 }
@@ -157,17 +157,17 @@ fn designed(law: &dyn Law, plant: &LoopPlant) -> Option<LinearLaw<Rational>> {
 /// A basis of the generalised null space.
 fn sent_to_zero(matrix: &Matrix<Rational>) -> Matrix<Rational> {
     let n = matrix.rows();
-    let mut known = Matrix::<Rational>::zeros(n, 0);
+    let mut basis = Matrix::<Rational>::zeros(n, 0);
     loop {
         // F x = V y: as V is independent, x determines y.
-        let k = known.columns();
+        let k = basis.columns();
         let both =
-            Matrix::from_fn(n, n + k, |i, j| if j < n { matrix[(i, j)].clone() } else { -known[(i, j - n)].clone() });
+            Matrix::from_fn(n, n + k, |i, j| if j < n { matrix[(i, j)].clone() } else { -basis[(i, j - n)].clone() });
         let order: Vec<usize> = (n..n + k).chain(0..n).collect();
         let kernel = echelon(&both, &order).kernel();
         if kernel.columns() == k {
-            return known;
+            return basis;
         }
-        known = Matrix::from_fn(n, kernel.columns(), |i, j| kernel[(i, j)].clone());
+        basis = Matrix::from_fn(n, kernel.columns(), |i, j| kernel[(i, j)].clone());
     }
 }

@@ -28,7 +28,7 @@ macro_rules! law_keys {
                     design: Overrides,
                         "Parameter values of the model that the law is designed on, where they differ: \
                          { beta = \"0 deg\" }. Coulomb friction is left out of every design.";
-                    without: Words,
+                    without: Names,
                         "Elements that its design leaves out, with their parts: the car behind a rack, a load that is not known. What they do \
                          is a disturbance to the law; an observer may estimate it.";
                     at: Point,

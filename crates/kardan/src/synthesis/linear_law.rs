@@ -2,7 +2,7 @@ use kardan_rt::functions::hypot;
 use kardan_rt::{Bounds, StateSpace};
 
 use super::sampled::entries;
-use super::{Block, Clock, ExactLoop, Law, LinearLaw, Reference, Request, Seen, is_single, side_by_side};
+use super::{Block, Clock, ExactLoop, Law, LinearLaw, Observation, Reference, Request, is_single, side_by_side};
 use crate::names::Quantity;
 use crate::num::{Float, Matrix, discretise, eigenvalues};
 use crate::results::{ControllerData, DataMatrix, DataNumber, Design, ReadSignal};
@@ -135,8 +135,8 @@ impl Linear {
     fn block_at(&self, clock: Option<Clock>) -> Option<LinearBlock> {
         let mut block = self.block.clone();
         if let Some(clock) = clock.filter(|_| !block.states.is_empty()) {
-            let held = discretise(&block.a, &block.b, clock.period)?;
-            (block.a, block.b) = (held.a, held.b);
+            let sampled = discretise(&block.a, &block.b, clock.period)?;
+            (block.a, block.b) = (sampled.a, sampled.b);
         }
         Some(block)
     }
@@ -146,13 +146,13 @@ impl Linear {
 fn rests(a: &Matrix<f64>, gain: &Matrix<f64>, c: &Matrix<f64>, limits: &[Option<f64>]) -> bool {
     let limited: Vec<usize> = (0..limits.len()).filter(|k| limits[*k].is_some()).collect();
     let slowest = |matrix: &Matrix<f64>| Some(eigenvalues(matrix)?.iter().fold(f64::MIN, |max, (re, _)| max.max(*re)));
-    let Some(without) = slowest(a) else { return false };
+    let Some(open_loop) = slowest(a) else { return false };
     (1..1usize << limited.len().min(MOST_SUBSETS)).all(|subset| {
         let at_limit =
-            |k: usize| limited.iter().position(|other| *other == k).is_some_and(|bit| subset >> bit & 1 == 1);
+            |k: usize| limited.iter().position(|candidate| *candidate == k).is_some_and(|bit| subset >> bit & 1 == 1);
         let part = Matrix::from_fn(a.rows(), c.rows(), |i, k| if at_limit(k) { gain[(i, k)] } else { 0.0 });
-        let left = a.plus(&part.multiply(c).scale(&-1.0));
-        slowest(&left).is_some_and(|slowest| slowest < 0.0 || slowest <= without * (1.0 + 1e-9))
+        let closed = a.plus(&part.multiply(c).scale(&-1.0));
+        slowest(&closed).is_some_and(|slowest| slowest < 0.0 || slowest <= open_loop * (1.0 + 1e-9))
     })
 }
 
@@ -213,7 +213,7 @@ impl<T: Float> StateSpaceBlock<T> {
     }
 
     /// Commands, or the right side of the state equation. Returns whether they are finite.
-    fn evaluate(&mut self, seen: Seen<'_>, states: bool, out: &mut [f64]) -> bool {
+    fn evaluate(&mut self, observation: Observation<'_>, states: bool, out: &mut [f64]) -> bool {
         let r = self.coordinates.len();
         let (position, rest) = self.signals.split_at_mut(r);
         let (speed, rest) = rest.split_at_mut(r);
@@ -221,12 +221,12 @@ impl<T: Float> StateSpaceBlock<T> {
         let (disturbances, excess) = rest.split_at_mut(rest.len() - self.limits.len());
         excess.fill(T::ZERO);
         for (k, &shaft) in self.coordinates.iter().enumerate() {
-            position[k] = T::from_f64(seen.angles[shaft]);
-            speed[k] = T::from_f64(seen.speeds[shaft]);
+            position[k] = T::from_f64(observation.angles[shaft]);
+            speed[k] = T::from_f64(observation.speeds[shaft]);
         }
-        T::narrow(seen.references, references);
-        T::narrow(seen.disturbances, disturbances);
-        T::narrow(seen.states, &mut self.state);
+        T::narrow(observation.references, references);
+        T::narrow(observation.disturbances, disturbances);
+        T::narrow(observation.states, &mut self.state);
         let Some(block) = StateSpace::new(&self.a, &self.b, &self.c, &self.d, self.state.len(), self.signals.len())
         else {
             unreachable!("the matrices fit each other, as `Linear::new` has checked");
@@ -236,9 +236,9 @@ impl<T: Float> StateSpaceBlock<T> {
             if !block.outputs(&self.state, &self.signals, &mut self.result[..inputs]) {
                 return false;
             }
-            for ((k, limit), asked) in self.limits.iter().enumerate().zip(&self.result) {
+            for ((k, limit), command) in self.limits.iter().enumerate().zip(&self.result) {
                 let bounds = Bounds { torque: *limit, change: None };
-                self.signals[first + k] = bounds.nearest(*asked, *asked) - *asked;
+                self.signals[first + k] = bounds.nearest(*command, *command) - *command;
             }
         }
         let result = &mut self.result[..out.len()];
@@ -252,12 +252,12 @@ impl<T: Float> StateSpaceBlock<T> {
 }
 
 impl<T: Float> Block for StateSpaceBlock<T> {
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) -> bool {
-        self.evaluate(seen, false, out)
+    fn command(&mut self, observation: Observation<'_>, out: &mut [f64]) -> bool {
+        self.evaluate(observation, false, out)
     }
 
-    fn states(&mut self, seen: Seen<'_>, _: &[f64], out: &mut [f64]) -> bool {
-        self.evaluate(seen, true, out)
+    fn states(&mut self, observation: Observation<'_>, _: &[f64], out: &mut [f64]) -> bool {
+        self.evaluate(observation, true, out)
     }
 }
 
@@ -301,7 +301,7 @@ impl Law for Linear {
     }
 
     fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw> {
-        self.linear().held(clock.period)
+        self.linear().sampled(clock.period)
     }
 
     fn linear(&self) -> LinearLaw {

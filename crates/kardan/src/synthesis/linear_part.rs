@@ -88,8 +88,8 @@ impl<S: Scalar> LinearLaw<S> {
     fn entries(&self) -> impl Iterator<Item = &S> {
         let of_states = [&self.states, &self.angles, &self.speeds, &self.disturbances, &self.torques];
         let of_commands = [&self.on_states, &self.on_angles, &self.on_speeds, &self.on_disturbances];
-        let others = [&self.references, &self.on_references, &self.errors, &self.on_errors];
-        of_states.into_iter().chain(of_commands).chain(others).flat_map(|matrix| matrix.as_slice())
+        let feedthrough = [&self.references, &self.on_references, &self.errors, &self.on_errors];
+        of_states.into_iter().chain(of_commands).chain(feedthrough).flat_map(|matrix| matrix.as_slice())
     }
 
     /// Some of its commands and states, with some of its sensors.
@@ -156,7 +156,7 @@ impl LinearLaw {
     }
 
     /// The law with its states at a sample time, its signals held in between; `None` if a number overflows.
-    pub(super) fn held(&self, period: f64) -> Option<Self> {
+    pub(super) fn sampled(&self, period: f64) -> Option<Self> {
         if self.states.rows() == 0 {
             return Some(self.clone());
         }

@@ -6,7 +6,8 @@
 #[macro_use]
 mod keys;
 
-mod around;
+mod at_operating_point;
+mod blending;
 mod channels;
 mod clock;
 mod closed_loop;
@@ -17,58 +18,57 @@ mod designed;
 mod error;
 mod exact;
 mod exact_motions;
-mod faded;
 pub mod inversion;
 mod kind;
 mod law;
+mod law_runtime;
 mod linear_law;
 mod linear_part;
 pub mod margins;
 mod nonlinear_law;
+mod notation;
 mod observed;
 pub mod observer;
 mod outputs;
 mod plant;
 pub mod regulator;
-mod running;
 mod sample_time;
 mod sampled;
 mod stability;
 mod state_feedback;
+mod submodel_law;
 mod task_law;
-mod within;
-mod words;
 mod zeros;
 
 pub use crate::results::Stability;
+pub use blending::fade;
 pub use clock::Clock;
 use clock::is_single;
-pub use closed_loop::{closed_loop_matrix, closed_loop_poles, poles_without};
+pub use closed_loop::{closed_loop_matrix, closed_loop_poles, poles_excluding};
 pub use counters::{Counters, counting_charges, without_counting};
 pub use design::design_law;
 #[cfg(test)]
 pub(crate) use design::designs_of;
-pub use designed::{Kept, Kinks, Law, Reference, Told};
+pub use designed::{ExportedSignal, Frozen, Kinks, Law, Reference};
 pub use error::{Advice, SynthesisError};
 pub use exact::{ExactLaw, ExactLoop, named, rounded};
 pub use exact_motions::{ExactMotions, exact_motions, exact_motions_of};
-pub use faded::fade;
 pub use kind::{LawKind, Request};
 pub use law::*;
+pub use law_runtime::{Block, LawRuntime, Observation};
 pub use linear_part::LinearLaw;
 use linear_part::{side_by_side, sizes};
+pub use notation::linear_combination;
 pub use observed::Observer;
 pub use plant::{Plant, effective_inertia, input_inertia};
 use plant::{angle_output, output_shaft};
-pub use running::{Block, Running, Seen};
-pub use sample_time::{LONGEST_DELAY, LONGEST_SAMPLE_TIME, SHORTEST_SAMPLE_TIME, clock, running};
+pub use sample_time::{LONGEST_DELAY, LONGEST_SAMPLE_TIME, SHORTEST_SAMPLE_TIME, clock, implemented};
 pub use sampled::{
     BesideBlocks, Change, ControlLoop, ExactMap, GAINS, LIMIT_STEP, Lifted, Limit, LinearTask, LoopBlocks, LoopPlant,
     Readings, Reads, SampledLoop, SampledLoopError, SampledPart, SlowSensor, Slowest, Survey, Teller, VariedPlant,
     Wire, reading_variance, sampled,
 };
 pub use stability::stability;
+pub use submodel_law::submodel_law;
 pub use task_law::TaskLaw;
-pub use within::within;
-pub use words::in_words;
 pub use zeros::roots;

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use kardan_rt::{ComputedTorque, PositionLoop, Situation, Task};
 
-use super::{Block, Clock, ExactLoop, Law, LinearLaw, Reference, Request, Seen, SynthesisError, is_single};
+use super::{Block, Clock, ExactLoop, Law, LinearLaw, Observation, Reference, Request, SynthesisError, is_single};
 use crate::equations::Measured;
 use crate::names::Quantity;
 use crate::num::Float;
@@ -83,16 +83,16 @@ impl<T: Float> ComputedTorqueBlock<T> {
 }
 
 impl<T: Float> Block for ComputedTorqueBlock<T> {
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) -> bool {
+    fn command(&mut self, observation: Observation<'_>, out: &mut [f64]) -> bool {
         for (k, &shaft) in self.coordinates.iter().enumerate() {
-            self.position[k] = T::from_f64(seen.angles[shaft]);
-            self.speed[k] = T::from_f64(seen.speeds[shaft]);
+            self.position[k] = T::from_f64(observation.angles[shaft]);
+            self.speed[k] = T::from_f64(observation.speeds[shaft]);
         }
         for (reference, &reference_places) in self.references.iter_mut().zip(&self.reference_places) {
-            *reference = T::from_f64(seen.references[reference_places]);
+            *reference = T::from_f64(observation.references[reference_places]);
         }
         self.disturbances.fill(T::ZERO);
-        for (shaft, torque) in self.disturbed.iter().zip(seen.disturbances) {
+        for (shaft, torque) in self.disturbed.iter().zip(observation.disturbances) {
             if let Some(shaft) = shaft {
                 self.disturbances[*shaft] = self.disturbances[*shaft] + T::from_f64(*torque);
             }
@@ -114,7 +114,7 @@ impl<T: Float> Block for ComputedTorqueBlock<T> {
 }
 
 /// What a channel of a nonlinear law controls, before the model is tabulated.
-pub(super) enum WantedTask {
+pub(super) enum TaskSpec {
     Task(Task<f64>),
     /// The constraint torque that a sensor would measure.
     ConstraintTorque(Measured),
@@ -128,16 +128,16 @@ impl Nonlinear {
     pub fn new(
         request: &Request<'_>,
         at_design_point: Arc<dyn Law>,
-        wanted: Vec<WantedTask>,
+        task_specs: Vec<TaskSpec>,
         reference_places: Vec<usize>,
         friction_width: Option<f64>,
     ) -> Result<Self, SynthesisError> {
         request.plant.check_inertia()?;
         let reduced = &request.plant.reduced;
-        let cuts: Vec<(&str, &str)> = wanted
+        let cuts: Vec<(&str, &str)> = task_specs
             .iter()
-            .filter_map(|wanted| match wanted {
-                WantedTask::ConstraintTorque(Measured::ConstraintTorque(element, shaft)) => {
+            .filter_map(|spec| match spec {
+                TaskSpec::ConstraintTorque(Measured::ConstraintTorque(element, shaft)) => {
                     Some((element.as_str(), shaft.as_str()))
                 }
                 _ => None,
@@ -145,11 +145,11 @@ impl Nonlinear {
             .collect();
         let data = MechanismData::with_cuts(reduced, &cuts).map_err(no_block)?;
         let mut cut = 0;
-        let tasks: Vec<Task<f64>> = wanted
+        let tasks: Vec<Task<f64>> = task_specs
             .into_iter()
-            .map(|wanted| match wanted {
-                WantedTask::Task(task) => task,
-                WantedTask::ConstraintTorque(_) => {
+            .map(|spec| match spec {
+                TaskSpec::Task(task) => task,
+                TaskSpec::ConstraintTorque(_) => {
                     cut += 1;
                     Task::ConstraintTorque { cut: cut - 1 }
                 }
@@ -212,7 +212,7 @@ impl Nonlinear {
                 .collect(),
             numbers: [
                 DataNumber::new("shafts", self.block.data.shafts.len() as f64),
-                DataNumber::new("held", self.block.data.held() as f64),
+                DataNumber::new("held", self.block.data.cuts() as f64),
             ]
             .into_iter()
             .chain(self.block.friction_width.map(|width| DataNumber::new("friction_width", width)))
@@ -266,13 +266,13 @@ impl Law for Nonlinear {
         self.block.friction_width
     }
 
-    fn bends(&self) -> bool {
+    fn is_nonlinear(&self) -> bool {
         self.block.friction_width.is_some() || !self.like_linear
     }
 
     fn linear_at(&self, position: &[f64], _: Option<Clock>) -> Option<LinearLaw> {
         let mut out = self.linear();
-        if !self.bends() {
+        if !self.is_nonlinear() {
             return Some(out);
         }
         let (shafts, m) = (out.on_angles.columns(), self.block.inputs.len());
@@ -289,17 +289,18 @@ impl Law for Nonlinear {
             }
         }
         let width = self.block.friction_width.map_or(1.0, |width| width.min(1.0));
-        let mut ends = |seen: [&mut Vec<f64>; 4], which: usize, k: usize, step: f64| -> Option<Vec<f64>> {
-            let middle = seen[which][k];
+        let mut ends = |point: [&mut Vec<f64>; 4], which: usize, k: usize, step: f64| -> Option<Vec<f64>> {
+            let middle = point[which][k];
             let mut at = |value: f64| {
-                seen[which][k] = value;
-                let [angles, speeds, disturbances, references] = seen.each_ref().map(|list| list.as_slice());
+                point[which][k] = value;
+                let [angles, speeds, disturbances, references] = point.each_ref().map(|list| list.as_slice());
                 let mut torques = vec![0.0; m];
-                let now = Seen { time: 0.0, angles, speeds, disturbances, references, readings: &[], states: &[] };
+                let now =
+                    Observation { time: 0.0, angles, speeds, disturbances, references, readings: &[], states: &[] };
                 block.command(now, &mut torques).then_some(torques)
             };
             let (above, below) = (at(middle + step)?, at(middle - step)?);
-            seen[which][k] = middle;
+            point[which][k] = middle;
             let slope: Vec<f64> = above.iter().zip(&below).map(|(x, y)| (x - y) / (2.0 * step)).collect();
             slope.iter().all(|x| x.is_finite()).then_some(slope)
         };

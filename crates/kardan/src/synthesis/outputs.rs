@@ -1,7 +1,7 @@
 //! What laws with inputs and output channels have in common: reading their keys, the model they are for, disturbances, data.
 
 use super::channels::{check_dynamics, compensation, once, reference};
-use super::counters::{Left, counters_of};
+use super::counters::{ReducedStates, counters_of};
 use super::decoupling::Compensation;
 use super::{Plant, Reference, Request, SynthesisError};
 use crate::analysis::{LinearSystem, OutputSignal};
@@ -36,7 +36,7 @@ pub(super) const REFERENCE: Field =
     Field::required("reference", Kind::Name, "Name of the reference signal, set by the scenario.");
 
 pub(super) fn inputs(values: &Values) -> Vec<String> {
-    values.words("inputs").map(<[String]>::to_vec).unwrap_or_default()
+    values.names("inputs").map(<[String]>::to_vec).unwrap_or_default()
 }
 
 pub(super) fn channels(values: &Values) -> impl Iterator<Item = &Values> {
@@ -50,8 +50,8 @@ pub(super) fn references(values: &Values) -> Vec<Reference> {
 /// A name for the reference of an output: `ref_rk`, and `ref_rk_phi` where `rk` alone would not tell.
 pub(super) fn reference_name(output: &str, outputs: &[String]) -> String {
     let element = SignalName::new(output).element;
-    let alone = outputs.iter().filter(|other| SignalName::new(other).element == element).count() == 1;
-    format!("ref_{}", if alone { element.to_string() } else { output.replace('.', "_") })
+    let is_only = outputs.iter().filter(|candidate| SignalName::new(candidate).element == element).count() == 1;
+    format!("ref_{}", if is_only { element.to_string() } else { output.replace('.', "_") })
 }
 
 /// The motors of channels that have one each.
@@ -122,10 +122,10 @@ impl Task {
 
     /// Leaves out charges on which nothing depends, such as that through a source: they only count what has flowed, and no law holds them. Exact.
     pub fn leave_counters(&mut self, plant: &Plant) {
-        let left = Left::of(&counters_of(plant, &self.system), self.system.states.len());
-        self.disturbance[0] = left.columns(&self.disturbance[0]);
-        self.system = left.system(&self.system);
-        self.projection = left.columns(&self.projection);
+        let reduction = ReducedStates::of(&counters_of(plant, &self.system), self.system.states.len());
+        self.disturbance[0] = reduction.columns(&self.disturbance[0]);
+        self.system = reduction.system(&self.system);
+        self.projection = reduction.columns(&self.projection);
     }
 
     /// A gain over the states that are left, over `[q_r; q̇_r]`. Along what is left out it is exactly zero, which rounding does not change: sums of a

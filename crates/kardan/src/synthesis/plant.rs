@@ -3,9 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::SynthesisError;
-use super::sampled::Turned;
+use super::sampled::ScheduleCache;
 use crate::analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
-use crate::assemble::{Along, SpringLaw};
+use crate::assemble::{DirectionalTerm, SpringLaw};
 use crate::equations::{InputKind, Measured};
 use crate::expr::Side;
 use crate::names::{Quantity, SignalName, carrier};
@@ -23,9 +23,9 @@ pub struct Plant {
     /// Where the design is made, and what holds it there.
     pub point: OperatingPoint,
     /// Where that is in words, and what of it is proven, where there is something to tell.
-    pub told: Option<String>,
+    pub point_note: Option<String>,
     /// Why nothing holds it there, where that is so.
-    pub not_held: Option<String>,
+    pub no_equilibrium: Option<String>,
     /// Linear there.
     pub linear: LinearModel,
     /// The angles of all shafts there, rad, where rows that turn stand still in it as they are there: what a law is told is measured from them.
@@ -35,7 +35,7 @@ pub struct Plant {
     /// What signals are as they begin, by name.
     pub signals: BTreeMap<String, f64>,
     /// What a law that follows its joints was designed to be at other positions.
-    pub(super) turned: Turned,
+    pub(super) schedule_cache: ScheduleCache,
 }
 
 impl Plant {
@@ -56,13 +56,13 @@ impl Plant {
         Self {
             reduced,
             point,
-            told: None,
-            not_held: None,
+            point_note: None,
+            no_equilibrium: None,
             linear,
             frozen: None,
             elements: Vec::new(),
             signals: BTreeMap::new(),
-            turned: Turned::default(),
+            schedule_cache: ScheduleCache::default(),
         }
     }
 
@@ -92,15 +92,15 @@ impl Plant {
     }
 
     /// The constant torque of an input at the operating point, N m.
-    pub fn held_torque(&self, input: &str) -> f64 {
-        let number = self.reduced.equations.inputs.iter().position(|other| other.element == input);
+    pub fn trim_torque(&self, input: &str) -> f64 {
+        let number = self.reduced.equations.inputs.iter().position(|candidate| candidate.element == input);
         number.and_then(|number| self.point.torques.as_ref().map(|torques| torques[number])).unwrap_or(0.0)
     }
 
     /// What the operating point leaves of the torque limit of an input's motor either way, N m; `None` if it has none.
-    pub fn torque_left(&self, input: usize) -> Option<f64> {
-        let held = self.point.torques.as_ref().map_or(0.0, |torques| torques[input].abs());
-        self.torque_limit(input).map(|limit| limit - held)
+    pub fn torque_reserve(&self, input: usize) -> Option<f64> {
+        let trim = self.point.torques.as_ref().map_or(0.0, |torques| torques[input].abs());
+        self.torque_limit(input).map(|limit| limit - trim)
     }
 
     /// The angles of all shafts at the operating point, rad; less those at zero coordinates where no rows stand still.
@@ -141,7 +141,7 @@ impl Plant {
             Measured::NetTorque(_) => Some(0.0),
             Measured::SpringTorque(element) => {
                 let springs = self.reduced.equations.springs.iter().filter(|spring| spring.element == *element);
-                let torque = |spring: &Along<SpringLaw>| {
+                let torque = |spring: &DirectionalTerm<SpringLaw>| {
                     let twist: f64 = spring.row_f64().iter().map(|(shaft, x)| x * angles[*shaft]).sum();
                     let rest = self.frozen.as_ref().map_or(0.0, |_| spring.value.rest.to_f64());
                     spring.value.stiffness.to_f64() * (twist - rest)
@@ -154,7 +154,7 @@ impl Plant {
 
     /// An element for a reader: ``the harmonic drive `hd` ``.
     pub fn element(&self, name: &str) -> String {
-        match self.elements.iter().find(|(_, other)| other == name) {
+        match self.elements.iter().find(|(_, candidate)| candidate == name) {
             Some((kind, _)) => format!("the {} `{name}`", kind.replace('_', " ")),
             None => format!("`{name}`"),
         }
@@ -262,7 +262,7 @@ impl Plant {
     /// The torque of a motor, or its force or voltage, with its unit.
     pub fn effort_of(&self, input: &str) -> ReadSignal {
         let equations = &self.reduced.equations;
-        let found = equations.inputs.iter().find(|other| other.element == input);
+        let found = equations.inputs.iter().find(|candidate| candidate.element == input);
         let effort = found.map_or(Quantity::Torque, |found| equations.domain_of(found).effort());
         ReadSignal::new(effort.of(input), effort.unit())
     }
@@ -282,7 +282,7 @@ impl Plant {
     /// # Panics
     /// If an input is not there.
     pub fn constrained(&self, inputs: &[String]) -> ConstrainedSystem {
-        ConstrainedSystem::held(&self.reduced, &self.point, &BTreeSet::new(), inputs)
+        ConstrainedSystem::at_point(&self.reduced, &self.point, &BTreeSet::new(), inputs)
     }
 
     /// The linear model as `ẋ = A x + B u`, `y = C x + D u` with `x = [q_r; q̇_r]` without rates of coordinates that have no inertia, exact.
@@ -339,7 +339,7 @@ impl Plant {
         let mut system = self.constrained(&[]);
         system.inputs = shafts
             .iter()
-            .map(|&shaft| Along {
+            .map(|&shaft| DirectionalTerm {
                 element: self.coordinates()[shaft].clone(),
                 row: vec![(shaft, Rational::ONE)],
                 value: (),
@@ -353,9 +353,9 @@ impl Plant {
     pub fn twists(&self) -> Vec<Vec<Rational>> {
         let basis = &self.linear.basis;
         let (r, states) = (basis.columns(), self.state_places().len());
-        let row = |spring: &Along<_>| -> Vec<Rational> {
-            let along = |j: usize| spring.row.iter().fold(Rational::ZERO, |sum, (k, x)| sum + x * &basis[(*k, j)]);
-            (0..states).map(|j| if j < r { along(j) } else { Rational::ZERO }).collect()
+        let row = |spring: &DirectionalTerm<_>| -> Vec<Rational> {
+            let twist_of = |j: usize| spring.row.iter().fold(Rational::ZERO, |sum, (k, x)| sum + x * &basis[(*k, j)]);
+            (0..states).map(|j| if j < r { twist_of(j) } else { Rational::ZERO }).collect()
         };
         self.reduced.equations.springs.iter().map(row).filter(|row| row.iter().any(|x| !x.is_zero())).collect()
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::faded::faded;
+use super::blending::blending;
 use super::{Clock, Law, SynthesisError, sampled};
 use crate::element::Values;
 
@@ -41,10 +41,10 @@ pub fn clock(values: &Values) -> Result<Option<Clock>, SynthesisError> {
 ///
 /// # Errors
 /// If its keys are wrong, or its numbers overflow at this sample time.
-pub fn running(law: Arc<dyn Law>, values: &Values) -> Result<Arc<dyn Law>, SynthesisError> {
+pub fn implemented(law: Arc<dyn Law>, values: &Values) -> Result<Arc<dyn Law>, SynthesisError> {
     match clock(values)? {
         Some(clock) => match sampled(law, clock) {
-            Some(law) => Ok(faded(law, values)),
+            Some(law) => Ok(blending(law, values)),
             None => Err(SynthesisError::SampledOverflow { time: clock.period }),
         },
         None => Ok(law),

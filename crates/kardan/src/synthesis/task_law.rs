@@ -4,14 +4,14 @@ use std::sync::{Arc, OnceLock};
 
 use kardan_rt::Health;
 
-use super::{Block, Clock, Kept, Kinks, Law, LinearLaw, LinearTask, Plant, Reference, Seen};
+use super::{Block, Clock, Frozen, Kinks, Law, LinearLaw, LinearTask, Observation, Plant, Reference};
 use crate::analysis::OutputSignal;
 use crate::equations::Measured;
 use crate::expr::{
     Direction, Graph, Interval, Linear, Place, Side, SidesOf, Surd, Surds, Symbol, bending, exactly, forward, kinked,
     slopes_at,
 };
-use crate::num::{Float, Keeper, Matrix, Rational, Scalar, SparseRow, rational_from_f64, rational_to_f64};
+use crate::num::{Float, Matrix, Rational, Scalar, SparseRow, StateArchive, rational_from_f64, rational_to_f64};
 use crate::plan::Plan;
 use crate::program::{Read, Task};
 use crate::reduce::Reduced;
@@ -48,8 +48,8 @@ impl Ideal {
     fn new(measured: &Measured, reduced: &Reduced) -> Self {
         let coordinate = |name: &String| reduced.coordinate(name).expect("a sensor names a coordinate");
         match measured {
-            Measured::Angle(name) => Self::along([vec![(coordinate(name), Rational::ONE)], SparseRow::new()], 0.0),
-            Measured::Speed(name) => Self::along([SparseRow::new(), vec![(coordinate(name), Rational::ONE)]], 0.0),
+            Measured::Angle(name) => Self::of_rows([vec![(coordinate(name), Rational::ONE)], SparseRow::new()], 0.0),
+            Measured::Speed(name) => Self::of_rows([SparseRow::new(), vec![(coordinate(name), Rational::ONE)]], 0.0),
             Measured::SpringTorque(element) => {
                 let (mut row, mut offset) = (SparseRow::new(), 0.0);
                 for spring in reduced.equations.springs.iter().filter(|spring| spring.element == *element) {
@@ -57,7 +57,7 @@ impl Ideal {
                     row.extend(spring.row.iter().map(|(shaft, x)| (*shaft, &stiffness * x)));
                     offset -= spring.value.stiffness.to_f64() * spring.value.rest.to_f64();
                 }
-                Self::along([row, SparseRow::new()], offset)
+                Self::of_rows([row, SparseRow::new()], offset)
             }
             // Its spring and its damper read in a run; small motions see nothing of it. A signal is told.
             Measured::ComplianceTorque(..)
@@ -67,16 +67,16 @@ impl Ideal {
         }
     }
 
-    fn along(exact: [SparseRow; 2], offset: f64) -> Self {
+    fn of_rows(exact: [SparseRow; 2], offset: f64) -> Self {
         let rounded = |row: &SparseRow| row.iter().map(|(k, x)| (*k, rational_to_f64(x))).collect();
         let [angles, speeds] = exact.each_ref().map(rounded);
         Self { angles, speeds, exact, offset, reference: None }
     }
 
-    fn read(&self, seen: &Seen<'_>) -> f64 {
-        let along = |row: &[(usize, f64)], x: &[f64]| -> f64 { row.iter().map(|(k, c)| c * x[*k]).sum() };
-        let told = self.reference.map_or(0.0, |k| seen.references[k]);
-        along(&self.angles, seen.angles) + along(&self.speeds, seen.speeds) + told + self.offset
+    fn read(&self, observation: &Observation<'_>) -> f64 {
+        let row_dot = |row: &[(usize, f64)], x: &[f64]| -> f64 { row.iter().map(|(k, c)| c * x[*k]).sum() };
+        let reference = self.reference.map_or(0.0, |k| observation.references[k]);
+        row_dot(&self.angles, observation.angles) + row_dot(&self.speeds, observation.speeds) + reference + self.offset
     }
 }
 
@@ -84,7 +84,7 @@ impl Ideal {
 pub struct TaskLaw {
     task: Arc<Task>,
     law: &'static str,
-    answers: Vec<String>,
+    outputs: Vec<String>,
     references: Vec<Reference>,
     sensors: Vec<OutputSignal>,
     ideal: Vec<Ideal>,
@@ -97,7 +97,7 @@ pub struct TaskLaw {
     /// What is read, then what is remembered, where its linear part is taken; nothing: zero, and what is remembered behind the first samples there.
     point: Option<Vec<f64>>,
     /// What there is to tell of that point.
-    told: Option<String>,
+    point_note: Option<String>,
     /// The side on which it is linearised, where it bends.
     side: Side,
     /// Slopes of some rows alone; `None`: of all.
@@ -118,7 +118,7 @@ const ROUGH: f64 = 1e-5;
 const ROUNDED: f64 = 4.0 * f64::EPSILON;
 
 /// The parts of a direction in which a place is left: no sum of these with fractions is zero, so that guards with these stay away from it.
-fn along(k: usize) -> f64 {
+fn probe_slope(k: usize) -> f64 {
     1.0 / (k as f64 + std::f64::consts::PI)
 }
 
@@ -142,10 +142,10 @@ impl Place for Inputs<'_> {
         self.place(symbol).map_or(0.0, |place| self.values[place])
     }
 
-    fn around(&self, symbol: Symbol) -> Interval {
+    fn enclosure(&self, symbol: Symbol) -> Interval {
         let value = self.value(symbol);
-        let few = ROUNDED * value.abs();
-        Interval { low: value - few, high: value + few }
+        let half_width = ROUNDED * value.abs();
+        Interval { low: value - half_width, high: value + half_width }
     }
 
     /// Sensors move with what they measure, everything else by itself.
@@ -190,7 +190,7 @@ impl TaskLaw {
             let reference = |name: &String| {
                 let (_, dimension) = task.graph.name(*symbol);
                 let description = format!("read by {}", task.name);
-                Reference { name: name.clone(), physical: Physical::other(&dimension.si()), description }
+                Reference { name: name.clone(), physical: Physical::of_unit(&dimension.si()), description }
             };
             comes.push(match read {
                 Read::Position(name) => Comes::Angle(coordinate(name)),
@@ -201,7 +201,7 @@ impl TaskLaw {
                     Comes::Reference(references.len() - 1)
                 }
                 Read::Sensor(name) | Read::AsRead(name) => {
-                    let number = sensors.iter().position(|known| known.name == *name).unwrap_or_else(|| {
+                    let number = sensors.iter().position(|sensor| sensor.name == *name).unwrap_or_else(|| {
                         let measured =
                             &reduced.equations.sensor(name).expect("a task reads sensors of its model").measured;
                         let mut of = Ideal::new(measured, reduced);
@@ -220,7 +220,7 @@ impl TaskLaw {
         let affine = task.graph.affine();
         Self {
             law,
-            answers: task.answers.iter().map(|answer| answer.name.clone()).collect(),
+            outputs: task.outputs.iter().map(|answer| answer.name.clone()).collect(),
             references,
             sensors,
             ideal,
@@ -231,7 +231,7 @@ impl TaskLaw {
             plan: Arc::clone(task.plan()),
             task: Arc::clone(task),
             point: None,
-            told: None,
+            point_note: None,
             side: Side::default(),
             sides_at_design_point: OnceLock::new(),
             at_design_point: OnceLock::new(),
@@ -264,7 +264,7 @@ impl TaskLaw {
     }
 
     fn all_rows(&self) -> Vec<usize> {
-        (0..self.answers.len() + self.task.memory.len()).collect()
+        (0..self.outputs.len() + self.task.memory.len()).collect()
     }
 
     /// The same of some answers, then numbers that are remembered, at a place.
@@ -274,7 +274,7 @@ impl TaskLaw {
         let exprs: Vec<_> = rows.iter().map(|row| outputs[*row].1).collect();
         let place = Inputs { law: self, symbols: &symbols, values: inputs };
         let sense = if self.side.below.is_empty() { 1.0 } else { -1.0 };
-        let mut found = kinked(&mut graph, &exprs, &place, &|k| sense * along(k));
+        let mut found = kinked(&mut graph, &exprs, &place, &|k| sense * probe_slope(k));
         found.iter_mut().flat_map(|sides| &mut sides.exprs).for_each(|row| *row = rows[*row]);
         found
     }
@@ -306,13 +306,13 @@ impl TaskLaw {
                     1 => -1.0,
                     _ => [1.0, -1.0][(number >> (k % 4)) & 1],
                 };
-                let at = self.beside(inputs, &|k| sign(k) * along(k));
-                let mut slopes = vec![0.0; columns * (self.answers.len() + self.task.memory.len())];
+                let at = self.beside(inputs, &|k| sign(k) * probe_slope(k));
+                let mut slopes = vec![0.0; columns * (self.outputs.len() + self.task.memory.len())];
                 self.plain_slopes(rows, &at, &mut |row, column, slope| slopes[row * columns + column] = slope);
                 let mut memory = self.plan.memory();
                 memory[..columns].copy_from_slice(&at);
                 let _ = self.plan.block().evaluate(&mut memory);
-                let values = (0..self.answers.len() + self.task.memory.len()).map(|row| memory[self.plan.place(row)]);
+                let values = (0..self.outputs.len() + self.task.memory.len()).map(|row| memory[self.plan.place(row)]);
                 (slopes, values.collect())
             })
             .collect();
@@ -329,7 +329,7 @@ impl TaskLaw {
 
     /// Of each answer, then of each number that is remembered, where it bends and where it jumps at a place.
     fn kinks_among(&self, inputs: &[f64], sides: &[SidesOf]) -> Kinks {
-        let mut out = vec![[Vec::new(), Vec::new()]; self.answers.len() + self.task.memory.len()];
+        let mut out = vec![[Vec::new(), Vec::new()]; self.outputs.len() + self.task.memory.len()];
         for SidesOf { exprs, guards, sides, all } in sides {
             if !all {
                 let [kinks, jumps] = self.rough_among(exprs, inputs);
@@ -340,8 +340,8 @@ impl TaskLaw {
             for (place, &row) in exprs.iter().enumerate() {
                 let only: Vec<Linear> = sides.iter().map(|side| side.of(&[place])).collect();
                 let jumps = bending(&only, &Linear::same_values);
-                let bends = if jumps.is_empty() { bending(&only, &Linear::same_slopes) } else { Vec::new() };
-                out[row] = [bends, jumps];
+                let slope_kinks = if jumps.is_empty() { bending(&only, &Linear::same_slopes) } else { Vec::new() };
+                out[row] = [slope_kinks, jumps];
             }
         }
         out
@@ -349,39 +349,40 @@ impl TaskLaw {
 
     /// The same with its linear part where a plant stands: it reads what is true there, and signals as they begin.
     #[must_use]
-    pub fn standing_at(mut self, plant: &Plant) -> Self {
+    pub fn at_operating_point(mut self, plant: &Plant) -> Self {
         let (angles, speeds) = (plant.true_angles(), plant.speeds_at_rest());
         let signal = |reference: &Reference| plant.signals.get(&reference.name).copied().unwrap_or(0.0);
         let references: Vec<f64> = self.references.iter().map(signal).collect();
         let (angles, speeds, references) = (&angles[..], &speeds[..], &references[..]);
-        let seen = Seen { time: 0.0, angles, speeds, disturbances: &[], references, readings: &[], states: &[] };
-        let read: Vec<f64> = (0..self.comes.len()).map(|k| self.value(k, &seen)).collect();
+        let observation =
+            Observation { time: 0.0, angles, speeds, disturbances: &[], references, readings: &[], states: &[] };
+        let read: Vec<f64> = (0..self.comes.len()).map(|k| self.value(k, &observation)).collect();
         let remembered = self.settled(&read);
         let point = [read, remembered].concat();
         let mut memory = self.plan.memory();
         memory[..point.len()].copy_from_slice(&point);
         let _ = self.plan.block().evaluate(&mut memory);
         let beside = |(k, name): (usize, &String)| {
-            let (commanded, held) = (memory[self.plan.place(k)], plant.held_torque(name));
+            let (commanded, trim) = (memory[self.plan.place(k)], plant.trim_torque(name));
             let unit = plant.effort_of(name).unit;
-            ((commanded - held).abs() > SAME * held.abs().max(1.0))
-                .then(|| format!("`{name}` is commanded {commanded:.6} {unit} there, and {held:.6} {unit} hold it"))
+            ((commanded - trim).abs() > SAME * trim.abs().max(1.0))
+                .then(|| format!("`{name}` is commanded {commanded:.6} {unit} there, and {trim:.6} {unit} hold it"))
         };
-        let beside: Vec<String> = self.answers.iter().enumerate().filter_map(beside).collect();
-        self.told = (!beside.is_empty())
+        let beside: Vec<String> = self.outputs.iter().enumerate().filter_map(beside).collect();
+        self.point_note = (!beside.is_empty())
             .then(|| format!("The operating point is no rest of the loop itself: {}.", beside.join("; ")));
         self.point = Some(point);
         self
     }
 
     /// What it reads of a kind, as sensors without errors read.
-    fn value(&self, read: usize, seen: &Seen<'_>) -> f64 {
+    fn value(&self, read: usize, observation: &Observation<'_>) -> f64 {
         match self.comes[read] {
-            Comes::Angle(shaft) => seen.angles[shaft],
-            Comes::Speed(shaft) => seen.speeds[shaft],
-            Comes::Reading(sensor) | Comes::AsRead(sensor) => self.ideal[sensor].read(seen),
-            Comes::Reference(reference) => seen.references[reference],
-            Comes::Time => seen.time,
+            Comes::Angle(shaft) => observation.angles[shaft],
+            Comes::Speed(shaft) => observation.speeds[shaft],
+            Comes::Reading(sensor) | Comes::AsRead(sensor) => self.ideal[sensor].read(observation),
+            Comes::Reference(reference) => observation.references[reference],
+            Comes::Time => observation.time,
         }
     }
 
@@ -394,7 +395,7 @@ impl TaskLaw {
             memory[self.comes.len()..][..remembered.len()].copy_from_slice(&remembered);
             let _ = self.plan.block().evaluate(&mut memory);
             for (k, value) in remembered.iter_mut().enumerate() {
-                *value = memory[self.plan.place(self.answers.len() + k)];
+                *value = memory[self.plan.place(self.outputs.len() + k)];
             }
         }
         remembered
@@ -411,7 +412,7 @@ impl TaskLaw {
 
     /// Slopes where what is read, then what is remembered, has these values.
     fn slopes_among(&self, inputs: &[f64], of_sides: &[SidesOf]) -> LinearLaw {
-        let mut slopes = vec![vec![0.0; self.answers.len() + self.task.memory.len()]; inputs.len()];
+        let mut slopes = vec![vec![0.0; self.outputs.len() + self.task.memory.len()]; inputs.len()];
         let all = self.slopes_of_rows.clone().unwrap_or_else(|| self.all_rows());
         self.plain_slopes(&all, inputs, &mut |row, column, slope| slopes[column][row] = slope);
         for SidesOf { exprs, sides, .. } in of_sides {
@@ -430,7 +431,7 @@ impl TaskLaw {
     fn exact_slopes_among(&self, rows: &[usize], inputs: &[f64], of_sides: &[SidesOf]) -> Option<LinearLaw<Rational>> {
         let (mut graph, symbols) = (self.task.graph.clone(), self.task.inputs());
         let place = Inputs { law: self, symbols: &symbols, values: inputs };
-        let count = self.answers.len() + self.task.memory.len();
+        let count = self.outputs.len() + self.task.memory.len();
         let mut slopes = vec![vec![Rational::ZERO; count]; inputs.len()];
         let is_plain = |row: &usize| !of_sides.iter().any(|sides| sides.exprs.contains(row));
         let plain: Vec<usize> = rows.iter().copied().filter(is_plain).collect();
@@ -439,13 +440,13 @@ impl TaskLaw {
         let found = forward(&graph, &exprs, Surds, |symbol| (place.exact(symbol), place.place(symbol)));
         for ((row, expr), found) in plain.iter().zip(&exprs).zip(found) {
             for (column, slope) in &*found.slopes {
-                let known = slope.as_ref().and_then(Surd::to_rational);
+                let rational = slope.as_ref().and_then(Surd::to_rational);
                 // What is not known on the way may not be in the derivative.
-                let written = |graph: &mut Graph| {
+                let from_graph = |graph: &mut Graph| {
                     let derivative = graph.derivative(*expr, symbols[*column]);
                     exactly(graph, &[derivative], &place).swap_remove(0)
                 };
-                slopes[*column][*row] = known.or_else(|| written(&mut graph))?;
+                slopes[*column][*row] = rational.or_else(|| from_graph(&mut graph))?;
             }
         }
         for SidesOf { exprs, sides, .. } in of_sides {
@@ -472,7 +473,7 @@ impl TaskLaw {
 
     /// A law with these slopes, of each input over answers, then over what is remembered next.
     fn law_of<S: Scalar>(&self, slopes: &[Vec<S>]) -> LinearLaw<S> {
-        let (answers, states, reads) = (self.answers.len(), self.task.memory.len(), self.comes.len());
+        let (outputs, states, reads) = (self.outputs.len(), self.task.memory.len(), self.comes.len());
         // Rows of answers and of states over what is read of a kind.
         let over = |first: usize, rows: usize, columns: usize, of: &dyn Fn(usize) -> SparseRow| {
             let mut out = Matrix::<S>::zeros(rows, columns);
@@ -508,36 +509,38 @@ impl TaskLaw {
         };
         let remembered =
             |first: usize, rows: usize| Matrix::from_fn(rows, states, |i, j| slopes[reads + j][first + i].clone());
-        let (shafts, known, sensors) = (self.shafts, self.references.len(), self.sensors.len());
+        let (shafts, reference_count, sensors) = (self.shafts, self.references.len(), self.sensors.len());
         LinearLaw {
-            states: remembered(answers, states),
-            angles: over(answers, states, shafts, &angles),
-            speeds: over(answers, states, shafts, &speeds),
+            states: remembered(outputs, states),
+            angles: over(outputs, states, shafts, &angles),
+            speeds: over(outputs, states, shafts, &speeds),
             disturbances: Matrix::zeros(states, 0),
-            torques: Matrix::zeros(states, answers),
-            on_states: remembered(0, answers),
-            on_angles: over(0, answers, shafts, &angles),
-            on_speeds: over(0, answers, shafts, &speeds),
-            on_disturbances: Matrix::zeros(answers, 0),
-            references: over(answers, states, known, &references),
-            on_references: over(0, answers, known, &references),
-            errors: over(answers, states, sensors, &errors),
-            on_errors: over(0, answers, sensors, &errors),
+            torques: Matrix::zeros(states, outputs),
+            on_states: remembered(0, outputs),
+            on_angles: over(0, outputs, shafts, &angles),
+            on_speeds: over(0, outputs, shafts, &speeds),
+            on_disturbances: Matrix::zeros(outputs, 0),
+            references: over(outputs, states, reference_count, &references),
+            on_references: over(0, outputs, reference_count, &references),
+            errors: over(outputs, states, sensors, &errors),
+            on_errors: over(0, outputs, sensors, &errors),
             flowing: false,
         }
     }
 
     /// The task around what it sees there. Of all rows but these, answers, then what is remembered, kinks are not looked for.
-    pub fn around(&self, seen: &Seen<'_>, rows: &[usize]) -> LinearTask {
-        let inputs: Vec<f64> =
-            (0..self.comes.len()).map(|k| self.value(k, seen)).chain(seen.states.iter().copied()).collect();
+    pub fn linearised(&self, observation: &Observation<'_>, rows: &[usize]) -> LinearTask {
+        let inputs: Vec<f64> = (0..self.comes.len())
+            .map(|k| self.value(k, observation))
+            .chain(observation.states.iter().copied())
+            .collect();
         let sides = self.sides_among(rows, &inputs);
         LinearTask {
             kinks: self.kinks_among(&inputs, &sides),
             linear: self.slopes_among(&inputs, &sides),
             exact: self.exact_slopes_of(rows, &inputs, &sides),
             clock: self.clock,
-            answers: self.answers.clone(),
+            outputs: self.outputs.clone(),
             references: self.references.iter().map(|reference| reference.name.clone()).collect(),
             sensors: self.sensors.clone(),
         }
@@ -554,11 +557,11 @@ impl TaskLaw {
             plan: Arc::clone(&self.plan),
             comes: self.comes.clone(),
             ideal: self.ideal.clone(),
-            answers: vec![0.0; self.answers.len()],
+            outputs: vec![0.0; self.outputs.len()],
             next: vec![0.0; self.task.memory.len()],
             good: vec![f64::NAN; self.sensors.len()],
             sampled: self.clock.is_some(),
-            kept: 0,
+            frozen: 0,
             bad_readings: 0,
         }
     }
@@ -578,34 +581,36 @@ struct TaskBlock<T> {
     ideal: Vec<Ideal>,
     memory: Vec<T>,
     /// The last good answers, and what is remembered next.
-    answers: Vec<f64>,
+    outputs: Vec<f64>,
     next: Vec<f64>,
     /// The last good readings; no numbers before the first.
     good: Vec<f64>,
     sampled: bool,
     /// Answers and entries that were kept at the last sample.
-    kept: usize,
+    frozen: usize,
     bad_readings: usize,
 }
 
 impl<T: Float> TaskBlock<T> {
-    fn evaluate(&mut self, seen: Seen<'_>) {
-        let good = self.good.iter_mut().zip(seen.readings).filter(|(_, reading)| reading.is_finite());
+    fn evaluate(&mut self, observation: Observation<'_>) {
+        let good = self.good.iter_mut().zip(observation.readings).filter(|(_, reading)| reading.is_finite());
         good.for_each(|(good, reading)| *good = *reading);
         for (place, comes) in self.memory.iter_mut().zip(&self.comes) {
             *place = T::from_f64(match *comes {
-                Comes::Angle(k) => seen.angles[k],
-                Comes::Speed(k) => seen.speeds[k],
+                Comes::Angle(k) => observation.angles[k],
+                Comes::Speed(k) => observation.speeds[k],
                 // At every instant sensors are ideal.
-                Comes::Reading(k) | Comes::AsRead(k) if seen.readings.is_empty() => self.ideal[k].read(&seen),
+                Comes::Reading(k) | Comes::AsRead(k) if observation.readings.is_empty() => {
+                    self.ideal[k].read(&observation)
+                }
                 Comes::Reading(k) => self.good[k],
-                Comes::AsRead(k) => seen.readings[k],
-                Comes::Reference(k) => seen.references[k],
-                Comes::Time => seen.time,
+                Comes::AsRead(k) => observation.readings[k],
+                Comes::Reference(k) => observation.references[k],
+                Comes::Time => observation.time,
             });
         }
         let first = self.comes.len();
-        T::narrow(seen.states, &mut self.memory[first..]);
+        T::narrow(observation.states, &mut self.memory[first..]);
         // What is no number is seen where it is used.
         let _ = self.plan.block_of(&self.constants, &self.numbers).evaluate(&mut self.memory);
     }
@@ -616,58 +621,58 @@ impl<T: Float> TaskBlock<T> {
 }
 
 impl<T: Float> Block for TaskBlock<T> {
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) -> bool {
-        self.evaluate(seen);
+    fn command(&mut self, observation: Observation<'_>, out: &mut [f64]) -> bool {
+        self.evaluate(observation);
         if !self.sampled {
             out.iter_mut().enumerate().for_each(|(k, out)| *out = self.found(k));
             return out.iter().all(|x| x.is_finite());
         }
-        self.bad_readings = seen.readings.iter().filter(|reading| !reading.is_finite()).count();
+        self.bad_readings = observation.readings.iter().filter(|reading| !reading.is_finite()).count();
         // What is no number is kept as it was, each for itself.
-        self.next.copy_from_slice(seen.states);
-        self.kept = 0;
-        for k in 0..self.answers.len() + self.next.len() {
+        self.next.copy_from_slice(observation.states);
+        self.frozen = 0;
+        for k in 0..self.outputs.len() + self.next.len() {
             let new = self.found(k);
-            let old = match k.checked_sub(self.answers.len()) {
+            let old = match k.checked_sub(self.outputs.len()) {
                 Some(entry) => &mut self.next[entry],
-                None => &mut self.answers[k],
+                None => &mut self.outputs[k],
             };
             if new.is_finite() {
                 *old = new;
             } else {
-                self.kept += 1;
+                self.frozen += 1;
             }
         }
-        out.copy_from_slice(&self.answers);
+        out.copy_from_slice(&self.outputs);
         true
     }
 
-    fn states(&mut self, seen: Seen<'_>, _: &[f64], out: &mut [f64]) -> bool {
+    fn states(&mut self, observation: Observation<'_>, _: &[f64], out: &mut [f64]) -> bool {
         if self.sampled {
             out.copy_from_slice(&self.next);
             return true;
         }
-        self.evaluate(seen);
-        let first = self.answers.len();
+        self.evaluate(observation);
+        let first = self.outputs.len();
         out.iter_mut().enumerate().for_each(|(k, out)| *out = self.found(first + k));
         out.iter().all(|x| x.is_finite())
     }
 
-    fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        keeper.numbers(&mut self.answers);
-        keeper.numbers(&mut self.good);
-        keeper.count(&mut self.kept);
-        keeper.count(&mut self.bad_readings);
+    fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        archive.numbers(&mut self.outputs);
+        archive.numbers(&mut self.good);
+        archive.count(&mut self.frozen);
+        archive.count(&mut self.bad_readings);
     }
 
     fn health(&self) -> Health {
-        Health { readings_held: self.bad_readings, estimate_kept: self.kept > 0, ..Health::default() }
+        Health { invalid_readings: self.bad_readings, estimate_frozen: self.frozen > 0, ..Health::default() }
     }
 }
 
 impl Law for TaskLaw {
     fn inputs(&self) -> &[String] {
-        &self.answers
+        &self.outputs
     }
 
     fn references(&self) -> &[Reference] {
@@ -693,7 +698,7 @@ impl Law for TaskLaw {
         }
     }
 
-    fn bends(&self) -> bool {
+    fn is_nonlinear(&self) -> bool {
         !self.affine
     }
 
@@ -721,12 +726,12 @@ impl Law for TaskLaw {
 
     fn on_side(&self, side: &Side) -> Option<Arc<dyn Law>> {
         let task = &self.task;
-        let (answers, references, sensors) = (self.answers.clone(), self.references.clone(), self.sensors.clone());
+        let (outputs, references, sensors) = (self.outputs.clone(), self.references.clone(), self.sensors.clone());
         let (ideal, comes, plan) = (self.ideal.clone(), self.comes.clone(), Arc::clone(&self.plan));
         let (task, at_design_point, side) = (Arc::clone(task), OnceLock::new(), side.clone());
-        let (point, told) = (self.point.clone(), self.told.clone());
+        let (point, point_note) = (self.point.clone(), self.point_note.clone());
         let law = Self {
-            answers,
+            outputs,
             references,
             sensors,
             ideal,
@@ -739,7 +744,7 @@ impl Law for TaskLaw {
             slopes_of_rows: self.slopes_of_rows.clone(),
             side,
             point,
-            told,
+            point_note,
             ..*self
         };
         Some(Arc::new(law))
@@ -760,16 +765,16 @@ impl Law for TaskLaw {
     fn task(&self) -> Option<&Arc<Task>> {
         use Measured::{Angle, Speed, SpringTorque};
         let of_motion = |sensor: &OutputSignal| matches!(sensor.measured, Angle(_) | Speed(_) | SpringTorque(_));
-        let written = self.clock.is_none() && self.task.memory.is_empty() && self.sensors.iter().all(of_motion);
-        written.then_some(&self.task)
+        let is_inline = self.clock.is_none() && self.task.memory.is_empty() && self.sensors.iter().all(of_motion);
+        is_inline.then_some(&self.task)
     }
 
     fn clock(&self) -> Option<Clock> {
         self.clock
     }
 
-    fn keeps(&self) -> Kept {
-        if self.law == BLOCKS { Kept::Answers } else { Kept::Command }
+    fn keeps(&self) -> Frozen {
+        if self.law == BLOCKS { Frozen::Outputs } else { Frozen::Command }
     }
 
     fn describe(&self) -> Design {
@@ -797,15 +802,15 @@ impl Law for TaskLaw {
             };
             notes.push(format!("It bends: what is said of its loop is said of small motions {place}."));
         }
-        notes.extend(self.told.clone());
+        notes.extend(self.point_note.clone());
         Design {
             controller: task.name.clone(),
             law: self.law.into(),
-            inputs: self.answers.clone(),
+            inputs: self.outputs.clone(),
             controller_data: ControllerData {
                 block: "Plan".into(),
                 reads: reads.collect(),
-                writes: self.answers.clone(),
+                writes: self.outputs.clone(),
                 sample_time: self.clock.map(|clock| clock.period),
                 single: self.clock.is_some_and(|clock| clock.single),
                 matrices: self

@@ -105,7 +105,7 @@ pub(super) fn find_unit(name: &str) -> Option<(Exact, Dimension)> {
 }
 
 /// Words that are written for a unit, and what to write.
-const MEANT: [(&[&str], &str); 6] = [
+const MISSPELLED_UNITS: [(&[&str], &str); 6] = [
     (&["sec", "secs", "second", "seconds"], "did you mean `s`?"),
     (&["msec", "msecs", "millisecond", "milliseconds"], "did you mean `ms`?"),
     (&["mins", "minute", "minutes"], "did you mean `min`?"),
@@ -117,7 +117,7 @@ const MEANT: [(&[&str], &str); 6] = [
 /// What an unknown unit may have been meant to be.
 pub(super) fn unit_help(name: &str) -> String {
     let lower = name.to_lowercase();
-    if let Some((_, help)) = MEANT.iter().find(|(words, _)| words.contains(&lower.as_str())) {
+    if let Some((_, help)) = MISSPELLED_UNITS.iter().find(|(spellings, _)| spellings.contains(&lower.as_str())) {
         return (*help).to_string();
     }
     if let Some(one) =
@@ -127,8 +127,8 @@ pub(super) fn unit_help(name: &str) -> String {
     }
     let prefixed =
         ["kg", "mm", "cm", "km", "ms", "kN", "mNm", "kNm", "mrad", "kHz", "mA", "mH", "kW", "mV", "uF", "nF", "uH"];
-    let known = || UNITS.iter().map(|unit| unit.name).chain(prefixed);
-    if let Some(unit) = known().find(|unit| unit.eq_ignore_ascii_case(name)) {
+    let unit_names = || UNITS.iter().map(|unit| unit.name).chain(prefixed);
+    if let Some(unit) = unit_names().find(|unit| unit.eq_ignore_ascii_case(name)) {
         return format!("did you mean `{unit}`?");
     }
     for (at, _) in name.char_indices().skip(1) {
@@ -141,8 +141,10 @@ pub(super) fn unit_help(name: &str) -> String {
         return "did you mean `deg` or `rad`?".to_string();
     }
     let length = name.chars().count();
-    match nearest(name, known().filter(|unit| unit.chars().count() == length)).or_else(|| nearest(name, known())) {
-        Some(meant) => format!("did you mean `{meant}`?"),
+    match nearest(name, unit_names().filter(|unit| unit.chars().count() == length))
+        .or_else(|| nearest(name, unit_names()))
+    {
+        Some(nearest_unit) => format!("did you mean `{nearest_unit}`?"),
         None => "known units are kg g t m in ft s min h N lbf Nm J W Hz rpm rad deg rev V A C Ohm H F K, with prefixes"
             .into(),
     }

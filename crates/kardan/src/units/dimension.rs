@@ -91,11 +91,11 @@ impl Dimension {
     ///
     /// ```
     /// use kardan::units::Dimension;
-    /// assert_eq!(Dimension::STIFFNESS.along_masses().si(), "N/m");
-    /// assert_eq!(Dimension::TIME.along_masses(), Dimension::TIME);
+    /// assert_eq!(Dimension::STIFFNESS.translational().si(), "N/m");
+    /// assert_eq!(Dimension::TIME.translational(), Dimension::TIME);
     /// ```
     #[must_use]
-    pub fn along_masses(self) -> Self {
+    pub fn translational(self) -> Self {
         match self {
             Self::ANGLE => Self::LENGTH,
             Self::ANGULAR_VELOCITY => Self::VELOCITY,

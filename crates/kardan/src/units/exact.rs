@@ -29,7 +29,7 @@ pub struct Exact {
     /// The power of π.
     pub pi: i32,
     /// How it follows from numbers with names, where equations in symbols are asked for; no part of the number.
-    written: Option<Arc<InNames>>,
+    symbolic: Option<Arc<InNames>>,
     /// Whether it stands for a number that is no such one, or follows from one that does; no part of the number.
     rounded: bool,
 }
@@ -75,7 +75,7 @@ impl Exact {
     /// ```
     pub fn new(rational: RBig, pi: i32) -> Self {
         let pi = if rational.is_zero() { 0 } else { pi };
-        Self { rational, pi, written: None, rounded: false }
+        Self { rational, pi, symbolic: None, rounded: false }
     }
 
     /// Zero.
@@ -133,9 +133,9 @@ impl Exact {
     pub(super) fn pi_digits() -> RBig {
         static PI: OnceLock<RBig> = OnceLock::new();
         let put_together = || {
-            let (words, ten) = (PI_DIGITS, UBig::from(10u8));
-            let numerator = words.iter().fold(UBig::ZERO, |sum, word| sum * ten.pow(20) + UBig::from(*word));
-            RBig::from_parts(numerator.into(), ten.pow(20 * (words.len() - 1)))
+            let (groups, ten) = (PI_DIGITS, UBig::from(10u8));
+            let numerator = groups.iter().fold(UBig::ZERO, |sum, word| sum * ten.pow(20) + UBig::from(*word));
+            RBig::from_parts(numerator.into(), ten.pow(20 * (groups.len() - 1)))
         };
         PI.get_or_init(put_together).clone()
     }
@@ -211,12 +211,12 @@ impl Exact {
     /// ```
     #[must_use]
     pub fn named(self, name: impl Into<String>) -> Self {
-        Self { written: Some(Arc::new(InNames::Name(name.into()))), ..self }
+        Self { symbolic: Some(Arc::new(InNames::Name(name.into()))), ..self }
     }
 
     /// How it follows from numbers with names, if one is in it.
     pub fn in_names(&self) -> Option<&InNames> {
-        self.written.as_deref()
+        self.symbolic.as_deref()
     }
 
     /// The same number in place of one that is no fraction times a power of π.
@@ -245,8 +245,8 @@ impl Exact {
 
     /// If one of these has a name.
     fn in_names_of<const N: usize>(self, from: [&Self; N], how: impl FnOnce([&Self; N]) -> InNames) -> Self {
-        match from.iter().any(|one| one.written.is_some()) {
-            true => Self { written: Some(Arc::new(how(from))), ..self },
+        match from.iter().any(|one| one.symbolic.is_some()) {
+            true => Self { symbolic: Some(Arc::new(how(from))), ..self },
             false => self,
         }
     }

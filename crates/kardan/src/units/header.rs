@@ -5,7 +5,7 @@ use kardan_tables::is_minus;
 use super::{Dimension, Exact, UnitError, parse_quantity};
 
 /// Words of headers that are no units of models.
-const WORDS: [(&[&str], &str); 8] = [
+const UNIT_ALIASES: [(&[&str], &str); 8] = [
     (&["sec", "secs", "second", "seconds"], "s"),
     (&["msec"], "ms"),
     (&["usec", "\u{b5}sec", "\u{3bc}sec"], "us"),
@@ -48,8 +48,8 @@ fn as_in_models(unit: &str) -> String {
     while let Some(first) = rest.chars().next() {
         let length = rest.find(|c| !is_letter(c)).unwrap_or(rest.len()).max(first.len_utf8());
         let (word, behind) = rest.split_at(length);
-        let known = WORDS.iter().find(|(words, _)| words.contains(&word));
-        out += known.map_or(word, |(_, unit)| unit);
+        let entry = UNIT_ALIASES.iter().find(|(aliases, _)| aliases.contains(&word));
+        out += entry.map_or(word, |(_, unit)| unit);
         rest = behind;
         if !is_letter(first) {
             continue;

@@ -7,7 +7,7 @@
 
 mod catalogue;
 mod dimension;
-mod dimension_words;
+mod dimension_hints;
 mod error;
 mod exact;
 mod expression;
@@ -15,17 +15,17 @@ mod header;
 mod poles;
 mod precise;
 mod quantity;
+mod quantity_text;
 mod reader;
 mod tolerance;
-mod written;
 
 pub use dimension::Dimension;
 pub use error::UnitError;
 pub use exact::{Exact, InNames};
-pub(crate) use expression::{Asked, Called, Kind, Node, Value};
+pub(crate) use expression::{Called, Kind, Node, Restriction, Value};
 pub use expression::{Evaluated, Expression};
 pub use header::header_unit;
 pub use poles::parse_poles;
-pub use quantity::{parse_number, parse_quantity, parse_quantity_list, unit_as_written};
+pub use quantity::{parse_number, parse_quantity, parse_quantity_list, split_unit};
+pub use quantity_text::{format_quantity, shown_quantity};
 pub use tolerance::{Spread, Tolerated, parse_tolerated, tolerance_mark};
-pub use written::{shown_quantity, written_quantity};

@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn identities_hold_far_out_and_close_by() {
+    fn identities_are_exact_far_out_and_close_by() {
         let close = |a: &RBig, b: &RBig| assert!((a - b).abs() * RBig::from(UBig::ONE << 200) < RBig::ONE, "{a} {b}");
         for x in ["-700.3", "-1e-30", "0.001", "2.9", "12345.678", "1e15"] {
             let x = super::super::parse_number(x).unwrap().rational;

@@ -47,7 +47,7 @@ pub fn parse_quantity(text: &str) -> Result<(Exact, Dimension), UnitError> {
 /// assert_eq!(unit_as_written("20 mN m"), Some(("mN m", torque.0, torque.1)));
 /// assert_eq!(unit_as_written("3/2"), None);
 /// ```
-pub fn unit_as_written(text: &str) -> Option<(&str, Exact, Dimension)> {
+pub fn split_unit(text: &str) -> Option<(&str, Exact, Dimension)> {
     let mut reader = Reader { text, at: 0 };
     reader.number().ok()?;
     let unit = text.get(reader.at..)?.trim();
@@ -206,7 +206,7 @@ mod tests {
     use dashu_ratio::RBig;
 
     use super::super::catalogue::UNITS;
-    use super::super::dimension_words::KNOWN;
+    use super::super::dimension_hints::NAMED_DIMENSIONS;
     use super::*;
 
     fn quantity(text: &str) -> (Exact, Dimension) {
@@ -218,7 +218,7 @@ mod tests {
     }
 
     /// The message, the text it points at, and the help.
-    fn mistake(text: &str) -> String {
+    fn error_text(text: &str) -> String {
         let e = parse_quantity(text).expect_err(text);
         format!("{} @ `{}` ({})", e.message, &text[e.span], e.help.unwrap_or_default())
     }
@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_say_where_and_what_to_do() {
+    fn errors_have_a_place_and_a_hint() {
         for (text, expected) in [
             ("130 kq mm^2", "unknown unit `kq` @ `kq` (did you mean `kg`?)"),
             ("5 sec", "unknown unit `sec` @ `sec` (did you mean `s`?)"),
@@ -374,7 +374,7 @@ mod tests {
                 "expected a number, found `_` @ `_1` (start with a number: \"0.05\", \"-1e-3\", \"51/50\" or \"pi/4\")",
             ),
         ] {
-            assert_eq!(mistake(text), expected, "{text}");
+            assert_eq!(error_text(text), expected, "{text}");
         }
         let unit_on_a_number = parse_number("5 kg").unwrap_err();
         assert_eq!((unit_on_a_number.code, unit_on_a_number.span), ("unit::dimension", 2..4));
@@ -400,9 +400,9 @@ mod tests {
 
     #[test]
     fn known_dimensions_read_their_own_si_unit_and_example() {
-        for known in &KNOWN {
-            assert_eq!(quantity(&format!("1 {}", known.si)), (Exact::one(), known.dimension), "{}", known.word);
-            assert_eq!(quantity(known.example).1, known.dimension, "{}", known.word);
+        for named in &NAMED_DIMENSIONS {
+            assert_eq!(quantity(&format!("1 {}", named.si)), (Exact::one(), named.dimension), "{}", named.word);
+            assert_eq!(quantity(named.example).1, named.dimension, "{}", named.word);
         }
     }
 

@@ -41,11 +41,11 @@ impl<'t> Reader<'t> {
     }
 
     pub fn eat(&mut self, expected: char) -> bool {
-        let there = self.rest().starts_with(expected);
-        if there {
+        let is_next = self.rest().starts_with(expected);
+        if is_next {
             self.at += expected.len_utf8();
         }
-        there
+        is_next
     }
 
     /// `*` (unless it starts `**`) or a raised dot.

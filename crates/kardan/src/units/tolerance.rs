@@ -11,7 +11,7 @@ use super::{Dimension, Exact, UnitError};
 /// ```
 /// use kardan::units::{Exact, Spread};
 /// let tenth = Spread::Relative(Exact::from_ratio(1, 10));
-/// assert_eq!(tenth.around(&Exact::from_integer(-2)), (Exact::from_ratio(-11, 5), Exact::from_ratio(-9, 5)));
+/// assert_eq!(tenth.limits_at(&Exact::from_integer(-2)), (Exact::from_ratio(-11, 5), Exact::from_ratio(-9, 5)));
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Spread {
@@ -32,7 +32,7 @@ pub enum Spread {
 
 impl Spread {
     /// Lower and upper end for a nominal value. Fixed bounds stay where they are.
-    pub fn around(&self, nominal: &Exact) -> (Exact, Exact) {
+    pub fn limits_at(&self, nominal: &Exact) -> (Exact, Exact) {
         let width = match self {
             Self::Relative(fraction) if nominal.signum() < 0 => -&(nominal * fraction),
             Self::Relative(fraction) => nominal * fraction,
@@ -107,7 +107,7 @@ const FORMS: &str = "write \"1 N m ± 10 %\", \"1 N m ± 0.1 N m\" or \"1 N m [0
 /// ```
 /// use kardan::units::{Exact, parse_tolerated};
 /// let stiffness = parse_tolerated("100 N m/rad ± 10 %")?;
-/// assert_eq!(stiffness.spread.around(&stiffness.value), (Exact::from_integer(90), Exact::from_integer(110)));
+/// assert_eq!(stiffness.spread.limits_at(&stiffness.value), (Exact::from_integer(90), Exact::from_integer(110)));
 /// assert_eq!(stiffness.text, "100 N m/rad");
 /// # Ok::<(), kardan::units::UnitError>(())
 /// ```
@@ -125,7 +125,7 @@ pub fn parse_tolerated(text: &str) -> Result<Tolerated, UnitError> {
         _ if text.trim_start().starts_with('(') => in_parentheses(text, mark.clone()),
         _ => plus_minus(text, mark.clone()),
     }?;
-    let (lower, upper) = read.spread.around(&read.value);
+    let (lower, upper) = read.spread.limits_at(&read.value);
     check_range(&lower, text, 0..text.len())?;
     check_range(&upper, text, 0..text.len())?;
     if lower.to_f64() >= upper.to_f64() {
@@ -311,7 +311,7 @@ mod tests {
 
     fn ends(text: &str) -> (Exact, Exact, Exact) {
         let read = parse_tolerated(text).unwrap_or_else(|error| panic!("{text}: {error}"));
-        let (lower, upper) = read.spread.around(&read.value);
+        let (lower, upper) = read.spread.limits_at(&read.value);
         (lower, read.value, upper)
     }
 
@@ -349,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_keep_their_pi() {
+    fn angles_retain_their_pi() {
         let degrees = |x| Exact::new(Exact::from_ratio(x, 180).rational, 1);
         assert_eq!(ends("30 deg ± 10 %"), (degrees(27), degrees(30), degrees(33)));
         assert_eq!(ends("30 deg [20, 35]"), (degrees(20), degrees(30), degrees(35)));
@@ -375,7 +375,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_explained() {
+    fn errors_are_explained() {
         for (text, code, message) in [
             ("1 N m ± -10 %", "tolerance::bounds", "a tolerance must not be negative, found -10 %"),
             ("1 N m ± -0.1 N m", "tolerance::bounds", "a tolerance must not be negative, found -0.1 N m"),

@@ -16,24 +16,24 @@ fn drive(flexspline: &str) -> String {
 
 fn analyze(source: &str, settings: &AnalyzeSettings) -> Result<Analysis, Vec<Diagnostic>> {
     let found = study::analyze(source, settings, &Silent);
-    if let Err(told) = &found {
-        for mistake in told.iter().filter(|d| d.severity == Severity::Error) {
-            assert!(mistake.help.as_ref().is_some_and(|help| !help.is_empty()), "{mistake:?}");
-            assert!(mistake.labels.iter().all(|label| source.get(label.place.span()).is_some()), "{mistake:?}");
+    if let Err(reported) = &found {
+        for diagnostic in reported.iter().filter(|d| d.severity == Severity::Error) {
+            assert!(diagnostic.help.as_ref().is_some_and(|help| !help.is_empty()), "{diagnostic:?}");
+            assert!(diagnostic.labels.iter().all(|label| source.get(label.place.span()).is_some()), "{diagnostic:?}");
         }
     }
     found
 }
 
 fn errors(source: &str, settings: &AnalyzeSettings) -> Vec<Diagnostic> {
-    let told = analyze(source, settings).expect_err("it should be refused");
-    told.into_iter().filter(|d| d.severity == Severity::Error).collect()
+    let reported = analyze(source, settings).expect_err("it should be refused");
+    reported.into_iter().filter(|d| d.severity == Severity::Error).collect()
 }
 
 fn only(source: &str, settings: &AnalyzeSettings) -> Diagnostic {
-    let mut told = errors(source, settings);
-    assert_eq!(told.len(), 1, "{told:?}");
-    told.remove(0)
+    let mut reported = errors(source, settings);
+    assert_eq!(reported.len(), 1, "{reported:?}");
+    reported.remove(0)
 }
 
 /// Eigenvalues, every pair twice.
@@ -48,9 +48,9 @@ fn a_motion_without_inertia_is_named_and_eliminated() {
     let found = analyze(&source, &AnalyzeSettings::default()).unwrap().elimination.unwrap();
     assert_eq!((found.motions, found.direction.as_str()), (1, "fs"));
     // A run knows the motion as one of first order; the net torque of a shaft without inertia is zero, whatever the inputs do.
-    let told = study::run(&source, &Settings::default(), &Silent).unwrap_err();
-    assert!(told.iter().all(|d| d.code != "model::massless"), "{told:?}");
-    let design = told.iter().find(|d| d.code == "control::design").unwrap();
+    let reported = study::run(&source, &Settings::default(), &Silent).unwrap_err();
+    assert!(reported.iter().all(|d| d.code != "model::massless"), "{reported:?}");
+    let design = reported.iter().find(|d| d.code == "control::design").unwrap();
     assert!(design.message.contains("no input reaches fs_torque.tau"), "{design:?}");
     // Other mistakes stay mistakes.
     let broken = format!("{source}\n[gear.more]\nshaft_1 = \"wg\"\nshaft_2 = \"nowhere\"\nratio = 2\n");
@@ -120,7 +120,7 @@ fn places_after_the_elimination_are_those_that_suffice() {
                         assert_eq!(listed(&outputs, &set), with.structure.observable(), "{set:?}");
                     }
                 }
-                Err(told) => panic!("{told:?}"),
+                Err(reported) => panic!("{reported:?}"),
             }
         }
     }
@@ -181,12 +181,12 @@ fn what_cannot_be_eliminated_is_explained() {
     // b hangs on a spring, and a torque acts on it: its speed needs the derivative of the torque.
     let spring = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\n[spring_damper.s]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\n\
                   stiffness = \"2 N m/rad\"\n[motor.m]\nshaft = \"b\"\n";
-    let told = only(spring, &AnalyzeSettings { outputs: vec!["b.w".into()], ..AnalyzeSettings::default() });
-    assert_eq!(told.code, "analysis::massless");
+    let reported = only(spring, &AnalyzeSettings { outputs: vec!["b.w".into()], ..AnalyzeSettings::default() });
+    assert_eq!(reported.code, "analysis::massless");
     for part in ["derivative 1", "`b.w`", "`m`"] {
-        assert!(told.message.contains(part), "{told:?}");
+        assert!(reported.message.contains(part), "{reported:?}");
     }
-    assert_eq!(&spring[told.labels[0].place.span()], "b");
+    assert_eq!(&spring[reported.labels[0].place.span()], "b");
     // Its angle is fine: a + u/2.
     let angle =
         analyze(spring, &AnalyzeSettings { outputs: vec!["b.phi".into()], ..AnalyzeSettings::default() }).unwrap();
@@ -196,12 +196,12 @@ fn what_cannot_be_eliminated_is_explained() {
     );
     // c is tied to nothing at all.
     let loose = format!("{spring}[shaft.c]\n");
-    let told = only(&loose, &AnalyzeSettings::default());
-    assert!(told.message.contains("`c` is not determined"), "{told:?}");
+    let reported = only(&loose, &AnalyzeSettings::default());
+    assert!(reported.message.contains("`c` is not determined"), "{reported:?}");
     // Nothing but a spring to the wall.
     let rigid = "[shaft.a]\n[spring_damper.s]\nshaft_1 = \"a\"\nstiffness = \"2 N m/rad\"\n[motor.m]\nshaft = \"a\"\n";
-    let told = only(rigid, &AnalyzeSettings::default());
-    assert!(told.message.contains("no motion is left"), "{told:?}");
+    let reported = only(rigid, &AnalyzeSettings::default());
+    assert!(reported.message.contains("no motion is left"), "{reported:?}");
 }
 
 /// The torque that a gear hands on to a massless shaft is that of its damper.
@@ -253,8 +253,8 @@ fn names_on_the_command_line_are_checked() {
         (&[], &[" "], "name::empty", "an output is empty"),
     ] {
         let settings = AnalyzeSettings { inputs: list(inputs), outputs: list(outputs), ..AnalyzeSettings::default() };
-        let told = only(source, &settings);
-        assert!(told.code == code && told.to_string().contains(part), "{told:?}");
+        let reported = only(source, &settings);
+        assert!(reported.code == code && reported.to_string().contains(part), "{reported:?}");
     }
     for (inputs, outputs, code, part) in [
         (&[""][..], &[][..], "name::empty", "an input is empty"),
@@ -262,8 +262,11 @@ fn names_on_the_command_line_are_checked() {
         (&[], &["angle", "angle"], "name::duplicate", "named twice"),
     ] {
         let settings = AnalyzeSettings { inputs: list(inputs), outputs: list(outputs), ..AnalyzeSettings::default() };
-        let told = study::analyze_state_space(matrices, &settings, &Silent).unwrap_err();
-        assert!(told.len() == 1 && told[0].code == code && told[0].to_string().contains(part), "{told:?}");
+        let reported = study::analyze_state_space(matrices, &settings, &Silent).unwrap_err();
+        assert!(
+            reported.len() == 1 && reported[0].code == code && reported[0].to_string().contains(part),
+            "{reported:?}"
+        );
     }
     // Spaces around a name do no harm.
     let settings = AnalyzeSettings { inputs: list(&[" torque "]), ..AnalyzeSettings::default() };
@@ -308,7 +311,7 @@ fn a_run_does_not_wait_for_the_analysis_of_a_large_model() {
 /// Behind a voltage the charge of a motor counts what has flowed, and k q − J ω − d φ never changes: the inputs do not reach that one
 /// combination. All motions they do reach, which is told; a second shaft that nothing drives is no matter of counting.
 #[test]
-fn a_charge_that_only_counts_is_told_apart_from_a_motion_that_is_not_reached() {
+fn a_charge_that_only_counts_is_distinguished_from_a_motion_that_is_not_reached() {
     let motor = "[shaft.rotor]\ninertia = \"0.01 kg m^2\"\ndamping = \"0.02 N m s/rad\"\n[voltage_source.V]\nfrom = \"ground\"\nto = \"a\"\n\
                  [dc_motor.M]\nfrom = \"a\"\nto = \"ground\"\nshaft = \"rotor\"\ntorque_constant = \"0.1 N m/A\"\nresistance = \"1 Ohm\"\n\
                  inductance = \"2 mH\"\n";
@@ -318,12 +321,12 @@ fn a_charge_that_only_counts_is_told_apart_from_a_motion_that_is_not_reached() {
     let counting = found.counting.unwrap();
     assert_eq!(counting.charges.len(), 1);
     assert!(counting.charges[0].ends_with(".q"), "{counting:?}");
-    assert!(counting.others_controllable && counting.others_observable, "{counting:?}");
+    assert!(counting.rest_controllable && counting.rest_observable, "{counting:?}");
     let alone = format!("{motor}[shaft.idle]\ninertia = \"1 kg m^2\"\n");
     assert_eq!(analyze(&alone, &settings).unwrap().counting, None);
     // A charge that an output shows is seen.
     let shown = AnalyzeSettings { outputs: vec!["rotor.phi".into(), "M.q".into()], ..AnalyzeSettings::default() };
     let found = analyze(motor, &shown).unwrap();
     assert!(found.structure.observable());
-    assert!(found.counting.is_some_and(|counting| counting.others_controllable && !counting.others_observable));
+    assert!(found.counting.is_some_and(|counting| counting.rest_controllable && !counting.rest_observable));
 }

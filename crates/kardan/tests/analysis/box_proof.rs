@@ -80,8 +80,8 @@ impl System {
         }
     }
 
-    fn term(&mut self, power: usize, range: &Range, parameter: Option<usize>, along: &[(usize, i64)]) {
-        self.outer(power, range, parameter, along, along);
+    fn term(&mut self, power: usize, range: &Range, parameter: Option<usize>, direction: &[(usize, i64)]) {
+        self.outer(power, range, parameter, direction, direction);
     }
 
     /// `q_a = γ q_b` as constraint number `index`.
@@ -306,13 +306,13 @@ fn chain(n: usize, inputs: &[usize], parameters: usize, tolerance: &Rational, ra
         let other = k + random.below((terms.len() - k) as u64) as usize;
         terms.swap(k, other);
     }
-    for (k, (power, value, along)) in terms.into_iter().enumerate() {
+    for (k, (power, value, direction)) in terms.into_iter().enumerate() {
         let range = around(value, tolerance);
         if k < parameters {
-            system.term(power, &range, Some(k), &along);
+            system.term(power, &range, Some(k), &direction);
         } else {
             let middle = range.0.plus(&range.1).times(&ratio(1, 2));
-            system.term(power, &(middle.clone(), middle), None, &along);
+            system.term(power, &(middle.clone(), middle), None, &direction);
         }
     }
     for (k, &shaft) in inputs.iter().enumerate() {
@@ -404,7 +404,7 @@ fn star(branches: &[Rational], tolerance: &Rational) -> PencilBox {
 }
 
 #[test]
-fn branches_are_told_apart() {
+fn branches_are_distinguished() {
     // 11/9 squared is 1.49: frequencies that meet at ±10 % only where their ratio is below.
     let branches = [ratio(1, 1), ratio(3, 2), ratio(9, 4), ratio(27, 8)];
     proven(&star(&branches, &ratio(9, 100)), 2000);

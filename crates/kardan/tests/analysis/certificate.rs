@@ -17,7 +17,7 @@ fn analysis(name: &str, inputs: &[&str], outputs: &[&str]) -> String {
 
 fn state_space(system: Value) -> String {
     let found = study::analyze_state_space(system.to_string().as_bytes(), &Default::default(), &study::Silent);
-    analysis_json(&found.unwrap_or_else(|mistakes| panic!("{mistakes:?}")))
+    analysis_json(&found.unwrap_or_else(|diagnostics| panic!("{diagnostics:?}")))
 }
 
 /// Repeated blocks that one input reaches in part, with E, in coordinates that hide them.

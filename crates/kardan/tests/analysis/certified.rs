@@ -24,7 +24,7 @@ fn certified(system: &LinearSystem) -> Structure {
 }
 
 /// All answers, without the certificate.
-fn answers(structure: &Structure) -> Structure {
+fn without_certificate(structure: &Structure) -> Structure {
     Structure { certificate: Default::default(), ..structure.clone() }
 }
 
@@ -36,7 +36,7 @@ fn built_in_models_are_proven() {
         let settings = AnalyzeSettings { certify: true, ..AnalyzeSettings::default() };
         let sure = study::analyze(source, &settings, &study::Silent).unwrap();
         assert!(sure.structure.certificate.proven, "{name}: {:#?}", sure.structure.certificate.statements);
-        assert_eq!(answers(&sure.structure), answers(&fast.structure), "{name}");
+        assert_eq!(without_certificate(&sure.structure), without_certificate(&fast.structure), "{name}");
         assert_eq!((&sure.modes, &sure.placement), (&fast.modes, &fast.placement), "{name}");
     }
 }
@@ -74,7 +74,7 @@ fn appendix_b_is_proven() {
         assert_eq!((found.controllable_rank, found.observable_rank), (rank, rank), "{j} {s} {d}");
         assert_eq!(found.invariant_factors, factors, "{j} {s} {d}");
         assert_eq!(found.relative_degrees, [[Some(2)]]);
-        assert_eq!(answers(&found), answers(&structure(&system).unwrap()));
+        assert_eq!(without_certificate(&found), without_certificate(&structure(&system).unwrap()));
     }
 }
 
@@ -158,7 +158,7 @@ fn hidden_invariant_factors_are_proven() {
         assert_eq!(found.relative_degrees, [[Some(reached)]]);
         // The zeros are the eigenvalues neither reached nor seen (the reached part has none).
         assert_eq!(found.zeros.polynomial, words(&times(&first, &second)));
-        assert_eq!(answers(&found), answers(&structure(&system).unwrap()));
+        assert_eq!(without_certificate(&found), without_certificate(&structure(&system).unwrap()));
     }
 }
 
@@ -371,5 +371,5 @@ fn a_star_of_equal_arms_is_proven() {
     assert_eq!((found.controllable_rank, found.observable_rank), (8, 8));
     // Zeros: the hub held still, all four arms; as four copies of the arm over the three that are not reached.
     assert_eq!(found.zeros.values.len(), 24);
-    assert_eq!(answers(&found), answers(&structure(&system).unwrap()));
+    assert_eq!(without_certificate(&found), without_certificate(&structure(&system).unwrap()));
 }

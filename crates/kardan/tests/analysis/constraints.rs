@@ -4,7 +4,7 @@ use kardan::results::{Analysis, ConstraintClass};
 use kardan::study::{self, AnalyzeSettings, Silent};
 
 fn analysis(source: &str) -> Analysis {
-    study::analyze(source, &AnalyzeSettings::default(), &Silent).unwrap_or_else(|told| panic!("{told:?}"))
+    study::analyze(source, &AnalyzeSettings::default(), &Silent).unwrap_or_else(|reported| panic!("{reported:?}"))
 }
 
 fn class(source: &str, element: &str) -> ConstraintClass {
@@ -40,9 +40,9 @@ fn pressed_stops_are_part_of_the_model() {
         let mode = found.modes.iter().find(|mode| mode.eigenvalue.im > 0.0).unwrap();
         let error = (mode.eigenvalue.re - pole[0]).abs() + (mode.eigenvalue.im - pole[1]).abs();
         assert!(error < 1e-12, "{law} {stop}: {:?}", mode.eigenvalue);
-        let told = found.notes.iter().any(|text| text.starts_with("`e` is "));
+        let reported = found.notes.iter().any(|text| text.starts_with("`e` is "));
         let expected = found.notes.iter().any(|text| text.starts_with(note));
-        assert!(told && expected, "{:?}", found.notes);
+        assert!(reported && expected, "{:?}", found.notes);
     }
 }
 
@@ -52,7 +52,7 @@ fn laws_are_designed_with_pressed_stops() {
     let source = "[mass.a]\nmass = \"1 kg\"\n[end_stop.e]\nmass_1 = \"a\"\nlower = \"0 m\"\nstiffness = \"100 N/m\"\ndamping = \"1 N s/m\"\n\
                   [torque.w]\nmass = \"a\"\nlaw = \"-10 N\"\n[motor.m]\nmass = \"a\"\n[control.c]\nlaw = \"lqr\"\ninputs = [\"m\"]\n\
                   at = { \"a.s\" = \"-0.05 m\" }\nlargest = { m = \"10 N\", \"a.s\" = \"0.01 m\" }\n";
-    let design = study::design(source, &Default::default(), &Silent).unwrap_or_else(|told| panic!("{told:?}"));
+    let design = study::design(source, &Default::default(), &Silent).unwrap_or_else(|reported| panic!("{reported:?}"));
     // Of s⁴ + (2·100 − 1) s² + 100² + 10⁶: the product and the sum of the two stable roots.
     let found = design.closed_loop_poles[0];
     let (product, sum) = (1.01e6f64.sqrt(), (2.0 * 1.01e6f64.sqrt() - 199.0).sqrt());
@@ -62,7 +62,7 @@ fn laws_are_designed_with_pressed_stops() {
 
 /// Rows of speeds: a wheel is nonholonomic, with a witness; exact differentials, also times a factor, are not; constant ones are linear.
 #[test]
-fn frobenius_tells_rolling_from_what_has_an_integral() {
+fn frobenius_distinguishes_rolling_from_integrable_constraints() {
     for (rates, expected) in [
         ("x = \"-sin(h.phi)\", y = \"cos(h.phi)\"", [false, true, false]),
         ("x = 1, h = \"-0.3 m * cos(k.phi)\"", [false, true, false]),
@@ -184,7 +184,7 @@ fn functions_that_are_not_rational_are_not_guessed_at() {
 
 /// A row that says what a linear constraint says, times a factor that depends on the position, is told as that: it is not flat.
 #[test]
-fn a_row_that_follows_from_others_is_told_with_them() {
+fn a_row_that_follows_from_others_is_reported_with_them() {
     for (row, others, said) in [
         (
             "x = \"1 + y.s^2 / (1 m^2)\", y = \"-1 - y.s^2 / (1 m^2)\"",
@@ -204,9 +204,9 @@ fn a_row_that_follows_from_others_is_told_with_them() {
     ] {
         let bodies = masses(&["x", "y", "z", "w"]);
         let source = format!("{bodies}[constraint.c1]\nrates = {{ {row} }}\n{others}[scenario]\nduration = \"1 s\"\n");
-        let told = study::analyze(&source, &AnalyzeSettings::default(), &Silent).unwrap_err();
-        assert!(told.iter().any(|one| one.message.contains(said)), "{row}: {told:?}");
-        assert!(!told.iter().any(|one| one.message.contains("slopes")), "{row}: {told:?}");
+        let reported = study::analyze(&source, &AnalyzeSettings::default(), &Silent).unwrap_err();
+        assert!(reported.iter().any(|one| one.message.contains(said)), "{row}: {reported:?}");
+        assert!(!reported.iter().any(|one| one.message.contains("slopes")), "{row}: {reported:?}");
     }
 }
 
@@ -398,7 +398,7 @@ fn teeth_that_rub_are_an_equality_and_not_linear() {
         found.equality && found.holonomic == Some(true) && found.scleronomic && found.linear && found.reason.is_none()
     );
     let class = analysis(source).class.unwrap();
-    let broken: Vec<_> = class.assumptions.iter().filter(|assumption| !assumption.holds).collect();
+    let broken: Vec<_> = class.assumptions.iter().filter(|assumption| !assumption.satisfied).collect();
     assert_eq!(broken.len(), 1, "{broken:?}");
     assert!(format!("{:?}", broken[0]).contains("its teeth lose a part of what they carry"), "{broken:?}");
 }

@@ -1,6 +1,6 @@
 //! Descriptor systems: textbook examples, and random ones against the definitions.
 
-use kardan::analysis::{DescriptorError, LinearSystem, TakenApart, descriptor, structure};
+use kardan::analysis::{DecomposedDescriptor, DescriptorError, LinearSystem, descriptor, structure};
 use kardan::num::{Matrix, Rational, Scalar, exact_rank};
 use kardan::results::Analysis;
 use kardan::study;
@@ -52,7 +52,7 @@ fn value(polynomial: &str, s: &Rational) -> Rational {
 /// What holds of every descriptor system: the proof `S E T = diag(I, N)`, `S A T = diag(J, I)`, the transfer matrix as the sum
 /// of that of the equivalent system and the polynomial part, and the ranks of the definitions.
 #[track_caller]
-fn check(given: &LinearSystem) -> TakenApart {
+fn check(given: &LinearSystem) -> DecomposedDescriptor {
     let apart = descriptor(given).unwrap();
     let (found, plain) = (&apart.found, &apart.equivalent);
     let n = given.states.len();
@@ -86,7 +86,7 @@ fn check(given: &LinearSystem) -> TakenApart {
         let (whole, equivalent) = (transfer(given, &s), transfer(plain, &s));
         for (i, output) in given.outputs.iter().enumerate() {
             let kept = plain.outputs.iter().position(|other| other == output);
-            assert_eq!(kept.is_none(), found.left_out.contains(output));
+            assert_eq!(kept.is_none(), found.excluded.contains(output));
             if let Some(kept) = kept {
                 assert_eq!(whole.row(i), equivalent.row(kept), "{output}");
             }
@@ -113,7 +113,7 @@ fn a_circuit_with_redundant_variables_is_of_index_one() {
     let e = Matrix::from_fn(3, 3, |i, j| if i + j == 0 { q("1/4") } else { Rational::ZERO });
     let a = whole(&[&[0, 1, 0], &[0, -2, 1], &[1, 0, 1]]);
     let given = system([e, a, whole(&[&[0], &[0], &[-1]]), whole(&[&[1, 0, 0], &[0, 1, 0]])]);
-    let TakenApart { found, equivalent } = check(&given);
+    let DecomposedDescriptor { found, equivalent } = check(&given);
     assert_eq!((found.index, found.finite_eigenvalues, found.infinite_blocks.as_slice()), (1, 1, [1, 1].as_slice()));
     assert_eq!(equivalent.a, Matrix::from_fn(1, 1, |_, _| q("-2")));
     assert_eq!(equivalent.d, Matrix::from_fn(2, 1, |i, _| q(["0", "1/2"][i])));
@@ -136,7 +136,7 @@ fn a_capacitor_at_a_source_has_no_state_space() {
     ]);
     let found = check(&given).found;
     assert_eq!((found.index, found.finite_eigenvalues), (2, 0));
-    assert_eq!(found.left_out, ["y1"]);
+    assert_eq!(found.excluded, ["y1"]);
     let part = &found.polynomial_part[0];
     assert_eq!((part.output.as_str(), part.input.as_str(), part.polynomial.as_str()), ("y1", "u1", "3 s"));
     assert_eq!(found.orders_at_infinity, Some(vec![-1]));
@@ -155,10 +155,10 @@ fn a_constrained_mechanism_is_of_index_three() {
     let b = whole(&[&[0, 0], &[0, 0], &[1, 0], &[0, 0], &[0, -1]]);
     let c = whole(&[&[1, 0, 0, 0, 0], &[0, 0, 0, 0, 1]]);
     let given = system([e, a, b, c]);
-    let TakenApart { found, equivalent } = check(&given);
+    let DecomposedDescriptor { found, equivalent } = check(&given);
     assert_eq!((found.index, found.finite_eigenvalues, found.infinite_blocks.as_slice()), (3, 2, [3].as_slice()));
     assert_eq!(structure(&equivalent).unwrap().invariant_factors, ["s^2 + 1"]);
-    assert_eq!(found.left_out, ["y2"]);
+    assert_eq!(found.excluded, ["y2"]);
     // λ = −2 x₂'' with 3 x₂'' + 3 x₂ = u − w'' − 3 w: −2 s² w''/3 + …: the polynomial part is 2/3 s².
     let parts: Vec<_> =
         found.polynomial_part.iter().map(|part| (part.input.as_str(), part.polynomial.as_str())).collect();
@@ -170,19 +170,19 @@ fn a_constrained_mechanism_is_of_index_three() {
         inputs: vec!["u".into()],
         ..given
     };
-    let TakenApart { found, equivalent } = check(&forced);
-    assert!(found.left_out.is_empty() && !found.controllability.impulse && found.controllability.finite == Some(true));
+    let DecomposedDescriptor { found, equivalent } = check(&forced);
+    assert!(found.excluded.is_empty() && !found.controllability.impulse && found.controllability.finite == Some(true));
     assert_eq!(equivalent.d, Matrix::from_fn(2, 1, |i, _| q(["0", "-2/3"][i])));
 }
 
 fn analysis(file: &Value) -> Analysis {
     let found = study::analyze_state_space(file.to_string().as_bytes(), &Default::default(), &study::Silent);
-    found.unwrap_or_else(|mistakes| panic!("{mistakes:?}"))
+    found.unwrap_or_else(|diagnostics| panic!("{diagnostics:?}"))
 }
 
 /// The rows told make zero for all s.
 #[test]
-fn a_singular_pencil_tells_its_rows() {
+fn a_singular_pencil_shows_its_rows() {
     // Row 2 is s times row 1; rows 1 and 3 are the same.
     for (e, a, rows) in [
         (whole(&[&[0, 0], &[1, 0]]), whole(&[&[-1, 0], &[0, 0]]), 2),
@@ -204,9 +204,9 @@ fn a_singular_pencil_tells_its_rows() {
         }
     }
     let text = json!({"E": [[0, 0], [1, 0]], "A": [[-1, 0], [0, 0]]}).to_string();
-    let told = study::analyze_state_space(text.as_bytes(), &Default::default(), &study::Silent).unwrap_err();
-    assert_eq!(told[0].code, "state-space::singular");
-    assert!(told[0].message.contains("(s) · row 1 + (-1) · row 2"), "{}", told[0].message);
+    let reported = study::analyze_state_space(text.as_bytes(), &Default::default(), &study::Silent).unwrap_err();
+    assert_eq!(reported[0].code, "state-space::singular");
+    assert!(reported[0].message.contains("(s) · row 1 + (-1) · row 2"), "{}", reported[0].message);
 }
 
 /// Random pencils with known structure: finite eigenvalues on the diagonal of J, blocks at infinity, turned by random matrices.
@@ -257,7 +257,7 @@ fn random_pencils_come_apart() {
 }
 
 /// Finite modes by Hautus' ranks; the polynomial part, the zeros and the orders at infinity by values of the transfer matrix.
-fn against_definitions(given: &LinearSystem, apart: &TakenApart, eigenvalues: &[i64]) {
+fn against_definitions(given: &LinearSystem, apart: &DecomposedDescriptor, eigenvalues: &[i64]) {
     let found = &apart.found;
     let n = given.states.len();
     let hautus = |system: &LinearSystem| {

@@ -216,11 +216,11 @@ fn drive(circular_spline: &str, flexspline: &str, damped: bool) -> LinearModel {
     let damping = if damped { "0.01" } else { "0" };
     text = text
         .replace(body, &format!("[shaft.fs]\ninertia = \"{flexspline} kg m^2\"\ndamping = \"{damping} N m s/rad\""));
-    let (document, mistakes) = model::read(&text);
-    assert!(mistakes.is_empty(), "{mistakes:?}");
+    let (document, diagnostics) = model::read(&text);
+    assert!(diagnostics.is_empty(), "{diagnostics:?}");
     let first = &document.variant_settings()[0];
-    let (model, mistakes) = document.model_with(&first.settings, first.controls.as_deref());
-    assert!(mistakes.is_empty(), "{mistakes:?}");
+    let (model, diagnostics) = document.model_with(&first.settings, first.controls.as_deref());
+    assert!(diagnostics.is_empty(), "{diagnostics:?}");
     let named = ["wg", "rk", "fs"].map(String::from);
     let reduced = reduce(assemble(&model.all_coordinates, &model.terms), Some(&named)).unwrap();
     let position = vec![0.0; reduced.degrees_of_freedom()];

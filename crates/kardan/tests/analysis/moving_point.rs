@@ -42,7 +42,7 @@ fn at(found: &Linearised, signal: &str) -> f64 {
         .1
 }
 
-fn told(found: &Linearised, words: &str) -> bool {
+fn reported(found: &Linearised, words: &str) -> bool {
     found.notes.iter().any(|note| note.contains(words))
 }
 
@@ -56,7 +56,7 @@ fn quadratic_drag_has_its_pole_and_its_force_at_each_speed() {
         close(entry(&found, "car.v", "car.v"), -2.0 * 0.4 * speed.abs() / 1200.0, 1e-15, "the pole");
         close(at(&found, "drive.f"), 0.4 * speed * speed.abs(), 1e-9, "the force");
         close(at(&found, "car.v"), speed, 1e-12, "the speed");
-        assert!(told(&found, "steady at car.v"), "{:?}", found.notes);
+        assert!(reported(&found, "steady at car.v"), "{:?}", found.notes);
     }
     // By the key, in its units, and by the text.
     for key in ["{ \"car.v\" = \"72 km/h\" }", "\"car.v = 72 km/h\""] {
@@ -108,11 +108,11 @@ fn the_shuffle_mode_at_speed_is_that_of_the_twisted_spring() {
     // d/dw of the friction: -2 w/v^2 of what falls.
     close(entry(&found, "motor.w", "motor.w"), -(2.0 - 2.0 * speed / 1600.0 * fall) / 0.2, 1e-9, "the damping");
     assert!(
-        told(&found, "sliding at the operating point, its friction is part of the balance: `motor`"),
+        reported(&found, "sliding at the operating point, its friction is part of the balance: `motor`"),
         "{:?}",
         found.notes
     );
-    assert!(told(&found, "without motion along it at the operating point"), "{:?}", found.notes);
+    assert!(reported(&found, "without motion along it at the operating point"), "{:?}", found.notes);
 }
 
 /// What is found is the equilibrium of the run too: started there under the torque that was found it stays.
@@ -159,7 +159,7 @@ fn a_car_with_road_load_has_a_linear_model_at_its_speed() {
         let found = linear(&source, at_speed);
         let force = 0.4 * v * v + 180.0;
         close(at(&found, "em.tau"), force * 0.3 / 10.0, 1e-9, "the torque of the motor");
-        assert!(told(&found, "closed at the operating point (locked or sticking): `first`"), "{:?}", found.notes);
+        assert!(reported(&found, "closed at the operating point (locked or sticking): `first`"), "{:?}", found.notes);
         // Masses at the wheel: (rotor + idler) i^2 + diff against wheel + m r^2.
         let [one, other]: [f64; 2] = [(0.06 + 0.002) * 100.0 + 0.08, 3.0 + 1700.0 * 0.09];
         let analysis = study::analyze(

@@ -1,6 +1,6 @@
 //! `kardan analyze --parity`: residuals against closed forms and their definition, verdicts on faults against plain ranks.
 
-use kardan::analysis::{Fault, Known, LinearSystem, Relation, Transfer, relations, static_relations};
+use kardan::analysis::{Fault, LinearSystem, ParitySignal, Relation, Transfer, relations, static_relations};
 use kardan::diagnostics::plain;
 use kardan::model;
 use kardan::num::{Matrix, Random, Rational, Scalar, exact_rank};
@@ -9,7 +9,8 @@ use kardan::study::{self, AnalyzeSettings, ParitySettings, Silent};
 
 fn analyzed(source: &str, settings: AnalyzeSettings) -> Parity {
     let settings = AnalyzeSettings { parity: Some(ParitySettings::default()), ..settings };
-    let found = study::analyze(source, &settings, &Silent).unwrap_or_else(|told| panic!("{}", plain(source, &told)));
+    let found =
+        study::analyze(source, &settings, &Silent).unwrap_or_else(|reported| panic!("{}", plain(source, &reported)));
     found.parity.expect("it was asked for")
 }
 
@@ -208,10 +209,10 @@ fn residuals_in_time_have_thresholds_behind_their_filter() {
     }
     let asked = ParitySettings { filter: Some(60.0), ..ParitySettings::default() };
     let settings = AnalyzeSettings { parity: Some(asked), ..AnalyzeSettings::default() };
-    let told = study::analyze(DISK, &settings, &Silent).unwrap_err();
+    let reported = study::analyze(DISK, &settings, &Silent).unwrap_err();
     assert!(
-        told[0].code == "analysis::filter" && told[0].help.as_ref().is_some_and(|help| help.contains("10 s")),
-        "{told:?}"
+        reported[0].code == "analysis::filter" && reported[0].help.as_ref().is_some_and(|help| help.contains("10 s")),
+        "{reported:?}"
     );
 }
 
@@ -513,23 +514,23 @@ fn check_identity(system: &LinearSystem, relation: &Relation, fault: Fault, unkn
         let Some(x) = pencil.solve(&system.b) else { continue };
         let transfer = system.c.multiply(&x).plus(&system.d);
         let power = |k: usize| (0..k).fold(Rational::ONE, |all, _| all.times(&s));
-        let of = |input: Option<usize>, signal: Option<Known>| {
+        let of = |input: Option<usize>, signal: Option<ParitySignal>| {
             relation.terms.iter().fold(Rational::ZERO, |sum, (known, k, x)| {
                 let value = match known {
                     _ if Some(*known) == signal => Rational::ONE,
-                    Known::Output(y) => input.map_or(Rational::ZERO, |u| transfer[(*y, u)].clone()),
-                    Known::Input(_) => Rational::ZERO,
+                    ParitySignal::Output(y) => input.map_or(Rational::ZERO, |u| transfer[(*y, u)].clone()),
+                    ParitySignal::Input(_) => Rational::ZERO,
                 };
                 sum.plus(&x.times(&power(*k)).times(&value))
             })
         };
         for u in 0..system.inputs.len() {
             // A known input is in the relation itself.
-            let sum = of(Some(u), (!unknown.contains(&u)).then_some(Known::Input(u)));
+            let sum = of(Some(u), (!unknown.contains(&u)).then_some(ParitySignal::Input(u)));
             assert!(sum.is_zero(), "{relation:?} of {system:?}: input {u} gives {sum}");
         }
         broken |= !match fault {
-            Fault::Output(y) => of(None, Some(Known::Output(y))),
+            Fault::Output(y) => of(None, Some(ParitySignal::Output(y))),
             Fault::Input(u) => of(Some(u), None),
         }
         .is_zero();
@@ -543,9 +544,9 @@ fn check_static(system: &LinearSystem, relation: &Relation) {
     for j in 0..n + m {
         let sum = relation.terms.iter().fold(Rational::ZERO, |sum, (known, _, x)| {
             let entry = match known {
-                Known::Output(y) if j < n => system.c[(*y, j)].clone(),
-                Known::Output(y) => system.d[(*y, j - n)].clone(),
-                Known::Input(u) => {
+                ParitySignal::Output(y) if j < n => system.c[(*y, j)].clone(),
+                ParitySignal::Output(y) => system.d[(*y, j - n)].clone(),
+                ParitySignal::Input(u) => {
                     if j == n + u {
                         Rational::ONE
                     } else {

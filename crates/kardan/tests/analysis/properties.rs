@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 fn analysis(system: &Value) -> Analysis {
     let found = study::analyze_state_space(system.to_string().as_bytes(), &Default::default(), &study::Silent);
-    found.unwrap_or_else(|mistakes| panic!("{mistakes:?}"))
+    found.unwrap_or_else(|diagnostics| panic!("{diagnostics:?}"))
 }
 
 /// Of another program: zeros, orders at infinity, the minimal order (`tests/state_space/zeros/`).

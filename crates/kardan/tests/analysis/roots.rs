@@ -391,7 +391,7 @@ fn analysed(source: &str, certify: bool) -> Analysis {
         outputs: vec!["a.phi".into()],
         ..AnalyzeSettings::default()
     };
-    study::analyze(source, &settings, &Silent).unwrap_or_else(|told| panic!("{told:?}"))
+    study::analyze(source, &settings, &Silent).unwrap_or_else(|reported| panic!("{reported:?}"))
 }
 
 fn decoupled(source: &str) -> Design {
@@ -401,7 +401,7 @@ fn decoupled(source: &str) -> Design {
         outputs: vec!["a.phi".into()],
         ..DesignSettings::default()
     };
-    study::design(source, &settings, &Silent).unwrap_or_else(|told| panic!("{told:?}"))
+    study::design(source, &settings, &Silent).unwrap_or_else(|reported| panic!("{reported:?}"))
 }
 
 /// Two bodies with a damper next to the critical one: with the motor and the sensor on one of them, the other swings in the

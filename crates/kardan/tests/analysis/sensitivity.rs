@@ -6,7 +6,7 @@ use kardan::analysis::{
     ConstrainedSystem, Family, OutputSignal, Parameter, SamplingPlan, Side, distance_to_uncontrollability, sample,
     uncontrollability_pencil,
 };
-use kardan::assemble::Along;
+use kardan::assemble::DirectionalTerm;
 use kardan::equations::Measured;
 use kardan::num::{Rational, echelon};
 use kardan::results::{BoxVerdict, Complex, DistanceToUncontrollability, NamedShare, ParameterPoint, Pole};
@@ -15,8 +15,8 @@ fn fraction(a: i64, b: u64) -> Rational {
     Rational::from_parts(a.into(), b.into())
 }
 
-fn along<T>(element: &str, row: &[(usize, i64)], value: T) -> Along<T> {
-    Along { element: element.into(), row: row.iter().map(|&(i, x)| (i, Rational::from(x))).collect(), value }
+fn directional_term<T>(element: &str, row: &[(usize, i64)], value: T) -> DirectionalTerm<T> {
+    DirectionalTerm { element: element.into(), row: row.iter().map(|&(i, x)| (i, Rational::from(x))).collect(), value }
 }
 
 /// Two equal bodies of appendix B over (J, s, d); the force acts on the second.
@@ -24,16 +24,16 @@ fn two_bodies(p: &[Rational]) -> Option<ConstrainedSystem> {
     let [j, s, d] = [&p[0], &p[1], &p[2]];
     Some(ConstrainedSystem {
         coordinates: vec!["a".into(), "b".into()],
-        inertias: vec![along("a", &[(0, 1)], j.clone()), along("b", &[(1, 1)], j.clone())],
+        inertias: vec![directional_term("a", &[(0, 1)], j.clone()), directional_term("b", &[(1, 1)], j.clone())],
         dampers: vec![
-            along("a", &[(0, 1)], d.clone()),
-            along("b", &[(1, 1)], d.clone()),
-            along("k", &[(0, 1), (1, -1)], d.clone()),
+            directional_term("a", &[(0, 1)], d.clone()),
+            directional_term("b", &[(1, 1)], d.clone()),
+            directional_term("k", &[(0, 1), (1, -1)], d.clone()),
         ],
-        springs: vec![along("k", &[(0, 1), (1, -1)], s.clone())],
+        springs: vec![directional_term("k", &[(0, 1), (1, -1)], s.clone())],
         loads: Vec::new(),
         constraints: vec![],
-        inputs: vec![along("m", &[(1, 1)], ())],
+        inputs: vec![directional_term("m", &[(1, 1)], ())],
     })
 }
 
@@ -176,19 +176,19 @@ fn a_side_without_tolerance_is_not_left() {
 fn a_small_distance_is_not_zero() {
     let tiny = |x: i64| fraction(x, 10_000_000_000_000);
     let build = |p: &[Rational]| {
-        let spring = |other: i64, value: Rational| along("s", &[(other as usize, 1), (1, -1)], value);
+        let spring = |other: i64, value: Rational| directional_term("s", &[(other as usize, 1), (1, -1)], value);
         Some(ConstrainedSystem {
             coordinates: ["a", "b", "c"].map(String::from).to_vec(),
-            inertias: (0..3).map(|i| along("j", &[(i, 1)], whole(1))).collect(),
+            inertias: (0..3).map(|i| directional_term("j", &[(i, 1)], whole(1))).collect(),
             springs: vec![
                 spring(0, whole(2)),
                 spring(0, p[0].clone()),
                 spring(2, whole(2)),
                 // 5 % of a tolerance above p.
                 spring(2, tiny(10_050)),
-                along("g", &[(1, 1)], whole(1)),
+                directional_term("g", &[(1, 1)], whole(1)),
             ],
-            inputs: vec![along("m", &[(1, 1)], ())],
+            inputs: vec![directional_term("m", &[(1, 1)], ())],
             ..ConstrainedSystem::default()
         })
     };
@@ -212,13 +212,15 @@ fn undamped_twins_are_found() {
     let build = |p: &[Rational]| {
         Some(ConstrainedSystem {
             coordinates: ["a", "b", "c"].map(String::from).to_vec(),
-            inertias: (0..3).map(|i| along("j", &[(i, 1)], if i == 0 { p[0].clone() } else { whole(1) })).collect(),
+            inertias: (0..3)
+                .map(|i| directional_term("j", &[(i, 1)], if i == 0 { p[0].clone() } else { whole(1) }))
+                .collect(),
             springs: vec![
-                along("s", &[(0, 1), (1, -1)], p[1].clone()),
-                along("t", &[(2, 1), (1, -1)], whole(3)),
-                along("g", &[(1, 1)], whole(1)),
+                directional_term("s", &[(0, 1), (1, -1)], p[1].clone()),
+                directional_term("t", &[(2, 1), (1, -1)], whole(3)),
+                directional_term("g", &[(1, 1)], whole(1)),
             ],
-            inputs: vec![along("m", &[(1, 1)], ())],
+            inputs: vec![directional_term("m", &[(1, 1)], ())],
             ..ConstrainedSystem::default()
         })
     };
@@ -250,17 +252,20 @@ fn ratios_in_constraints_are_parameters_too() {
     // The motion with m = g = h = 0 is a and c alone; it is reached unless both have the same λ and their torques on m
     // cancel: −i s a − 2 t c = 0 can always be met by a choice of a and c. So a loss needs s/Jₐ = t/J_c, for every i.
     let build = |p: &[Rational]| {
-        let gear = |e: &str, k: usize, i: Rational| Along {
+        let gear = |e: &str, k: usize, i: Rational| DirectionalTerm {
             element: e.into(),
             row: vec![(0, &Rational::ZERO - &i), (k, Rational::ONE)],
             value: (),
         };
         Some(ConstrainedSystem {
             coordinates: ["m", "g", "a", "h", "c"].map(String::from).to_vec(),
-            inertias: [0, 2, 4].map(|k| along("j", &[(k, 1)], whole(1))).to_vec(),
-            springs: vec![along("s", &[(1, -1), (2, 1)], p[1].clone()), along("t", &[(3, -1), (4, 1)], whole(3))],
+            inertias: [0, 2, 4].map(|k| directional_term("j", &[(k, 1)], whole(1))).to_vec(),
+            springs: vec![
+                directional_term("s", &[(1, -1), (2, 1)], p[1].clone()),
+                directional_term("t", &[(3, -1), (4, 1)], whole(3)),
+            ],
             constraints: vec![gear("u", 1, p[0].clone()), gear("v", 3, whole(2))],
-            inputs: vec![along("f", &[(0, 1)], ())],
+            inputs: vec![directional_term("f", &[(0, 1)], ())],
             ..ConstrainedSystem::default()
         })
     };
@@ -312,7 +317,7 @@ fn nothing_to_find() {
     let p = appendix_b_box();
     let build = |p: &[Rational]| {
         let mut system = two_bodies(p)?;
-        system.inputs.push(along("n", &[(0, 1)], ()));
+        system.inputs.push(directional_term("n", &[(0, 1)], ()));
         Some(system)
     };
     let family = Family::new(&p, &build, Side::Inputs, &[]).unwrap();
@@ -357,8 +362,8 @@ fn samples_follow_the_distribution() {
     let build = |p: &[Rational]| {
         Some(ConstrainedSystem {
             coordinates: vec!["a".into()],
-            inertias: vec![along("a", &[(0, 1)], p[0].clone())],
-            inputs: vec![along("m", &[(0, 1)], ())],
+            inertias: vec![directional_term("a", &[(0, 1)], p[0].clone())],
+            inputs: vec![directional_term("m", &[(0, 1)], ())],
             ..ConstrainedSystem::default()
         })
     };
@@ -390,9 +395,9 @@ fn sampled_observability_of_a_constraint_torque() {
     let build = |p: &[Rational]| {
         Some(ConstrainedSystem {
             coordinates: vec!["a".into(), "b".into()],
-            inertias: vec![along("a", &[(0, 1)], p[0].clone()), along("b", &[(1, 1)], whole(1))],
-            springs: vec![along("s", &[(0, 1)], whole(4))],
-            constraints: vec![along("c", &[(0, 1), (1, -1)], ())],
+            inertias: vec![directional_term("a", &[(0, 1)], p[0].clone()), directional_term("b", &[(1, 1)], whole(1))],
+            springs: vec![directional_term("s", &[(0, 1)], whole(4))],
+            constraints: vec![directional_term("c", &[(0, 1), (1, -1)], ())],
             ..ConstrainedSystem::default()
         })
     };
@@ -479,13 +484,13 @@ fn what_only_rounding_loses_is_not_lost() {
         let tiny = fraction(1, 100_000_000_000_000_000);
         Some(ConstrainedSystem {
             coordinates: ["a", "b"].map(String::from).to_vec(),
-            inertias: vec![along("a", &[(0, 1)], whole(1)), along("b", &[(1, 1)], p[0].clone())],
+            inertias: vec![directional_term("a", &[(0, 1)], whole(1)), directional_term("b", &[(1, 1)], p[0].clone())],
             springs: vec![
-                along("s", &[(0, 1)], whole(1)),
-                along("t", &[(1, 1)], whole(2)),
-                along("k", &[(0, 1), (1, -1)], tiny),
+                directional_term("s", &[(0, 1)], whole(1)),
+                directional_term("t", &[(1, 1)], whole(2)),
+                directional_term("k", &[(0, 1), (1, -1)], tiny),
             ],
-            inputs: vec![along("m", &[(0, 1)], ())],
+            inputs: vec![directional_term("m", &[(0, 1)], ())],
             ..ConstrainedSystem::default()
         })
     };

@@ -270,21 +270,21 @@ impl System {
     }
 
     fn json(&self, e: Option<&Matrix>) -> Value {
-        let told = |m: &Matrix| -> Value {
+        let reported = |m: &Matrix| -> Value {
             m.iter().map(|row| row.iter().map(ToString::to_string).collect::<Vec<_>>()).collect::<Vec<_>>().into()
         };
-        let mut out = json!({ "A": told(&self.a) });
+        let mut out = json!({ "A": reported(&self.a) });
         let (driven, shown) = (self.inputs() > 0, !self.c.is_empty());
         for (key, matrix, there) in [("B", &self.b, driven), ("C", &self.c, shown), ("D", &self.d, driven && shown)] {
             if there {
-                out[key] = told(matrix);
+                out[key] = reported(matrix);
             }
         }
         if let Some(e) = e {
-            out["E"] = told(e);
-            out["A"] = told(&times(e, &self.a));
+            out["E"] = reported(e);
+            out["A"] = reported(&times(e, &self.a));
             if driven {
-                out["B"] = told(&times(e, &self.b));
+                out["B"] = reported(&times(e, &self.b));
             }
         }
         out
@@ -452,7 +452,7 @@ fn unimodular(n: usize, dice: &mut Dice) -> Matrix {
 fn analyse(text: &str, certify: bool) -> Analysis {
     let settings = AnalyzeSettings { certify, ..AnalyzeSettings::default() };
     study::analyze_state_space(text.as_bytes(), &settings, &Silent)
-        .unwrap_or_else(|mistakes| panic!("{text}: {mistakes:?}"))
+        .unwrap_or_else(|diagnostics| panic!("{text}: {diagnostics:?}"))
 }
 
 fn roots(modes: &[Mode]) -> usize {
@@ -615,8 +615,8 @@ fn results_are_the_same_each_time() {
     for _ in 0..20 {
         let text = random_system(&mut dice, &primes[..4]).json(None).to_string();
         for certify in [false, true] {
-            let told = || kardan::export::analysis_json(&analyse(&text, certify));
-            assert_eq!(told(), told(), "{text}");
+            let reported = || kardan::export::analysis_json(&analyse(&text, certify));
+            assert_eq!(reported(), reported(), "{text}");
         }
     }
 }
@@ -807,7 +807,8 @@ fn mechanical_chains_agree_with_plain_elimination() {
     for round in 0..60 {
         let (text, system) = chain(&mut dice);
         let settings = AnalyzeSettings { certify: round % 5 == 0, ..AnalyzeSettings::default() };
-        let found = study::analyze(&text, &settings, &Silent).unwrap_or_else(|mistakes| panic!("{text}: {mistakes:?}"));
+        let found =
+            study::analyze(&text, &settings, &Silent).unwrap_or_else(|diagnostics| panic!("{text}: {diagnostics:?}"));
         check(&system, &found, &text);
         let structure = &found.structure;
         for mode in &found.modes {

@@ -9,7 +9,7 @@ use crate::common::{self, Dice, first, golden};
 use kardan::analysis::{
     ConstrainedSystem, LinearSystem, OutputSignal, construction, failing_modes, linear_system, structure,
 };
-use kardan::assemble::Along;
+use kardan::assemble::DirectionalTerm;
 use kardan::equations::Measured;
 use kardan::model;
 use kardan::num::{Matrix, Polynomial, Rational};
@@ -1054,10 +1054,10 @@ fn the_construction_of_a_long_chain() {
 
 // ---- chapter 4: what does not depend on the basis -----------------------------------------------------------------
 
-fn along<T>(element: &str, row: &[(usize, Rational)], value: T) -> Along<T> {
+fn directional_term<T>(element: &str, row: &[(usize, Rational)], value: T) -> DirectionalTerm<T> {
     let mut row: Vec<_> = row.iter().filter(|(_, x)| *x != int(0)).cloned().collect();
     row.sort_by_key(|(j, _)| *j);
-    Along { element: element.into(), row, value }
+    DirectionalTerm { element: element.into(), row, value }
 }
 
 /// Bodies, couplings and independent constraints.
@@ -1066,23 +1066,23 @@ fn constrained(dice: &mut Dice) -> ConstrainedSystem {
     let m = 1 + dice.below(n - 2);
     let mut system = ConstrainedSystem { coordinates: (0..n).map(|k| format!("s{k}")).collect(), ..Default::default() };
     for k in 0..n {
-        system.inertias.push(along(&format!("s{k}"), &[(k, int(1))], frac(dice.between(1, 9), 10)));
+        system.inertias.push(directional_term(&format!("s{k}"), &[(k, int(1))], frac(dice.between(1, 9), 10)));
     }
     for k in 0..3 {
         let (i, step) = (dice.below(n), 1 + dice.below(n - 1));
         let row = [(i, int(1)), ((i + step) % n, int(dice.pick(&[-2, -1, 1, 3])))];
-        system.springs.push(along(&format!("c{k}"), &row, int(dice.between(1, 9))));
-        system.dampers.push(along(&format!("c{k}"), &row, frac(dice.between(1, 9), 7)));
-        system.inertias.push(along(&format!("c{k}"), &row, frac(dice.between(1, 9), 5)));
+        system.springs.push(directional_term(&format!("c{k}"), &row, int(dice.between(1, 9))));
+        system.dampers.push(directional_term(&format!("c{k}"), &row, frac(dice.between(1, 9), 7)));
+        system.inertias.push(directional_term(&format!("c{k}"), &row, frac(dice.between(1, 9), 5)));
     }
     // The shaft that each row begins with stands in no other row.
     for k in 0..m {
         let mut row = vec![(k, int(1))];
         row.extend((m..n).map(|j| (j, int(dice.between(-3, 3)))));
-        system.constraints.push(along(&format!("g{k}"), &row, ()));
+        system.constraints.push(directional_term(&format!("g{k}"), &row, ()));
     }
-    system.inputs.push(along("first", &[(0, int(1))], ()));
-    system.inputs.push(along("between", &[(0, int(-1)), (n - 1, int(2))], ()));
+    system.inputs.push(directional_term("first", &[(0, int(1))], ()));
+    system.inputs.push(directional_term("between", &[(0, int(-1)), (n - 1, int(2))], ()));
     system
 }
 
@@ -1151,7 +1151,7 @@ fn theorem_4_2_no_answer_depends_on_the_basis() {
         let mut dice = Dice(13_000 + seed);
         let system = constrained(&mut dice);
         let outputs: Vec<OutputSignal> = signals(&system).into_iter().take(2).collect();
-        let answers = |coordinates: &[usize], basis: &M| {
+        let invariants = |coordinates: &[usize], basis: &M| {
             let s = of(&linear_system(&system, coordinates, basis, &outputs));
             let mut factors: Vec<_> = s.factors.iter().map(found_row).collect();
             factors.sort();
@@ -1159,12 +1159,12 @@ fn theorem_4_2_no_answer_depends_on_the_basis() {
             (numbers, factors, s.invariant_factors, s.zeros.polynomial, s.relative_degrees, s.kind)
         };
         let (coordinates, basis) = system.explicit_basis(&[]);
-        let expected = answers(&coordinates, &basis);
+        let expected = invariants(&coordinates, &basis);
         let last = system.coordinates.len() - 1;
         let (others, other_basis) = system.explicit_basis(&[last, last - 1]);
-        assert_eq!(answers(&others, &other_basis), expected, "seed {seed}");
+        assert_eq!(invariants(&others, &other_basis), expected, "seed {seed}");
         let (t, _) = dice.unimodular(coordinates.len());
-        assert_eq!(answers(&coordinates, &basis.multiply(&t.scale(&frac(2, 7)))), expected, "seed {seed}");
+        assert_eq!(invariants(&coordinates, &basis.multiply(&t.scale(&frac(2, 7)))), expected, "seed {seed}");
     }
 }
 
@@ -1176,7 +1176,7 @@ fn built_in(name: &str, forces: &[&str], sensors: &[&str]) -> LinearSystem {
     let position = vec![0.0; variant.reduced.degrees_of_freedom()];
     let mut system = ConstrainedSystem::at(&variant.reduced, &position, &BTreeSet::new(), &[]);
     let number = |shaft: &str| system.coordinates.iter().position(|s| s == shaft).expect("a shaft");
-    let inputs = forces.iter().map(|shaft| along(shaft, &[(number(shaft), int(1))], ())).collect();
+    let inputs = forces.iter().map(|shaft| directional_term(shaft, &[(number(shaft), int(1))], ())).collect();
     let (coordinates, basis) = system.explicit_basis(&variant.reduced.coordinates);
     let outputs: Vec<OutputSignal> = sensors
         .iter()

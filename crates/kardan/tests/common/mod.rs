@@ -92,7 +92,7 @@ pub fn run(source: &str) -> Run {
     let settings = Settings { variants: first.into_iter().collect(), ..runs_only() };
     let mut study = project
         .run(&settings, &study::Silent)
-        .unwrap_or_else(|mistakes| panic!("{}\n---\n{source}", plain(source, &mistakes)));
+        .unwrap_or_else(|diagnostics| panic!("{}\n---\n{source}", plain(source, &diagnostics)));
     let run = study.runs.remove(0);
     assert_eq!(run.outcome, Outcome::Completed, "{source}");
     run
@@ -103,7 +103,7 @@ pub fn run_by(source: &str, method: Method, tolerance: Option<f64>) -> Run {
     let settings = Settings { method, tolerance, ..runs_only() };
     let mut study = Project::open(source)
         .run(&settings, &study::Silent)
-        .unwrap_or_else(|mistakes| panic!("{}\n---\n{source}", plain(source, &mistakes)));
+        .unwrap_or_else(|diagnostics| panic!("{}\n---\n{source}", plain(source, &diagnostics)));
     let run = study.runs.remove(0);
     assert_eq!(run.outcome, Outcome::Completed, "{source}");
     run

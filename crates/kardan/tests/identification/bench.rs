@@ -62,8 +62,8 @@ fn the_seed_makes_the_log() {
     let settings = BenchSettings { repetitions: 3, ..Default::default() };
     let (one, again) = (bench(&source, &settings, &Silent).unwrap(), bench(&source, &settings, &Silent).unwrap());
     assert_eq!(one.logs.len(), 3);
-    let alone = prepared(&source, &settings).log(2, &mut |_| None);
-    assert_eq!(one.logs[2].series, alone.series, "on any thread");
+    let added = prepared(&source, &settings).log(2, &mut |_| None);
+    assert_eq!(one.logs[2].series, added.series, "on any thread");
     for k in 0..3 {
         assert_eq!(one.logs[k].series, again.logs[k].series);
         assert_eq!(one.logs[k].name, format!("harmonic-drive-bench-{}", k + 1));
@@ -210,7 +210,7 @@ fn the_plan_is_better_than_the_grid() {
     assert!(plan.gain > 1.1 && plan.log_det > plan.undesigned_log_det);
     let names: Vec<&str> = plan.parameters.iter().map(|one| one.name.as_str()).collect();
     assert_eq!(names, ["cs.damping", "fs.damping", "wg.damping", "cs.friction", "fs.friction", "wg.friction"]);
-    assert!(plan.known.iter().all(|name| name.ends_with(".inertia")) && plan.known.len() == 3);
+    assert!(plan.fixed.iter().all(|name| name.ends_with(".inertia")) && plan.fixed.len() == 3);
     // Over (wg, cs): G has the rows wg (1, 0), cs (0, 1), fs (−1/50, 51/50).
     let fs = [-0.02, 1.02];
     let square = [[1.0 + fs[0] * fs[0], fs[0] * fs[1]], [fs[0] * fs[1], 1.0 + fs[1] * fs[1]]];
@@ -337,7 +337,7 @@ fn true_values_are_given_or_drawn() {
     let nominal = coefficients(one.model());
     let (mut lowest, mut highest) = (1.0f64, 1.0f64);
     for (value, other) in one.truth().iter().zip(two.truth()) {
-        let model = nominal.iter().find(|known| known.name == value.name).unwrap().value;
+        let model = nominal.iter().find(|fixed| fixed.name == value.name).unwrap().value;
         assert_eq!(value.nominal, Some(model));
         let factor = value.value / model;
         assert!((0.8..=1.2).contains(&factor) && value.value != other.value);
@@ -486,16 +486,16 @@ fn simulation_and_bench_side_by_side() {
     let both = by("compliance and delay");
     assert!(
         torque.farthest.bench > 0.2
-            && both.alone.unwrap() > 0.5 * torque.distance
-            && both.without.unwrap() < 0.5 * torque.distance
+            && both.added.unwrap() > 0.5 * torque.distance
+            && both.removed.unwrap() < 0.5 * torque.distance
     );
-    assert!(by("Coulomb friction").alone.unwrap() < 0.5 * both.alone.unwrap());
+    assert!(by("Coulomb friction").added.unwrap() < 0.5 * both.added.unwrap());
     // The gear is not loaded, so that compliance alone makes nothing of it.
-    assert!(by("compliance of hd").alone.unwrap() < 1e-5);
+    assert!(by("compliance of hd").added.unwrap() < 1e-5);
     let errors = |found: &kardan::results::ClosedLoop| {
         let torque = &found.experiments[1].responses[1];
         let kind = torque.differences.iter().find(|one| one.what.starts_with("errors of the values"));
-        (kind.expect("it is told").alone.unwrap(), (torque.settled.bench - torque.settled.simulation).abs())
+        (kind.expect("it is told").added.unwrap(), (torque.settled.bench - torque.settled.simulation).abs())
     };
     // Of the flexspline's damping the last digits are missing; the guesses of the file cost much.
     let rough = source().replace("duration = \"5 s\"", "duration = \"2 s\"");
@@ -524,8 +524,8 @@ fn a_bench_like_the_model_differs_by_the_controller_alone() {
         for name in ["cs.phi", "hd.fs.tau", "wg_motor.tau"] {
             assert_eq!(signal(&experiment.simulated, name), signal(run, name), "{name}");
         }
-        let known: Vec<&str> = experiment.responses[0].differences.iter().map(|one| one.what.as_str()).collect();
-        assert_eq!(known, ["delay (sampling, computation, motors, sensors)", "Coulomb friction and stiction"]);
+        let fixed: Vec<&str> = experiment.responses[0].differences.iter().map(|one| one.what.as_str()).collect();
+        assert_eq!(fixed, ["delay (sampling, computation, motors, sensors)", "Coulomb friction and stiction"]);
     }
     let none = short.replace("[control.drive", "[unknown.drive");
     assert!(study::closed_loop(&Project::open(&*none), &settings, &Silent).is_err());

@@ -64,8 +64,8 @@ fn grid(dwell: f64) -> Vec<Row> {
 fn torques(speed: [f64; 2], acceleration: [f64; 2], more: impl Fn(usize, f64) -> f64) -> [f64; 2] {
     let mut out = [0.0; 2];
     for (k, row) in BASIS.iter().enumerate() {
-        let along = |x: [f64; 2]| row[0] * x[0] + row[1] * x[1];
-        let (w, a) = (along(speed), along(acceleration));
+        let direction = |x: [f64; 2]| row[0] * x[0] + row[1] * x[1];
+        let (w, a) = (direction(speed), direction(acceleration));
         let torque = INERTIA[k] * a + DAMPING[k] * w + (FRICTION[k] + more(k, w)) * w.signum();
         (0..2).for_each(|j| out[j] += row[j] * torque);
     }
@@ -189,7 +189,11 @@ fn table_6_1_from_a_log() {
     let noise: Vec<f64> = found.logs[0].channels.iter().map(|one| one.noise).collect();
     assert!((noise[2] / NOISE[0] - 1.0).abs() < 0.05 && (noise[3] / NOISE[1] - 1.0).abs() < 0.05, "{noise:?}");
     assert!((noise[0] / (std::f64::consts::TAU / 14080.0 / 12f64.sqrt()) - 1.0).abs() < 0.1, "{noise:?}");
-    assert!(found.validation.iter().all(|row| row.unseen.unwrap() < 0.02 * row.torque), "{:?}", found.validation);
+    assert!(
+        found.validation.iter().all(|row| row.cross_validated.unwrap() < 0.02 * row.torque),
+        "{:?}",
+        found.validation
+    );
 }
 
 /// Everything at once, inertias too, by filtered derivatives; and what is left over is what the sensors' noise makes. Encoders round
@@ -476,7 +480,7 @@ fn a_parameter_at_its_bound_is_written() {
     );
     let found = found(&bounded, vec![log], &IdentifySettings::default());
     assert_eq!((one(&found, "s.damping").value.unwrap(), found.parameters.len()), (0.0, 2));
-    let (text, left) = study::written(&bounded, &found).expect("a file");
+    let (text, left) = study::write_values(&bounded, &found).expect("a file");
     assert!(left.is_empty() && text.contains("damping = \"0 N m s/rad\""), "{text}");
 }
 
@@ -612,7 +616,7 @@ fn bounds() {
 
 /// A key that the model file does not give is found all the same; the sense of a sensor, its unit, its zero and its clock are put right.
 #[test]
-fn what_a_log_holds_is_told_in_the_file() {
+fn what_a_log_holds_is_reported_in_the_file() {
     let source = "[shaft.s]\ninertia = \"0.01 kg m^2\"\n[motor.m]\nshaft = \"s\"\n\
         [identification]\nparameters = [\"s.damping\", \"s.friction\"]\nmethod = \"dynamic\"\n\
         [log.speed]\nfile = \"*speed*\"\n[[log.speed.channel]]\nsignal = \"s.w\"\ncolumn = \"Drehzahl\"\nunit = \"rpm\"\nfactor = -1\n\
@@ -683,13 +687,14 @@ fn gaps_and_jumps() {
 #[test]
 fn written_and_read_again() {
     let found = found(drive(), vec![csv(&grid(0.6), 13, |_, _| 0.0)], &settings(&SIX, "steady"));
-    let (text, left) = study::written(drive(), &found).unwrap_or_else(|wrong| panic!("{}", plain(drive(), &wrong)));
+    let (text, left) =
+        study::write_values(drive(), &found).unwrap_or_else(|wrong| panic!("{}", plain(drive(), &wrong)));
     assert_eq!(left, Vec::<String>::new());
     let lines = |text: &str| text.lines().filter(|line| line.trim_start().starts_with('#')).count();
     assert_eq!(lines(&text), lines(drive()), "comments stay");
-    let (document, mistakes) = read(&text);
+    let (document, diagnostics) = read(&text);
     // The variants differ in parameters that values found have taken the place of: that is told.
-    assert!(mistakes.iter().all(|one| one.code == "parameter::unused"), "{}", plain(&text, &mistakes));
+    assert!(diagnostics.iter().all(|one| one.code == "parameter::unused"), "{}", plain(&text, &diagnostics));
     let settings = document.variant_settings();
     let variant = settings.iter().find(|one| one.name == "position-friction").expect("a variant");
     let tolerances = document.tolerances(&variant.settings);
@@ -795,7 +800,7 @@ fn logs_cut_at_every_length() {
     let bench = study::prepare_bench(&study::Project::open(source), &settings).unwrap();
     let whole = String::from_utf8(kardan::export::csv(&bench.log(0, &mut |_| None))).unwrap();
     let lines: Vec<&str> = whole.split_inclusive('\n').take(1000).collect();
-    let (mut told, mut without) = (0, 0);
+    let (mut reported, mut without) = (0, 0);
     for parameters in [&["wg.damping"][..], &[]] {
         for window in [0.4, 0.05] {
             let asked = IdentifySettings { window: Some(window), variant: None, ..self::settings(parameters, "") };
@@ -812,7 +817,7 @@ fn logs_cut_at_every_length() {
                     );
                     assert!(inside, "{count}: {one:?}");
                     assert!(one.interval.is_some() || !one.remark.is_empty(), "{count}: {one:?}");
-                    told += usize::from(one.interval.is_some());
+                    reported += usize::from(one.interval.is_some());
                     without += usize::from(one.interval.is_none());
                 }
                 let Verdict { sound, text: verdict } = found.verdict();
@@ -820,12 +825,12 @@ fn logs_cut_at_every_length() {
             }
         }
     }
-    assert!(told > 20 && without > 20, "{told} intervals, {without} parameters without");
+    assert!(reported > 20 && without > 20, "{reported} intervals, {without} parameters without");
 }
 
 /// What stands against a result stands in its first sentence.
 #[test]
-fn the_verdict_names_damage_and_doubts() {
+fn the_verdict_names_damage_and_warnings() {
     let source = "[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"1 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n";
     let rows = |count: u32| -> Vec<String> {
         let row = |k: u32| {

@@ -168,7 +168,7 @@ fn table_6_1_from_constant_speeds() {
 /// What cannot be determined: exact combinations, for constant speeds and for any motion; and they leave the regressor's equation
 /// as it is.
 #[test]
-fn what_no_data_can_tell() {
+fn what_no_data_can_identify() {
     let source = "\
 [model]
 name = \"shared\"
@@ -460,7 +460,7 @@ fn standard_errors_allow_for_unlike_spread() {
 }
 
 /// Windows of these speeds in turn, calm ones but where `true` says that the speed is changing.
-fn course(speeds: &[(f64, bool)]) -> Samples {
+fn trajectory(speeds: &[(f64, bool)]) -> Samples {
     let mut samples = Samples::new(1, 1, 0, 1, 0);
     for (k, (speed, moving)) in speeds.iter().enumerate() {
         let place = Where { log: 0, section: 0, time: 0.05 * k as f64, duration: 0.05 };
@@ -475,7 +475,7 @@ fn course(speeds: &[(f64, bool)]) -> Samples {
 fn a_wobble_does_not_part_a_set_point() {
     let held = |speed: f64, windows: usize| vec![(speed, false); windows];
     let segments = |parts: &[Vec<(f64, bool)>]| {
-        let samples = course(&parts.concat());
+        let samples = trajectory(&parts.concat());
         steady_segments(&samples, &[0.0], Steadiness::default())
     };
     // Two percent of 10 rad/s count as still: a hop of 0.5 rad/s does not.

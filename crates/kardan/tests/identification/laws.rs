@@ -10,7 +10,7 @@ use crate::common::runs_only;
 
 /// The run of a model as a log.
 fn log(source: &str) -> String {
-    let study = study::run(source, &runs_only(), &Silent).unwrap_or_else(|told| panic!("{told:?}"));
+    let study = study::run(source, &runs_only(), &Silent).unwrap_or_else(|reported| panic!("{reported:?}"));
     assert_eq!(study.runs[0].outcome, Outcome::Completed, "{source}");
     String::from_utf8(kardan::export::csv(&study.runs[0])).unwrap()
 }
@@ -95,15 +95,18 @@ fn what_is_not_linear_is_refused() {
         pendulum("0.6 kg m", &format!("[torque.more]\nshaft = \"arm\"\nlaw = \"{law}\"\n"))
             .replace("[parameters]\n", "[parameters]\nshift = \"0.1 rad\"\nlimit = \"1 rad/s\"\npull = \"0.5 N m\"\n")
     };
-    let told = refused(&more("pull * sin(arm.phi + shift)"), "shift");
-    assert!(told.contains("`more` is not linear in `shift`") && told.contains("a factor of its own"), "{told}");
-    let told = refused(&more("if(arm.w > limit, pull, 0 N m)"), "limit");
-    assert!(told.contains("not linear in `limit`: where it bends or jumps"), "{told}");
-    let told = refused(
+    let reported = refused(&more("pull * sin(arm.phi + shift)"), "shift");
+    assert!(
+        reported.contains("`more` is not linear in `shift`") && reported.contains("a factor of its own"),
+        "{reported}"
+    );
+    let reported = refused(&more("if(arm.w > limit, pull, 0 N m)"), "limit");
+    assert!(reported.contains("not linear in `limit`: where it bends or jumps"), "{reported}");
+    let reported = refused(
         &more("-pull * arm.w / limit").replace("damping = \"0.3", "friction = \"pull\"\ndamping = \"0.3"),
         "pull",
     );
-    assert!(told.contains("`pull` stands in the law of `more` and in `arm.friction` too"), "{told}");
+    assert!(reported.contains("`pull` stands in the law of `more` and in `arm.friction` too"), "{reported}");
     // Linear together with others: `pull` alone is.
     let fine = found(&more("pull * sin(arm.phi + shift)"), &log, &["pull", "ml"]);
     assert!(one(&fine.parameters, "pull").value.unwrap().abs() < 5e-3, "{:?}", fine.parameters);
@@ -150,8 +153,11 @@ fn a_loss_that_would_explain_itself_is_refused() {
     let extra = "[[identification.extra]]\nkind = \"teeth\"\nteeth = \"g\"\n";
     let parameters = ["b.damping", "b.inertia", "g.tooth_loss"].map(String::from).to_vec();
     let settings = IdentifySettings { parameters, ..IdentifySettings::default() };
-    let told = tried(&lossy("", extra), &log, settings).unwrap_err();
-    assert!(told.contains("cannot be told from what the rest takes") && told.contains("g.tooth_loss"), "{told}");
+    let reported = tried(&lossy("", extra), &log, settings).unwrap_err();
+    assert!(
+        reported.contains("cannot be told from what the rest takes") && reported.contains("g.tooth_loss"),
+        "{reported}"
+    );
 }
 
 /// Teeth with play between two shafts whose angles are measured.
@@ -171,7 +177,7 @@ fn the_width_of_a_play() {
     near(&found, "b.damping", 0.5, 2e-2);
     assert_eq!(one(&found.parameters, "g.backlash").before, Some(0.001));
     assert_eq!(found.eliminated, ["g"]);
-    let (text, left) = study::written(&model("1 mrad", "0 mrad"), &found).unwrap();
+    let (text, left) = study::write_values(&model("1 mrad", "0 mrad"), &found).unwrap();
     assert!(left.is_empty() && text.contains("backlash = \"0.0"), "{left:?}\n{text}");
 }
 
@@ -225,13 +231,14 @@ fn losses_of_teeth_are_suggested() {
     let source = lossy("", "");
     let found = tried(&source, &log, settings).unwrap();
     let suggestions = found.suggestions.as_ref().unwrap();
-    assert_eq!(suggestions.taken.first().map(String::as_str), Some("g.tooth_loss"), "{suggestions:?}");
-    let (text, _) = study::written(&source, &found).unwrap();
+    assert_eq!(suggestions.accepted.first().map(String::as_str), Some("g.tooth_loss"), "{suggestions:?}");
+    let (text, _) = study::write_values(&source, &found).unwrap();
     assert!(text.contains("efficiency = \"0.") && text.contains("efficiency_back = \"0."), "{text}");
     let again = self::found(&text, &log, &["a.inertia"]);
     near(&again, "a.inertia", 0.01, 5e-3);
-    let unseen = [&suggestions.validation, &again.validation].map(|all| all[0].unseen.unwrap() / all[0].torque);
-    assert!(unseen.iter().all(|part| *part < 0.02), "{unseen:?}");
+    let cross_validated =
+        [&suggestions.validation, &again.validation].map(|all| all[0].cross_validated.unwrap() / all[0].torque);
+    assert!(cross_validated.iter().all(|part| *part < 0.02), "{cross_validated:?}");
 }
 
 /// A log with noise on some of its columns.
@@ -268,7 +275,7 @@ const TURNS: [&str; 2] = ["10 s", "2 N m * sin(3 * t / 1 s)"];
 fn the_interval_of_a_width_covers_it() {
     let clean = log(&with_play("20 mrad", "", TURNS));
     let model = with_play("1 mrad", "", TURNS);
-    let (mut covered, mut errors, mut told) = ([0, 0], 0.0, 0.0);
+    let (mut covered, mut errors, mut reported) = ([0, 0], 0.0, 0.0);
     for seed in 0..50 {
         let found = found(&model, &noisy(&clean, &["a.phi", "b.phi"], 2e-4, seed), &["b.damping", "g.backlash"]);
         for (count, (name, truth)) in covered.iter_mut().zip([("g.backlash", 0.02), ("g.offset", 0.0)]) {
@@ -277,10 +284,10 @@ fn the_interval_of_a_width_covers_it() {
         }
         let width = one(&found.parameters, "g.backlash");
         errors += (width.value.unwrap() - 0.02).powi(2) / 50.0;
-        told += width.standard_error.unwrap().powi(2) / 50.0;
+        reported += width.standard_error.unwrap().powi(2) / 50.0;
     }
     assert!(covered.iter().all(|count| *count >= 44), "{covered:?} of 50");
-    let ratio = (told / errors).sqrt();
+    let ratio = (reported / errors).sqrt();
     assert!((0.7..1.3).contains(&ratio), "standard errors are {ratio} of the errors");
 }
 
@@ -307,7 +314,7 @@ fn steps_of_a_sensor_bound_the_error_of_a_width() {
 /// tell; where they are pressed once on each side there is a value without an interval, and nothing goes into the file.
 #[test]
 fn a_width_that_is_not_determined() {
-    let told = |model: &str, log: &str, parameters: &[&str]| {
+    let reported = |model: &str, log: &str, parameters: &[&str]| {
         let found = found(model, log, parameters);
         let width = one(&found.parameters, "g.backlash").clone();
         assert!(width.interval.is_none(), "{width:?}");
@@ -316,19 +323,19 @@ fn a_width_that_is_not_determined() {
         width
     };
     let one_way = with_play("20 mrad", "", ["4 s", "1 N m + 0.2 N m * sin(9 * t / 1 s)"]);
-    let width = told(&one_way, &log(&one_way), &["b.damping", "g.backlash"]);
+    let width = reported(&one_way, &log(&one_way), &["b.damping", "g.backlash"]);
     assert_eq!(width.remark, "in these logs its teeth are hardly ever pressed on both sides");
     assert!(width.value.is_none() && width.standard_error == Some(f64::INFINITY), "{width:?}");
     // Once to and fro.
     let once = with_play("20 mrad", "", ["2 s", "2 N m * sin(pi * t / 1 s)"]);
-    let width = told(&once, &log(&once), &["b.damping", "g.backlash"]);
+    let width = reported(&once, &log(&once), &["b.damping", "g.backlash"]);
     assert!(width.remark.starts_with("no interval: its teeth are pressed once on each side"), "{}", width.remark);
     assert!((width.value.unwrap() - 0.02).abs() < 1e-4 && width.standard_error.is_none(), "{width:?}");
     // Friction in Stribeck's curve on either side: how large it is at a speed the fit alone knows.
     let rubs = |shaft: &str| format!("[[identification.extra]]\nkind = \"stribeck\"\nfriction = \"{shaft}\"\n");
     let model =
         with_play("20 mrad", &(rubs("a") + &rubs("b")), TURNS).replace("inertia", "friction = \"0.01 N m\"\ninertia");
-    let width = told(&model, &log(&model), &["b.damping", "a.stribeck", "b.stribeck", "g.backlash"]);
+    let width = reported(&model, &log(&model), &["b.damping", "a.stribeck", "b.stribeck", "g.backlash"]);
     let start = "which way its teeth are pressed needs `";
     assert!(width.remark.starts_with(start) && width.remark.contains(".stribeck`, which"), "{}", width.remark);
 }

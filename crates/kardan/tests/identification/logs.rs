@@ -27,7 +27,7 @@ fn table(header: &str, factors: [f64; 3], separator: &str, cell: impl Fn(String)
 fn identified(source: &str, bytes: impl Into<Vec<u8>>) -> Result<Identification, String> {
     let file = LogFile { name: "log".into(), bytes: in_memory(bytes.into()) };
     let settings = IdentifySettings { parameters: vec!["a.damping".into()], ..IdentifySettings::default() };
-    identify(source, vec![file], &settings, &Silent).map_err(|mistakes| plain(source, &mistakes))
+    identify(source, vec![file], &settings, &Silent).map_err(|diagnostics| plain(source, &diagnostics))
 }
 
 fn damping(source: &str, log: String) -> f64 {

@@ -105,8 +105,8 @@ fn an_offset_of_a_torque_sensor() {
     // Both at once act alike here, and that is told.
     let both = source + "[[identification.extra]]\nkind = \"sense\"\nfriction = \"s\"\n";
     let found = self::found(&both, &[log(2, |at| plain_torque(at) + 0.04)], false);
-    let told = found.not_determined.by_data.join("; ");
-    assert!(told.contains("m.offset") && told.contains("s.friction_sense"), "{told}");
+    let reported = found.not_determined.by_data.join("; ");
+    assert!(reported.contains("m.offset") && reported.contains("s.friction_sense"), "{reported}");
 }
 
 /// A torque over the angle and friction over the angle, in windows that hold more than one of their periods: the harmonics pass the filter
@@ -211,7 +211,7 @@ fn suggested(source: &str, logs: &[String]) -> (Identification, Suggestions) {
 fn nothing_is_suggested_where_nothing_is_missing() {
     for seed in 100..110 {
         let (found, suggestions) = suggested(SHAFT, &[log(seed, plain_torque)]);
-        assert_eq!(suggestions.taken, Vec::<String>::new(), "{seed}: {suggestions:?}");
+        assert_eq!(suggestions.accepted, Vec::<String>::new(), "{seed}: {suggestions:?}");
         assert_eq!(suggestions.text, "");
         assert_eq!(found.tests, suggestions.tests, "{seed}");
         assert_eq!(found.validation, suggestions.validation, "{seed}");
@@ -237,14 +237,14 @@ fn what_is_there_is_suggested() {
     for (name, torque, seeds) in cases {
         let logs = logs_of(&|at, seed| plain_torque(at) + torque(at, seed), seeds);
         let (found, suggestions) = suggested(SHAFT, &logs);
-        assert_eq!(suggestions.taken, [name], "{suggestions:?}");
-        assert_eq!(suggestions.doubts(), 0, "{name}: {:?}", suggestions.tests);
-        let unseen = |of: &[kardan::results::Validation]| of[0].unseen.unwrap();
-        assert!(unseen(&suggestions.validation) < unseen(&found.validation), "{name}");
-        let taken = suggestions.tried.iter().find(|one| one.taken).expect("one is taken");
+        assert_eq!(suggestions.accepted, [name], "{suggestions:?}");
+        assert_eq!(suggestions.failed_tests(), 0, "{name}: {:?}", suggestions.tests);
+        let cross_validated = |of: &[kardan::results::Validation]| of[0].cross_validated.unwrap();
+        assert!(cross_validated(&suggestions.validation) < cross_validated(&found.validation), "{name}");
+        let accepted = suggestions.tried.iter().find(|one| one.accepted).expect("one is taken");
         assert!(
-            taken.gain.unwrap() > 2.0 * taken.gain_spread.unwrap() && taken.probability.unwrap() < 1e-3,
-            "{taken:?}"
+            accepted.gain.unwrap() > 2.0 * accepted.gain_spread.unwrap() && accepted.probability.unwrap() < 1e-3,
+            "{accepted:?}"
         );
         let again = self::found(&format!("{SHAFT}{}", suggestions.text), &logs, false);
         assert_eq!(again.parameters, suggestions.parameters, "{name}: {}", suggestions.text);
@@ -259,10 +259,10 @@ fn the_ripple_of_the_bench() {
     let bench = study::prepare_bench(&study::Project::open(source), &study::BenchSettings::default()).unwrap();
     let text = String::from_utf8(kardan::export::csv(&bench.log(0, &mut |_| None))).unwrap();
     let (_, suggestions) = suggested(source, &[text]);
-    let mut taken = suggestions.taken.clone();
-    taken.sort();
-    assert_eq!(taken, ["cs.cogging_18", "fs.cogging_18"], "{:?}", suggestions.tried);
-    assert_eq!(suggestions.doubts(), 0, "{:?}", suggestions.tests);
+    let mut accepted = suggestions.accepted.clone();
+    accepted.sort();
+    assert_eq!(accepted, ["cs.cogging_18", "fs.cogging_18"], "{:?}", suggestions.tried);
+    assert_eq!(suggestions.failed_tests(), 0, "{:?}", suggestions.tests);
     for (name, truth) in [
         ("cs.cogging_18_sin", -0.02),
         ("cs.cogging_18_cos", 0.0),
@@ -277,11 +277,11 @@ fn the_ripple_of_the_bench() {
 
 /// A sense that friction differs by and an offset of the sensor are the same here: one is taken, the other told to be the same.
 #[test]
-fn terms_that_look_the_same_are_told() {
+fn terms_that_look_the_same_are_reported() {
     let (_, suggestions) = suggested(SHAFT, &[log(31, |at| plain_torque(at) + 0.05)]);
-    assert_eq!(suggestions.taken, ["s.friction_sense"]);
+    assert_eq!(suggestions.accepted, ["s.friction_sense"]);
     let other = suggestions.tried.iter().find(|one| one.term == "m.offset").expect("it was tried");
-    assert!(!other.taken && other.verdict.contains("the same torques as s.friction_sense"), "{other:?}");
+    assert!(!other.accepted && other.verdict.contains("the same torques as s.friction_sense"), "{other:?}");
 }
 
 /// What is held out does not enter: whatever stands in a fold, the predictions of that fold stay the same to the last bit.
@@ -403,7 +403,8 @@ fn written_terms_are_read_again() {
         let source =
             format!("{SHAFT}{list}{entries}[scenario]\nduration = \"1 s\"\nsignals = {{ \"m.tau\" = \"1 N m\" }}\n");
         let before = found(&source, &logs, false);
-        let (text, left) = study::written(&source, &before).unwrap_or_else(|told| panic!("{}", plain(&source, &told)));
+        let (text, left) =
+            study::write_values(&source, &before).unwrap_or_else(|reported| panic!("{}", plain(&source, &reported)));
         assert!(left.is_empty(), "{left:?}");
         assert!(!text.contains("identification.extra") && text.matches("[torque.").count() == 4, "{text}");
         assert!(text.contains("law = \"-s_quadratic_damping * s.w * abs(s.w)\""), "{text}");
@@ -433,8 +434,8 @@ fn written_terms_are_read_again() {
                 "{name}: {other:?} instead of {value} ± {error}"
             );
         }
-        let unseen = [&before, &after].map(|found| found.validation[0].unseen.unwrap());
-        assert!((unseen[0] / unseen[1] - 1.0).abs() < 0.02, "{unseen:?}");
+        let cross_validated = [&before, &after].map(|found| found.validation[0].cross_validated.unwrap());
+        assert!((cross_validated[0] / cross_validated[1] - 1.0).abs() < 0.02, "{cross_validated:?}");
         let run =
             study::run(&text, &study::Settings { runs_only: true, ..study::Settings::default() }, &Silent).unwrap();
         assert!(run.runs[0].series.signal("s_cogging_6_law.tau").is_some());
@@ -479,7 +480,8 @@ fn the_rest_of_the_file_stays() {
     for (last, given, kept) in cases {
         let source = format!("{SHAFT}[identification]\nparameters = [{}]\n{given}{rest}", names(last));
         let before = found(&source, &logs, false);
-        let (text, left) = study::written(&source, &before).unwrap_or_else(|told| panic!("{}", plain(&source, &told)));
+        let (text, left) =
+            study::write_values(&source, &before).unwrap_or_else(|reported| panic!("{}", plain(&source, &reported)));
         assert!(left.iter().all(|note| last == drift && note.starts_with(drift)), "{left:?}");
         assert!(text.contains(&format!("]\n{kept}{rest}")), "{given}: {text}");
         let laws = if last == drift { 1 } else { 2 };
@@ -498,39 +500,40 @@ fn a_file_that_would_be_wrong_is_not_written() {
     let source = format!("{}{names}", SHAFT.replace("friction = \"0.3 N m\"", friction));
     let before = found(&source, &logs, false);
     near(&before, "s.friction", 0.3);
-    let told = study::written(&source, &before).expect_err("more than it breaks away at");
-    let text = plain(&source, &told);
+    let reported = study::write_values(&source, &before).expect_err("more than it breaks away at");
+    let text = plain(&source, &reported);
     assert!(
         text.contains("with what was found the file would have a mistake: ") && text.contains("breakaway"),
         "{text}"
     );
-    assert!(told.iter().all(|one| one.labels.is_empty() && one.help.is_some()), "{told:?}");
+    assert!(reported.iter().all(|one| one.labels.is_empty() && one.help.is_some()), "{reported:?}");
     let source = format!("{SHAFT}{names}");
     let before = found(&source, &[log(45, |at| 0.02 * at.speed - 0.05 * at.speed.signum())], false);
     near(&before, "s.friction", -0.05);
-    let (text, left) = study::written(&source, &before).unwrap_or_else(|told| panic!("{}", plain(&source, &told)));
+    let (text, left) =
+        study::write_values(&source, &before).unwrap_or_else(|reported| panic!("{}", plain(&source, &reported)));
     assert_eq!(left, ["s.friction: the value found is below zero, which the file cannot hold"]);
     assert!(text.contains("friction = \"0.3 N m\""), "{text}");
     // Mistakes that were there before are told at their places.
     let wrong = format!("{source}[motor.other]\nshaft = \"t\"\n");
-    let told = study::written(&wrong, &before).expect_err("there is no such shaft");
-    assert!(told.iter().all(|one| one.message.contains("`t`") && !one.labels.is_empty()), "{told:?}");
+    let reported = study::write_values(&wrong, &before).expect_err("there is no such shaft");
+    assert!(reported.iter().all(|one| one.message.contains("`t`") && !one.labels.is_empty()), "{reported:?}");
 }
 
 /// What `--suggest` takes, `--write` puts into the file: a file that is read again predicts the same.
 #[test]
 fn suggested_terms_are_written() {
-    type Written<'a> = (&'a str, &'a dyn Fn(&At) -> f64, &'a str);
-    let cases: [Written<'_>; 2] = [
+    type RawValue<'a> = (&'a str, &'a dyn Fn(&At) -> f64, &'a str);
+    let cases: [RawValue<'_>; 2] = [
         ("s.quadratic_damping", &|at| 0.0005 * at.speed * at.speed.abs(), "[torque.s_quadratic_damping_law]"),
         ("s.friction_ripple_1", &|at| 0.02 * (at.angle + 0.7).sin() * at.speed.signum(), "kind = \"ripple\""),
     ];
-    for (name, torque, written) in cases {
+    for (name, torque, write_values) in cases {
         let logs = [log(51, |at| plain_torque(at) + torque(at))];
         let (found, suggestions) = suggested(SHAFT, &logs);
-        assert_eq!(suggestions.taken, [name], "{suggestions:?}");
-        let (text, _) = study::written(SHAFT, &found).unwrap();
-        assert!(text.contains(written), "{text}");
+        assert_eq!(suggestions.accepted, [name], "{suggestions:?}");
+        let (text, _) = study::write_values(SHAFT, &found).unwrap();
+        assert!(text.contains(write_values), "{text}");
         let again = self::found(&text, &logs, false);
         for parameter in ["s.damping", "s.friction"] {
             let [one, other] = [&suggestions.parameters, &again.parameters].map(|all| one(all, parameter));
@@ -540,8 +543,8 @@ fn suggested_terms_are_written() {
                 "{parameter}: {other:?} instead of {value} ± {error}"
             );
         }
-        let unseen = [&suggestions.validation, &again.validation].map(|all| all[0].unseen.unwrap());
-        assert!((unseen[0] / unseen[1] - 1.0).abs() < 0.02, "{unseen:?}");
+        let cross_validated = [&suggestions.validation, &again.validation].map(|all| all[0].cross_validated.unwrap());
+        assert!((cross_validated[0] / cross_validated[1] - 1.0).abs() < 0.02, "{cross_validated:?}");
     }
 }
 
@@ -551,7 +554,7 @@ fn plays_and_losses_are_suggested() {
     let (stiffness, half) = (100.0, 0.002_f64);
     let spring = |twist: f64, _| if twist.abs() > half { stiffness * (twist - half.copysign(twist)) } else { 0.0 };
     let (_, suggestions) = suggested(SPRING, &[spring_log(spring)]);
-    assert_eq!(suggestions.taken.first().map(String::as_str), Some("k.backlash_torque"), "{suggestions:?}");
+    assert_eq!(suggestions.accepted.first().map(String::as_str), Some("k.backlash_torque"), "{suggestions:?}");
     let [width, error] = {
         let one = one(&suggestions.parameters, "k.backlash");
         [one.value.unwrap(), one.standard_error.unwrap()]

@@ -10,7 +10,8 @@ use crate::common::runs_only;
 
 /// The run of a model as columns with their names.
 fn run(source: &str) -> (Vec<String>, Vec<Vec<f64>>) {
-    let study = study::run(source, &runs_only(), &Silent).unwrap_or_else(|told| panic!("{}", plain(source, &told)));
+    let study =
+        study::run(source, &runs_only(), &Silent).unwrap_or_else(|reported| panic!("{}", plain(source, &reported)));
     assert_eq!(study.runs[0].outcome, Outcome::Completed, "{source}");
     let text = String::from_utf8(kardan::export::csv(&study.runs[0])).unwrap();
     let mut lines = text.lines();
@@ -167,7 +168,7 @@ fn what_was_measured_twice_is_compared() {
 
 /// Play between two measured angles that the file knows nothing of is told, with its width.
 #[test]
-fn play_that_the_file_does_not_know_is_told() {
+fn play_that_the_file_does_not_know_is_reported() {
     let model = |play: &str| {
         format!(
             "[shaft.a]\ninertia = \"0.01 kg m^2\"\n[shaft.b]\ninertia = \"0.1 kg m^2\"\ndamping = \"0.5 N m s/rad\"\n\
@@ -215,10 +216,10 @@ fn masses_have_units_of_their_own() {
     let channels: Vec<_> = found.logs[0].channels.iter().map(|one| (one.signal.as_str(), one.si)).collect();
     assert_eq!(channels, [("rotor.s", "m"), ("d.f", "N")]);
     assert_eq!(found.validation[0].unit, "N");
-    let (written, left) = study::written(&model("1", more), &found).unwrap();
+    let (write_values, left) = study::write_values(&model("1", more), &found).unwrap();
     assert!(
-        written.contains("mass = \"") && !written.contains("mass = \"1 kg\"") && left.is_empty(),
-        "{left:?} {written}"
+        write_values.contains("mass = \"") && !write_values.contains("mass = \"1 kg\"") && left.is_empty(),
+        "{left:?} {write_values}"
     );
     // Masses are found unasked, and speeds of a bench are those of a mass.
     let all =
@@ -228,23 +229,23 @@ fn masses_have_units_of_their_own() {
         let source = model("1", &format!("[bench]\nspeed_limit = {{ rotor = \"{speed}\" }}\n"));
         study::bench(&source, &BenchSettings::default(), &Silent).err().map(|wrong| plain(&source, &wrong))
     };
-    assert!(bench("1 rad/s").is_some_and(|told| told.contains("velocity")));
-    let told = bench("1 m/s");
+    assert!(bench("1 rad/s").is_some_and(|reported| reported.contains("velocity")));
+    let reported = bench("1 m/s");
     assert!(
-        told.as_ref().is_none_or(|told| !told.contains("no speed limit") && !told.contains("velocity")),
-        "{told:?}"
+        reported.as_ref().is_none_or(|reported| !reported.contains("no speed limit") && !reported.contains("velocity")),
+        "{reported:?}"
     );
 }
 
 /// What is said of what was asked, dropped and not tried.
 #[test]
-fn messages_say_what_is_so() {
+fn messages_are_true() {
     let model = geared("10", "backlash = \"1 mrad\"\n");
     let run = run(&geared("10", ""));
     let columns = [("m.phi", 0.0, 3e-4, 1.0), ("l.phi", 0.0, 3e-4, 1.0), ("d.tau", 2e-3, 0.0, 1.0)];
     let text = log(&run, &columns, 8);
-    let told = tried(&model, std::slice::from_ref(&text), &dynamic(&["g.backlash"])).unwrap_err();
-    assert!(told.contains("`g.backlash` alone") && !told.contains("no damping and no friction"), "{told}");
+    let reported = tried(&model, std::slice::from_ref(&text), &dynamic(&["g.backlash"])).unwrap_err();
+    assert!(reported.contains("`g.backlash` alone") && !reported.contains("no damping and no friction"), "{reported}");
     // Readings that are no numbers are counted.
     let mut lines: Vec<String> = text.lines().map(str::to_string).collect();
     for (k, word) in [(500, "nan"), (501, "inf"), (502, "nan")] {

@@ -127,11 +127,11 @@ fn the_torque_is_that_of_the_twist() {
     let soft = run(&drive(keys, RAMPS));
     let column = |name: &str| signal(&soft, name);
     for k in 0..soft.series.time.len() {
-        let along = |what: &str, offset: f64| {
+        let direction = |what: &str, offset: f64| {
             let of = |shaft: &str| column(&format!("{shaft}.{what}"))[k];
             (of("wg") - 51.0 * of("cs") + 50.0 * of("fs") + offset) / 50.0
         };
-        let expected = -(5000.0 * along("phi", 0.02) + 2.0 * along("w", 0.0)) / 50.0;
+        let expected = -(5000.0 * direction("phi", 0.02) + 2.0 * direction("w", 0.0)) / 50.0;
         let torque = column("hd.tau")[k];
         // Angles up to 100 rad, rounded, times 5000/50 over 50.
         assert!((torque - expected).abs() < 1e-11, "{torque} against {expected}");

@@ -44,20 +44,24 @@ fn every_bad_file_is_explained() {
 
 /// Every mistake says where it is, what is wrong and what to do; places lie in the file and come in its order.
 #[test]
-fn every_mistake_has_a_place_and_a_hint() {
+fn every_error_has_a_place_and_a_hint() {
     for file in bad_files() {
         let source = fs::read_to_string(&file).unwrap();
         let found = study::check(&source);
         assert!(!found.is_empty(), "{}", file.display());
         let whole_file = |d: &Diagnostic| matches!(d.code, "file::empty" | "model::no-shaft");
-        for mistake in &found {
-            assert!(mistake.help.as_ref().is_some_and(|help| !help.is_empty()), "{}: {mistake:?}", file.display());
-            assert!(!mistake.labels.is_empty() || whole_file(mistake), "{}: {mistake:?}", file.display());
-            for label in &mistake.labels {
-                assert!(source.get(label.place.span()).is_some(), "{}: {mistake:?}", file.display());
+        for diagnostic in &found {
+            assert!(
+                diagnostic.help.as_ref().is_some_and(|help| !help.is_empty()),
+                "{}: {diagnostic:?}",
+                file.display()
+            );
+            assert!(!diagnostic.labels.is_empty() || whole_file(diagnostic), "{}: {diagnostic:?}", file.display());
+            for label in &diagnostic.labels {
+                assert!(source.get(label.place.span()).is_some(), "{}: {diagnostic:?}", file.display());
                 assert!(
-                    !label.place.span().is_empty() || mistake.code == "toml::syntax",
-                    "{}: {mistake:?}",
+                    !label.place.span().is_empty() || diagnostic.code == "toml::syntax",
+                    "{}: {diagnostic:?}",
                     file.display()
                 );
             }
@@ -70,7 +74,7 @@ fn every_mistake_has_a_place_and_a_hint() {
 
 /// Unrelated mistakes of several tables are told in one go: the codes in file order.
 #[test]
-fn unrelated_mistakes_are_told_together() {
+fn unrelated_errors_are_reported_together() {
     for (name, codes) in [
         (
             "many-1",
@@ -136,7 +140,7 @@ to = "3 N m"
 
 /// The work for a mistake does not grow with their number: thirty thousand of them within the bound of `check`.
 #[test]
-fn thirty_thousand_mistakes_are_told() {
+fn thirty_thousand_errors_are_reported() {
     let mut source = String::new();
     for k in 0..30_000 {
         source += &format!("[shaft.s{k}]\ninertia = \"1 kq m^2\"\n");
@@ -150,7 +154,7 @@ fn thirty_thousand_mistakes_are_told() {
 /// Names that are not there, each of which is near to many that are: looked up in maps, and what may have been meant is told of the
 /// first ones only, as that compares each with all.
 #[test]
-fn thousands_of_misspelt_names_are_told() {
+fn thousands_of_misspelt_names_are_reported() {
     let count = 5_000;
     let mut source = String::new();
     for k in 0..count {
@@ -189,7 +193,7 @@ fn too_many_joints_in_series_are_refused_with_their_number() {
 fn the_models_of_the_program_are_right() {
     for builtin in model::BUILTIN {
         let found = study::check(builtin.source);
-        let told = match builtin.name {
+        let reported = match builtin.name {
             "harmonic-drive" | "harmonic-drive-ecu" => vec!["damping::negative"],
             // The zero dynamics is a double integrator in the loop of both motors: it runs away if one gives more than it is told.
             "harmonic-drive-spring" => vec!["control::hardly"; 2],
@@ -198,13 +202,13 @@ fn the_models_of_the_program_are_right() {
             _ => Vec::new(),
         };
         let codes: Vec<&str> = found.iter().map(|d| d.code).collect();
-        assert_eq!(codes, told, "{}: {found:?}", builtin.name);
+        assert_eq!(codes, reported, "{}: {found:?}", builtin.name);
         assert!(found.iter().all(|d| d.severity == Severity::Warning));
     }
 }
 
 /// Words that a mutation puts where another word was.
-const WORDS: &[&str] = &[
+const NAMES: &[&str] = &[
     "1e300",
     "1e-300",
     "1e400",
@@ -357,7 +361,7 @@ fn mutate(text: &str, mutation: &Mutation) -> String {
         }
         Mutation::ReplaceWord(a, b) => {
             let range = words[a % w].clone();
-            return format!("{}{}{}", &text[..range.start], WORDS[b % WORDS.len()], &text[range.end..]);
+            return format!("{}{}{}", &text[..range.start], NAMES[b % NAMES.len()], &text[range.end..]);
         }
         Mutation::SwapWords(a, b) => {
             let (a, b) = (words[(a % w).min(b % w)].clone(), words[(a % w).max(b % w)].clone());
@@ -369,7 +373,7 @@ fn mutate(text: &str, mutation: &Mutation) -> String {
         Mutation::ReplaceValue(a, b) => {
             let keyed: Vec<usize> = (0..n).filter(|&k| lines[k].contains('=')).collect();
             if let Some(&k) = keyed.get(a % keyed.len().max(1)) {
-                lines[k] = format!("{}= {}", lines[k].split('=').next().unwrap_or(""), WORDS[b % WORDS.len()]);
+                lines[k] = format!("{}= {}", lines[k].split('=').next().unwrap_or(""), NAMES[b % NAMES.len()]);
             }
         }
         Mutation::AddTable(a) => return text.to_string() + TABLES[a % TABLES.len()],
@@ -390,16 +394,16 @@ proptest! {
         for mutation in &mutations {
             source = mutate(&source, mutation);
         }
-        for mistake in study::check(&source) {
-            prop_assert!(mistake.help.is_some(), "{mistake:?}");
-            prop_assert!(mistake.labels.iter().all(|label| source.get(label.place.span()).is_some()), "{mistake:?}");
+        for diagnostic in study::check(&source) {
+            prop_assert!(diagnostic.help.is_some(), "{diagnostic:?}");
+            prop_assert!(diagnostic.labels.iter().all(|label| source.get(label.place.span()).is_some()), "{diagnostic:?}");
         }
     }
 }
 
 /// A block with a mistake is told alone: neither what reads it, nor runs that are looked at beforehand.
 #[test]
-fn a_block_in_doubt_is_told_alone() {
+fn a_block_with_errors_is_reported_once() {
     let source = model::builtin("afs-steering").unwrap().source;
     let (before, block) = source.split_once("[block.stabilise]").unwrap();
     let mistaken = format!("{before}[block.stabilise]{}", block.replacen("unit = \"rad\"", "input = \"0 rad\"", 1));

@@ -13,7 +13,7 @@ use kardan::num::{Definiteness, Matrix, Rational, definiteness};
 use kardan::reduce::{Reduced, linearise};
 use kardan::results::Run;
 use kardan::schema::{Field, Kind, Table, Value};
-use kardan::synthesis::{self, ChannelDesign, LinearLaw, Seen, design_noninteracting};
+use kardan::synthesis::{self, ChannelDesign, LinearLaw, Observation, design_noninteracting};
 
 // ---- all elements -------------------------------------------------------------------------------------------------
 
@@ -39,7 +39,7 @@ fn shafts_in(fields: &[Field], table: &Table, out: &mut BTreeSet<String>) {
             (Kind::Shaft | Kind::Body, Value::Word(name)) => {
                 out.insert(name.clone());
             }
-            (Kind::Shafts(_), Value::Words(names)) => out.extend(names.iter().map(|name| name.value.clone())),
+            (Kind::Shafts(_), Value::Names(names)) => out.extend(names.iter().map(|name| name.value.clone())),
             (Kind::Coefficients, Value::Map(entries)) => out.extend(entries.iter().map(|(name, _)| name.value.clone())),
             (Kind::Tables(fields), Value::Tables(tables)) => {
                 tables.iter().for_each(|table| shafts_in(fields, table, out))
@@ -55,9 +55,13 @@ fn shafts_in(fields: &[Field], table: &Table, out: &mut BTreeSet<String>) {
 /// Every shaft keeps a freedom of its own but those that the example ties. Each node of the example is reached by a source
 /// through a resistor and a coil, and a coil and a capacitor lead from there to ground.
 fn around(kind: &element::Element) -> Vec<String> {
-    let (document, mistakes) = model::read(kind.example);
+    let (document, diagnostics) = model::read(kind.example);
     // The example alone may lack a shaft; all else is right.
-    assert!(mistakes.iter().all(|d| d.code == "model::no-shaft"), "the example of `{}`: {mistakes:?}", kind.keyword);
+    assert!(
+        diagnostics.iter().all(|d| d.code == "model::no-shaft"),
+        "the example of `{}`: {diagnostics:?}",
+        kind.keyword
+    );
     let instance =
         document.elements.first().unwrap_or_else(|| panic!("the example of `{}` has no element", kind.keyword));
     assert_eq!(instance.kind.keyword, kind.keyword);
@@ -276,14 +280,14 @@ fn steering_with(law: &str) -> String {
 }
 
 #[test]
-fn every_law_is_what_its_gains_say() {
+fn every_law_equals_its_gains() {
     let mut exercised = BTreeSet::new();
     for kind in synthesis::REGISTRY {
         let variant = first(&steering_with(kind.example));
         let laws = &variant.designed;
         assert_eq!(laws.len(), 1, "the example of `{}` is one law", kind.keyword);
         let law = &*laws[0];
-        let mut running = law.run();
+        let mut runtime = law.run();
         assert_eq!(law.describe().law, kind.keyword);
         let (m, n) = (law.inputs().len(), variant.reduced.equations.coordinates.len());
         assert!(m > 0);
@@ -293,7 +297,7 @@ fn every_law_is_what_its_gains_say() {
         let states = vec![0.0; law.states().len()];
         let mut base = vec![0.0; m];
         let rest = vec![0.0; n];
-        let nothing = Seen {
+        let nothing = Observation {
             time: 0.0,
             angles: &rest,
             speeds: &rest,
@@ -302,7 +306,7 @@ fn every_law_is_what_its_gains_say() {
             readings: &[],
             states: &states,
         };
-        running.command(nothing, &mut base);
+        runtime.command(nothing, &mut base);
         assert!(base.iter().all(|u| *u == 0.0), "at rest with nothing asked, nothing is commanded");
         // Linear in the state: one evaluation per column gives the gain but for rounding of its own terms.
         for shaft in 0..n {
@@ -312,7 +316,7 @@ fn every_law_is_what_its_gains_say() {
                 let (angles, speeds) =
                     if on_angle { (unit.clone(), vec![0.0; n]) } else { (vec![0.0; n], unit.clone()) };
                 let mut out = vec![0.0; m];
-                running.command(Seen { angles: &angles, speeds: &speeds, ..nothing }, &mut out);
+                runtime.command(Observation { angles: &angles, speeds: &speeds, ..nothing }, &mut out);
                 for input in 0..m {
                     close(out[input], gains[(input, shaft)], 1e-12, &format!("{} gain {input}, {shaft}", kind.keyword));
                 }
@@ -328,9 +332,9 @@ fn every_law_is_what_its_gains_say() {
                 let mut unit = vec![0.0; n];
                 unit[shaft] = 1.0;
                 let (mut command, mut next) = (vec![0.0; m], vec![0.0; states.len()]);
-                let seen = Seen { angles: &unit, ..nothing };
-                running.command(seen, &mut command);
-                running.next(seen, &base, &mut next);
+                let seen = Observation { angles: &unit, ..nothing };
+                runtime.command(seen, &mut command);
+                runtime.next(seen, &base, &mut next);
                 for (found, expected) in next.iter().zip(states_of(&linear.angles, shaft)) {
                     close(*found, expected, 1e-9, &format!("{} next state after shaft {shaft}", kind.keyword));
                 }

@@ -343,7 +343,7 @@ fn what_vanishes_vanishes_exactly() {
 }
 
 #[test]
-fn dimensions_are_told_and_what_does_not_fit_is_refused() {
+fn dimensions_are_found_and_what_does_not_fit_is_refused() {
     let mut graph = Graph::default();
     let inertia = graph.symbol("J", Dimension::INERTIA);
     let rate = graph.symbol("a", Dimension::ANGULAR_ACCELERATION);
@@ -395,7 +395,7 @@ fn texts_that_are_no_plans_are_refused_with_their_line() {
 
 /// Sums of symbols times constants are affine; products of symbols, powers and functions of them are not.
 #[test]
-fn affine_is_told_from_the_rest() {
+fn affine_is_distinguished_from_the_rest() {
     let mut g = Graph::default();
     let (x, y, pi) = (g.symbol("x", Dimension::NONE), g.symbol("y", Dimension::NONE), g.pi());
     let scaled = g.multiply(pi, y);

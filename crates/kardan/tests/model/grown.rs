@@ -37,8 +37,8 @@ fn on_usual_stack<T: Send>(work: impl FnOnce() -> T + Send) -> T {
 /// What is wrong with a model, each mistake in a line.
 fn errors(source: &str) -> Vec<String> {
     let out = study::check(source);
-    let wrong = out.iter().filter(|told| told.severity == Severity::Error);
-    wrong.map(|told| plain(source, std::slice::from_ref(told))).collect()
+    let wrong = out.iter().filter(|reported| reported.severity == Severity::Error);
+    wrong.map(|reported| plain(source, std::slice::from_ref(reported))).collect()
 }
 
 /// What every command is asked for; what speaks against it is told.
@@ -91,12 +91,12 @@ fn wide_and_deep_models_come_to_an_end() {
 
 /// As many messages as entries that have a mistake, each of a few lines.
 #[test]
-fn what_is_refused_is_told_in_few_words() {
+fn what_is_refused_is_reported_briefly() {
     let count = asked(300);
     each(REFUSED, count, |name, source| {
-        let told = errors(source);
-        assert!(told.len() + 1 >= count && told.len() <= count, "{name}: {}", told.len());
-        assert!(told.iter().all(|message| message.len() < 500), "{name}");
+        let reported = errors(source);
+        assert!(reported.len() + 1 >= count && reported.len() <= count, "{name}: {}", reported.len());
+        assert!(reported.iter().all(|message| message.len() < 500), "{name}");
     });
 }
 
@@ -104,8 +104,8 @@ fn what_is_refused_is_told_in_few_words() {
 #[test]
 fn deep_chains_are_checked() {
     each(CHAINS, asked(1500), |name, source| {
-        let told = errors(source);
-        assert!(told.is_empty(), "{name}: {}", told[0]);
+        let reported = errors(source);
+        assert!(reported.is_empty(), "{name}: {}", reported[0]);
     });
 }
 
@@ -129,12 +129,12 @@ fn formulas_of_the_two_before_follow_their_recurrence() {
 
 /// A circle is told once, however long it is, in a message of a few lines.
 #[test]
-fn circles_are_told_once() {
+fn circles_are_reported_once() {
     for count in [2, 3, asked(1500)] {
         each(CIRCLES, count, |name, source| {
-            let told = errors(source);
-            assert_eq!(told.len(), 1, "{name} of {count}: {:?}", told.get(1));
-            assert!(told[0].contains("circle") && told[0].len() < 1000, "{name}: {}", told[0]);
+            let reported = errors(source);
+            assert_eq!(reported.len(), 1, "{name} of {count}: {:?}", reported.get(1));
+            assert!(reported[0].contains("circle") && reported[0].len() < 1000, "{name}: {}", reported[0]);
             commands(source);
         });
     }
@@ -155,8 +155,8 @@ fn models_too_large_for_memory_are_refused() {
         let shaft = |k: usize| format!("[shaft.x{k}]\ninertia = \"1 kg m^2\"\n");
         (0..n).map(shaft).collect::<String>()
     };
-    let told = errors(&shafts(100_000));
-    assert_eq!(told.len(), 1, "{}", told.len());
-    assert!(told[0].contains("the model has 100000 shafts, masses and charges, more than 1500"), "{}", told[0]);
+    let reported = errors(&shafts(100_000));
+    assert_eq!(reported.len(), 1, "{}", reported.len());
+    assert!(reported[0].contains("the model has 100000 shafts, masses and charges, more than 1500"), "{}", reported[0]);
     commands(&shafts(20_000));
 }

@@ -21,7 +21,7 @@ impl Place for AtZero {
         0.0
     }
 
-    fn around(&self, _: Symbol) -> Interval {
+    fn enclosure(&self, _: Symbol) -> Interval {
         Interval::point(0.0)
     }
 
@@ -30,7 +30,7 @@ impl Place for AtZero {
     }
 }
 
-fn written(text: &str) -> (Graph, Expr, AtZero) {
+fn lowered(text: &str) -> (Graph, Expr, AtZero) {
     let law = Expression::parse_law(text).unwrap();
     let mut graph = Graph::default();
     let symbols = ["x", "y"].map(|name| {
@@ -40,13 +40,13 @@ fn written(text: &str) -> (Graph, Expr, AtZero) {
     let mut names = |graph: &mut Graph, name: &str| {
         ["x", "y"].contains(&name).then(|| Named::Varying(graph.symbol(name, Dimension::NONE), Dimension::NONE))
     };
-    let (expr, _) = graph.written(&law, &mut names).unwrap_or_else(|error| panic!("{text}: {}", error.message));
+    let (expr, _) = graph.lowered(&law, &mut names).unwrap_or_else(|error| panic!("{text}: {}", error.message));
     (graph, expr, AtZero(symbols.to_vec()))
 }
 
 /// The derivatives by x and y on each side, exact.
 fn slopes(text: &str) -> Vec<[Rational; 2]> {
-    let (mut graph, expr, place) = written(text);
+    let (mut graph, expr, place) = lowered(text);
     let sides = linear_sides(&mut graph, &[expr], &place).expect("few sides");
     let of = |side: &kardan::expr::Linear| {
         assert_eq!(side.values[0].exact, Some(side_value(&graph, expr)), "{text}");
@@ -142,7 +142,7 @@ proptest! {
     #[test]
     fn smooth_functions_in_pieces_have_their_derivative((pieces, smooth) in pieces()) {
         // Of many guards the sides are too many, which is said.
-        let (mut graph, expr, place) = written(&pieces);
+        let (mut graph, expr, place) = lowered(&pieces);
         prop_assume!(linear_sides(&mut graph, &[expr], &place).is_some_and(|sides| sides.len() < 40));
         prop_assert_eq!(slopes(&pieces), slopes(&smooth), "{} against {}", pieces, smooth);
     }
@@ -163,7 +163,7 @@ proptest! {
         ][which];
         prop_assume!(direction.iter().all(|x| x.abs() > 0.05) && (direction[0].abs() - direction[1].abs()).abs() > 0.05);
         prop_assume!((direction[0].abs() - 2.0 * direction[1].abs()).abs() > 0.05);
-        let (mut graph, expr, place) = written(text);
+        let (mut graph, expr, place) = lowered(text);
         let sides = linear_sides(&mut graph, &[expr], &place).expect("few sides");
         let names = ["x", "y"];
         let at = |graph: &Graph, step: f64| lower(graph, &[expr], &mut Floating::<f64>::default(), |symbol| {
@@ -171,10 +171,10 @@ proptest! {
         })[0];
         let step = 1e-7;
         let quotient = (at(&graph, step) - at(&graph, 0.0)) / step;
-        let along = |side: &kardan::expr::Linear| -> f64 {
+        let slope_in_direction = |side: &kardan::expr::Linear| -> f64 {
             side.slopes[0].iter().map(|(place, slope)| slope.value * direction[*place]).sum()
         };
-        prop_assert!(sides.iter().any(|side| (along(side) - quotient).abs() < 1e-5), "{}: {} {:?}", text, quotient, direction);
+        prop_assert!(sides.iter().any(|side| (slope_in_direction(side) - quotient).abs() < 1e-5), "{}: {} {:?}", text, quotient, direction);
         prop_assert!(rational_from_f64(quotient).is_some());
     }
 }

@@ -182,7 +182,7 @@ fn the_structure_of_a_motor_is_decided_exactly() {
     assert_eq!((found.structure.controllable_rank, found.structure.states.len()), (3, 4));
     let class = found.class.unwrap();
     let broken: Vec<&str> =
-        class.assumptions.iter().filter(|one| !one.holds).map(|one| one.statement.as_str()).collect();
+        class.assumptions.iter().filter(|one| !one.satisfied).map(|one| one.statement.as_str()).collect();
     assert!(broken.len() == 1 && broken[0].contains("inertia"), "{broken:?}");
     // Without inductance the current is no state: T = J R/(k² + R d).
     let quick = EXACT.replace("inductance = \"0.5 H\"\n", "");
@@ -217,8 +217,11 @@ fn a_circuit_connects_shafts() {
         + &machine("drive", "0.2 N m/A")
         + "[motor.diesel]\nshaft = \"s_dynamo\"\n"
         + &scenario("100 s", "100 ms", "[[scenario.event]]\nat = \"0 s\"\nsignal = \"diesel.tau\"\nto = \"1 N m\"\n");
-    let (_, told) = study::prepare(&source);
-    assert!(told.iter().all(|one| one.severity != Severity::Error && one.code != "model::disconnected"), "{told:?}");
+    let (_, reported) = study::prepare(&source);
+    assert!(
+        reported.iter().all(|one| one.severity != Severity::Error && one.code != "model::disconnected"),
+        "{reported:?}"
+    );
     let run = run(&source);
     let end = |name: &str| at(&run, name, 100.0);
     close(end("drive.i"), -end("dynamo.i"), 1e-12, "one current");
@@ -239,9 +242,9 @@ fn what_a_motion_without_inertia_does_not_feel_may_bend() {
         close(0.4 * angle.sin(), 0.05 * 0.5, 1e-8, "balance");
     }
     let felt = "[torque.odd]\nshaft = \"rotor\"\nlaw = \"1 N m/A^2 * M.i * M.i\"\n";
-    let (_, told) = study::prepare(&(motor("") + felt + &scenario("2 s", "1 ms", "")));
-    let told: Vec<_> = told.iter().filter(|one| one.severity == Severity::Error).collect();
-    assert!(told.len() == 1 && told[0].message.contains("laws (`odd`)"), "{told:?}");
+    let (_, reported) = study::prepare(&(motor("") + felt + &scenario("2 s", "1 ms", "")));
+    let reported: Vec<_> = reported.iter().filter(|one| one.severity == Severity::Error).collect();
+    assert!(reported.len() == 1 && reported[0].message.contains("laws (`odd`)"), "{reported:?}");
 }
 
 // ---- current_source -----------------------------------------------------------------------------------------------

@@ -60,7 +60,7 @@ fn expression(draw: &mut Draw) -> (Graph, Vec<Symbol>, Expr) {
 #[test]
 fn series_are_the_values_until_a_margin_vanishes() {
     let mut draw = Draw(7);
-    let (order, mut told, mut seen) = (12, [0usize; 3], 0);
+    let (order, mut reported, mut seen) = (12, [0usize; 3], 0);
     for case in 0..6000 {
         let (graph, symbols, value) = expression(&mut draw);
         let plan = compile(&graph, &symbols, &[("z".into(), value)]).unwrap();
@@ -84,7 +84,7 @@ fn series_are_the_values_until_a_margin_vanishes() {
         let sum = |x: &mut dyn DoubleEndedIterator<Item = f64>, t: f64| x.rev().fold(0.0, |sum, x| sum * t + x);
         let own = |t: f64| sum(&mut series.of(plan.place(0)), t);
         if series.jump() {
-            told[0] += 1;
+            reported[0] += 1;
             // It may be of what the value does not feel.
             seen += usize::from((evaluated(1e-12).0 - begin).abs() > 1e-6);
             continue;
@@ -98,14 +98,17 @@ fn series_are_the_values_until_a_margin_vanishes() {
                 own.fold(f64::INFINITY, f64::min)
             };
             if (1..=200).any(|k| least(t * f64::from(k) / 200.0) < 0.0) {
-                told[1] += 1;
+                reported[1] += 1;
                 break;
             }
             let value = evaluated(t).0;
             let size = 1.0 + begin.abs() + value.abs();
             assert!((own(t) - value).abs() <= 1e-9 * size, "{case}: {} at {t} in place of {value}\n{plan}", own(t));
-            told[2] += 1;
+            reported[2] += 1;
         }
     }
-    assert!(told[0] > 30 && 2 * seen > told[0] && told[1] > 200 && told[2] > 10_000, "{told:?}, {seen}");
+    assert!(
+        reported[0] > 30 && 2 * seen > reported[0] && reported[1] > 200 && reported[2] > 10_000,
+        "{reported:?}, {seen}"
+    );
 }

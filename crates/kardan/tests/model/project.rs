@@ -1,7 +1,7 @@
 //! The door: files and programs write the same model, with the same mistakes, and a model writes itself down.
 
 use kardan::diagnostics::{Diagnostic, Severity};
-use kardan::entries::{Entries, Entry, Written};
+use kardan::entries::{Entries, Entry, RawValue};
 use kardan::file::{syntax, to_toml};
 use kardan::model;
 use kardan::project::*;
@@ -24,11 +24,11 @@ fn by_a_program(entries: &Entries) -> Entries {
     out
 }
 
-fn value_by_a_program(written: &Written) -> Written {
-    match written {
-        Written::Table(table) => Written::Table(by_a_program(table)),
-        Written::List(list) => {
-            Written::List(list.iter().map(|entry| Entry::from(value_by_a_program(&entry.value))).collect())
+fn value_by_a_program(raw: &RawValue) -> RawValue {
+    match raw {
+        RawValue::Table(table) => RawValue::Table(by_a_program(table)),
+        RawValue::List(list) => {
+            RawValue::List(list.iter().map(|entry| Entry::from(value_by_a_program(&entry.value))).collect())
         }
         other => other.clone(),
     }
@@ -42,16 +42,16 @@ fn built_in_models_written_and_read_again_are_the_same() {
         let again = Project::open(text.as_str());
         assert!(project.entries().same_as(again.entries()), "{}:\n{text}", builtin.name);
         assert_eq!(again.to_toml(), text, "{}", builtin.name);
-        let told = |project: &Project| -> Vec<String> {
-            project.mistakes().iter().map(|d| format!("{} {} {:?}", d.code, d.message, d.help)).collect()
+        let reported = |project: &Project| -> Vec<String> {
+            project.diagnostics().iter().map(|d| format!("{} {} {:?}", d.code, d.message, d.help)).collect()
         };
         let sorted = |mut list: Vec<String>| {
             list.sort();
             list
         };
-        assert_eq!(sorted(told(&project)), sorted(told(&again)), "{}", builtin.name);
+        assert_eq!(sorted(reported(&project)), sorted(reported(&again)), "{}", builtin.name);
         let built = Project::build(Builder::from_entries(by_a_program(project.entries())));
-        assert_eq!(sorted(told(&project)), sorted(told(&built)), "{}", builtin.name);
+        assert_eq!(sorted(reported(&project)), sorted(reported(&built)), "{}", builtin.name);
     }
 }
 
@@ -75,7 +75,7 @@ fn typed_structs_hold_every_key() {
         let Some(group) = project.entries().table(E::KEYWORD) else { return 0 };
         for entry in group.iter() {
             let read = project.element::<E>(&entry.key).unwrap_or_else(|| panic!("{} {}", E::KEYWORD, entry.key));
-            let Written::Table(table) = &entry.entry.value else { panic!("{} is a table", entry.key) };
+            let RawValue::Table(table) = &entry.entry.value else { panic!("{} is a table", entry.key) };
             assert!(read.entries().same_as(table), "{} {}: {read:?}", E::KEYWORD, entry.key);
         }
         group.iter().count()
@@ -84,7 +84,7 @@ fn typed_structs_hold_every_key() {
         let Some(group) = project.entries().table("control") else { return 0 };
         let read: Vec<_> = group.iter().filter_map(|entry| Some((entry, project.control::<L>(&entry.key)?))).collect();
         for (entry, read) in &read {
-            let Written::Table(table) = &entry.entry.value else { panic!("{} is a table", entry.key) };
+            let RawValue::Table(table) = &entry.entry.value else { panic!("{} is a table", entry.key) };
             let built = Project::build(Builder::default().control(&entry.key, read.clone()));
             let again = built.entries().table("control").and_then(|group| group.table(&entry.key));
             assert!(again.is_some_and(|again| again.same_as(table)), "{}: {}", entry.key, built.to_toml());
@@ -144,14 +144,14 @@ fn typed_structs_hold_every_key() {
 
 /// What is wrong with a file is wrong with the same model of a program: the same codes, words and help, and a path instead of a line.
 #[test]
-fn a_program_is_told_the_same_mistakes() {
+fn a_program_gets_the_same_errors() {
     let mut seen = 0;
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/bad");
     for file in std::fs::read_dir(folder).expect("the folder is there") {
         let path = file.expect("it can be read").path();
         let Ok(source) = std::fs::read_to_string(&path) else { continue };
-        let (entries, mistakes) = syntax(&source);
-        if path.extension().is_none_or(|end| end != "toml") || !mistakes.is_empty() || entries.is_empty() {
+        let (entries, diagnostics) = syntax(&source);
+        if path.extension().is_none_or(|end| end != "toml") || !diagnostics.is_empty() || entries.is_empty() {
             continue;
         }
         let key = |d: &Diagnostic| (d.code, d.message.clone(), d.help.clone(), d.labels.len());
@@ -162,12 +162,12 @@ fn a_program_is_told_the_same_mistakes() {
         };
         let file = Project::open(source.as_str());
         let built = Project::build(Builder::from_entries(by_a_program(&entries)));
-        assert_eq!(sorted(built.mistakes()), sorted(file.mistakes()), "{}", path.display());
-        for mistake in built.mistakes() {
-            let paths: Vec<&str> = mistake.labels.iter().filter_map(|label| label.place.path()).collect();
-            assert_eq!(paths.len(), mistake.labels.len(), "{}: {mistake:?}", path.display());
+        assert_eq!(sorted(built.diagnostics()), sorted(file.diagnostics()), "{}", path.display());
+        for diagnostic in built.diagnostics() {
+            let paths: Vec<&str> = diagnostic.labels.iter().filter_map(|label| label.place.path()).collect();
+            assert_eq!(paths.len(), diagnostic.labels.len(), "{}: {diagnostic:?}", path.display());
             for path in paths {
-                assert!(leads_somewhere(built.entries(), path), "{path} of {mistake:?}");
+                assert!(leads_somewhere(built.entries(), path), "{path} of {diagnostic:?}");
             }
         }
         seen += 1;
@@ -186,8 +186,8 @@ fn leads_somewhere(entries: &Entries, path: &str) -> bool {
     fn entry(found: &Entry, out: &mut Vec<String>) {
         out.extend(found.place.path().map(str::to_string));
         match &found.value {
-            Written::Table(table) => paths(table, out),
-            Written::List(list) => list.iter().for_each(|one| entry(one, out)),
+            RawValue::Table(table) => paths(table, out),
+            RawValue::List(list) => list.iter().for_each(|one| entry(one, out)),
             _ => {}
         }
     }
@@ -207,9 +207,9 @@ fn paths_name_the_entry() {
             .control("column", Noninteracting::new([good, channel])),
     );
     let paths: Vec<&str> =
-        project.mistakes().iter().filter_map(|mistake| mistake.labels.first()?.place.path()).collect();
-    assert!(paths.contains(&"control.column.channels[1].output"), "{:#?}", project.mistakes());
-    let shown = project.mistakes()[0].to_string();
+        project.diagnostics().iter().filter_map(|diagnostic| diagnostic.labels.first()?.place.path()).collect();
+    assert!(paths.contains(&"control.column.channels[1].output"), "{:#?}", project.diagnostics());
+    let shown = project.diagnostics()[0].to_string();
     assert!(shown.contains("control.column.channels[1].output"), "{shown}");
 }
 
@@ -217,21 +217,21 @@ fn key() -> impl Strategy<Value = String> {
     prop_oneof!["[a-z][a-z_0-9]{0,8}", "[ -~]{1,10}", "\\PC{1,4}"]
 }
 
-fn written() -> impl Strategy<Value = Written> {
+fn raw() -> impl Strategy<Value = RawValue> {
     let leaf = prop_oneof![
-        any::<String>().prop_map(Written::Text),
-        "[ -~]{0,20}".prop_map(Written::Text),
-        any::<i64>().prop_map(|number| Written::Number(number.to_string())),
-        any::<f64>().prop_filter("finite", |x| x.is_finite()).prop_map(|x| Quantity::from(x).written()),
+        any::<String>().prop_map(RawValue::Text),
+        "[ -~]{0,20}".prop_map(RawValue::Text),
+        any::<i64>().prop_map(|number| RawValue::Number(number.to_string())),
+        any::<f64>().prop_filter("finite", |x| x.is_finite()).prop_map(|x| Quantity::from(x).raw()),
     ];
     leaf.prop_recursive(4, 40, 5, |inner| {
         prop_oneof![
             prop::collection::vec(inner.clone(), 0..5)
-                .prop_map(|list| Written::List(list.into_iter().map(Entry::from).collect())),
+                .prop_map(|list| RawValue::List(list.into_iter().map(Entry::from).collect())),
             prop::collection::vec((key(), inner), 0..5).prop_map(|list| {
                 let mut table = Entries::default();
                 list.into_iter().for_each(|(key, value)| table.set(&key, value));
-                Written::Table(table)
+                RawValue::Table(table)
             }),
         ]
     })
@@ -240,12 +240,12 @@ fn written() -> impl Strategy<Value = Written> {
 proptest! {
     /// Whatever stands in a model, writing and reading it is the identity.
     #[test]
-    fn written_and_read_again_is_the_same(list in prop::collection::vec((key(), written()), 0..6)) {
+    fn written_and_read_again_is_the_same(list in prop::collection::vec((key(), raw()), 0..6)) {
         let mut entries = Entries::default();
         list.into_iter().for_each(|(key, value)| entries.set(&key, value));
         let text = to_toml(&entries);
-        let (again, mistakes) = syntax(&text);
-        prop_assert_eq!(mistakes, [], "{}", &text);
+        let (again, diagnostics) = syntax(&text);
+        prop_assert_eq!(diagnostics, [], "{}", &text);
         prop_assert!(entries.same_as(&again), "{}\n{:?}\n{:?}", text, entries, again);
     }
 
@@ -255,7 +255,7 @@ proptest! {
         use kardan::units::{Dimension, Exact, parse_quantity};
         let value = Exact::new(Exact::from_ratio(above, below).rational, turns);
         for dimension in [Dimension::TORQUE, Dimension::ANGLE, Dimension::STIFFNESS, Dimension::DAMPING] {
-            let text = kardan::units::written_quantity(&value, dimension);
+            let text = kardan::units::format_quantity(&value, dimension);
             prop_assert_eq!(parse_quantity(&text), Ok((value.clone(), dimension)), "{}", text);
         }
     }
@@ -276,17 +276,17 @@ fn the_manual_says_what_keys_hold() {
 fn equations_are_written_without_designing_controllers() {
     let source = model::builtin("harmonic-drive").expect("it is built in").source;
     let (fresh, designed) = (Project::open(source), Project::open(source));
-    assert!(designed.mistakes().iter().all(|mistake| mistake.severity != Severity::Error));
+    assert!(designed.diagnostics().iter().all(|diagnostic| diagnostic.severity != Severity::Error));
     for form in [EquationsForm::Text, EquationsForm::Latex, EquationsForm::Plan] {
         assert_eq!(fresh.equations(form).expect("equations").0, designed.equations(form).expect("equations").0);
     }
-    let written = |project: &Project| project.symbolic_text(EquationsForm::Text).expect("symbols").0;
-    assert_eq!(written(&fresh), written(&designed));
+    let raw = |project: &Project| project.symbolic_text(EquationsForm::Text).expect("symbols").0;
+    assert_eq!(raw(&fresh), raw(&designed));
     // Nothing connects the motor to the second shaft.
     let apart = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"2 kg m^2\"\n[spring_damper.s]\nshaft_1 = \"b\"\nstiffness = \"3 N m/rad\"\n\
                  [motor.m]\nshaft = \"a\"\n[control.c]\nlaw = \"pole_placement\"\ninputs = [\"m\"]\npoles = [-1, -2, -3, -4]\n\
                  [scenario]\nduration = \"1 s\"\n";
     let (text, _) = Project::open(apart).equations(EquationsForm::Text).expect("equations");
     assert!(text.contains("2 b''"), "{text}");
-    assert!(Project::open(apart).mistakes().iter().any(|mistake| mistake.severity == Severity::Error));
+    assert!(Project::open(apart).diagnostics().iter().any(|diagnostic| diagnostic.severity == Severity::Error));
 }

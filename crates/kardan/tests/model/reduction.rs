@@ -14,7 +14,7 @@ use kardan::analysis::{
     BasisError, ConstrainedSystem, Gramian, bases, constraint_forces, eigenvalue_bounds, gram_schmidt, gramian, modes,
     modes_of_pencil, reduction, smallest_eigenvalue, transfer_energy,
 };
-use kardan::assemble::Along;
+use kardan::assemble::DirectionalTerm;
 use kardan::model;
 use kardan::num::{Matrix, Rational, null_vectors, project};
 use kardan::results::{
@@ -24,15 +24,15 @@ use proptest::prelude::*;
 
 // ---- systems ------------------------------------------------------------------------------------------------------
 
-fn along<T>(element: &str, row: &[(usize, Q)], value: T) -> Along<T> {
+fn directional_term<T>(element: &str, row: &[(usize, Q)], value: T) -> DirectionalTerm<T> {
     let mut row: Vec<(usize, Rational)> =
         row.iter().filter(|(_, x)| *x != int(0)).map(|(j, x)| (*j, x.rational())).collect();
     row.sort_by_key(|(j, _)| *j);
-    Along { element: element.to_string(), row, value }
+    DirectionalTerm { element: element.to_string(), row, value }
 }
 
-fn term(element: &str, row: &[(usize, Q)], value: Q) -> Along<Rational> {
-    along(element, row, value.rational())
+fn term(element: &str, row: &[(usize, Q)], value: Q) -> DirectionalTerm<Rational> {
+    directional_term(element, row, value.rational())
 }
 
 #[derive(Debug, Clone)]
@@ -72,10 +72,10 @@ fn systems(damped: bool) -> impl Strategy<Value = Random> {
                 for (k, coefficients) in constraints.iter().enumerate() {
                     let mut row = vec![(order[k], int(1))];
                     row.extend((m..n).map(|j| (order[j], int(coefficients[j]))));
-                    system.constraints.push(along(&format!("g{k}"), &row, ()));
+                    system.constraints.push(directional_term(&format!("g{k}"), &row, ()));
                 }
-                system.inputs.push(along("first", &[(0, int(1))], ()));
-                system.inputs.push(along("between", &[(0, int(-1)), (n - 1, int(2))], ()));
+                system.inputs.push(directional_term("first", &[(0, int(1))], ()));
+                system.inputs.push(directional_term("between", &[(0, int(-1)), (n - 1, int(2))], ()));
                 let preferred = order.into_iter().rev().take(2).collect();
                 Random { system, preferred }
             })
@@ -97,8 +97,11 @@ fn drive(i: Q, [jwg, jcs, jfs, jrk]: [Q; 4], [dwg, dcs, dfs, drk]: [Q; 4], ssp: 
         dampers,
         springs: vec![term("torsion_bar", &bar, ssp)],
         loads: Vec::new(),
-        constraints: vec![along("hd", &[(0, int(1)), (1, -(i + int(1))), (2, i)], ())],
-        inputs: vec![along("wg_motor", &[(0, int(1))], ()), along("rk_motor", &[(3, int(1))], ())],
+        constraints: vec![directional_term("hd", &[(0, int(1)), (1, -(i + int(1))), (2, i)], ())],
+        inputs: vec![
+            directional_term("wg_motor", &[(0, int(1))], ()),
+            directional_term("rk_motor", &[(3, int(1))], ()),
+        ],
     }
 }
 
@@ -441,8 +444,9 @@ fn many_shafts_have_constraint_forces_in_floating_point() {
 /// Bodies with springs and dampers between neighbours and gears `q_a = 51 q_b − 50 q_c`.
 fn chain(n: usize) -> ConstrainedSystem {
     let between = |i: usize| [(i, int(1)), (i + 1, int(-1))];
-    let gear =
-        |k: usize| along(&format!("g{k}"), &[(5 * k + 1, int(1)), (5 * k + 2, int(-51)), (5 * k + 4, int(50))], ());
+    let gear = |k: usize| {
+        directional_term(&format!("g{k}"), &[(5 * k + 1, int(1)), (5 * k + 2, int(-51)), (5 * k + 4, int(50))], ())
+    };
     ConstrainedSystem {
         coordinates: (0..n).map(|i| format!("b{i:04}")).collect(),
         inertias: (0..n).map(|i| term(&format!("b{i:04}"), &[(i, int(1))], frac(1 + i as i128 % 7, 100))).collect(),
@@ -450,7 +454,7 @@ fn chain(n: usize) -> ConstrainedSystem {
         springs: (0..n - 1).map(|i| term(&format!("s{i}"), &between(i), int(90 + i as i128 % 11))).collect(),
         loads: Vec::new(),
         constraints: (0..n / 5).map(gear).collect(),
-        inputs: vec![along("first", &[(0, int(1))], ()), along("last", &[(n - 1, int(1))], ())],
+        inputs: vec![directional_term("first", &[(0, int(1))], ()), directional_term("last", &[(n - 1, int(1))], ())],
     }
 }
 
@@ -972,7 +976,10 @@ fn plans_of_motion_agree_with_other_ways() {
             let reduced = &variant.reduced;
             // What is evaluated shaft by shaft knows no time, and rows that are kept, and of brakes and locks, stand among those of friction.
             let equations = &reduced.equations;
-            if !(equations.moving.is_empty() && equations.kept.is_empty() && equations.holds.is_empty()) {
+            if !(equations.moving.is_empty()
+                && equations.multiplier_constraints.is_empty()
+                && equations.unilaterals.is_empty())
+            {
                 continue;
             }
             let r = reduced.degrees_of_freedom();
@@ -996,15 +1003,15 @@ fn plans_of_motion_agree_with_other_ways() {
                 near("speed", &work.kinematics.speeds, &kinematics.speeds);
                 near("basis", &work.kinematics.basis, &kinematics.basis);
                 near("bias", &work.kinematics.bias, &kinematics.bias);
-                let along = |row: &[(usize, f64)]| -> Vec<f64> {
+                let row_dot = |row: &[(usize, f64)]| -> Vec<f64> {
                     let entry = |i: usize| row.iter().map(|(shaft, c)| c * kinematics.row(*shaft)[i]).sum();
                     (0..r).map(entry).collect()
                 };
                 let frictions: Vec<f64> =
-                    reduced.equations.frictions.iter().flat_map(|term| along(&term.row_f64())).collect();
+                    reduced.equations.frictions.iter().flat_map(|term| row_dot(&term.row_f64())).collect();
                 near("friction", &work.friction_rows, &frictions);
                 let inputs: Vec<f64> =
-                    reduced.equations.inputs.iter().flat_map(|term| along(&term.row_f64())).collect();
+                    reduced.equations.inputs.iter().flat_map(|term| row_dot(&term.row_f64())).collect();
                 near("input", &work.input_rows, &inputs);
                 let data = MechanismData::new(reduced);
                 let mut memory = vec![0.0; data.block().memory()];

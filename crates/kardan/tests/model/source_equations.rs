@@ -13,7 +13,7 @@ use kardan::reduce::{Dynamics, LinearModel, Multipliers, Reduced, linearise};
 use kardan::results::Pole;
 use kardan::study::PreparedVariant;
 use kardan::synthesis::{ChannelDesign, NoninteractingDesign, design_noninteracting, effective_inertia};
-use kardan::synthesis::{LinearLaw, Seen, closed_loop_poles};
+use kardan::synthesis::{LinearLaw, Observation, closed_loop_poles};
 
 const TOLERANCE: f64 = 1e-12;
 
@@ -1350,8 +1350,8 @@ fn shafts_at(sia: &Sia, position: [f64; 3], speed: [f64; 3]) -> (Vec<f64>, Vec<f
 }
 
 /// What a law without states sees.
-fn seen<'a>(angles: &'a [f64], speeds: &'a [f64], references: &'a [f64]) -> Seen<'a> {
-    Seen { time: 0.0, angles, speeds, references, disturbances: &[], readings: &[], states: &[] }
+fn seen<'a>(angles: &'a [f64], speeds: &'a [f64], references: &'a [f64]) -> Observation<'a> {
+    Observation { time: 0.0, angles, speeds, references, disturbances: &[], readings: &[], states: &[] }
 }
 
 /// (6.137) in (6.124): the rack motor's torque from reference, state and load estimate.

@@ -48,7 +48,8 @@ fn good(bytes: &[u8]) -> LinearSystem {
 }
 
 fn whole(bytes: &[u8]) -> StateSpace {
-    read_state_space(bytes).unwrap_or_else(|mistakes| panic!("{}", plain(&String::from_utf8_lossy(bytes), &mistakes)))
+    read_state_space(bytes)
+        .unwrap_or_else(|diagnostics| panic!("{}", plain(&String::from_utf8_lossy(bytes), &diagnostics)))
 }
 
 fn json(text: &str) -> LinearSystem {
@@ -57,20 +58,20 @@ fn json(text: &str) -> LinearSystem {
 
 /// The mistakes of bytes, each of which must say what is wrong and what to do, in places that exist.
 fn bad(bytes: &[u8]) -> Vec<Diagnostic> {
-    let mistakes = match read_state_space(bytes) {
-        Err(mistakes) => mistakes,
+    let diagnostics = match read_state_space(bytes) {
+        Err(diagnostics) => diagnostics,
         Ok(system) => panic!("accepted: {system:?}"),
     };
-    assert!(!mistakes.is_empty());
+    assert!(!diagnostics.is_empty());
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    for mistake in &mistakes {
-        assert!(mistake.help.as_ref().is_some_and(|help| !help.is_empty()), "{mistake:?}");
-        assert!(!mistake.message.is_empty() && mistake.message.len() < 500, "{mistake:?}");
-        for label in &mistake.labels {
-            assert!(std::str::from_utf8(text).unwrap().get(label.place.span()).is_some(), "{mistake:?}");
+    for diagnostic in &diagnostics {
+        assert!(diagnostic.help.as_ref().is_some_and(|help| !help.is_empty()), "{diagnostic:?}");
+        assert!(!diagnostic.message.is_empty() && diagnostic.message.len() < 500, "{diagnostic:?}");
+        for label in &diagnostic.labels {
+            assert!(std::str::from_utf8(text).unwrap().get(label.place.span()).is_some(), "{diagnostic:?}");
         }
     }
-    mistakes
+    diagnostics
 }
 
 #[test]
@@ -274,12 +275,12 @@ fn bad_json_is_explained() {
     ];
     for (text, code, part) in cases {
         let shown = &text[..text.len().min(200)];
-        let mistakes = bad(text.as_bytes());
-        let rendered = plain(text, &mistakes);
-        assert_eq!(mistakes.len(), 1, "{shown}\n{rendered}");
-        assert!(mistakes[0].code == *code && mistakes[0].message.contains(part), "{shown}\n{rendered}");
+        let diagnostics = bad(text.as_bytes());
+        let rendered = plain(text, &diagnostics);
+        assert_eq!(diagnostics.len(), 1, "{shown}\n{rendered}");
+        assert!(diagnostics[0].code == *code && diagnostics[0].message.contains(part), "{shown}\n{rendered}");
         let whole = matches!(*code, "file::empty" | "state-space::missing");
-        assert_eq!(mistakes[0].labels.is_empty(), whole, "{shown}\n{rendered}");
+        assert_eq!(diagnostics[0].labels.is_empty(), whole, "{shown}\n{rendered}");
     }
 }
 
@@ -317,7 +318,7 @@ fn the_rank_of_e_is_right() {
 }
 
 #[test]
-fn places_are_those_of_the_mistakes() {
+fn places_are_those_of_the_errors() {
     let text = "{\n  \"A\": [[0, 1],\n        [2, \"x\"]],\n  \"B\": [1, 2, 3]\n}";
     assert!(plain(text, &bad(text.as_bytes())).starts_with("error[number::syntax] 3:13: entry 2 of row 2 of `A`"));
     let text = "{\"A\": [[1, 2],\n [3, 4],\n [5]]}";
@@ -329,10 +330,10 @@ fn places_are_those_of_the_mistakes() {
 }
 
 #[test]
-fn several_mistakes_are_told_at_once() {
+fn several_errors_are_reported_at_once() {
     let text = r#"{"A": [[1, 2], [3, 4]], "B": [[1], [2], [3]], "C": [[1, null]], "E": [[1, 1], [1, 1]],
                    "states": ["a", "a"], "x": 1}"#;
-    let codes: Vec<&str> = bad(text.as_bytes()).iter().map(|mistake| mistake.code).collect();
+    let codes: Vec<&str> = bad(text.as_bytes()).iter().map(|diagnostic| diagnostic.code).collect();
     assert_eq!(codes, ["state-space::shape", "number::not-finite", "state-space::names", "state-space::unknown"]);
     // Many of one kind are not told one by one.
     let many = format!("{{\"A\": [[{}]]}}", vec!["null"; 500].join(","));
@@ -368,9 +369,9 @@ fn bad_mat_files_are_explained() {
         (b"\xff\xfe{\0}\0".to_vec(), "file::utf-16", "UTF-16"),
     ];
     for (bytes, code, part) in cases {
-        let mistakes = bad(&bytes);
-        let found = mistakes.iter().any(|mistake| mistake.code == code && mistake.message.contains(part));
-        assert!(found, "{code} {part}\n{}", plain("", &mistakes));
+        let diagnostics = bad(&bytes);
+        let found = diagnostics.iter().any(|diagnostic| diagnostic.code == code && diagnostic.message.contains(part));
+        assert!(found, "{code} {part}\n{}", plain("", &diagnostics));
     }
     assert!(
         bad(&[b"MATLAB 7.3 MAT-file".as_slice(), &[0; 200]].concat())[0].help.as_ref().unwrap().contains("save -v7")
@@ -435,7 +436,7 @@ fn json_cut_at_every_byte_is_refused() {
         let cut = &text.as_bytes()[..length];
         match std::str::from_utf8(cut) {
             Ok(_) => drop(bad(cut)),
-            Err(_) => assert!(read_state_space(cut).is_err_and(|mistakes| !mistakes.is_empty())),
+            Err(_) => assert!(read_state_space(cut).is_err_and(|diagnostics| !diagnostics.is_empty())),
         }
     }
 }
@@ -461,8 +462,8 @@ proptest! {
         )
     ) {
         let text = pieces.concat();
-        if let Err(mistakes) = read_state_space(text.as_bytes()) {
-            for label in mistakes.iter().flat_map(|mistake| &mistake.labels) {
+        if let Err(diagnostics) = read_state_space(text.as_bytes()) {
+            for label in diagnostics.iter().flat_map(|diagnostic| &diagnostic.labels) {
                 prop_assert!(text.get(label.place.span()).is_some());
             }
         }

@@ -139,7 +139,7 @@ pub(super) fn filled(model: &str, random: &mut Random) -> (String, HashMap<Strin
 
 pub(super) fn symbolic(text: &str) -> SymbolicEquations {
     let project = Project::open(text);
-    project.symbolic_equations().unwrap_or_else(|mistakes| panic!("{mistakes:?}")).0
+    project.symbolic_equations().unwrap_or_else(|diagnostics| panic!("{diagnostics:?}")).0
 }
 
 /// Letters by the numbers of the values that they stand for, then those that stand for formulas.
@@ -300,8 +300,8 @@ fn constraint_torques(
         })
         .collect();
     let mut add = |row: &[(usize, f64)], of: &[f64], coefficient: f64, rest: f64| {
-        let along: f64 = row.iter().map(|(k, x)| x * of[*k]).sum::<f64>() - rest;
-        row.iter().for_each(|(k, x)| force[*k] += x * along * coefficient);
+        let direction: f64 = row.iter().map(|(k, x)| x * of[*k]).sum::<f64>() - rest;
+        row.iter().for_each(|(k, x)| force[*k] += x * direction * coefficient);
     };
     equations.inertias.iter().for_each(|one| add(&one.row_f64(), &shaft_accelerations, one.value.to_f64(), 0.0));
     equations.dampers.iter().for_each(|one| add(&one.row_f64(), &work.kinematics.speeds, one.value.to_f64(), 0.0));
@@ -708,7 +708,8 @@ fn latex_is_balanced_and_escaped() {
 fn built_in_models_in_symbols() {
     for builtin in kardan::model::BUILTIN {
         let project = Project::open(builtin.source);
-        let (found, _) = project.symbolic_equations().unwrap_or_else(|told| panic!("{}: {told:?}", builtin.name));
+        let (found, _) =
+            project.symbolic_equations().unwrap_or_else(|reported| panic!("{}: {reported:?}", builtin.name));
         let lists = [&found.inertia, &found.velocity, &found.damping, &found.stiffness, &found.friction, &found.input];
         for one in lists.into_iter().flatten() {
             assert!(one.formula.text.len() < 300, "{}: {} = {}", builtin.name, one.symbol.text, one.formula.text);
@@ -755,7 +756,7 @@ pub(super) fn displays(page: &str) -> usize {
 
 /// Twelve drives in a row would need thousands of terms: that is told, and nothing hangs.
 #[test]
-fn too_many_terms_are_told() {
+fn too_many_terms_are_reported() {
     let mut model = "[shaft.s0]\ninertia = \"1 kg m^2\"\n".to_string();
     for k in 1..40 {
         model += &format!(
@@ -766,17 +767,20 @@ fn too_many_terms_are_told() {
         );
     }
     let project = Project::open(model.as_str());
-    let mistakes = project.symbolic_equations().unwrap_err();
-    assert_eq!(mistakes[0].code, "symbolic::size", "{mistakes:?}");
+    let diagnostics = project.symbolic_equations().unwrap_err();
+    assert_eq!(diagnostics[0].code, "symbolic::size", "{diagnostics:?}");
     let gear = |name: &str| format!("[gear.{name}]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nratio = 2\n");
     let shafts = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\n";
     let parallel = format!("{shafts}{}{}", gear("g"), gear("h"));
-    let mistakes = Project::open(&parallel).symbolic_equations().unwrap_err();
-    assert!(mistakes[0].code == "symbolic::redundant" && mistakes[0].message.contains("`g`, `h`"), "{mistakes:?}");
+    let diagnostics = Project::open(&parallel).symbolic_equations().unwrap_err();
+    assert!(
+        diagnostics[0].code == "symbolic::redundant" && diagnostics[0].message.contains("`g`, `h`"),
+        "{diagnostics:?}"
+    );
     let spring = |name: &str, [one, two]: [&str; 2]| {
         format!("[spring_damper.{name}]\nshaft_1 = \"{one}\"\nshaft_2 = \"{two}\"\nstiffness = \"2 N m/rad\"\n")
     };
     let series = format!("{shafts}[shaft.c]\n{}{}", spring("s", ["a", "c"]), spring("t", ["c", "b"]));
-    let mistakes = Project::open(&series).symbolic_equations().unwrap_err();
-    assert_eq!(mistakes[0].code, "symbolic::massless", "{mistakes:?}");
+    let diagnostics = Project::open(&series).symbolic_equations().unwrap_err();
+    assert_eq!(diagnostics[0].code, "symbolic::massless", "{diagnostics:?}");
 }

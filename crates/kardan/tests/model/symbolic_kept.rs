@@ -42,7 +42,7 @@ impl Exact {
     fn new(reduced: &Reduced) -> Self {
         let mut motion = Motion::new(reduced);
         let equations = &reduced.equations;
-        let frictions = equations.set_valued().count() + equations.kept.len();
+        let frictions = equations.set_valued().count() + equations.multiplier_constraints.len();
         let counts = [reduced.degrees_of_freedom(), equations.inputs.len(), frictions];
         let [accelerations, inputs, frictions] = counts.map(|count| -> Vec<Expr> {
             (0..count).map(|_| motion.graph.new_symbol("given".into(), Dimension::NONE)).collect()
@@ -112,7 +112,7 @@ fn compare(model: &str, points: usize) {
         let (text, numbers) = filled(model, &mut random);
         let project = Project::open(text.as_str());
         let prepared = project.prepared();
-        let reduced = &prepared.variants.first().unwrap_or_else(|| panic!("{:?}", project.mistakes())).reduced;
+        let reduced = &prepared.variants.first().unwrap_or_else(|| panic!("{:?}", project.diagnostics())).reduced;
         let (equations, exact) = (&reduced.equations, Exact::new(reduced));
         for _ in 0..STATES {
             let mut list = |count: usize| -> Vec<f64> { (0..count).map(|_| random.between(-2.0, 2.0)).collect() };
@@ -124,7 +124,7 @@ fn compare(model: &str, points: usize) {
                 speed: list(r),
                 acceleration: list(r),
                 inputs: list(equations.inputs.len()),
-                frictions: list(set_valued + equations.kept.len()),
+                frictions: list(set_valued + equations.multiplier_constraints.len()),
             };
             let mut point = Point { values: HashMap::from([("t".to_string(), given.time)]), functions: &|_, _| None };
             let (given, numeric) = put(&found, (reduced, &exact), &numbers, given, &mut point);
@@ -158,14 +158,17 @@ fn put(
     for (k, own) in reduced.coordinates.iter().enumerate() {
         point.values.insert(format!("{}''", word(&equations.coordinates[*own])), given.acceleration[k]);
     }
-    let kept = equations.kept.iter().filter_map(|kept| match &kept.law {
-        kardan::equations::Kept::Speed(_, function) | kardan::equations::Kept::Acceleration(_, function) => {
-            Some((&kept.element, function))
+    let multiplier_constraints = equations.multiplier_constraints.iter().filter_map(|multiplier_constraints| {
+        match &multiplier_constraints.law {
+            kardan::equations::MultiplierLaw::Speed(_, function)
+            | kardan::equations::MultiplierLaw::Acceleration(_, function) => {
+                Some((&multiplier_constraints.element, function))
+            }
+            _ => None,
         }
-        _ => None,
     });
     let mut functions = Vec::new();
-    for (element, function) in equations.moving.iter().chain(kept) {
+    for (element, function) in equations.moving.iter().chain(multiplier_constraints) {
         let rates = [(**function).clone(), function.rate(), function.rate().rate()];
         for (order, rate) in rates.iter().enumerate() {
             functions.push((format!("b_{}{}", word(element), "'".repeat(order)), rate.value(given.time)));
@@ -187,23 +190,23 @@ fn put(
         }
     }
     let first = equations.frictions.len();
-    for (k, hold) in equations.holds.iter().enumerate() {
-        let rubs = matches!(hold.value, kardan::equations::Hold::Mesh(_));
+    for (k, unilateral) in equations.unilaterals.iter().enumerate() {
+        let rubs = matches!(unilateral.value, kardan::equations::UnilateralConstraint::GearLoss(_));
         let names = if rubs { &[".friction"][..] } else { &[".tau", ".f", ".v"][..] };
         // Both sides of a stop are one torque: here all of it is on the first.
-        let again = equations.holds[..k].iter().any(|other| other.element == hold.element && !rubs);
+        let again = equations.unilaterals[..k].iter().any(|other| other.element == unilateral.element && !rubs);
         if again {
             given.frictions[first + k] = 0.0;
             continue;
         }
-        let sign = if hold.value.is_upper() { -1.0 } else { 1.0 };
+        let sign = if unilateral.value.is_upper() { -1.0 } else { 1.0 };
         for end in names {
-            point.values.insert(format!("{}{end}", word(&hold.element)), sign * given.frictions[first + k]);
+            point.values.insert(format!("{}{end}", word(&unilateral.element)), sign * given.frictions[first + k]);
         }
     }
-    let first = first + equations.holds.len();
-    for (k, kept) in found.kept.iter().enumerate() {
-        point.values.insert(kept.multiplier.text.clone(), -given.frictions[first + k]);
+    let first = first + equations.unilaterals.len();
+    for (k, multiplier_constraints) in found.multiplier_constraints.iter().enumerate() {
+        point.values.insert(multiplier_constraints.multiplier.text.clone(), -given.frictions[first + k]);
     }
     let exact = plan.at(&given);
     for one in &found.dependents {
@@ -218,8 +221,8 @@ fn put(
 
 fn check(found: &SymbolicEquations, reduced: &Reduced, given: &Given, exact: &Numeric, point: &Point<'_>) {
     let (equations, names) = (&reduced.equations, reduced.coordinate_names());
-    let (r, count) = (names.len(), equations.kept.len());
-    assert_eq!(found.kept.len(), count);
+    let (r, count) = (names.len(), equations.multiplier_constraints.len());
+    assert_eq!(found.multiplier_constraints.len(), count);
     let number = |name: String| exact.found.get(&name).copied().unwrap_or(0.0);
     let entry = |list, letter: &str, i: usize, j: usize| {
         let symbol = format!("{letter}[{}, {}]", word(&names[i.max(j)]), word(&names[i.min(j)]));
@@ -233,22 +236,35 @@ fn check(found: &SymbolicEquations, reduced: &Reduced, given: &Given, exact: &Nu
     let rows: [Vec<f64>; 2] = [
         (0..count * r)
             .map(|k| {
-                let kept = &found.kept[k / r];
-                of(&kept.row, &format!("A[{}, {}]", word(&kept.of), word(&names[k % r])), point)
+                let constraint = &found.multiplier_constraints[k / r];
+                of(&constraint.row, &format!("A[{}, {}]", word(&constraint.of), word(&names[k % r])), point)
             })
             .collect(),
-        (0..count * r).map(|k| number(format!("kept[{},{}]", equations.kept[k / r].element, names[k % r]))).collect(),
+        (0..count * r)
+            .map(|k| number(format!("kept[{},{}]", equations.multiplier_constraints[k / r].element, names[k % r])))
+            .collect(),
     ];
     let right: [Vec<f64>; 2] = [
-        found.kept.iter().map(|kept| value(&kept.accelerations.formula.text, point)).collect(),
-        equations.kept.iter().map(|kept| -number(format!("kept[{}]", kept.element))).collect(),
+        found
+            .multiplier_constraints
+            .iter()
+            .map(|constraint| value(&constraint.accelerations.formula.text, point))
+            .collect(),
+        equations
+            .multiplier_constraints
+            .iter()
+            .map(|constraint| -number(format!("kept[{}]", constraint.element)))
+            .collect(),
     ];
-    for (k, kept) in found.kept.iter().enumerate() {
-        for (line, motion) in
-            kept.rates.iter().map(|line| (line, &given.speed)).chain([(&kept.accelerations, &given.acceleration)])
+    for (k, constraint) in found.multiplier_constraints.iter().enumerate() {
+        for (line, motion) in constraint
+            .rates
+            .iter()
+            .map(|line| (line, &given.speed))
+            .chain([(&constraint.accelerations, &given.acceleration)])
         {
-            let along: f64 = (0..r).map(|i| rows[1][k * r + i] * motion[i]).sum();
-            close(value(&line.symbol.text, point), along, along.abs(), &line.symbol.text);
+            let direction: f64 = (0..r).map(|i| rows[1][k * r + i] * motion[i]).sum();
+            close(value(&line.symbol.text, point), direction, direction.abs(), &line.symbol.text);
         }
     }
     let force = [symbolic_force(found, &names, given, point), numeric_force(reduced, &names, given, exact)];
@@ -294,7 +310,7 @@ fn symbolic_force(found: &SymbolicEquations, names: &[String], given: &Given, po
                 of(&found.damping, &symbol, point) * given.speed[j]
             })
             .sum();
-        let left = [&found.velocity, &found.stiffness, &found.friction, &found.held];
+        let left = [&found.velocity, &found.stiffness, &found.friction, &found.unilateral];
         let left: f64 = left.map(|list| of(list, &names[i], point)).iter().sum();
         of(&found.input, &names[i], point) - damping - left
     };
@@ -549,13 +565,18 @@ fn eq_4_4_of_the_source_is_the_unicycle() {
     let builtin = kardan::model::BUILTIN.iter().find(|one| one.name == "unicycle").unwrap();
     let found = symbolic(builtin.source);
     let line = |text: &str| {
-        found.kept.iter().any(|kept| {
-            let rates = kept.rates.as_ref().unwrap();
+        found.multiplier_constraints.iter().any(|constraint| {
+            let rates = constraint.rates.as_ref().unwrap();
             format!("{} = {}", rates.symbol.text, rates.formula.text) == text
         })
     };
-    assert!(line("x' - cos(heading)*r*roll' = 0") && line("y' - sin(heading)*r*roll' = 0"), "{:?}", found.kept);
-    let multipliers: Vec<&str> = found.kept.iter().map(|kept| kept.multiplier.text.as_str()).collect();
+    assert!(
+        line("x' - cos(heading)*r*roll' = 0") && line("y' - sin(heading)*r*roll' = 0"),
+        "{:?}",
+        found.multiplier_constraints
+    );
+    let multipliers: Vec<&str> =
+        found.multiplier_constraints.iter().map(|constraint| constraint.multiplier.text.as_str()).collect();
     assert_eq!(multipliers, ["rolls_x.f", "rolls_y.f"]);
     let (mut random, names) = (Random(4), ["heading", "roll", "x", "y"]);
     for _ in 0..1000 {
@@ -581,8 +602,8 @@ fn eq_4_4_of_the_source_is_the_unicycle() {
         let inertias: Vec<f64> = (0..16).map(|k| entry(&found.inertia, "H", k / 4, k % 4)).collect();
         let rows: Vec<f64> = (0..8)
             .map(|k| {
-                let kept = &found.kept[k / 4];
-                of(&kept.row, &format!("A[{}, {}]", kept.of, names[k % 4]), &point)
+                let constraint = &found.multiplier_constraints[k / 4];
+                of(&constraint.row, &format!("A[{}, {}]", constraint.of, names[k % 4]), &point)
             })
             .collect();
         let force: Vec<f64> = (0..4)
@@ -591,16 +612,21 @@ fn eq_4_4_of_the_source_is_the_unicycle() {
                 of(&found.input, names[i], &point) - damping - of(&found.velocity, names[i], &point)
             })
             .collect();
-        let right: Vec<f64> = found.kept.iter().map(|kept| value(&kept.accelerations.formula.text, &point)).collect();
-        for kept in &found.kept {
-            let line = kept.rates.as_ref().unwrap();
+        let right: Vec<f64> = found
+            .multiplier_constraints
+            .iter()
+            .map(|constraint| value(&constraint.accelerations.formula.text, &point))
+            .collect();
+        for constraint in &found.multiplier_constraints {
+            let line = constraint.rates.as_ref().unwrap();
             close(value(&line.symbol.text, &point), value(&line.formula.text, &point), 1.0, "A q' = b");
         }
         let own = solved(&inertias, &rows, &force, &right);
-        let along = (drive - gain * rolling) * r / (inertia + m * r * r);
+        let direction = (drive - gain * rolling) * r / (inertia + m * r * r);
         let across = r * rolling * turning;
-        let path = [along * cosine - across * sine, along * sine + across * cosine];
-        let expected = [(steer - steering * turning) / turned, along / r, path[0], path[1], m * path[0], m * path[1]];
+        let path = [direction * cosine - across * sine, direction * sine + across * cosine];
+        let expected =
+            [(steer - steering * turning) / turned, direction / r, path[0], path[1], m * path[0], m * path[1]];
         let size = expected.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
         own.iter().zip(expected).for_each(|(own, expected)| close(*own, expected, size, "unicycle"));
     }
@@ -613,7 +639,7 @@ fn comments_of_latex_end_with_their_lines() {
                   [prescribed_motion.p]\nshaft = \"y\"\nreference = \"z\"\nangle = \"\"\"sin(2 * t / (1 s))^2\n * 1 rad / (2 + t / (1 s))\"\"\"\n[shaft.z]\ninertia = \"1 kg m^2\"\n\
                   [torque.w]\nshaft = \"x\"\nlaw = \"\"\"-2 N m *\nsin(x.phi)\"\"\"\n[motor.m]\nshaft = \"x\"\nripple = \"1 N m\"\nripple_order = 3\n";
     let project = Project::open(source);
-    let numbers = project.equations(EquationsForm::Latex).unwrap_or_else(|told| panic!("{told:?}")).0;
+    let numbers = project.equations(EquationsForm::Latex).unwrap_or_else(|reported| panic!("{reported:?}")).0;
     assert!(numbers.contains(r"\frac{\sin^{2}(2t)}{2 + t}"), "{numbers}");
     assert!(numbers.starts_with("% Model a b 100%: "), "{numbers}");
     assert!(numbers.contains("% Offsets that depend on the time (p) stand still here"), "{numbers}");
@@ -628,12 +654,12 @@ fn comments_of_latex_end_with_their_lines() {
 
 /// What is not written is refused by name, and says what to do; what is written in words says so.
 #[test]
-fn tables_in_kept_rows_are_refused_and_words_are_told() {
+fn tables_in_kept_rows_are_refused_and_text_is_reported() {
     let source = "[table.cam]\npoints = { x = [\"0 rad\", \"1 rad\", \"2 rad\", \"3 rad\"], value = [\"0 m\", \"1 m\", \"3 m\", \"4 m\"] }\nbeyond = \"straight\"\ninterpolation = \"cubic\"\n\
                   [shaft.crank]\ninertia = \"1 kg m^2\"\n[mass.slide]\nmass = \"1 kg\"\n[constraint.follows]\nexpression = \"slide.s - cam(crank.phi)\"\n";
-    let told = Project::open(source).symbolic_equations().unwrap_err();
-    assert_eq!(told[0].code, "symbolic::table", "{told:?}");
-    assert!(told[0].message.starts_with("`follows` calls the table `cam`"), "{told:?}");
+    let reported = Project::open(source).symbolic_equations().unwrap_err();
+    assert_eq!(reported[0].code, "symbolic::table", "{reported:?}");
+    assert!(reported[0].message.starts_with("`follows` calls the table `cam`"), "{reported:?}");
     let text = Project::open(filled(DRIVEN, &mut Random(2)).0).symbolic_text(EquationsForm::Text).unwrap().0;
     for line in
         ["  b_pushed: push\n", "  b_sum: wave + A * t / (1 s)\n", "    e'' - c'' = b_pushed\n", "    cart'' = 0\n"]
@@ -645,7 +671,7 @@ fn tables_in_kept_rows_are_refused_and_words_are_told() {
 /// Whatever formulas and laws name is told: accelerations of what follows beside its speeds, parameters of laws and of what holds by modes, and what these
 /// follow from.
 #[test]
-fn what_is_named_is_told() {
+fn what_is_named_is_reported() {
     let shafts: String = ["in", "ring", "out"].map(|name| format!("[shaft.{name}]\ninertia = \"1 kg m^2\"\n")).concat();
     let source = shafts
         + "[parameters]\nc = \"2 N m\"\nk = \"2 * c\"\nmost = \"3 * part\"\npart = \"1 N m\"\n[planetary.p]\nsun = \"in\"\nring = \"ring\"\ncarrier = \"out\"\nsun_teeth = 30\n\

@@ -117,7 +117,9 @@ fn a_pendulum_is_analysed_where_it_rests() {
     assert!((standing[0].0 + 3.0).abs() < 1e-9 && (standing[1].0 - 3.0).abs() < 1e-9, "{standing:?}");
     let analysis = analysed("");
     let class = analysis.class.as_ref().unwrap();
-    assert!(!class.constant_linear && class.assumptions.iter().any(|one| !one.holds && one.statement.contains("4.36")));
+    assert!(
+        !class.constant_linear && class.assumptions.iter().any(|one| !one.satisfied && one.statement.contains("4.36"))
+    );
     assert!(analysis.notes.iter().any(|note| note.contains("arm.phi = 0.000000 deg, proven")), "{:?}", analysis.notes);
     assert!(
         analysis.notes.iter().any(|note| note.contains("other equilibria") && note.contains("180.000000 deg")),
@@ -130,10 +132,10 @@ fn a_pendulum_is_analysed_where_it_rests() {
 /// A law that jumps with a speed is told to be friction.
 #[test]
 fn a_sign_of_a_speed_is_friction() {
-    let told = |law: &str| check(&PENDULUM.replace("-18 N m * sin(arm.phi)", law));
-    let jumps = told("-2 N m * sign(arm.w)");
+    let reported = |law: &str| check(&PENDULUM.replace("-18 N m * sin(arm.phi)", law));
+    let jumps = reported("-2 N m * sign(arm.w)");
     assert!(jumps.len() == 1 && jumps[0].code == "law::jump", "{jumps:?}");
-    assert!(told("-2 N m * sign(arm.phi) - 1 N m s^2/rad^2 * arm.w * abs(arm.w)").is_empty());
+    assert!(reported("-2 N m * sign(arm.phi) - 1 N m s^2/rad^2 * arm.w * abs(arm.w)").is_empty());
 }
 
 /// A run may begin where the model rests, and stays there.
@@ -163,16 +165,15 @@ fn a_run_may_begin_at_an_equilibrium() {
         source.replace("stiffness = \"100 N/m\"", "damping = \"1 N s/m\"").replace(" - 500 N/m^3 * body.s^3", "");
     let refused = check(&falling);
     assert!(
-        refused
-            .iter()
-            .any(|told| told.code == "scenario::equilibrium" && told.message.contains("-19.62 N act wherever it is")),
+        refused.iter().any(|reported| reported.code == "scenario::equilibrium"
+            && reported.message.contains("-19.62 N act wherever it is")),
         "{refused:?}"
     );
 }
 
 /// Where there is no equilibrium that is said, and whether it is proven.
 #[test]
-fn no_equilibrium_is_told() {
+fn no_equilibrium_is_reported() {
     let refused = |law: &str| {
         let source = PENDULUM.replace("-18 N m * sin(arm.phi)", law);
         let wrong = analyze(&source, &AnalyzeSettings::default(), &Silent).unwrap_err();
@@ -203,8 +204,8 @@ fn no_equilibrium_is_told() {
 
 /// What is told of an equilibrium is true of it: unique, one of a continuum, flat, or one of several.
 #[test]
-fn equilibria_are_told_as_what_they_are() {
-    let told = |law: &str, more: &str| {
+fn equilibria_are_reported_as_what_they_are() {
+    let reported = |law: &str, more: &str| {
         let source = format!(
             "{}{more}[scenario]\nduration = \"10 ms\"\nstart = \"equilibrium\"\n",
             PENDULUM.replace("-18 N m * sin(arm.phi)", law)
@@ -218,18 +219,18 @@ fn equilibria_are_told_as_what_they_are() {
             .collect::<Vec<_>>()
     };
     let every = "no torque depends on the position, so that every one is an equilibrium";
-    assert_eq!(told("0 N m * arm.phi", ""), [format!("the run begins at arm.phi = 0.000000 deg; {every}")]);
+    assert_eq!(reported("0 N m * arm.phi", ""), [format!("the run begins at arm.phi = 0.000000 deg; {every}")]);
     // -phi^3 is isolated at zero, but its derivative vanishes there.
     let flat = "the run begins at arm.phi = 0.000000 deg, where no torque is left; that there is exactly one nearby is not proven, as the \
                 derivative of the torques is singular there, or nearly";
-    assert_eq!(told("-1 N m * (arm.phi)^3", ""), [flat]);
+    assert_eq!(reported("-1 N m * (arm.phi)^3", ""), [flat]);
     let one = "the run begins at the equilibrium arm.phi = 0.000000 deg, proven: there is exactly one within 1e-12 of it, relative to a radian or \
                metre or its size";
-    assert_eq!(told("-1 N m * arm.phi / (1 rad)", ""), [one]);
-    let beside = told("-1 N m * arm.phi / (1 rad)", "[shaft.free]\ninertia = \"1 kg m^2\"\n");
+    assert_eq!(reported("-1 N m * arm.phi / (1 rad)", ""), [one]);
+    let beside = reported("-1 N m * arm.phi / (1 rad)", "[shaft.free]\ninertia = \"1 kg m^2\"\n");
     let among = "within 1e-12 of it among positions with the same `free`, relative";
     assert!(beside.len() == 1 && beside[0].contains(among), "{beside:?}");
-    let several = told("-18 N m * sin(3 * arm.phi)", "");
+    let several = reported("-18 N m * sin(3 * arm.phi)", "");
     assert!(
         several[1].starts_with("other equilibria, of those that 24 starts within a turn led to (there may be more): "),
         "{several:?}"

@@ -84,8 +84,8 @@ fn an_expression_is_the_number_that_it_gives() {
         );
         let (document, diagnostics) = kardan::model::read(&text);
         assert!(diagnostics.iter().all(|one| one.code == "parameter::unused"), "{diagnostics:?}");
-        let (model, mistakes) = document.model(&[]);
-        assert!(mistakes.is_empty(), "{mistakes:?}");
+        let (model, diagnostics) = document.model(&[]);
+        assert!(diagnostics.is_empty(), "{diagnostics:?}");
         assemble(&model.all_coordinates, &model.terms)
     };
     let (one, other) = (model("m * (3 cm)^2 / 2", "1/(1/k + 1/(600 N m/rad))"), model("900 kg mm^2", "200 N m/rad"));
@@ -142,7 +142,7 @@ ratio = "belt.offset / 1 rad + 2"
 
 /// Each value that was rounded is told once, with the number that it became.
 #[test]
-fn rounded_values_are_told() {
+fn rounded_values_are_reported() {
     let source = r#"
 [parameters]
 root = "sqrt(2)"
@@ -159,15 +159,15 @@ ratio = "twice"
 "#;
     let (prepared, diagnostics) = study::prepare(source);
     assert!(diagnostics.is_empty(), "{diagnostics:?}");
-    let told: Vec<(String, String, f64)> =
+    let reported: Vec<(String, String, f64)> =
         prepared.variants[0].model.rounded.iter().map(|one| (one.what.clone(), one.text.clone(), one.value)).collect();
     let expected = [
         ("`root`", "sqrt(2)", 2.0_f64.sqrt()),
         ("`damping` of shaft `a`", "sqrt(3) * 1 N m s/rad", 3.0_f64.sqrt()),
         ("`inertia` of shaft `b`", "sin(1) * 1 kg m^2", 1.0_f64.sin()),
     ];
-    assert_eq!(told.len(), expected.len(), "{told:?}");
-    for ((what, text, value), one) in told.iter().zip(expected) {
+    assert_eq!(reported.len(), expected.len(), "{reported:?}");
+    for ((what, text, value), one) in reported.iter().zip(expected) {
         assert_eq!((what.as_str(), text.as_str()), (one.0, one.1));
         assert!((value - one.2).abs() <= 1e-15, "{value}");
     }
@@ -194,7 +194,7 @@ damping_ratio = "{value}"
 "#
         )
     };
-    let told = |interval: &str, value: &str| -> Vec<String> {
+    let reported = |interval: &str, value: &str| -> Vec<String> {
         let (_, diagnostics) = study::prepare(&source(interval, value));
         diagnostics
             .into_iter()
@@ -202,26 +202,26 @@ damping_ratio = "{value}"
             .map(|d| format!("{:?} {}", d.severity, d.message))
             .collect()
     };
-    assert_eq!(told("± 10 %", "1 / (x - 1/2)"), Vec::<String>::new());
-    let at_end = told("± 50 %", "1 / (x - 1/2)");
+    assert_eq!(reported("± 10 %", "1 / (x - 1/2)"), Vec::<String>::new());
+    let at_end = reported("± 50 %", "1 / (x - 1/2)");
     assert!(
         at_end[0].contains("control `c`, at the lower end of the tolerance of `x` (0.5)")
             && at_end[0].contains("division by zero"),
         "{at_end:?}"
     );
-    let inside = told("± 60 %", "1 / (x - 1/2)^2");
+    let inside = reported("± 60 %", "1 / (x - 1/2)^2");
     assert!(
         inside[0].starts_with("Warning") && inside[0].contains("division by `(x - 1/2)^2`, which may be zero"),
         "{inside:?}"
     );
     // Whose sign changes is zero; what is zero nowhere is proven so, though an interval alone would not tell; a choice keeps zero away.
-    let crossed = told("± 60 %", "2 + 0.1 / (x - 1/2)");
+    let crossed = reported("± 60 %", "2 + 0.1 / (x - 1/2)");
     assert!(
         crossed[0].starts_with("Error") && crossed[0].contains("`(x - 1/2)`, which is zero for a value"),
         "{crossed:?}"
     );
-    assert_eq!(told("± 60 %", "1 / (x * x - x + 0.26)"), Vec::<String>::new());
-    assert_eq!(told("± 60 %", "if(x < 0.9, 2, 1 / (x - 1/2))"), Vec::<String>::new());
+    assert_eq!(reported("± 60 %", "1 / (x * x - x + 0.26)"), Vec::<String>::new());
+    assert_eq!(reported("± 60 %", "if(x < 0.9, 2, 1 / (x - 1/2))"), Vec::<String>::new());
 }
 
 /// A parameter whose name a unit has too: behind a sign of multiplication it is the parameter, behind a number alone it is the unit.
@@ -231,8 +231,8 @@ fn parameters_come_before_units_behind_a_sign() {
                   [shaft.a]\ninertia = \"2*J\"\n[shaft.b]\ninertia = \"J*2\"\n[shaft.c]\ninertia = \"2 kg*m^2\"\n\
                   [spring_damper.s]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"2 N*m/rad * V / half\"\ndamping = \"1 N m s/rad * V / quarter\"\n\
                   [spring_damper.t]\nshaft_1 = \"b\"\nshaft_2 = \"c\"\nstiffness = \"1 N m/rad\"\n";
-    let (prepared, told) = study::prepare(source);
-    assert!(told.is_empty(), "{told:?}");
+    let (prepared, reported) = study::prepare(source);
+    assert!(reported.is_empty(), "{reported:?}");
     let equations = &prepared.variants[0].reduced.equations;
     let sizes: Vec<f64> = equations.inertias.iter().map(|term| term.value.to_f64()).collect();
     assert_eq!(sizes, [6.0, 6.0, 2.0]);

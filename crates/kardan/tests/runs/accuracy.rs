@@ -39,9 +39,10 @@ fn the_estimate_is_near_the_error() {
                 assert!(found.same_events || tolerance > 1e-7, "{model} {}: other events", run.name);
                 for worst in &found.errors {
                     let error = difference(run, exact, &worst.signal);
-                    let told = format!("{model} {}, {method:?}, {tolerance:e}: {worst:?}, error {error:e}", run.name);
-                    assert!(error <= worst.error, "{told}");
-                    assert!(!found.same_events || worst.error <= 30.0 * error + 1e-12, "{told}");
+                    let reported =
+                        format!("{model} {}, {method:?}, {tolerance:e}: {worst:?}, error {error:e}", run.name);
+                    assert!(error <= worst.error, "{reported}");
+                    assert!(!found.same_events || worst.error <= 30.0 * error + 1e-12, "{reported}");
                 }
             }
         }
@@ -56,7 +57,7 @@ fn runs_alone_are_not_estimated() {
 
 /// Tolerances near what doubles give: no method makes many times more steps, all agree, and the run says so.
 #[test]
-fn tolerances_below_rounding_are_told_and_cost_little() {
+fn tolerances_below_rounding_are_reported_and_cost_little() {
     for (model, method) in [
         ("sia-steering", Method::Dop853),
         ("sia-steering", Method::Radau),
@@ -66,17 +67,17 @@ fn tolerances_below_rounding_are_told_and_cost_little() {
         let (usual, tight) = (study(model, 1e-10, method, true), study(model, 1e-13, method, true));
         let reference = study(model, 1e-13, Method::Taylor, true);
         for ((usual, tight), reference) in usual.runs.iter().zip(&tight.runs).zip(&reference.runs) {
-            let told = format!("{model} {}, {method:?}", tight.name);
+            let reported = format!("{model} {}, {method:?}", tight.name);
             let (few, many) = (usual.effort.steps, tight.effort.steps);
-            assert!(many < 20 * few, "{told}: {few}, {many} steps");
+            assert!(many < 20 * few, "{reported}: {few}, {many} steps");
             let said = tight.notes.iter().any(|note| note.contains("below what double precision gives"));
-            assert!(model != "sia-steering" || said && tight.effort.rounding > 1.0, "{told}: {:?}", tight.notes);
-            assert!(!usual.notes.iter().any(|note| note.contains("double precision")), "{told}: {:?}", usual.notes);
+            assert!(model != "sia-steering" || said && tight.effort.rounding > 1.0, "{reported}: {:?}", tight.notes);
+            assert!(!usual.notes.iter().any(|note| note.contains("double precision")), "{reported}: {:?}", usual.notes);
             for signal in tight.series.signals.iter().filter(|signal| signal.name.ends_with(".phi")) {
                 let error = difference(tight, reference, &signal.name);
                 let size = signal.values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
                 // What stands but for rounding is not compared.
-                assert!(size < 1e-9 || error < 1e-9 * size, "{told}: {} {error:e} of {size}", signal.name);
+                assert!(size < 1e-9 || error < 1e-9 * size, "{reported}: {} {error:e} of {size}", signal.name);
             }
         }
     }
@@ -171,10 +172,10 @@ fn an_undecided_count_is_in_the_estimate() {
             let error = difference(&run, &exact, &worst.signal);
             assert!(error <= worst.error, "{part}: {worst:?}, error {error:e}, {:?}", found.undecided);
         }
-        let told = found.errors.iter().find(|worst| worst.unit == Physical::Angle).expect("an angle").error;
+        let reported = found.errors.iter().find(|worst| worst.unit == Physical::Angle).expect("an angle").error;
         let error = difference(&run, &exact, "arm.phi");
         if part.abs() > 100.0 {
-            assert!(found.undecided.is_none() && told < 1e-5, "{part}: {told:e}, {:?}", found.undecided);
+            assert!(found.undecided.is_none() && reported < 1e-5, "{part}: {reported:e}, {:?}", found.undecided);
         } else if (0.0..=1.0).contains(&part) {
             // One count is 0.6 N m for 50 ms and more.
             assert!(error > 1e-5, "{part}: the counts are the same, {error:e}");

@@ -49,8 +49,8 @@ fn largest(run: &Run, name: &str) -> f64 {
 
 /// What `check` says, but for the torques that these scenarios leave at zero.
 fn codes(source: &str) -> Vec<String> {
-    let told = study::check(source).into_iter().map(|diagnostic| diagnostic.code.to_string());
-    told.filter(|code| code != "table::unused").collect()
+    let reported = study::check(source).into_iter().map(|diagnostic| diagnostic.code.to_string());
+    reported.filter(|code| code != "table::unused").collect()
 }
 
 fn designed(source: &str) -> Design {
@@ -79,7 +79,7 @@ fn the_driver_feels_nothing_behind_an_observer_on_the_full_model() {
 
 /// An observer on the linear model: what the run shows (37 N m at 20 deg) is told before it, and no proof is claimed for it.
 #[test]
-fn a_linear_observer_is_told_before_any_run() {
+fn a_linear_observer_is_reported_before_any_run() {
     let bent = |beta: &str, keys: &str| steering(beta, "plant = \"nonlinear\"", &observer(keys), false, STEP);
     let linear = "plant = \"linear\"\ndisturbances = []";
     let felt = largest(&run(&bent("20", linear)), "driver.tau");
@@ -87,8 +87,11 @@ fn a_linear_observer_is_told_before_any_run() {
     assert_eq!(codes(&bent("20", linear)), ["control::coupled-there"]);
     assert_eq!(codes(&bent("30", linear)), ["control::unstable-there"]);
     let design = designed(&bent("20", linear));
-    let passage = design.passage.as_ref().expect("a bent joint");
-    assert_eq!((passage.turned.as_str(), passage.positions, passage.stable), ("rk and cj", 24, true));
+    let loop_along_path = design.loop_along_path.as_ref().expect("a bent joint");
+    assert_eq!(
+        (loop_along_path.coordinates.as_str(), loop_along_path.positions, loop_along_path.stable),
+        ("rk and cj", 24, true)
+    );
     let Verdict { sound: good, text: words } = design.verdict();
     assert!(!good, "{words}");
     assert!(words.contains("proven exactly for the linear design model and the true state; "), "{words}");
@@ -109,7 +112,7 @@ fn a_linear_observer_is_told_before_any_run() {
     assert!(codes(&bent("30", "disturbances = [\"fs\"]")).is_empty());
     assert!(codes(&bent("0", "plant = \"linear\"\ndisturbances = [\"fs\"]")).is_empty());
     let straight = designed(&bent("0", "disturbances = [\"fs\"]"));
-    assert!(straight.passage.is_none());
+    assert!(straight.loop_along_path.is_none());
     assert!(straight.verdict().text.contains("proven exactly for the true state;"), "{}", straight.verdict().text);
 }
 
@@ -120,12 +123,12 @@ fn a_proof_for_another_angle_is_not_one_for_this() {
     let design = designed(&source);
     let words = design.verdict().text;
     assert!(words.contains("proven exactly for the linear design model; where the variant's joints stand"), "{words}");
-    let found = design.passage.expect("a bent joint");
+    let found = design.loop_along_path.expect("a bent joint");
     let felt = found.interactions.iter().find(|one| one.signal == "driver.tau").expect("the driver is there");
     assert!(felt.largest > 1e-4, "{felt:?}");
     // The law on the full model at the variant's own angle is decoupled there, but for rounding and differences.
     let design = designed(&steering("30", "plant = \"nonlinear\"", "", false, STEP));
-    let found = design.passage.expect("a bent joint");
+    let found = design.loop_along_path.expect("a bent joint");
     assert!(found.stable && found.interactions.iter().all(|one| one.largest < 1e-6), "{found:?}");
 }
 
@@ -150,7 +153,7 @@ to = \"90.01 deg\"
 ";
     let source = steering("30", "plant = \"linear\"", &observer("disturbances = [\"fs\"]"), false, scenario);
     let run = run(&source);
-    let found = designed(&source).passage.expect("a bent joint");
+    let found = designed(&source).loop_along_path.expect("a bent joint");
     let felt = found.interactions.iter().find(|one| one.signal == "driver.tau").expect("the driver is there");
     assert!((felt.at - std::f64::consts::FRAC_PI_2).abs() < 1e-9, "{felt:?}");
     let per_step = largest(&run, "driver.tau") / 0.01f64.to_radians();
@@ -159,7 +162,7 @@ to = \"90.01 deg\"
 }
 
 fn laws(source: &str) -> Vec<Arc<dyn Law>> {
-    prepared(source).variants.remove(0).running.clone()
+    prepared(source).variants.remove(0).implemented.clone()
 }
 
 fn close(one: &LinearLaw, other: &LinearLaw) {
@@ -193,7 +196,7 @@ fn on_a_straight_joint_both_observers_are_one() {
             laws(&steering("0", &format!("plant = \"nonlinear\"\n{clock}"), &observer(&keys), false, STEP)).remove(0)
         };
         let (linear, nonlinear) = (law("linear"), law("nonlinear"));
-        assert!(nonlinear.bends() && !linear.bends());
+        assert!(nonlinear.is_nonlinear() && !linear.is_nonlinear());
         let own = linear.linear();
         close(&nonlinear.linear(), &own);
         for position in [[0.0; 3], [0.4, -0.7, 1.1]] {
@@ -232,8 +235,8 @@ shaft = \"rk\"
         assert!(run.series.signals.iter().all(|signal| signal.values.iter().all(|x| x.is_finite())));
         let felt = largest(&run, "driver.tau");
         assert!(!fault.is_empty() || felt < 0.25, "{precision}: {felt}");
-        let told = run.events.iter().any(|event| event.what.contains("encoder gives no number"));
-        assert_eq!(told, !fault.is_empty(), "{:?}", run.events);
+        let reported = run.events.iter().any(|event| event.what.contains("encoder gives no number"));
+        assert_eq!(reported, !fault.is_empty(), "{:?}", run.events);
     }
 }
 

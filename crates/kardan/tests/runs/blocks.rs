@@ -59,7 +59,7 @@ fn blocks_are_those_of_the_firmware() {
         assert!(kardan_rt::DeadZone { low: -0.5, high: 0.5 }.step(input, &mut one));
         let dead = one[0];
         same("dead", dead);
-        assert!(kardan_rt::Hysteresis { upper: 1.0, lower: 0.0, answers: [-1.0, 3.0] }.step(input, switch));
+        assert!(kardan_rt::Hysteresis { upper: 1.0, lower: 0.0, levels: [-1.0, 3.0] }.step(input, switch));
         same("switch", switch[0]);
         assert!(kardan_rt::RateLimit { rise: 4.0 * h, fall: 9.0 * h }.step(input, slow));
         same("slow", slow[0]);
@@ -388,8 +388,8 @@ until = \"0.7 s\"
         assert_eq!(at(&run, "lost", t), f64::from(u8::from(alarm)), "at {t} s");
     }
     assert!(at(&run, "m.tau", 0.0) == 0.0 && at(&run, "m.tau", 0.02) > 1.0);
-    let told = "The blocks at 0.01 s: in 20 of 101 samples a reading was no number, and the last good one was held";
-    assert!(run.notes.iter().any(|note| note.starts_with(told)), "{:?}", run.notes);
+    let reported = "The blocks at 0.01 s: in 20 of 101 samples a reading was no number, and the last good one was held";
+    assert!(run.notes.iter().any(|note| note.starts_with(reported)), "{:?}", run.notes);
     assert!(run.notes.iter().all(|note| !note.contains("estimate")), "{:?}", run.notes);
 }
 
@@ -404,8 +404,11 @@ fn what_blocks_remember_is_part_of_a_snapshot() {
     );
     let prepared = crate::common::prepared(&source);
     let variant = prepared.all().next().expect("a variant");
-    let setup =
-        || kardan::simulate::Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
+    let setup = || kardan::simulate::Setup {
+        reduced: &variant.reduced,
+        laws: &variant.implemented,
+        scenario: &variant.scenario,
+    };
     let start = || kardan::simulate::Simulation::new(setup(), prepared.tolerance);
     let (mut one, mut other) = (start(), start());
     one.advance(0.437).expect("goes on");
@@ -426,7 +429,7 @@ fn what_blocks_remember_is_part_of_a_snapshot() {
 
 /// What is wrong with blocks is told with its place and what to do.
 #[test]
-fn mistakes_of_blocks_are_told() {
+fn errors_of_blocks_are_reported() {
     let cases = [
         (
             "[block.a]\nkind = \"gain\"\ninput = \"b\"\ngain = 2\nunit = \"rad\"\nsample_time = \"1 ms\"\n[block.b]\nkind = \"gain\"\ninput = \"a\"\ngain = 1\nsample_time = \"1 ms\"\n",
@@ -510,11 +513,11 @@ fn mistakes_of_blocks_are_told() {
     ];
     for (blocks, message) in cases.into_iter().chain(constants_without_sense()) {
         let found = Project::open(beside(blocks)).run(&Settings::default(), &Silent);
-        let told: Vec<String> = match found {
+        let reported: Vec<String> = match found {
             Ok(_) => Vec::new(),
-            Err(told) => told.iter().map(|one| one.message.clone()).collect(),
+            Err(reported) => reported.iter().map(|one| one.message.clone()).collect(),
         };
-        assert!(told.iter().any(|one| one == message), "{blocks}: {told:#?} for {message}");
+        assert!(reported.iter().any(|one| one == message), "{blocks}: {reported:#?} for {message}");
     }
 }
 
@@ -620,13 +623,13 @@ fn told_of_machine(first: &str, second: &str) -> Vec<String> {
          [block.mode]\nkind = \"state_machine\"\nstates = [\"calm\", \"wild\", \"off\"]\nsample_time = \"10 ms\"\n\
          transitions = [{{ from = \"calm\", to = \"wild\", when = \"{first}\" }}, {{ from = \"calm\", to = \"off\", when = \"{second}\" }}, {{ from = \"wild\", to = \"calm\", when = \"mode.since > 95 ms\" }}]\n"
     ));
-    Project::open(source).mistakes().iter().map(|one| one.message.clone()).collect()
+    Project::open(source).diagnostics().iter().map(|one| one.message.clone()).collect()
 }
 
 /// Monitors whose residual is never or always beyond the threshold by the bounds of what it is of, and those that wait longer than the run, are told;
 /// transfer functions that grow without end too.
 #[test]
-fn monitors_that_say_nothing_are_told() {
+fn monitors_that_have_no_effect_are_reported() {
     const NEVER: &str = "`residual` can never be beyond `threshold`";
     let monitor = |keys: &str| {
         beside(&format!(
@@ -636,7 +639,7 @@ fn monitors_that_say_nothing_are_told() {
              transitions = [{{ from = \"x\", to = \"y\", when = \"arm.phi > 1 rad\" }}]\nsample_time = \"1 ms\"\n"
         ))
     };
-    let told = |source: &str| -> Vec<String> {
+    let reported = |source: &str| -> Vec<String> {
         let all = study::prepare(source).1;
         let own = all.into_iter().filter(|one| matches!(one.code, "block::monitor" | "block::unstable"));
         own.map(|one| {
@@ -658,12 +661,12 @@ fn monitors_that_say_nothing_are_told() {
         ("residual = \"arm.phi\"\nthreshold = \"0.1 rad\"", ""),
         ("residual = \"arm.phi\"\nthreshold = \"0.1 rad\"\ndebounce = \"2000 s\"", "and the longest run ends at"),
     ] {
-        let found = told(&monitor(keys));
+        let found = reported(&monitor(keys));
         assert!(found.len() == usize::from(!message.is_empty()), "{keys}: {found:?}");
         assert!(found.iter().all(|one| one.contains(message)), "{keys}: {found:?}");
     }
     let grows = |poles: &str| {
-        told(&beside(&format!("[block.a]\nkind = \"transfer_function\"\ninput = \"arm.phi\"\npoles = [{poles}]\n")))
+        reported(&beside(&format!("[block.a]\nkind = \"transfer_function\"\ninput = \"arm.phi\"\npoles = [{poles}]\n")))
     };
     assert!(grows("-3, 0").is_empty());
     let found = grows("-3, 3");
@@ -674,8 +677,8 @@ fn monitors_that_say_nothing_are_told() {
 
 /// A threshold that noise alone leaves often is told, where nothing waits: the difference of two sensors has √2 of the noise of one; one of zero always is.
 #[test]
-fn thresholds_within_the_noise_are_told() {
-    let told = |keys: &str| -> Vec<String> {
+fn thresholds_within_the_noise_are_reported() {
+    let reported = |keys: &str| -> Vec<String> {
         let source = beside(&format!(
             "[sensor.n]\nmeasures = \"angle\"\nshaft = \"arm\"\nnoise = \"0.01 rad\"\nsample_time = \"1 ms\"\n\
              [sensor.o]\nmeasures = \"angle\"\nshaft = \"arm\"\nnoise = \"0.01 rad\"\nsample_time = \"1 ms\"\n\
@@ -695,7 +698,7 @@ fn thresholds_within_the_noise_are_told() {
         ("arm.phi", "0.001 rad", "", ""),
         ("arm.phi", "0 rad", "", "its `threshold` is zero"),
     ] {
-        let found = told(&format!("residual = \"{residual}\"\nthreshold = \"{threshold}\"\n{more}"));
+        let found = reported(&format!("residual = \"{residual}\"\nthreshold = \"{threshold}\"\n{more}"));
         assert!(found.len() == usize::from(!message.is_empty()), "{residual} {threshold}: {found:?}");
         assert!(found.iter().all(|one| one.contains(message)), "{residual} {threshold}: {found:?}");
     }
@@ -703,7 +706,7 @@ fn thresholds_within_the_noise_are_told() {
 
 /// Of two transitions out of one state it is decided whether they exclude each other, and a place is shown where they do not.
 #[test]
-fn transitions_that_overlap_are_told() {
+fn transitions_that_overlap_are_reported() {
     let apart = [
         ("lost", "not lost"),
         ("u > 1", "u <= 1"),
@@ -727,8 +730,8 @@ fn transitions_that_overlap_are_told() {
         ("arm.phi > 90 deg", "arm.w < -1 rad/s", "`arm.phi` = 3.141592653589793 rad, `arm.w` = -2 rad/s"),
     ];
     for (first, second, at) in overlap {
-        let told = told_of_machine(first, second);
-        let [one] = &told[..] else { panic!("{first} | {second}: {told:?}") };
+        let reported = told_of_machine(first, second);
+        let [one] = &reported[..] else { panic!("{first} | {second}: {reported:?}") };
         let place = one.strip_prefix(both).and_then(|rest| rest.strip_suffix(end)).map(str::trim);
         let sorted = |text: &str| text.split(", ").map(str::to_string).collect::<std::collections::BTreeSet<_>>();
         assert_eq!(place.map(sorted), Some(sorted(at)), "{first} | {second}: {one}");
@@ -746,8 +749,8 @@ fn transitions_that_overlap_are_told() {
             "block `mode`: whether the ways from `calm` to `wild` and to `off` are ever open at once is not decided, as they compare more than sums of signals times constants: where both are, the first in the list is taken",
         ),
     ] {
-        let told = told_of_machine(first, second);
-        assert!(told.iter().any(|one| one == message), "{first} | {second}: {told:#?}");
+        let reported = told_of_machine(first, second);
+        assert!(reported.iter().any(|one| one == message), "{first} | {second}: {reported:#?}");
     }
 }
 
@@ -886,22 +889,22 @@ fn proportional_control_forgets_its_switching() {
 
 /// Keys that are expressions are told where they leave the range that numbers in their place must keep, from when on and by how much; those that stay in it are not.
 #[test]
-fn keys_that_leave_their_range_are_told() {
+fn keys_that_leave_their_range_are_reported() {
     let run = run(&beside(
         "[block.late]\nkind = \"low_pass\"\ninput = \"u\"\ntime_constant = \"0.5 s - t\"\nsample_time = \"10 ms\"\n\
          [block.zone]\nkind = \"dead_zone\"\ninput = \"u\"\nlow = \"t / 1 s\"\nhigh = 0.2\nsample_time = \"10 ms\"\n\
          [block.one_sided]\nkind = \"saturation\"\ninput = \"u\"\nhigh = \"0.9 - t / 1 s\"\nsample_time = \"10 ms\"\n\
          [block.fine]\nkind = \"low_pass\"\ninput = \"u\"\ntime_constant = \"0.1 s + t\"\nsample_time = \"10 ms\"\n",
     ));
-    let told: Vec<&String> = run.notes.iter().filter(|note| note.contains("in block `")).collect();
+    let reported: Vec<&String> = run.notes.iter().filter(|note| note.contains("in block `")).collect();
     let begins = [
         "`time_constant` is zero or less in block `late` from 0.500000 s on, by up to 0.500000 s,",
         "`low` is above `high` in block `zone` from 0.210000 s on, by up to 0.800000,",
         "`high` is below zero, and `low` its opposite in block `one_sided` from 0.910000 s on, by up to 0.200000,",
     ];
-    assert_eq!(told.len(), begins.len(), "{told:?}");
+    assert_eq!(reported.len(), begins.len(), "{reported:?}");
     for begin in begins {
-        assert!(told.iter().any(|note| note.starts_with(begin)), "{begin}: {told:?}");
+        assert!(reported.iter().any(|note| note.starts_with(begin)), "{begin}: {reported:?}");
     }
 }
 
@@ -943,31 +946,31 @@ fn references_are_introduced_by_what_follows_them() {
 
 /// What is wrong with a reference is told where it stands.
 #[test]
-fn mistakes_of_references_are_told() {
+fn errors_of_references_are_reported() {
     let law = "[control.c]\nlaw = \"program\"\ncommands = { m = \"2 N m/rad * (ref - arm.phi)\" }\n";
-    let told = |parts: &str| {
+    let reported = |parts: &str| {
         let out = study::check(&follows(parts));
         out.into_iter()
-            .filter(|told| told.severity == Severity::Error)
-            .map(|told| format!("{} ({})", told.message, told.help.unwrap_or_default()))
+            .filter(|reported| reported.severity == Severity::Error)
+            .map(|reported| format!("{} ({})", reported.message, reported.help.unwrap_or_default()))
             .collect::<Vec<_>>()
             .join("; ")
     };
-    let unknown = told(law);
+    let unknown = reported(law);
     assert!(unknown.contains("there is no `ref`"), "{unknown}");
     assert!(unknown.contains("references = [{ name = \"ref\", unit = \"rad\" }]"), "{unknown}");
-    let unit = told(&format!("{law}references = [{{ name = \"ref\", unit = \"raad\" }}]\n"));
+    let unit = reported(&format!("{law}references = [{{ name = \"ref\", unit = \"raad\" }}]\n"));
     assert!(unit.starts_with("`unit` of entry 1 of `references` of control `c`") && !unit.contains(';'), "{unit}");
-    let missing = told(&format!("{law}references = [{{ name = \"ref\" }}]\n"));
+    let missing = reported(&format!("{law}references = [{{ name = \"ref\" }}]\n"));
     assert!(missing.contains("needs the key `unit`") && !missing.contains(';'), "{missing}");
-    let other = told(&format!("{law}references = [{{ name = \"ref\", unit = \"N m\" }}]\n"));
+    let other = reported(&format!("{law}references = [{{ name = \"ref\", unit = \"N m\" }}]\n"));
     assert!(other.contains("torque"), "{other}");
-    let taken = told(&format!("{law}references = [{{ name = \"arm\", unit = \"rad\" }}]\n"));
+    let taken = reported(&format!("{law}references = [{{ name = \"arm\", unit = \"rad\" }}]\n"));
     assert!(taken.contains("the name `arm` is already that of a shaft"), "{taken}");
     let second = format!(
         "{PID}[block.rate]\nkind = \"pid\"\nreference = \"ref\"\nmeasured = \"arm.w\"\nproportional = \"1 N m s/rad\"\nsample_time = \"1 ms\"\n"
     );
-    let second = told(&second);
+    let second = reported(&second);
     assert!(second.starts_with("block `rate`: `reference`: expected an angular velocity"), "{second}");
     assert!(!second.contains(';'), "{second}");
 }

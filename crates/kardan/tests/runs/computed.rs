@@ -13,7 +13,7 @@ fn measured(run: &Run, number: usize) -> f64 {
 
 /// A row says what it measures against: the target, in the unit of the signal, and the band.
 #[test]
-fn rows_say_the_target_and_the_band() {
+fn rows_name_the_target_and_the_band() {
     let requirement = |keys: &str| format!("[[requirement]]\nsignal = \"my-shaft.phi\"\n{keys}\n");
     let source = [
         PUSHED,
@@ -127,12 +127,12 @@ fn expressions_are_judged_row_by_row() {
         assert!((0.0..1.0001e-6 / 6.0).contains(&excess), "{:?}", run.requirements[3]);
         assert_eq!((measured(run, 4), measured(run, 5)), (2.0, 1.0), "{:?}", run.events);
         assert!(!run.requirements[6].passed && run.requirements[6].measured.is_none());
-        let told = "has no value: the expression is no number in some rows of its window";
-        assert!(run.notes.iter().any(|note| note.contains(told)), "{:?}", run.notes);
+        let reported = "has no value: the expression is no number in some rows of its window";
+        assert!(run.notes.iter().any(|note| note.contains(reported)), "{:?}", run.notes);
         let orbit = run.series.signal("'my-shaft.w' * size / torque").unwrap();
         assert_eq!(orbit.physical.unit(), "s");
         assert!(orbit.values.iter().zip(&run.series.time).all(|(value, time)| (value - time).abs() < 1e-9));
-        assert_eq!(run.series.signal("m.tau * 'my-shaft.w'").unwrap().physical, Physical::other("W"));
+        assert_eq!(run.series.signal("m.tau * 'my-shaft.w'").unwrap().physical, Physical::of_unit("W"));
     }
     let plot = &study.plots[0];
     assert!(!plot.references[0].opposite && plot.references[0].signal == "-t / 1 s" && plot.log_x && !plot.log_y);

@@ -425,16 +425,19 @@ fn what_cannot_be_ends_the_run() {
     let brake = "[shaft.a]\ninertia = \"1 kg m^2\"\n[brake.b]\nshaft = \"a\"\ntorque = \"1 N m * (0.5 - t/(1 s))\"\n\
                  [scenario]\nduration = \"1 s\"\noutput_step = \"10 ms\"\ninitial = { \"a.w\" = \"9 rad/s\" }\n";
     let ended = |source: &str| {
-        study::run(source, &runs_only(), &Silent).unwrap_or_else(|told| panic!("{told:?}")).runs.remove(0)
+        study::run(source, &runs_only(), &Silent).unwrap_or_else(|reported| panic!("{reported:?}")).runs.remove(0)
     };
     let run = ended(brake);
     let Outcome::Failed { time, cause } = &run.outcome else { panic!("{:?}", run.outcome) };
     assert!((time - 0.5).abs() < 1e-6 && cause.contains("friction below zero would drive"), "{cause}");
     assert!(run.series.time.len() >= 50, "{}", run.series.time.len());
     let below = ball("restitution = 0.5").replace("80 cm", "-1 cm");
-    let told = study::check(&below);
+    let reported = study::check(&below);
     let message = "the run begins 0.010000 m beyond the stop of `ground`, which nothing can pass";
-    assert!(told.len() == 1 && told[0].code == "scenario::stop" && told[0].message == message, "{told:?}");
+    assert!(
+        reported.len() == 1 && reported[0].code == "scenario::stop" && reported[0].message == message,
+        "{reported:?}"
+    );
     // On the stop it begins, and beyond a soft one.
     assert_eq!(study::check(&below.replace("-1 cm", "0 cm")), []);
     assert_eq!(study::check(&below.replace("restitution = 0.5", "stiffness = \"1 kN/m\"")), []);
@@ -446,9 +449,11 @@ fn equations_name_what_holds() {
     let source = "[shaft.a]\ninertia = \"3 kg m^2\"\n[mass.m]\nmass = \"2 kg\"\n[clutch.c]\nshaft_1 = \"a\"\nshaft_2 = \"ground\"\ntorque = \"1 N m\"\n\
                   [end_stop.e]\nshaft_1 = \"m\"\nlower = \"0 m\"\nupper = \"1 m\"\n[torque.w]\nshaft = \"m\"\nlaw = \"-20 N\"\n\
                   [scenario]\nduration = \"1 s\"\n";
-    let (text, _) = Project::open(source).equations(EquationsForm::Text).unwrap_or_else(|told| panic!("{told:?}"));
+    let (text, _) =
+        Project::open(source).equations(EquationsForm::Text).unwrap_or_else(|reported| panic!("{reported:?}"));
     assert!(text.contains("  3 a'' + c.tau = 0\n") && text.contains("  2 m'' + e.f = w.f\n"), "{text}");
-    let (text, _) = Project::open(source).symbolic_text(EquationsForm::Text).unwrap_or_else(|told| panic!("{told:?}"));
+    let (text, _) =
+        Project::open(source).symbolic_text(EquationsForm::Text).unwrap_or_else(|reported| panic!("{reported:?}"));
     for line in [
         "Forces of what holds by modes\n  a = c.tau\n  m = e.f\n",
         "  c.tau: against a' while it slips, of the size 1 N m; up to as much either way while it sticks\n",
@@ -469,8 +474,8 @@ fn a_clutch_pressed_at_rest_moves_nothing() {
     for method in METHODS {
         let run = by(source, method);
         assert!(["a.w", "b.w"].iter().all(|speed| signal(&run, speed).iter().all(|x| *x == 0.0)), "{method:?}");
-        let told = |event: &kardan::results::Event| event.what.starts_with("now ") || event.what == "c is released";
-        let others: Vec<_> = run.events.iter().filter(|event| !told(event) && event.what != "c sticks").collect();
+        let reported = |event: &kardan::results::Event| event.what.starts_with("now ") || event.what == "c is released";
+        let others: Vec<_> = run.events.iter().filter(|event| !reported(event) && event.what != "c sticks").collect();
         assert!(others.is_empty(), "{method:?}: {others:?}");
         let sticks = run.events.iter().filter(|event| event.what == "c sticks").map(|event| event.time);
         assert_eq!(sticks.collect::<Vec<_>>(), [0.1, 0.5, 0.9, 1.3, 1.7], "{method:?}: with the pulse, not behind it");
@@ -607,9 +612,9 @@ fn equilibria_lie_within_rigid_stops() {
         assert!(signal(&run, "a.s").iter().all(|value| *value == -1.0));
     }
     let unstable = spring.replace("-10 N - 2 N/m * a.s", "10 N + 2 N/m * a.s");
-    let told = study::check(&format!("{unstable}{run}"));
+    let reported = study::check(&format!("{unstable}{run}"));
     let words = "the equilibrium a.s = -5.000000 m lies beyond the stop of `k`, which nothing can pass";
-    assert!(told.len() == 1 && told[0].message.contains(words), "{told:?}");
+    assert!(reported.len() == 1 && reported[0].message.contains(words), "{reported:?}");
 }
 
 /// A weight of 9.81 N rests on a rigid stop where it is, on a soft one of 1 kN/m 9.81 mm below, on a spring with 2 mm of play one more
@@ -727,7 +732,7 @@ fn chains_without_loss_keep_their_energy() {
 
 /// What is thrown between two walls that leave it no room knocks without an end: the run goes on without its restitution, and says so.
 #[test]
-fn knocking_without_an_end_is_told() {
+fn knocking_without_an_end_is_reported() {
     let source = "[mass.a]\nmass = \"1 kg\"\n[end_stop.s]\nmass_1 = \"a\"\nlower = \"-1 m\"\nrestitution = 1\n[mass.w]\nmass = \"1e9 kg\"\n\
                   [end_stop.t]\nmass_1 = \"w\"\nmass_2 = \"a\"\nlower = \"0 m\"\nrestitution = 1\n[constraint.held]\ncoefficients = { w = 1 }\noffset = \"-1 m\"\n\
                   [scenario]\nduration = \"1 s\"\ninitial = { \"a.s\" = \"-1 m\", \"a.v\" = \"1 m/s\", \"w.s\" = \"-1 m\" }\n";

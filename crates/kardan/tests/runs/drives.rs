@@ -43,7 +43,7 @@ fn a_voltage_places_the_poles_of_a_motor() {
     let [current, angle, speed] = gains(wanted);
     let design = Project::open(format!("{MOTOR}{PLACED}{STEP}"))
         .design(&DesignSettings::default(), &Silent)
-        .unwrap_or_else(|told| panic!("{told:?}"));
+        .unwrap_or_else(|reported| panic!("{reported:?}"));
     let gain = design.gains.iter().find(|gain| gain.name == "K").expect("a gain");
     for (name, expected) in [("M.i", current), ("rotor.phi", angle), ("rotor.w", speed)] {
         let own = |state: &String| state == name || name == "M.i" && state == "V.i";
@@ -119,7 +119,7 @@ fn other_laws_take_voltages() {
         let source = format!("{MOTOR}[control.servo]\n{law}{channels}{own}{STEP}").replace("0.2 s", "1 s");
         let run = Project::open(&source)
             .run(&runs_only(), &Silent)
-            .unwrap_or_else(|told| panic!("{told:?}\n{source}"))
+            .unwrap_or_else(|reported| panic!("{reported:?}\n{source}"))
             .runs
             .remove(0);
         assert_eq!(run.outcome, Outcome::Completed);
@@ -159,19 +159,19 @@ fn events_set_a_current_source() {
         }
         assert!(run.energy.residual.abs() <= 1e-8 * run.energy.dissipated, "{method:?}: {:?}", run.energy);
     }
-    let told = |source: String| {
-        let mistakes = Project::open(&source).mistakes().to_vec();
-        mistakes.iter().map(|one| format!("{}: {}", one.code, one.message)).collect::<Vec<_>>()
+    let reported = |source: String| {
+        let diagnostics = Project::open(&source).diagnostics().to_vec();
+        diagnostics.iter().map(|one| format!("{}: {}", one.code, one.message)).collect::<Vec<_>>()
     };
-    let steps = told(source.replace("over = \"500 ms\"\n", ""));
+    let steps = reported(source.replace("over = \"500 ms\"\n", ""));
     assert!(
         steps.iter().any(|one| one.starts_with("motion::jump: `I.i` would jump from 0 to 2 A at 1 s")),
         "{steps:?}"
     );
-    assert!(told(source.replace("at = \"1 s\"", "at = \"0 s\"").replace("over = \"500 ms\"\n", "")).is_empty());
-    let given = told(source.replacen("to = \"n\"", "to = \"n\"\ncurrent = \"1 A\"", 1));
+    assert!(reported(source.replace("at = \"1 s\"", "at = \"0 s\"").replace("over = \"500 ms\"\n", "")).is_empty());
+    let given = reported(source.replacen("to = \"n\"", "to = \"n\"\ncurrent = \"1 A\"", 1));
     assert!(given.iter().any(|one| one.contains("the current of `I` is what its `current` says")), "{given:?}");
-    let dimension = told(source.replace("\"2 A\"", "\"2 V\""));
+    let dimension = reported(source.replace("\"2 A\"", "\"2 V\""));
     assert!(dimension.iter().any(|one| one.starts_with("unit::dimension")), "{dimension:?}");
 }
 
@@ -195,12 +195,12 @@ fn a_current_jumps_where_nothing_has_an_inductance() {
             let current: f64 = behind(*t).map(|(t, by)| by * (1.0 - (-t / 0.01).exp())).sum();
             near(signal(&run, "R.i")[k], current, 1e-8, &format!("{method:?} at {t}"));
         }
-        assert!(run.energy.left_out().is_some_and(|part| part < 1e-8), "{method:?}: {:?}", run.energy);
+        assert!(run.energy.residual_share().is_some_and(|part| part < 1e-8), "{method:?}: {:?}", run.energy);
     }
     let inductor = "[inductor.L]\nfrom = \"n\"\nto = \"ground\"\ninductance = \"1 mH\"\n[scenario]";
-    let mistakes = Project::open(source.replace("[scenario]", inductor)).mistakes().to_vec();
+    let diagnostics = Project::open(source.replace("[scenario]", inductor)).diagnostics().to_vec();
     let said = "it jumps by -1 A at 0.05 s, which takes an infinite voltage of an inductance";
-    assert!(mistakes.iter().any(|one| one.message.contains(said)), "{mistakes:?}");
+    assert!(diagnostics.iter().any(|one| one.message.contains(said)), "{diagnostics:?}");
 }
 
 /// `ẋ = A x + B` from x(0), by the exponential of `A t`: its series, halved until it is short, then squared.
@@ -247,8 +247,9 @@ fn an_observer_estimates_the_current_of_a_motor() {
     let current = (c0 - angle * (a * e + b * c) - speed * e) / b;
     let initial = "initial = { \"rotor.w\" = \"20 rad/s\" }\n";
     let source = format!("{MOTOR}{PLACED}{OBSERVED}{}", STEP.replace("[[scenario", &format!("{initial}[[scenario")));
-    let design =
-        Project::open(&source).design(&DesignSettings::default(), &Silent).unwrap_or_else(|told| panic!("{told:?}"));
+    let design = Project::open(&source)
+        .design(&DesignSettings::default(), &Silent)
+        .unwrap_or_else(|reported| panic!("{reported:?}"));
     let observer = design.observer.as_ref().expect("an observer");
     assert_eq!(observer.states.len(), 3, "{:?}", observer.states);
     for (name, expected) in [("rotor.phi", angle), ("rotor.w", speed), ("M.i", current)] {
@@ -352,8 +353,9 @@ fn a_flat_trajectory_of_a_motor_with_inductance() {
             near(at(&run, "V.v", t), volts(t), 1e-6, &what);
         }
     }
-    let design =
-        Project::open(&source).design(&DesignSettings::default(), &Silent).unwrap_or_else(|told| panic!("{told:?}"));
+    let design = Project::open(&source)
+        .design(&DesignSettings::default(), &Silent)
+        .unwrap_or_else(|reported| panic!("{reported:?}"));
     assert!(design.flatness.is_some_and(|found| found.flat));
     assert_eq!((design.states.len(), design.counters.len()), (3, 1), "{:?}", design.states);
 }
@@ -361,7 +363,7 @@ fn a_flat_trajectory_of_a_motor_with_inductance() {
 /// A charge that only counts is a pole exactly at zero which is told in words, whatever found the gains; a capacitor's charge is a state, and
 /// one that no sensor shows is named as a charge.
 #[test]
-fn charges_that_only_count_are_told() {
+fn charges_that_only_count_are_reported() {
     let channel = "[[control.servo.channels]]\noutput = \"rotor.phi\"\nreference = \"wanted\"\n";
     for law in [
         "law = \"lqr\"\ninputs = [\"V\"]\nlargest = { \"rotor.phi\" = \"0.1 rad\" }\n".to_string(),
@@ -370,7 +372,7 @@ fn charges_that_only_count_are_told() {
         let source = format!("{MOTOR}[control.servo]\n{law}[scenario]\nduration = \"0.1 s\"\n");
         let design = Project::open(&source)
             .design(&DesignSettings::default(), &Silent)
-            .unwrap_or_else(|told| panic!("{told:?}"));
+            .unwrap_or_else(|reported| panic!("{reported:?}"));
         assert!(matches!(design.counters.as_slice(), [one] if one.ends_with(".q")), "{law}: {:?}", design.counters);
         assert!(design.closed_loop_poles.iter().all(|pole| pole.re < 0.0), "{law}: {:?}", design.closed_loop_poles);
         let margins = design.margins.as_ref().expect("margins");
@@ -379,9 +381,9 @@ fn charges_that_only_count_are_told() {
     let beside = "[voltage_source.U]\nfrom = \"ground\"\nto = \"x\"\n[inductor.L]\nfrom = \"x\"\nto = \"y\"\ninductance = \"1 mH\"\n\
                   [resistor.R]\nfrom = \"y\"\nto = \"z\"\nresistance = \"3 Ohm\"\n[capacitor.C]\nfrom = \"z\"\nto = \"ground\"\ncapacitance = \"0.5 mF\"\n";
     let source = format!("{MOTOR}{beside}{}{OBSERVED}{STEP}", PLACED.replace("-50, ", "-50, -1000, -2000, "));
-    let told =
+    let reported =
         Project::open(&source).design(&DesignSettings::default(), &Silent).expect_err("no sensor shows the capacitor");
-    let text = format!("{told:?}");
+    let text = format!("{reported:?}");
     assert!(
         text.contains("L.q") && text.contains("observer") && !text.contains("C.phi") && !text.contains("M.phi"),
         "{text}"

@@ -10,9 +10,9 @@ use crate::common::{at, runs_only, signal, time_of};
 const METHODS: [Method; 3] = [Method::Automatic, Method::Dop853, Method::Radau];
 
 fn by(method: Method, model: &str) -> Run {
-    let mistakes = |mistakes: Vec<Diagnostic>| panic!("{mistakes:?}\n{model}");
+    let diagnostics = |diagnostics: Vec<Diagnostic>| panic!("{diagnostics:?}\n{model}");
     let settings = Settings { method, ..runs_only() };
-    Project::open(model).run(&settings, &Silent).unwrap_or_else(mistakes).runs.remove(0)
+    Project::open(model).run(&settings, &Silent).unwrap_or_else(diagnostics).runs.remove(0)
 }
 
 /// A run that ends at a time, for a cause with these words; its balance closes, and its rows reach to its end.

@@ -15,7 +15,7 @@ fn what_comes_and_goes_is_exchanged() {
     let (energy, both) = (run.energy, std::f64::consts::PI.powi(-2));
     assert!(energy.input.abs() < 1e-10 && energy.stored.abs() < 1e-10, "{energy:?}");
     assert!(0.9 * both < energy.exchanged && energy.exchanged <= both * (1.0 + 1e-9), "{energy:?} {both}");
-    assert!(energy.left_out().is_some_and(|part| part < 1e-9), "{energy:?}");
+    assert!(energy.residual_share().is_some_and(|part| part < 1e-9), "{energy:?}");
     assert!(run.warnings.is_empty(), "{:?}", run.warnings);
 }
 
@@ -48,7 +48,7 @@ fn a_run_ends_at_a_singular_place() {
     }
     let run = run(&slider_crank(150));
     assert!((run.energy.exchanged - 4.5).abs() < 1e-12, "{:?}", run.energy);
-    assert!(run.energy.left_out().is_some_and(|part| part < 1e-9) && run.warnings.is_empty(), "{:?}", run.energy);
+    assert!(run.energy.residual_share().is_some_and(|part| part < 1e-9) && run.warnings.is_empty(), "{:?}", run.energy);
 }
 
 /// Two rows of a crank and a rod as long as it: they become dependent together.
@@ -78,5 +78,5 @@ fn rows_that_become_dependent_end_a_run() {
 #[test]
 fn nothing_exchanged_has_no_part_left_out() {
     let run = run("[shaft.a]\ninertia = \"1 kg m^2\"\n[scenario]\nduration = \"1 s\"\n");
-    assert_eq!((run.energy.exchanged, run.energy.left_out(), run.warnings.len()), (0.0, None, 0));
+    assert_eq!((run.energy.exchanged, run.energy.residual_share(), run.warnings.len()), (0.0, None, 0));
 }

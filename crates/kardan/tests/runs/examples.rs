@@ -204,12 +204,15 @@ fn torques_of_expressions_are_cancelled_once() {
     let source = builtin("hybrid-driveline").unwrap().source;
     let line = source.lines().find(|line| line.starts_with("plant = \"linear\"")).expect("it says how");
     let settings = || Settings { variants: vec!["power-split".into()], ..runs_only() };
-    let left_out = source.replace(line, "");
-    let run =
-        Project::open(&left_out).run(&settings(), &Silent).unwrap_or_else(|told| panic!("{told:?}")).runs.remove(0);
+    let residual_share = source.replace(line, "");
+    let run = Project::open(&residual_share)
+        .run(&settings(), &Silent)
+        .unwrap_or_else(|reported| panic!("{reported:?}"))
+        .runs
+        .remove(0);
     let speed = signal(&run, "engine.w");
     assert!((speed[speed.len() - 1] - 2400.0 * PI / 30.0).abs() < 1e-6, "{:?}", speed.last());
     let full = source.replace(line, "plant = \"nonlinear\"");
-    let told = Project::open(&full).run(&settings(), &Silent).expect_err("it is refused");
-    assert!(told.iter().any(|one| one.message.contains("they would be cancelled twice")), "{told:?}");
+    let reported = Project::open(&full).run(&settings(), &Silent).expect_err("it is refused");
+    assert!(reported.iter().any(|one| one.message.contains("they would be cancelled twice")), "{reported:?}");
 }

@@ -194,7 +194,7 @@ fn all_who_read_a_failing_sensor_read_the_same() {
 
 /// A program has no estimate: what it cannot compute is told as that, with a delay of its commands too.
 #[test]
-fn a_program_without_a_number_is_told() {
+fn a_program_without_a_number_is_reported() {
     for delay in ["", "delay = \"1 ms\"\n"] {
         let source = format!(
             "[shaft.a]\ninertia = \"0.01 kg m^2\"\ndamping = \"0.5 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n[control.c]\nlaw = \"program\"\n\
@@ -310,18 +310,18 @@ fn faults_that_cannot_be() {
     for (keys, message, help) in cases {
         let rest = if keys.contains("enc") { encoder } else { "" };
         let source = wheel(rest, &[]) + "[[scenario.fault]]\n" + keys + "\n";
-        let told = study::prepare(&source).1;
-        let found = told.iter().find(|one| one.message.contains(message));
-        let found = found.unwrap_or_else(|| panic!("{keys}: {}", plain(&source, &told)));
+        let reported = study::prepare(&source).1;
+        let found = reported.iter().find(|one| one.message.contains(message));
+        let found = found.unwrap_or_else(|| panic!("{keys}: {}", plain(&source, &reported)));
         let helps = |text: &String| text.contains(help) && !text.contains("\"\"");
         assert!(found.help.as_ref().is_some_and(helps), "{keys}: {found:?}");
         assert!(!found.labels.is_empty(), "{keys}: {found:?}");
     }
     let twice = wheel("", &["at = \"1 s\"", "kind = \"reversed\"\nat = \"2 s\""]);
-    let told = study::prepare(&twice).1;
+    let reported = study::prepare(&twice).1;
     assert!(
-        told.iter().any(|one| one.code == "fault::window" && one.message.contains("another fault then")),
-        "{told:?}"
+        reported.iter().any(|one| one.code == "fault::window" && one.message.contains("another fault then")),
+        "{reported:?}"
     );
 }
 
@@ -374,8 +374,11 @@ fn a_bar_that_breaks() {
         }
         assert!((run.energy.dissipated - 15.0 * twist * twist).abs() < 1e-9, "{:?}", run.energy);
         assert!(run.energy.residual.abs() < 1e-10, "{:?}", run.energy);
-        let told = run.events.iter().find(|event| event.what.starts_with("bar breaks")).expect("an event");
-        assert!(told.time == 0.77 && told.what.contains(&format!("{:.6} J", 15.0 * twist * twist)), "{told:?}");
+        let reported = run.events.iter().find(|event| event.what.starts_with("bar breaks")).expect("an event");
+        assert!(
+            reported.time == 0.77 && reported.what.contains(&format!("{:.6} J", 15.0 * twist * twist)),
+            "{reported:?}"
+        );
     });
     // With a damper its loss ends there too.
     every_method(&two_wheels(broken).replace("\"D\"", "\"3 N m s/rad\""), |run| {
@@ -465,9 +468,9 @@ fn what_cannot_break() {
     ];
     for (source, keys, message, help) in cases {
         let source = source.to_string() + "[[scenario.fault]]\n" + keys + "\n";
-        let told = study::prepare(&source).1;
-        let found = told.iter().find(|one| one.message.contains(message));
-        let found = found.unwrap_or_else(|| panic!("{keys}: {}", plain(&source, &told)));
+        let reported = study::prepare(&source).1;
+        let found = reported.iter().find(|one| one.message.contains(message));
+        let found = found.unwrap_or_else(|| panic!("{keys}: {}", plain(&source, &reported)));
         assert!(found.help.as_ref().is_some_and(|text| text.contains(help)), "{keys}: {found:?}");
     }
 }
@@ -488,9 +491,9 @@ fn faults_with_a_name() {
     assert_eq!(both[1].series.signals, asked[0].series.signals);
     assert!(both[0].series.time == asked[0].series.time && (at(&both[0], "a.w", 3.0) - 6.0).abs() < 1e-12);
     assert!((at(&asked[0], "a.w", 3.0) - 2.0).abs() < 1e-12);
-    let told = |faults: &[&str]| run(faults).expect_err("refused").remove(0);
-    assert!(told(&["ded"]).help.is_some_and(|help| help.contains("dead")));
-    assert!(told(&["dead", "back"]).message.contains("two ways at once"));
+    let reported = |faults: &[&str]| run(faults).expect_err("refused").remove(0);
+    assert!(reported(&["ded"]).help.is_some_and(|help| help.contains("dead")));
+    assert!(reported(&["dead", "back"]).message.contains("two ways at once"));
     let unknown = source.replace("faults = [\"dead\"]", "faults = [\"ded\"]");
     let found = study::prepare(&unknown).1;
     assert!(found.iter().any(|one| one.message.contains("variant `ill`: there is no fault `ded`")), "{found:?}");

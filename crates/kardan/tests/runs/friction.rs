@@ -497,9 +497,9 @@ fn an_event_is_seen_where_it_happens() {
         to = "0.5 N m"
         over = "1 s"
     "#;
-    let (prepared, mistakes) = kardan::study::prepare(text);
-    let variant = prepared.variants.first().unwrap_or_else(|| panic!("{mistakes:?}"));
-    let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
+    let (prepared, diagnostics) = kardan::study::prepare(text);
+    let variant = prepared.variants.first().unwrap_or_else(|| panic!("{diagnostics:?}"));
+    let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &variant.scenario };
     // A torque of a that moves nothing: what all three hold.
     let limit = (0.11 + 3.7 * 0.0123 + 3.7 * 2.3 * 0.00457) / 0.5;
     let names: Vec<String> = variant.reduced.equations.frictions.iter().map(|term| term.element.clone()).collect();
@@ -988,7 +988,7 @@ fn three_frictions_along_two_coordinates_come_to_rest() {
 fn a_direction_that_others_hold_rests_with_them() {
     let (prepared, _) = kardan::study::prepare(DRIVE_WITH_THREE_FRICTIONS);
     let variant = &prepared.variants[0];
-    let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
+    let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &variant.scenario };
     let names: Vec<String> = variant.reduced.equations.frictions.iter().map(|term| term.element.clone()).collect();
     let inputs: Vec<String> = variant.reduced.equations.inputs.iter().map(|input| input.element.clone()).collect();
     let coordinates = variant.reduced.coordinate_names();

@@ -41,7 +41,11 @@ fn the_only_motion_may_be_prescribed() {
                     "{motion} {method:?} {time}: {torque} {expected}"
                 );
             }
-            assert!(run.energy.left_out().is_some_and(|part| part < 1e-9), "{motion} {method:?} {:?}", run.energy);
+            assert!(
+                run.energy.residual_share().is_some_and(|part| part < 1e-9),
+                "{motion} {method:?} {:?}",
+                run.energy
+            );
         }
     }
 }
@@ -54,7 +58,7 @@ fn a_motion_that_is_all_prescribed_meets_losses_and_stops() {
     let model = all_prescribed("angle = \"1 rad * sin(2 pi t / 1 s)\"", more)
         .replace("damping", "friction = \"0.3 N m\"\ndamping");
     let found = run(&model);
-    assert!(found.energy.left_out().is_some_and(|part| part < 1e-9), "{:?}", found.energy);
+    assert!(found.energy.residual_share().is_some_and(|part| part < 1e-9), "{:?}", found.energy);
     assert!(found.energy.dissipated > 20.0 && found.warnings.is_empty(), "{:?}", found.energy);
     let locked = model + "[lock.l]\nshaft_1 = \"b\"\nshaft_2 = \"ground\"\nengaged = \"if(t > 1.1 s, 1, 0)\"\n";
     let study = Project::open(&locked).run(&runs_only(), &Silent).expect("it is a model");
@@ -71,7 +75,7 @@ fn where_all_is_prescribed_nothing_is_analysed() {
         let model = all_prescribed(motion, "[motor.m]\nshaft = \"b\"\n");
         let said = "nothing is free to move: all motion follows from what `pm` prescribes";
         let project = Project::open(&model);
-        assert!(project.mistakes().is_empty(), "{:?}", project.mistakes());
+        assert!(project.diagnostics().is_empty(), "{:?}", project.diagnostics());
         let found = project.analyze(&AnalyzeSettings::default(), &Silent).expect_err("nothing is free");
         assert_eq!(found[0].message, said);
         let found = project.design(&DesignSettings::default(), &Silent).expect_err("nothing is free");
@@ -79,7 +83,11 @@ fn where_all_is_prescribed_nothing_is_analysed() {
         let controlled =
             model + "[control.c]\nlaw = \"pole_placement\"\ninputs = [\"m\"]\npoles = [\"-1 1/s\", \"-2 1/s\"]\n";
         let project = Project::open(&controlled);
-        assert!(project.mistakes().iter().any(|mistake| mistake.message == said), "{:?}", project.mistakes());
+        assert!(
+            project.diagnostics().iter().any(|diagnostic| diagnostic.message == said),
+            "{:?}",
+            project.diagnostics()
+        );
     }
 }
 

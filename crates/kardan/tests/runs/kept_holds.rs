@@ -114,8 +114,8 @@ fn a_unicycle_rolls_out_and_rests() {
     let (stops, straight) = (8.0 * 0.05 / 0.1, 3.0);
     // Simpson's rule over the path: heading 3 t − t²/2 until 3 s, then it stays.
     let heading = |t: f64| if t < straight { 3.0 * t - 0.5 * t * t } else { 4.5 };
-    let path = |along: fn(f64) -> f64| -> f64 {
-        let (count, f) = (4000, |t: f64| 0.1 * (8.0 - 2.0 * t) * along(heading(t)));
+    let path = |direction: fn(f64) -> f64| -> f64 {
+        let (count, f) = (4000, |t: f64| 0.1 * (8.0 - 2.0 * t) * direction(heading(t)));
         let step = stops / f64::from(count);
         let weight = |k: i32| if k == 0 || k == count { 1.0 } else { 2.0 + 2.0 * f64::from(k % 2) };
         (0..=count).map(|k| weight(k) * f(f64::from(k) * step)).sum::<f64>() * step / 3.0
@@ -181,14 +181,15 @@ fn what_cannot_both_hold_is_named() {
     let source = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.p]\ninertia = \"1 kg m^2\"\n[prescribed_motion.drive]\nshaft = \"p\"\nspeed = \"1 rad/s\"\n\
                   [lock.joined]\nshaft_1 = \"a\"\nshaft_2 = \"p\"\nengaged = \"1\"\n[end_stop.wall]\nshaft_1 = \"a\"\nupper = \"0.5 rad\"\n\
                   [scenario]\nduration = \"1 s\"\noutput_step = \"10 ms\"\ninitial = { \"a.w\" = \"1 rad/s\" }\n";
-    let told = study::run(source, &runs_only(), &Silent).unwrap_or_else(|told| panic!("{told:?}")).runs.remove(0);
-    let Outcome::Failed { time, cause } = &told.outcome else { panic!("{:?}", told.outcome) };
+    let reported =
+        study::run(source, &runs_only(), &Silent).unwrap_or_else(|reported| panic!("{reported:?}")).runs.remove(0);
+    let Outcome::Failed { time, cause } = &reported.outcome else { panic!("{:?}", reported.outcome) };
     assert!(
         (time - 0.5).abs() < 1e-9 && cause.contains("`drive`, `joined`, `wall` hold one motion rigidly"),
         "{cause}"
     );
-    assert_eq!(told.series.time.len(), 51);
-    assert!(told.energy.residual.abs() < 1e-9, "{:?}", told.energy);
+    assert_eq!(reported.series.time.len(), 51);
+    assert!(reported.energy.residual.abs() < 1e-9, "{:?}", reported.energy);
 }
 
 /// Kept rows stand in the written equations with their multipliers, at every position, and in the plan with what their coefficients change by.
@@ -199,7 +200,7 @@ fn equations_have_the_multipliers_of_kept_rows() {
                   [shaft.p]\ninertia = \"1 kg m^2\"\n[prescribed_motion.drive]\nshaft = \"p\"\nspeed = \"1 rad/s * sin(3 rad/s * t)\"\n\
                   [spring_damper.s]\nshaft_1 = \"p\"\nshaft_2 = \"crank\"\nstiffness = \"3 N m/rad\"\n[scenario]\nduration = \"1 s\"\n";
     let written =
-        |form: EquationsForm| Project::open(source).equations(form).unwrap_or_else(|told| panic!("{told:?}")).0;
+        |form: EquationsForm| Project::open(source).equations(form).unwrap_or_else(|reported| panic!("{reported:?}")).0;
     let text = written(EquationsForm::Text);
     for line in [
         "  0.02 crank'' + 3 crank - 3 p = -1/2*cos(crank) yoke.f\n",

@@ -189,7 +189,7 @@ fn small_motions_are_those_of_the_slopes() {
 /// A shaft that turns freely, `φ = 5 rad/s · t`, leaves the points of a table over its angle at 1 rad: told once for the table, whoever calls it, with
 /// the first row beyond, and by how much at most. One that is not left is not told.
 #[test]
-fn a_run_tells_which_tables_it_left() {
+fn a_run_shows_which_tables_it_left() {
     let source = "[model]\nname = \"tables\"\n[shaft.a]\ninertia = \"1 kg m^2\"\n[table.left]\n\
                   points = { x = [\"-1 rad\", \"1 rad\"], value = [\"0 N m\", \"0 N m\"] }\n[table.wide]\n\
                   points = { x = [\"0 rad\", \"5 rad\"], y = [\"0 s\", \"1 s\"], value = [\"0 N m\", \"0 N m\", \"0 N m\", \"0 N m\"] }\n\
@@ -198,7 +198,7 @@ fn a_run_tells_which_tables_it_left() {
                   law = \"left(2 * a.phi) + short(a.phi, t)\"\n[scenario]\nduration = \"1 s\"\noutput_step = \"10 ms\"\n\
                   initial = { \"a.w\" = \"5 rad/s\" }\n";
     let found = kardan::study::run(source, &kardan::study::Settings::default(), &kardan::study::Silent).expect("a run");
-    let told: Vec<&String> = found.runs[0].notes.iter().filter(|note| note.contains("was left")).collect();
+    let reported: Vec<&String> = found.runs[0].notes.iter().filter(|note| note.contains("was left")).collect();
     // Of 2 φ = 10 rad/s · t the row after 0.1 s is the first beyond 1 rad, and at the end 10 rad are asked.
     let words = [
         "`left` was left in `two`, from 0.110000 s on: at 1.000000 s it was asked 9.000000 rad above its last point at 1.000000 rad, \
@@ -207,8 +207,8 @@ fn a_run_tells_which_tables_it_left() {
     let short = [
         "`short` was left along y in `two`, from 0.510000 s on: at 1.000000 s it was asked 0.500000 s above its last point at 0.500000 s",
     ];
-    assert_eq!(told.len(), 2, "{told:?}");
-    for (note, words) in told.iter().zip([words, short]) {
+    assert_eq!(reported.len(), 2, "{reported:?}");
+    for (note, words) in reported.iter().zip([words, short]) {
         words.iter().for_each(|words| assert!(note.contains(words), "{note}"));
     }
     // A surface that is left along both: each is told, and what holds there.
@@ -217,10 +217,10 @@ fn a_run_tells_which_tables_it_left() {
                    [torque.e]\nshaft = \"a\"\nlaw = \"map(a.w, 2 + t / 1 s)\"\n[scenario]\nduration = \"1 s\"\ninitial = { \"a.w\" = \"15 rad/s\" }\n";
     let found =
         kardan::study::run(surface, &kardan::study::Settings::default(), &kardan::study::Silent).expect("a run");
-    let told: Vec<&String> = found.runs[0].notes.iter().filter(|note| note.contains("was left")).collect();
+    let reported: Vec<&String> = found.runs[0].notes.iter().filter(|note| note.contains("was left")).collect();
     let end = "where it goes on straight (largest of all rows)";
     assert_eq!(
-        told,
+        reported,
         [
             &format!(
                 "table `map` was left along x in `e`, from 0.000000 s on: at 0.000000 s it was asked 5.000000 rad/s above its last point at 10.000000 rad/s, {end}"
@@ -238,7 +238,7 @@ fn a_run_tells_which_tables_it_left() {
 
 /// Tables that blocks and signals read beyond their points are told too, also where a sensor is what they are read at; those of lanes are not.
 #[test]
-fn tables_that_blocks_leave_are_told() {
+fn tables_that_blocks_leave_are_reported() {
     let run = |rest: &str| {
         let source = format!(
             "[shaft.a]\ninertia = \"1 kg m^2\"\n[sensor.enc]\nmeasures = \"angle\"\nshaft = \"a\"\n\
@@ -261,12 +261,15 @@ fn tables_that_blocks_leave_are_told() {
         (format!("{signal}\"tb(a.phi + 3 rad)\""), "s", 3.0),
         (format!("{signal}\"tb(a.phi + t * 0.5 rad/s)\""), "s", 0.5),
     ] {
-        let told = run(&rest);
+        let reported = run(&rest);
         let end = format!(
             "it was asked {by:.6} rad above its last point at 1.000000 rad, where the value of that point holds"
         );
-        assert!(told.len() == 1 && told[0].contains(&format!("table `tb` was left in `{who}`")), "{rest}: {told:?}");
-        assert!(told[0].contains(&end), "{rest}: {told:?}");
+        assert!(
+            reported.len() == 1 && reported[0].contains(&format!("table `tb` was left in `{who}`")),
+            "{rest}: {reported:?}"
+        );
+        assert!(reported[0].contains(&end), "{rest}: {reported:?}");
     }
     assert_eq!(run(&format!("{block}\"enc\"\n{signal}\"tb(0.5 * a.phi)\"")), Vec::<String>::new());
     let lanes = "[path.lane]\nkind = \"iso_3888_1\"\nwidth = \"2 m\"\nstart = \"10 m\"\n";

@@ -81,8 +81,8 @@ fn endless_runs_are_foretold_and_end_with_a_word() {
     for (name, source, element, value) in endless() {
         let found = study::check(&source);
         assert!(found.iter().all(|d| d.severity == Severity::Warning), "{name}: {found:?}");
-        let told = found.iter().find(|d| d.code == "run::steps").unwrap_or_else(|| panic!("{name}: {found:?}"));
-        assert!(told.message.contains(element) && told.message.contains(value), "{name}: {}", told.message);
+        let reported = found.iter().find(|d| d.code == "run::steps").unwrap_or_else(|| panic!("{name}: {found:?}"));
+        assert!(reported.message.contains(element) && reported.message.contains(value), "{name}: {}", reported.message);
         let run = run(&source, &Limited { steps: 3000, asked: None });
         let Outcome::Failed { time, cause } = &run.outcome else { panic!("{name}: {:?}", run.effort) };
         assert!(cause.contains("3000 steps"), "{name}: {cause}");
@@ -100,10 +100,10 @@ fn blocks_that_compute_too_often_are_foretold() {
             "[shaft.a]\ninertia = \"1 kg m^2\"\n[block.b]\nkind = \"hold\"\ninput = \"a.w\"\nsample_time = \"1 us\"\n[scenario]\nduration = \"{duration}\"\n"
         )
     };
-    let told = |duration: &str| study::check(&source(duration)).into_iter().find(|one| one.code == "run::steps");
-    let found = told("200 s").expect("two hundred million samples");
+    let reported = |duration: &str| study::check(&source(duration)).into_iter().find(|one| one.code == "run::steps");
+    let found = reported("200 s").expect("two hundred million samples");
     assert!(found.message.contains("its blocks compute 2e8 times"), "{}", found.message);
-    assert!(told("1 s").is_none());
+    assert!(reported("1 s").is_none());
 }
 
 /// The estimate against what runs took: within a factor of 4 where the fastest motion limits the steps.
@@ -149,12 +149,12 @@ fn events_of_one_signal_at_one_time() {
         };
         model.to_string() + &events.iter().map(text).collect::<String>()
     };
-    let told = |events: &[(&str, &str, f64, f64)]| -> Vec<String> {
+    let reported = |events: &[(&str, &str, f64, f64)]| -> Vec<String> {
         let found = study::check(&source(events)).into_iter().filter(|d| d.code == "event::twice");
         found.map(|d| d.message).collect()
     };
     let five = [("1 s", "T", 1.0, 0.0); 5];
-    let found = told(&five);
+    let found = reported(&five);
     assert_eq!(found.len(), 4, "{found:?}");
     assert!(found[0].contains("entry 2") && found[0].contains("`T`") && found[0].contains("entry 1"), "{found:?}");
     for wrong in [
@@ -163,7 +163,7 @@ fn events_of_one_signal_at_one_time() {
         &[("1 s", "T", 1.0, 0.5), ("1 s", "T", 2.0, 0.5)],
         &[("1 s", "T", 1.0, 0.0), ("1 s", "T", 2.0, 0.5), ("1 s", "T", 3.0, 0.5)],
     ] {
-        assert!(!told(wrong).is_empty(), "{wrong:?}");
+        assert!(!reported(wrong).is_empty(), "{wrong:?}");
     }
     for right in [
         &[("1 s", "T", 1.0, 0.0), ("1 s", "U", 1.0, 0.0)][..],
@@ -171,7 +171,7 @@ fn events_of_one_signal_at_one_time() {
         &[("0.5 s", "T", 1.0, 0.5), ("1 s", "T", 2.0, 0.0)],
         &[("0.5 s", "T", 1.0, 2.0), ("1 s", "T", 2.0, 0.0)],
     ] {
-        assert_eq!(told(right), [""; 0], "{right:?}");
+        assert_eq!(reported(right), [""; 0], "{right:?}");
     }
 }
 

@@ -10,7 +10,7 @@ use super::common::runs_only;
 fn runs(source: &str, method: Method, tolerance: Option<f64>) -> Vec<Run> {
     let settings = Settings { method, tolerance, ..runs_only() };
     let study = Project::open(source).run(&settings, &Silent);
-    study.unwrap_or_else(|mistakes| panic!("{mistakes:?}\n{source}")).runs
+    study.unwrap_or_else(|diagnostics| panic!("{diagnostics:?}\n{source}")).runs
 }
 
 /// Largest difference of a signal in two runs, in parts of the largest value of all signals of its kind; and which one it is.
@@ -34,10 +34,10 @@ fn difference(one: &Run, other: &Run) -> (f64, String) {
 
 /// All signals of the last variant of a model at these times, by matrix exponentials.
 fn rows_at(source: &str, times: &[f64]) -> RunResult {
-    let (prepared, mistakes) = study::prepare(source);
-    let variant = prepared.variants.last().unwrap_or_else(|| panic!("{mistakes:?}"));
+    let (prepared, diagnostics) = study::prepare(source);
+    let variant = prepared.variants.last().unwrap_or_else(|| panic!("{diagnostics:?}"));
     let scenario = Scenario { times: times.to_vec(), ..variant.scenario.clone() };
-    let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &scenario };
+    let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &scenario };
     let tolerance = Tolerance { method: Method::Automatic, ..Tolerance::default() };
     simulate(setup, tolerance, &mut |_| None)
 }

@@ -17,8 +17,8 @@ fn drive(keys: &str, motor: &str, load: &str, initial: &str) -> String {
 }
 
 fn tried(model: &str) -> Run {
-    let mistakes = |mistakes: Vec<Diagnostic>| panic!("{mistakes:?}\n{model}");
-    Project::open(model).run(&runs_only(), &Silent).unwrap_or_else(mistakes).runs.remove(0)
+    let diagnostics = |diagnostics: Vec<Diagnostic>| panic!("{diagnostics:?}\n{model}");
+    Project::open(model).run(&runs_only(), &Silent).unwrap_or_else(diagnostics).runs.remove(0)
 }
 
 fn only(model: &str) -> Run {
@@ -147,7 +147,7 @@ fn a_loss_map_is_a_table() {
 
 /// A loss map that is left is told, with the size of the speed or of the load that it was asked.
 #[test]
-fn a_loss_map_that_is_left_is_told() {
+fn a_loss_map_that_is_left_is_reported() {
     let run = |argument: &str, unit: &str, last: f64| {
         let map = format!(
             "[table.map]\npoints = {{ x = [\"0 {unit}\", \"{last} {unit}\"], value = [\"0.1 N m\", \"0.1 N m\"] }}\n"
@@ -155,15 +155,15 @@ fn a_loss_map_that_is_left_is_told() {
         only(&format!("{map}{}", drive(&format!("loss = \"map({argument})\""), "-1 N m", "0 N m", "")))
     };
     let acceleration = (1.0 - 0.1) / (0.3 + 0.5 / 16.0);
-    let told = |run: &kardan::results::Run| run.notes.iter().find(|note| note.contains("table `map`")).cloned();
+    let reported = |run: &kardan::results::Run| run.notes.iter().find(|note| note.contains("table `map`")).cloned();
     let by = "was left in `gear`, from";
     for (argument, unit, last, largest) in
         [("speed", "rad/s", 1.0, 2.0 * acceleration), ("load", "N m", 0.05, 0.5 / 16.0 * acceleration)]
     {
-        let note = told(&run(argument, unit, last)).expect("a note");
+        let note = reported(&run(argument, unit, last)).expect("a note");
         let asked = format!("it was asked {:.6} {unit} above its last point at {last:.6} {unit}", largest - last);
         assert!(note.contains(by) && note.contains(&asked), "{note}: {asked}");
-        assert_eq!(told(&run(argument, unit, 2.0 * largest)), None);
+        assert_eq!(reported(&run(argument, unit, 2.0 * largest)), None);
     }
 }
 
@@ -324,7 +324,7 @@ fn a_screw_lifts_and_locks() {
 
 /// A worm that turns a heavy load: where the load drives it against its own inertia, two motions go on or none (Painlevé). Both are told.
 #[test]
-fn teeth_that_jam_are_told() {
+fn teeth_that_jam_are_reported() {
     // Λ = (50/16)/(0.3 + 50/16) = 0.912, κ = 1.5: 1 − κ Λ < 0.
     let heavy = |motor: &str, load: &str| {
         drive("efficiency = 0.4\nefficiency_back = -0.5", motor, load, "initial = { \"motor.w\" = \"5 rad/s\" }")
@@ -353,19 +353,19 @@ fn teeth_that_jam_are_told() {
 
 /// A loss that grows with the time: from `κ Λ = 1` on two motions go on, within a step.
 #[test]
-fn two_motions_are_told_from_when_on_they_are() {
+fn two_motions_are_reported_from_their_beginning() {
     let run = tried(
         &drive("loss = \"1.6 * t / (1 s) * load\"", "8 N m", "0 N m", "initial = { \"motor.w\" = \"5 rad/s\" }")
             .replace("\"0.5 kg m^2\"", "\"50 kg m^2\""),
     );
     let influence = (50.0 / 16.0) / (0.3 + 50.0 / 16.0);
-    let told: Vec<f64> = run
+    let reported: Vec<f64> = run
         .events
         .iter()
         .filter(|event| event.what.contains("two motions go on from here"))
         .map(|event| event.time)
         .collect();
-    assert!(told.len() == 1 && (told[0] - 1.0 / (1.6 * influence)).abs() < 1e-12, "{:?}", run.events);
+    assert!(reported.len() == 1 && (reported[0] - 1.0 / (1.6 * influence)).abs() < 1e-12, "{:?}", run.events);
 }
 
 /// A flywheel of 1 kg m² at 2 rad/s beside teeth that jam, 0.5 and 0.2 kg m² at 1 and 2 rad/s: a clutch of 0.3 N m between them gives no impulse, whether it
@@ -414,7 +414,7 @@ fn a_clutch_that_slips_where_teeth_with_play_jam_keeps_its_energy() {
 
 /// A rigid blow passes teeth that lock themselves, and the run says so; a stop that gives leaves it to the teeth.
 #[test]
-fn a_blow_that_passes_teeth_is_told() {
+fn a_blow_that_passes_teeth_is_reported() {
     let model = |stop: &str| {
         format!(
             "[shaft.h]\ninertia = \"1 kg m^2\"\n[shaft.l]\ninertia = \"0.5 kg m^2\"\n[shaft.w]\ninertia = \"1e-3 kg m^2\"\n[gear.worm]\nshaft_1 = \"w\"\n\
@@ -422,15 +422,15 @@ fn a_blow_that_passes_teeth_is_told() {
              [scenario]\nduration = \"0.2 s\"\ninitial = {{ \"h.phi\" = \"-0.1 rad\", \"h.w\" = \"2 rad/s\" }}\n"
         )
     };
-    let told = |run: &Run| {
+    let reported = |run: &Run| {
         run.notes.iter().any(|note| note.starts_with("A rigid blow has passed the teeth of `worm` without their loss"))
     };
     let run = tried(&model("restitution = 0"));
-    assert!(told(&run), "{:?}", run.notes);
+    assert!(reported(&run), "{:?}", run.notes);
     // The momentum of the one, 2 kg m² rad/s, on the inertia of all.
     assert!((signal(&run, "l.w").last().expect("rows") - 2.0 / (1.0 + 0.5 + 0.4)).abs() < 1e-9);
     let run = tried(&model("stiffness = \"1e4 N m/rad\""));
-    assert!(!told(&run) && signal(&run, "l.w").iter().all(|speed| speed.abs() < 1e-9), "{:?}", run.notes);
+    assert!(!reported(&run) && signal(&run, "l.w").iter().all(|speed| speed.abs() < 1e-9), "{:?}", run.notes);
 }
 
 /// `J₁ + η J₂ / i² < 0` is foretold; what jams and starts again and again ends by name, after as many jams.
@@ -442,8 +442,8 @@ fn teeth_that_would_jam_are_foretold_and_end_by_name() {
             .replace("\"0.5 kg m^2\"", "\"50 kg m^2\"")
             .replace("\"0.3 kg m^2\"", &format!("\"{inertia} kg m^2\""));
         let project = Project::open(&model);
-        let told = project.mistakes().iter().filter(|mistake| mistake.code == "teeth::jam").count();
-        assert_eq!(told, jams, "{inertia}: {:?}", project.mistakes());
+        let reported = project.diagnostics().iter().filter(|diagnostic| diagnostic.code == "teeth::jam").count();
+        assert_eq!(reported, jams, "{inertia}: {:?}", project.diagnostics());
     }
     let screw = "[shaft.a]\ndamping = \"0.1 N m s/rad\"\n[mass.n]\nmass = \"1 kg\"\n[screw.s]\nshaft = \"a\"\nnut = \"n\"\nlead = \"5 mm/rev\"\n\
                  efficiency = 0.4\nefficiency_back = -0.2\n[motor.m]\nshaft = \"a\"\n[scenario]\nduration = \"1 s\"\n\
@@ -455,7 +455,7 @@ fn teeth_that_would_jam_are_foretold_and_end_by_name() {
         "{time} {cause}"
     );
     assert!(cause.contains("Give it less loss (a larger `efficiency_back`)"), "{cause}");
-    assert!(run.energy.left_out().is_some_and(|part| part < 1e-6), "{:?}", run.energy);
+    assert!(run.energy.residual_share().is_some_and(|part| part < 1e-6), "{:?}", run.energy);
 }
 
 #[test]

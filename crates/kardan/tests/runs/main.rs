@@ -3,7 +3,6 @@
 #[path = "../common/mod.rs"]
 mod common;
 
-mod abreast;
 mod accuracy;
 mod bent_joint;
 mod bits;
@@ -14,6 +13,7 @@ mod drives;
 mod ends;
 mod energy;
 mod examples;
+mod exported_signals;
 mod faults;
 mod figures;
 mod friction;
@@ -44,13 +44,13 @@ mod road;
 mod safety;
 mod signal_sensors;
 mod signals;
+mod simd_taylor;
 mod simulation;
 mod start;
 mod stiff;
 mod sweep;
-mod sweep_answers;
+mod sweep_summary;
 mod taylor;
-mod told;
 mod unseen;
 mod vehicle;
 mod vehicle_brakes;

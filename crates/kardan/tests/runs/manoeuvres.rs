@@ -11,7 +11,7 @@ use crate::common::{close, run_by, signal};
 fn study(source: &str) -> Study {
     let project = Project::open(source);
     let settings = Settings { runs_only: true, ..Settings::default() };
-    project.run(&settings, &Silent).unwrap_or_else(|mistakes| panic!("{mistakes:?}"))
+    project.run(&settings, &Silent).unwrap_or_else(|diagnostics| panic!("{diagnostics:?}"))
 }
 
 fn value(run: &Run, name: &str) -> f64 {
@@ -288,8 +288,9 @@ fn a_run_that_ends_between_the_cones_passes_nothing() {
         // Straight on at 20 m/s, with the rear axle 1.5 m behind.
         let early = study(&model(1.2)).runs.remove(0);
         assert!(room(&early).is_none() && !early.requirements[0].passed, "{:?}", early.requirements);
-        let told = format!("its rear axle comes to x = 22.5 m and the last cones stand at x = {end:.1} m");
-        let found = early.notes.iter().find(|note| note.contains(&told)).unwrap_or_else(|| panic!("{:?}", early.notes));
+        let reported = format!("its rear axle comes to x = 22.5 m and the last cones stand at x = {end:.1} m");
+        let found =
+            early.notes.iter().find(|note| note.contains(&reported)).unwrap_or_else(|| panic!("{:?}", early.notes));
         assert!(found.contains("lengthen `duration` of the manoeuvre `change`"), "{found}");
         let last = (end + 1.5) / 20.0;
         assert!(room(&study(&model(last - 0.01)).runs[0]).is_none());
@@ -300,15 +301,19 @@ fn a_run_that_ends_between_the_cones_passes_nothing() {
 /// What a weave measures are means over whole waves: a part of one is refused.
 #[test]
 fn a_weave_has_whole_waves() {
-    let told = |periods: &str| {
+    let reported = |periods: &str| {
         let weave = format!("[manoeuvre.on_centre]\nkind = \"weave\"\namplitude = \"15 deg\"\nperiods = {periods}\n");
-        Project::open(format!("{CAR}{ROBOT}{weave}")).mistakes().to_vec()
+        Project::open(format!("{CAR}{ROBOT}{weave}")).diagnostics().to_vec()
     };
     for periods in ["2", "3.0", "\"4\""] {
-        assert!(told(periods).iter().all(|one| one.code != "manoeuvre::periods"), "{periods}: {:?}", told(periods));
+        assert!(
+            reported(periods).iter().all(|one| one.code != "manoeuvre::periods"),
+            "{periods}: {:?}",
+            reported(periods)
+        );
     }
     for (periods, help) in [("2.5", "periods = 3"), ("0.5", "periods = 1"), ("\"2.5\"", "periods = 3")] {
-        let all = told(periods);
+        let all = reported(periods);
         let found = all.iter().find(|one| one.code == "manoeuvre::periods").unwrap_or_else(|| panic!("{all:?}"));
         assert!(found.message.starts_with("manoeuvre `on_centre`: `periods` is"), "{found:?}");
         assert!(found.help.as_ref().is_some_and(|text| text.contains(help)) && !found.labels.is_empty(), "{found:?}");
@@ -350,12 +355,12 @@ fn lanes_have_the_sizes_of_the_standard() {
 
 /// A manoeuvre that nobody follows would be a run in which nobody steers: that is told with its name, and not where something reads what it makes.
 #[test]
-fn a_manoeuvre_that_nothing_follows_is_told() {
+fn a_manoeuvre_that_nothing_follows_is_reported() {
     let step = "[manoeuvre.turn]\nkind = \"step_steer\"\namplitude = \"30 deg\"\n[scenario]\noutput_step = \"10 ms\"\n";
-    let told = |rest: &str| {
+    let reported = |rest: &str| {
         let project = Project::open(format!("{CAR}{step}{rest}"));
         let all: Vec<_> =
-            project.mistakes().iter().filter(|one| one.code == "manoeuvre::unfollowed").cloned().collect();
+            project.diagnostics().iter().filter(|one| one.code == "manoeuvre::unfollowed").cloned().collect();
         all.into_iter().map(|one| (one.message, one.help.unwrap_or_default())).collect::<Vec<_>>()
     };
     let message = "manoeuvre `turn`: nothing follows the signal `steer` that it makes, so every run of it is one in which nobody steers";
@@ -368,11 +373,11 @@ fn a_manoeuvre_that_nothing_follows_is_told() {
         (other.as_str(), "write `angle = \"steer\"` in `[driver.robot]`"),
         (shown, "add a `[driver.NAME]`"),
     ] {
-        let found = told(rest);
+        let found = reported(rest);
         assert!(found.len() == 1 && found[0].0 == message && found[0].1.starts_with(help), "{rest}: {found:#?}");
     }
     for rest in [ROBOT.to_string(), format!("{torque}steer\"\n"), format!("{torque}twice\"\n{shown}")] {
-        assert_eq!(told(&rest), [], "{rest}");
+        assert_eq!(reported(&rest), [], "{rest}");
     }
 }
 

@@ -236,7 +236,7 @@ fn what_takes_part_in_a_kept_row_is_refused() {
         [spring_damper.d]\nshaft_1 = \"p\"\nshaft_2 = \"b\"\ndamping = \"1 N m s/rad\"\n";
     refused(driven, &["`p`", "beside `drive` it is not followed"]);
     // What helps is said, and helps: an angle takes no inertia.
-    let found = Project::open(driven).mistakes().to_vec();
+    let found = Project::open(driven).diagnostics().to_vec();
     assert!(
         found[0]
             .help
@@ -245,7 +245,7 @@ fn what_takes_part_in_a_kept_row_is_refused() {
         "{found:#?}"
     );
     let angle = driven.replace("speed = \"1 rad/s\"", "angle = \"1 rad * sin(t / 1 s)\"");
-    assert!(Project::open(&angle).mistakes().is_empty(), "{:#?}", Project::open(&angle).mistakes());
+    assert!(Project::open(&angle).diagnostics().is_empty(), "{:#?}", Project::open(&angle).diagnostics());
 }
 
 /// A bead on a cycloid, whose angle has no inertia of its own: it swings in the same time from everywhere, `sin(ϑ/2) = sin(A/2) cos(√(g/4R) t)`

@@ -184,13 +184,13 @@ fn examples_of_modelica_are_those_of_their_library() {
         }
     }
     assert!(beyond.is_empty(), "beyond their tolerance:\n{beyond}{table}");
-    let told = include_str!("../../../../docs/numbers.md");
-    assert!(told.contains(&table), "the table in docs/numbers.md should be\n{table}");
+    let reported = include_str!("../../../../docs/numbers.md");
+    assert!(reported.contains(&table), "the table in docs/numbers.md should be\n{table}");
 }
 
 /// Where both differ the error is theirs: closed forms of two examples, to which our runs are nearer by orders of magnitude.
 #[test]
-fn closed_forms_tell_whose_the_difference_is() {
+fn closed_forms_show_whose_the_difference_is() {
     // (J + m r²) v̇ = 10 − 10 (v/5)²: v = 5 tanh(t − 0.1).
     let wheel = run_of(&EXAMPLES[2]);
     for (t, speed) in wheel.series.time.iter().zip(signal(&wheel, "wheel.w")) {

@@ -83,14 +83,14 @@ fn means_are_those_over_the_time() {
 fn time_at_a_limit_is_that_of_the_torque_asked() {
     let run = run_of(ASKED);
     assert_eq!(run.outcome, Outcome::Completed);
-    let strain = &run.strains[0];
-    assert_eq!(strain.motor, "m");
-    assert_eq!(strain.controller, None);
-    assert_eq!(strain.asked, 5.0);
+    let motor_load = &run.motor_loads[0];
+    assert_eq!(motor_load.motor, "m");
+    assert_eq!(motor_load.controller, None);
+    assert_eq!(motor_load.demand, 5.0);
     // The ramp passes 2 N m at 4 s; its crossing is located to the rounding of the dense output.
     let expected = [(1.0, 2.0), (4.0, 6.0)];
-    assert_eq!(strain.at_torque_limit.len(), 2, "{:?}", strain.at_torque_limit);
-    for (found, expected) in strain.at_torque_limit.iter().zip(expected) {
+    assert_eq!(motor_load.at_torque_limit.len(), 2, "{:?}", motor_load.at_torque_limit);
+    for (found, expected) in motor_load.at_torque_limit.iter().zip(expected) {
         assert!((found.from - expected.0).abs() < 1e-9 && (found.until - expected.1).abs() < 1e-9, "{found:?}");
     }
     let [whole, window, ..] = &run.requirements[..] else { panic!("{:?}", run.requirements) };
@@ -112,7 +112,7 @@ fn what_is_asked_by_a_function_of_time_comes_to_the_limit() {
     for method in [Method::Taylor, Method::Dop853] {
         let settings = Settings { method, ..Settings::default() };
         let run = study::run(&source, &settings, &Silent).unwrap_or_else(|why| panic!("{why:?}")).runs.remove(0);
-        let [at] = &run.strains[0].at_torque_limit[..] else { panic!("{:?}", run.strains) };
+        let [at] = &run.motor_loads[0].at_torque_limit[..] else { panic!("{:?}", run.motor_loads) };
         let sixth = std::f64::consts::FRAC_PI_6;
         assert!((at.from - sixth).abs() < 1e-9 && (at.until - 5.0 * sixth).abs() < 1e-9, "{at:?}");
         let largest = run.series.signal("m.tau").unwrap().values.iter().fold(0.0f64, |most, x| most.max(*x));
@@ -121,14 +121,14 @@ fn what_is_asked_by_a_function_of_time_comes_to_the_limit() {
 }
 
 #[test]
-fn a_rate_limit_is_told_too() {
+fn a_rate_limit_is_reported_too() {
     let source = ASKED.replace("torque_limit = \"2 N m\"", "rate_limit = \"10 N m/s\"");
     let source = &source[..source.find("[[requirement]]").unwrap()];
     let run = run_of(source);
     // 5 N m take 0.5 s up and 0.5 s down; the ramp of 2 N m/s is slower.
-    let strain = &run.strains[0];
-    assert!((strain.seconds_at_rate_limit(0.0, 6.0) - 1.0).abs() < 1e-6, "{:?}", strain.at_rate_limit);
-    assert!(strain.at_torque_limit.is_empty());
+    let motor_load = &run.motor_loads[0];
+    assert!((motor_load.seconds_at_rate_limit(0.0, 6.0) - 1.0).abs() < 1e-6, "{:?}", motor_load.at_rate_limit);
+    assert!(motor_load.at_torque_limit.is_empty());
     assert!(run.notes.iter().any(|note| note.contains("moves at its rate limit of 10 N m/s")), "{:?}", run.notes);
 }
 
@@ -150,9 +150,10 @@ fn a_design_whose_motors_saturate_in_the_scenario_says_so() {
     let source = limited_steering("1.3 N m");
     let settings = DesignSettings { simulate: true, ..DesignSettings::default() };
     let design = study::design(&source, &settings, &Silent).unwrap();
-    let strain = design.strains.iter().find(|found| found.strain.motor == "wg_motor").expect("the motor is watched");
-    assert!(strain.strain.asked > 1.3, "{strain:?}");
-    assert!(strain.strain.strained());
+    let motor_load =
+        design.motor_loads.iter().find(|found| found.motor_load.motor == "wg_motor").expect("the motor is watched");
+    assert!(motor_load.motor_load.demand > 1.3, "{motor_load:?}");
+    assert!(motor_load.motor_load.at_limit());
     assert!(
         design.warnings.iter().any(|text| text.contains("in the scenario of the file") && text.contains("wg_motor"))
     );
@@ -160,8 +161,8 @@ fn a_design_whose_motors_saturate_in_the_scenario_says_so() {
     assert!(verdict.contains("the scenario drives its motors to their limits"), "{verdict}");
     // The run of the same file: a note, and the same times.
     let run = run_of(&source);
-    let own = run.strains.iter().find(|found| found.motor == "wg_motor").unwrap();
-    assert_eq!(own.at_torque_limit, strain.strain.at_torque_limit);
+    let own = run.motor_loads.iter().find(|found| found.motor == "wg_motor").unwrap();
+    assert_eq!(own.at_torque_limit, motor_load.motor_load.at_torque_limit);
     assert!(
         run.notes.iter().any(|note| note.contains("wg_motor is at its torque limit")
             && note.contains("does not do what its design says"))
@@ -173,8 +174,8 @@ fn a_motor_within_its_limits_is_silent() {
     let source = limited_steering("1000 N m");
     let settings = DesignSettings { simulate: true, ..DesignSettings::default() };
     let design = study::design(&source, &settings, &Silent).unwrap();
-    let strain = design.strains.iter().find(|found| found.strain.motor == "wg_motor").unwrap();
-    assert!(!strain.strain.strained() && strain.strain.asked < 1000.0, "{strain:?}");
+    let motor_load = design.motor_loads.iter().find(|found| found.motor_load.motor == "wg_motor").unwrap();
+    assert!(!motor_load.motor_load.at_limit() && motor_load.motor_load.demand < 1000.0, "{motor_load:?}");
     assert!(!design.warnings.iter().any(|text| text.contains("in the scenario of the file")));
     let verdict = design.verdict().text;
     assert!(!verdict.contains("limits"), "{verdict}");

@@ -30,7 +30,7 @@ to = \"-0.8 N m\"
 /// The load of a plant with a held torque is found as the poles say: as the estimate foretells exactly from sample to sample, its error is
 /// `Fᵏ e₀` with the double pole z = e^{−p h}, `zᵏ (1 + k (F − z)/z) e₀`.
 #[test]
-fn a_sampled_observer_errs_as_its_poles_say() {
+fn a_sampled_observer_error_follows_its_poles() {
     let source = format!(
         "{PLANT}[block.u]\nkind = \"hold\"\ninput = \"wave\"\nsample_time = \"10 ms\"\n\
          [control.c]\nlaw = \"program\"\ncommands = {{ m = \"u\" }}\nsample_time = \"10 ms\"\n\
@@ -62,7 +62,7 @@ fn a_sampled_observer_errs_as_its_poles_say() {
 
 /// At every instant the error is the solution of its differential equation: with poles a ± b j of the speed's one, `−d/(b J) e^{a t} sin b t`.
 #[test]
-fn an_observer_at_every_instant_errs_as_its_poles_say() {
+fn a_continuous_observer_error_follows_its_poles() {
     let source = format!(
         "{PLANT}[torque.drive]\nshaft = \"arm\"\nlaw = \"wave\"\n\
          [block.est]\nkind = \"observer\"\nstates = {{ speed = \"0 rpm\", load = \"0.3 N m\" }}\n\
@@ -114,7 +114,7 @@ fn given_gains_are_those_of_the_block() {
 
 /// What cannot be an observer is told with its reason and what to do.
 #[test]
-fn mistakes_of_observers_are_told() {
+fn errors_of_observers_are_reported() {
     let observer =
         |rest: &str| format!("kind = \"observer\"\nstates = {{ speed = \"0 rad/s\", load = \"0 N m\" }}\n{rest}");
     let rates = "rates = { speed = \"-a.load / J\" }\n";
@@ -213,10 +213,10 @@ fn mistakes_of_observers_are_told() {
     for (block, message) in cases {
         let source = format!("{PLANT}[block.a]\n{block}");
         let found = Project::open(source).run(&Settings::default(), &Silent);
-        let told: Vec<_> = found.err().into_iter().flat_map(|told| told.to_vec()).collect();
+        let reported: Vec<_> = found.err().into_iter().flat_map(|reported| reported.to_vec()).collect();
         let expected = format!("block `a`: {message}");
-        let one = told.iter().find(|one| one.message == expected);
-        let one = one.unwrap_or_else(|| panic!("{block}: {told:#?} for {message}"));
+        let one = reported.iter().find(|one| one.message == expected);
+        let one = one.unwrap_or_else(|| panic!("{block}: {reported:#?} for {message}"));
         assert!(one.help.is_some() && !one.labels.is_empty(), "{one:?}");
     }
 }

@@ -250,7 +250,7 @@ output_step = \"10 ms\"
     let (radius, inertia) = (0.3, 0.2 + 3.0 * 0.3 * 0.3);
     for method in METHODS {
         let run = by(source, method, 1e-11);
-        let [wheel, heading, vx, vy, along, across] =
+        let [wheel, heading, vx, vy, direction, across] =
             ["wheel.phi", "heading.phi", "x.v", "y.v", "along.f", "across.f"].map(|name| signal(&run, name));
         for (k, &t) in run.series.time.iter().enumerate() {
             let (psi, rate, bend) = (t - t.sin(), 0.5 / inertia * t, 0.5 / inertia);
@@ -261,7 +261,7 @@ output_step = \"10 ms\"
             // m ẍ and m ÿ
             let turn = 1.0 - t.cos();
             let [ax, ay] = [bend * psi.cos() - rate * psi.sin() * turn, bend * psi.sin() + rate * psi.cos() * turn];
-            assert!((along[k] - 3.0 * radius * ax).abs() < 1e-6, "{method:?} {t}: {}", along[k]);
+            assert!((direction[k] - 3.0 * radius * ax).abs() < 1e-6, "{method:?} {t}: {}", direction[k]);
             assert!((across[k] - 3.0 * radius * ay).abs() < 1e-6, "{method:?} {t}: {}", across[k]);
         }
         balances(&run, 1e-9, "wheel");

@@ -200,7 +200,7 @@ fn all_balance(model: impl Fn(u64) -> String) {
         }
         wrong_with(seed, &source)
     });
-    let wrong: Vec<String> = found.inspect(|told| eprintln!("{told}")).collect();
+    let wrong: Vec<String> = found.inspect(|reported| eprintln!("{reported}")).collect();
     assert!(wrong.is_empty(), "{} models, such as\n{}", wrong.len(), wrong[..wrong.len().min(3)].join("\n"));
 }
 
@@ -219,7 +219,8 @@ impl Progress for Patient {
 fn wrong_with(seed: u64, source: &str) -> Option<String> {
     let settings = Settings { method: Method::Automatic, tolerance: Some(1e-10), ..runs_only() };
     let patient = Patient(std::env::var("KARDAN_MODELS").ok().map(|_| Instant::now()));
-    let mut study = Project::open(source).run(&settings, &patient).unwrap_or_else(|told| panic!("{told:?}\n{source}"));
+    let mut study =
+        Project::open(source).run(&settings, &patient).unwrap_or_else(|reported| panic!("{reported:?}\n{source}"));
     let run = study.runs.remove(0);
     // What is prescribed may drive into what is rigid, through the one element that it meets.
     let contradicts = source.contains("[prescribed_motion.")

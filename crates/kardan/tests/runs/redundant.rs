@@ -47,8 +47,8 @@ fn two_equal_gears_share_by_halves() {
         }
         assert_eq!(at(&both, "bc.tau", time), at(&one, "bc.tau", time), "not shared");
     }
-    let told = |run: &Run| run.notes.iter().filter(|note| note.contains("`one`, `two`")).count();
-    assert_eq!((told(&one), told(&both)), (0, 1), "{:?}", both.notes);
+    let reported = |run: &Run| run.notes.iter().filter(|note| note.contains("`one`, `two`")).count();
+    assert_eq!((reported(&one), reported(&both)), (0, 1), "{:?}", both.notes);
     assert!(both.energy.residual.abs() <= 1e-9 * both.energy.input.abs(), "{:?}", both.energy);
 }
 
@@ -96,7 +96,7 @@ fn offsets_agree_exactly_or_are_refused() {
 
 /// `analyze` and `equations` know of the split: the class table names the row that follows, and multipliers per input are split as in a run.
 #[test]
-fn analysis_and_equations_tell_the_split() {
+fn analysis_and_equations_show_the_split() {
     let bc = gear("bc", "b", "c", "3", "0");
     let source = |gears: &str| {
         shafts(&(gears.to_string() + &bc)).replace("[[scenario", "[analysis]\noutputs = [\"c.phi\"]\n[[scenario")
@@ -134,7 +134,7 @@ fn rows_are_kept_once() {
     let variant = prepared(&shafts(&(many + &gear("bc", "b", "c", "3", "0")))).variants.remove(0);
     assert_eq!((variant.reduced.equations.constraints.len(), variant.reduced.redundant.len()), (2, 5));
     assert_eq!(variant.reduced.degrees_of_freedom(), 1);
-    assert_eq!(variant.reduced.sharing().len(), 1);
+    assert_eq!(variant.reduced.redundant_groups().len(), 1);
 }
 
 /// ```text
@@ -158,17 +158,17 @@ fn a_row_of_speeds_that_follows_is_kept_once() {
         close(at(&found, "p.x.f", time) + at(&found, "r.x.f", time), 0.1 / 1.26, 1e-12, "forces on the mass");
     }
     assert!(found.notes.iter().any(|note| note.contains("`g`, `p`, `r` hold the same motion")), "{:?}", found.notes);
-    let told = |rates: &str| {
+    let reported = |rates: &str| {
         let found = study::check(&source(rates));
         found.into_iter().find(|one| one.severity == Severity::Error).map(|one| (one.code, one.message))
     };
-    assert_eq!(told(&row("x = 1, a = \"-0.1 m\"")), None);
+    assert_eq!(reported(&row("x = 1, a = \"-0.1 m\"")), None);
     // Another ratio holds everything.
     let held = "the constraints leave no motion: 1 coordinates and 1 more constraints".to_string();
-    assert_eq!(told(&row("x = 1, a = \"-0.2 m\"")), Some(("constraint::no-motion", held)));
+    assert_eq!(reported(&row("x = 1, a = \"-0.2 m\"")), Some(("constraint::no-motion", held)));
     // Rows of speeds that say the same are kept once.
     let twice = "[mass.y]\nmass = \"1 kg\"\n[mass.z]\nmass = \"1 kg\"\n".to_string()
         + &row("y = 1, z = -1")
         + &row("y = -2, z = 2").replace(".r]", ".s]");
-    assert_eq!(told(&twice), None);
+    assert_eq!(reported(&twice), None);
 }

@@ -103,16 +103,16 @@ fn sums_with_constant_numbers_are_found_and_no_others() {
         }
     }
     let bent = "[constraint.c]\nrates = { x = \"2 + sin(heading.phi)\", roll = \"-0.1 m * cos(heading.phi) * (2 + sin(heading.phi))\" }\n";
-    let found = mistakes(&format!("{wheel}{bent}"));
+    let found = diagnostics(&format!("{wheel}{bent}"));
     assert!(found.contains("`a`") && found.contains("`c`") && found.contains("depend"), "{found}");
 }
 
-fn mistakes(source: &str) -> String {
-    let mistakes: Vec<String> = (study::check(source).iter())
+fn diagnostics(source: &str) -> String {
+    let diagnostics: Vec<String> = (study::check(source).iter())
         .filter(|diagnostic| diagnostic.severity == Severity::Error)
         .map(|diagnostic| diagnostic.message.clone())
         .collect();
-    mistakes.join("; ")
+    diagnostics.join("; ")
 }
 
 /// A rack with a curve whose position is prescribed, `s = 20 mm sin 2t`: the pinion is where the curve, a natural spline through three points,

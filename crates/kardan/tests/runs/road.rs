@@ -16,7 +16,7 @@ fn at(run: &Run, name: &str, time: f64) -> f64 {
 /// ends straight on where the car spins without, what the driver feels is what is asked but for the friction of the wheel, no energy is lost.
 #[test]
 fn the_functions_do_what_they_are_for() {
-    let study = study::run(MODEL, &runs_only(), &Silent).unwrap_or_else(|told| panic!("{told:?}"));
+    let study = study::run(MODEL, &runs_only(), &Silent).unwrap_or_else(|reported| panic!("{reported:?}"));
     for run in &study.runs {
         assert_eq!(run.outcome, Outcome::Completed, "{} {:?}", run.name, run.notes);
         assert!(
@@ -53,7 +53,7 @@ fn a_worm_superposes_and_holds_by_itself() {
             faults: faults.iter().map(|name| (*name).into()).collect(),
             ..runs_only()
         };
-        let study = study::run(source, &settings, &Silent).unwrap_or_else(|told| panic!("{told:?}"));
+        let study = study::run(source, &settings, &Silent).unwrap_or_else(|reported| panic!("{reported:?}"));
         let run = study.runs[0].clone();
         assert_eq!(run.outcome, Outcome::Completed, "{variant} {:?}", run.notes);
         assert!(run.energy.residual.abs() < 1e-8 * run.energy.exchanged, "{variant} {:?}", run.energy);

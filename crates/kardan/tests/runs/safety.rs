@@ -29,7 +29,8 @@ const SPEED: &str =
 
 fn tried(source: &str) -> Safety {
     let settings = SafetySettings { origin: "wheel.toml".into(), changes: Vec::new() };
-    study::safety(source, &settings, &Silent).unwrap_or_else(|told| panic!("{}\n{source}", plain(source, &told)))
+    study::safety(source, &settings, &Silent)
+        .unwrap_or_else(|reported| panic!("{}\n{source}", plain(source, &reported)))
 }
 
 fn row<'a>(table: &'a Safety, faults: &[&str]) -> &'a SafetyRow {
@@ -47,7 +48,7 @@ fn rows_are_what_their_faults_do() {
     let offset = row(&table, &["offset"]);
     assert!((offset.detected_after.unwrap() - 0.04).abs() < 1e-9, "{offset:?}");
     assert!((offset.reaction[0].after - 0.04).abs() < 1e-9 && offset.reaction[0].state == "off", "{offset:?}");
-    assert!(offset.known_to.is_some_and(|to| to < 1.1e-4), "rows lie close behind a fault: {offset:?}");
+    assert!(offset.detection_uncertainty.is_some_and(|to| to < 1.1e-4), "rows lie close behind a fault: {offset:?}");
     assert_eq!((offset.verdict, offset.effects[0].measured), (SafetyVerdict::Detected, Some(0.0)));
     assert_eq!(offset.command, "kardan run wheel.toml --fault offset");
     // The next sample comes 5 ms after it: too late by 3 ms, and harmless.
@@ -63,7 +64,7 @@ fn rows_are_what_their_faults_do() {
     assert_eq!((dead.verdict, dead.worst, dead.begins), (SafetyVerdict::Harmful, Some(0), Some(0.5)));
     assert!(!table.passes() && table.failing().count() == 1);
     let differ = table.monitors.iter().find(|one| one.name == "differ").unwrap();
-    assert_eq!((differ.raised_by.len(), differ.raised_without.len()), (2, 0), "{differ:?}");
+    assert_eq!((differ.raised_by.len(), differ.false_alarms.len()), (2, 0), "{differ:?}");
     assert!(
         table.notes.iter().any(|note| note == "Monitor `deaf`: no fault of this list ever raises it."),
         "{:?}",
@@ -129,7 +130,7 @@ fn false_alarms() {
 
 /// A value that the model cannot take makes rows that say so, and the others are there.
 #[test]
-fn rows_that_cannot_be_run_say_why() {
+fn rows_that_cannot_be_run_give_the_reason() {
     let safety =
         format!("[safety]\nvalues = {{ threshold = [\"0.01 rad\", \"-1 rad\"] }}\ndetected = \"differ\"\n{SPEED}");
     let table = tried(&wheel(OFFSET, &safety));
@@ -184,9 +185,9 @@ fn what_cannot_be_asked() {
     ];
     for (safety, message, help) in cases {
         let source = wheel(&[OFFSET, DEAD].concat(), safety);
-        let told = study::prepare(&source).1;
-        let found = told.iter().find(|one| one.message.contains(message));
-        let found = found.unwrap_or_else(|| panic!("{safety}: {}", plain(&source, &told)));
+        let reported = study::prepare(&source).1;
+        let found = reported.iter().find(|one| one.message.contains(message));
+        let found = found.unwrap_or_else(|| panic!("{safety}: {}", plain(&source, &reported)));
         assert!(found.help.as_ref().is_some_and(|text| text.contains(help)), "{safety}: {found:?}");
         assert!(!found.labels.is_empty(), "{safety}: {found:?}");
     }
@@ -217,8 +218,8 @@ fn values_that_a_variant_sets() {
     // Without a list those with faults of their own are not run.
     assert_eq!(tried(&of("", "threshold = [\"0.02 rad\"]")).rows.len(), 4);
     for chosen in ["", "variants = [\"plain\", \"strong\"]\n"] {
-        let told = study::prepare(&of(chosen, "push = [\"4 N m\"]")).1;
-        let found = told.iter().find(|one| one.code == "safety::varied").unwrap_or_else(|| panic!("{told:?}"));
+        let reported = study::prepare(&of(chosen, "push = [\"4 N m\"]")).1;
+        let found = reported.iter().find(|one| one.code == "safety::varied").unwrap_or_else(|| panic!("{reported:?}"));
         assert!(found.message.contains("the variant `strong` sets it") && !found.labels.is_empty(), "{found:?}");
         assert!(found.help.as_ref().is_some_and(|help| help.contains("variants")), "{found:?}");
     }
@@ -236,11 +237,11 @@ fn a_grid_without_end_is_refused_at_once() {
     let used = "[[scenario.event]]\nsignal = \"n.tau\"\nat = \"0 s\"\nto = \"p0 + p1 + p2 + p3 + p4 + p5 + p6 + p7\"\n";
     let safety = format!("{used}[safety]\nvalues = {{ {} }}\n{SPEED}", lists.join(", "));
     let source = wheel(DEAD, &safety).replace("[parameters]\n", &format!("[parameters]\n{names}"));
-    let told = study::safety(&source, &SafetySettings::default(), &Silent).unwrap_err();
+    let reported = study::safety(&source, &SafetySettings::default(), &Silent).unwrap_err();
     // 60^8 combinations, each with and without the fault.
     assert_eq!(
-        told[0].message,
+        reported[0].message,
         format!("the table would have {} rows, more than 20000", 60_u64.pow(8) * 2),
-        "{told:#?}"
+        "{reported:#?}"
     );
 }

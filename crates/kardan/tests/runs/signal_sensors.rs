@@ -64,8 +64,8 @@ fn a_sensor_rounds_its_signal() {
     let mut steps = 0;
     for (k, (power, reading)) in signal(&found, "power").iter().zip(signal(&found, "meter")).enumerate() {
         assert_eq!(*reading, 0.25 * (power / 0.25 + 0.5).floor(), "row {k}");
-        let told = push(time[k]) - 0.1 * reading;
-        assert!((signal(&found, "m.tau")[k] - told).abs() < 1e-12, "row {k}");
+        let reported = push(time[k]) - 0.1 * reading;
+        assert!((signal(&found, "m.tau")[k] - reported).abs() < 1e-12, "row {k}");
         steps += usize::from(k > 0 && *reading != signal(&found, "meter")[k - 1]);
     }
     assert!(steps > 10);
@@ -93,8 +93,8 @@ fn a_sensor_is_noisy() {
     // The program commands what its own reading says: the same draw.
     let (time, tau) = (&read.series.time, signal(&read, "m.tau"));
     for (k, reading) in signal(&read, "meter").iter().enumerate() {
-        let told = 4.0 * (2.0 * std::f64::consts::PI * 0.7 * time[k]).sin() - 0.1 * reading;
-        assert!((tau[k] - told).abs() < 1e-12, "row {k}");
+        let reported = 4.0 * (2.0 * std::f64::consts::PI * 0.7 * time[k]).sin() - 0.1 * reading;
+        assert!((tau[k] - reported).abs() < 1e-12, "row {k}");
     }
     let other = noise(&run(&wheel(sensor, "").replace("[scenario]\n", "[scenario]\nseed = 7\n")));
     assert!(alone.iter().zip(other).filter(|(a, b)| *a != b).count() > 990);
@@ -168,7 +168,7 @@ fn all_that_a_run_has_can_be_measured() {
 /// What cannot be measured is refused with what to do.
 #[test]
 fn what_is_no_signal_is_refused() {
-    for (signal, told) in [
+    for (signal, reported) in [
         ("signal = \"powr\"", "did you mean `power`?"),
         ("signal = \"a.phi\"", "measures = \"angle\""),
         ("signal = \"t\"", "measures = \"angle\""),
@@ -183,9 +183,9 @@ fn what_is_no_signal_is_refused() {
     ] {
         let source = wheel("sample_time = \"1 ms\"", "").replace("signal = \"power\"", signal);
         let (_, found) = study::prepare(&source);
-        assert!(plain(&source, &found).contains(told), "{signal}: {}", plain(&source, &found));
+        assert!(plain(&source, &found).contains(reported), "{signal}: {}", plain(&source, &found));
     }
-    for (more, signal, told) in [
+    for (more, signal, reported) in [
         (
             "[block.late]\nkind = \"delay\"\ninput = \"power\"\nsample_time = \"1 ms\"\n",
             "late",
@@ -206,7 +206,7 @@ fn what_is_no_signal_is_refused() {
         let source =
             wheel("sample_time = \"1 ms\"", more).replacen("signal = \"power\"", &format!("signal = \"{signal}\""), 1);
         let (_, found) = study::prepare(&source);
-        assert!(plain(&source, &found).contains(told), "{signal}: {}", plain(&source, &found));
+        assert!(plain(&source, &found).contains(reported), "{signal}: {}", plain(&source, &found));
     }
     let source = wheel("", "[block.now]\nkind = \"gain\"\ninput = \"meter\"\ngain = 2\n");
     let (_, found) = study::prepare(&source);

@@ -240,7 +240,7 @@ fn a_simulation_follows_the_signals_until_they_are_set() {
     let variant = prepared(&source).variants.remove(0);
     let times: Vec<f64> = (1..40).map(|k| 0.0487 * f64::from(k)).collect();
     let scenario = Scenario { times: times.clone(), ..variant.scenario.clone() };
-    let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &scenario };
+    let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &scenario };
     let run = simulate(setup, Tolerance::default(), &mut |_| None);
     assert_eq!(run.outcome, Outcome::Completed);
     let mut stepped = Simulation::new(setup, Tolerance::default());
@@ -327,7 +327,7 @@ fn a_table_comes_from_a_file() {
 
 /// What is wrong with a file is told where the model names it.
 #[test]
-fn mistakes_of_files_are_told() {
+fn errors_of_files_are_reported() {
     let missing = "there is no file `road.csv`";
     for (text, keys, expected) in [
         (Err(missing), "", missing),
@@ -347,7 +347,7 @@ fn mistakes_of_files_are_told() {
         (Ok("\u{0}\u{1}\u{2}garbage"), "", "road.csv"),
     ] {
         let project = of_file(text, keys);
-        let wrong: Vec<_> = project.mistakes().iter().filter(|d| d.severity == Severity::Error).collect();
+        let wrong: Vec<_> = project.diagnostics().iter().filter(|d| d.severity == Severity::Error).collect();
         assert_eq!(wrong.len(), 1, "{text:?}: {wrong:?}");
         assert!(wrong[0].message.contains(expected), "{text:?}: {}", wrong[0].message);
         assert!(!wrong[0].labels.is_empty() && wrong[0].help.is_some(), "{wrong:?}");
@@ -379,7 +379,7 @@ fn a_reference_follows_the_signal_of_its_name() {
 
 /// What is no angle cannot be followed by one, and what needs samples has no value at every instant: both are told at the reference.
 #[test]
-fn a_reference_is_told_of_a_signal_that_does_not_fit() {
+fn a_reference_is_reported_of_a_signal_that_does_not_fit() {
     for (signal, message) in [
         (
             "kind = \"ramp\"\nto = \"3 N m\"\nover = \"2 s\"\n",
@@ -396,10 +396,10 @@ fn a_reference_is_told_of_a_signal_that_does_not_fit() {
     ] {
         let source = following(signal);
         let project = Project::open(source.as_str());
-        let told = project.mistakes().iter().find(|one| one.message == message);
-        let told = told.unwrap_or_else(|| panic!("{:#?} for {message}", project.mistakes()));
-        let span = told.labels[0].place.span();
-        assert_eq!(source[span].trim_matches('"'), "wish", "{told:?}");
-        assert!(told.help.is_some());
+        let reported = project.diagnostics().iter().find(|one| one.message == message);
+        let reported = reported.unwrap_or_else(|| panic!("{:#?} for {message}", project.diagnostics()));
+        let span = reported.labels[0].place.span();
+        assert_eq!(source[span].trim_matches('"'), "wish", "{reported:?}");
+        assert!(reported.help.is_some());
     }
 }

@@ -22,7 +22,7 @@ fn variant(name: &str, number: usize) -> std::sync::Arc<PreparedVariant> {
 }
 
 fn setup<'a>(variant: &'a PreparedVariant, scenario: &'a Scenario) -> Setup<'a> {
-    Setup { reduced: &variant.reduced, laws: &variant.running, scenario }
+    Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario }
 }
 
 fn start(variant: &PreparedVariant) -> Simulation {
@@ -233,26 +233,26 @@ fn a_parameter_changes_where_the_loop_stands() {
 }
 
 #[test]
-fn mistakes_are_told() {
+fn errors_are_reported() {
     let variant = variant("two-bodies", 0);
     let mut stepped = start(&variant);
-    let told = |error: SimulationError| error.to_string();
+    let reported = |error: SimulationError| error.to_string();
     assert_eq!(
-        told(stepped.signal("body_1.ph").unwrap_err()),
+        reported(stepped.signal("body_1.ph").unwrap_err()),
         "there is no signal `body_1.ph` that can be read; did you mean `body_1.phi`?"
     );
-    assert!(told(stepped.input("body_1.phi").unwrap_err()).contains("that can be set; "));
+    assert!(reported(stepped.input("body_1.phi").unwrap_err()).contains("that can be set; "));
     let torque = stepped.input("motor_1.tau").expect("an input");
     assert_eq!(
-        told(stepped.set(torque, f64::NAN).unwrap_err()),
+        reported(stepped.set(torque, f64::NAN).unwrap_err()),
         "the value of motor_1.tau must be a finite number, found NaN"
     );
     assert!(stepped.advance(f64::INFINITY).is_err());
     stepped.advance(0.2).expect("it runs");
-    assert!(told(stepped.advance(0.1).unwrap_err()).contains("cannot go back to 0.1 s"));
+    assert!(reported(stepped.advance(0.1).unwrap_err()).contains("cannot go back to 0.1 s"));
     // Of another model; damaged; of the wrong length.
     let mut other = start(&self::variant("rlc-ladder", 0));
-    assert!(told(other.restore(&stepped.snapshot()).unwrap_err()).contains("of another model"));
+    assert!(reported(other.restore(&stepped.snapshot()).unwrap_err()).contains("of another model"));
     let whole = stepped.snapshot().to_bytes();
     for cut in [0, 7, 8, 16, 24, whole.len() - 8, whole.len() - 1] {
         assert!(Snapshot::from_bytes(&whole[..cut]).is_err(), "{cut}");

@@ -13,7 +13,7 @@ fn begins(model: &str, initial: &str) -> Run {
     run(&format!("{model}[scenario]\nduration = \"1 ms\"\ninitial = {{ {initial} }}\n"))
 }
 
-fn told(model: &str, initial: &str) -> String {
+fn reported(model: &str, initial: &str) -> String {
     let source = format!("{model}[scenario]\nduration = \"1 ms\"\ninitial = {{ {initial} }}\n");
     let (_, diagnostics) = study::prepare(&source);
     let wrong: Vec<_> = diagnostics.iter().filter(|one| one.severity == Severity::Error).collect();
@@ -50,7 +50,7 @@ fn any_shaft_of_a_train_may_be_given() {
             is_at(&run, &[("a.w", 70.0), ("b.w", 21.0), ("c.w", -3.0)]);
         }
         // One unit in the last place is a contradiction.
-        let message = told(&model, "\"a.phi\" = \"70 deg\", \"c.phi\" = \"-3.0000000000000000001 deg\"");
+        let message = reported(&model, "\"a.phi\" = \"70 deg\", \"c.phi\" = \"-3.0000000000000000001 deg\"");
         assert!(
             message.contains("`a.phi`") && message.contains("`c.phi`") && message.contains("contradicts"),
             "{message}"
@@ -73,7 +73,8 @@ fn two_shafts_of_a_planetary_gear_give_the_third() {
         ] {
             is_at(&begins(&model, initial), &[("sun.phi", 8.0), ("ring.phi", 4.0), ("carrier.phi", 5.0)]);
         }
-        let message = told(&model, "\"sun.w\" = \"8 rad/s\", \"ring.w\" = \"4 rad/s\", \"carrier.w\" = \"6 rad/s\"");
+        let message =
+            reported(&model, "\"sun.w\" = \"8 rad/s\", \"ring.w\" = \"4 rad/s\", \"carrier.w\" = \"6 rad/s\"");
         assert!(
             message.contains(
                 "`carrier.w` = 6 rad/s contradicts `sun.w` = 8 rad/s, `ring.w` = 4 rad/s, from which 5 rad/s"
@@ -105,7 +106,7 @@ fn joints_are_taken_at_the_end_that_is_given() {
             close(signal(&run, name)[0], value, 1e-14, name);
         }
     }
-    let message = told(&model, "\"x.phi\" = \"1 rad\", \"load.phi\" = \"1 rad\"");
+    let message = reported(&model, "\"x.phi\" = \"1 rad\", \"load.phi\" = \"1 rad\"");
     assert!(message.contains("ratio of `u`"), "{message}");
 }
 
@@ -120,11 +121,11 @@ fn what_follows_may_be_given_in_circuits_and_beside_constraints() {
         shafts(&["a", "b"]) + "[constraint.c]\ncoefficients = { a = 1, b = -2 }\noffset = \"0.25 rad + 3 rad/s * t\"\n";
     let run = begins(&moved, "\"a.phi\" = \"1 rad\", \"b.w\" = \"1 rad/s\"");
     is_at(&run, &[("a.phi", 1.0), ("b.phi", 0.375), ("a.w", 5.0), ("b.w", 1.0)]);
-    let message = told(&moved, "\"a.w\" = \"1 rad/s\", \"b.w\" = \"1 rad/s\"");
+    let message = reported(&moved, "\"a.w\" = \"1 rad/s\", \"b.w\" = \"1 rad/s\"");
     assert!(message.contains("from which -1 rad/s follows"), "{message}");
     let held = shafts(&["a", "b"]) + "[constraint.h]\ncoefficients = { b = 1 }\noffset = \"20 deg\"\n";
     is_at(&begins(&held, "\"b.phi\" = \"20 deg\", \"b.w\" = \"0 rad/s\""), &[("b.phi", 20.0 * DEGREE)]);
-    let message = told(&held, "\"b.w\" = \"1 rad/s\"");
+    let message = reported(&held, "\"b.w\" = \"1 rad/s\"");
     assert!(message.contains("the constraints of the model hold it at 0 rad/s"), "{message}");
 }
 
@@ -200,7 +201,7 @@ fn what_is_given_beside_kept_rows_may_contradict_them() {
 
 /// What is no number, has no slopes or says the same twice at the start is told as what it is.
 #[test]
-fn rows_without_a_start_are_told_by_their_cause() {
+fn rows_without_a_start_are_reported_by_their_cause() {
     let bodies = "[mass.x]\nmass = \"1 kg\"\n[mass.y]\nmass = \"1 kg\"\n";
     for (expression, said) in [
         ("1 m^2 / x.s - y.s", "`c` has no finite value or slopes at the start"),

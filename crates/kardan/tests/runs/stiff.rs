@@ -62,7 +62,7 @@ fn random_model(seed: u64) -> String {
 fn jacobian_error(source: &str, variant: usize, seed: u64) -> Option<f64> {
     let prepared = prepared(source);
     let variant = &prepared.variants[variant];
-    let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
+    let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &variant.scenario };
     let mut machine = Machine::new(setup);
     if !machine.prepare_jacobian(&variant.reduced) {
         return None;

@@ -66,7 +66,7 @@ fn probabilities_are_those_of_the_closed_form() {
     for (distribution, probability) in distributions {
         let text = wider.replace("parameter = \"j\"\n", &format!("parameter = \"j\"\n{distribution}\n"));
         let project = Project::open(text.as_str());
-        assert!(project.mistakes().is_empty(), "{:?}", project.mistakes());
+        assert!(project.diagnostics().is_empty(), "{:?}", project.diagnostics());
         let (rows, found) = swept(&project, &of(600));
         // One point in each of 600 strips: the part is known to one of them.
         let passed = found.requirements[0].probability.unwrap();
@@ -119,7 +119,7 @@ fn rows_are_single_runs() {
     assert_eq!(read_sweep_rows(&plan.head, bytes.clone()).unwrap(), rows);
     let other = project.sweep_plan(&SweepSettings { seed: Some(1), ..of(70) }).unwrap();
     let refused = read_sweep_rows(&other.head, bytes).unwrap_err();
-    assert_eq!(refused, RowsError::OtherSweep(plan.head.identity.clone()));
+    assert_eq!(refused, RowsError::SweepMismatch(plan.head.identity.clone()));
     let refused = read_sweep_rows(&plan.head, b"PAR1 and nothing else".to_vec()).unwrap_err();
     assert!(matches!(refused, RowsError::Damaged(why) if why.contains("no checksum")));
 }
@@ -177,10 +177,10 @@ fn what_is_not_measured_changes_no_bit() {
             assert_eq!(figures, row.figures.iter().map(|x| Some(*x)).collect::<Vec<_>>(), "{name}");
             assert!(run.series.signals.len() > 4);
             // The values that it has are told.
-            let told =
+            let reported =
                 |one: &SweptParameter| run.parameters.iter().find(|two| two.name == one.name).map(|two| two.value);
-            let told: Vec<Option<f64>> = plan.head.varied.iter().map(told).collect();
-            assert_eq!(told, row.values.iter().map(|x| Some(*x)).collect::<Vec<_>>(), "{name}");
+            let reported: Vec<Option<f64>> = plan.head.varied.iter().map(reported).collect();
+            assert_eq!(reported, row.values.iter().map(|x| Some(*x)).collect::<Vec<_>>(), "{name}");
         }
     }
 }
@@ -215,7 +215,11 @@ fn rows_do_not_depend_on_threads_or_interruptions() {
     };
     let ended = project.sweep(&plan, &settings.run, &mut SweepRows::default(), &Silent, &mut full).unwrap();
     assert_eq!((ended.rows, ended.missing), (128, 72));
-    assert!(ended.warnings.iter().any(|told| told.starts_with("no space left on the device")), "{:?}", ended.warnings);
+    assert!(
+        ended.warnings.iter().any(|reported| reported.starts_with("no space left on the device")),
+        "{:?}",
+        ended.warnings
+    );
 }
 
 /// Asked for the end while a block runs: that one is finished, and no other is begun; no run is ended in its middle.
@@ -240,7 +244,7 @@ fn a_block_that_is_begun_is_finished() {
     let found = project.sweep(&plan, &Default::default(), &mut SweepRows::default(), &ends, &mut write).unwrap();
     assert_eq!((found.rows, found.missing), (plan.block(), 200 - plan.block()));
     assert!(written == whole[..plan.block() as usize] && found.failures.is_empty());
-    assert!(found.warnings.iter().any(|told| told.starts_with("somebody asked")), "{:?}", found.warnings);
+    assert!(found.warnings.iter().any(|reported| reported.starts_with("somebody asked")), "{:?}", found.warnings);
 }
 
 /// What a model cannot be at some values is a row with its reason, not the end.
@@ -249,7 +253,7 @@ fn refused_samples_are_rows() {
     let text = MODEL.replace("inertia = \"2 kg m^2 ± 10 %\"", "inertia = \"j\"")
         + "\n[parameters]\nj = \"2 kg m^2\"\n[[sweep.vary]]\nparameter = \"j\"\nfrom = \"-1 kg m^2\"\nto = \"3 kg m^2\"\n";
     let project = Project::open(text.as_str());
-    assert!(project.mistakes().is_empty(), "{:?}", project.mistakes());
+    assert!(project.diagnostics().is_empty(), "{:?}", project.diagnostics());
     let (rows, found) = swept(&project, &of(80));
     let refused: Vec<&SweepRow> = rows.iter().filter(|row| !row.reason.is_empty()).collect();
     // A quarter of the strips lies below zero.
@@ -264,12 +268,12 @@ fn refused_samples_are_rows() {
 
 /// A key that is there without a tolerance is told with how to write one, wherever it stands; one that follows from others with those.
 #[test]
-fn keys_without_a_tolerance_are_told() {
+fn keys_without_a_tolerance_are_reported() {
     let more = "\n[shaft.b]\ninertia = \"2 * k\"\ndamping = \"0 N m s/rad\"\n[fault.weak]\nmotor = \"m\"\nkind = \"reduced\"\nby = 0.5\nat = \"0.8 s\"\n\
                 [parameters]\nk = \"1 kg m^2\"\n";
     let model =
         MODEL.replace("duration = \"1 s\"\n", "duration = \"1 s\"\ninitial = { \"a.w\" = \"0.1 rad/s\" }\n") + more;
-    for (name, told) in [
+    for (name, reported) in [
         ("scenario.event.1.to", "\"4 N m ± 10 %\""),
         ("scenario.initial.a.w", "\"0.1 rad/s ± 10 %\""),
         ("fault.weak.by", "\"0.5 ± 10 %\""),
@@ -279,10 +283,10 @@ fn keys_without_a_tolerance_are_told() {
         ("b.inertai", "there is no parameter"),
     ] {
         let text = format!("{model}[[sweep.vary]]\nparameter = \"{name}\"\nfrom = 0\nto = 1\n");
-        let mistakes = Project::open(text).mistakes().to_vec();
-        let own = mistakes.iter().find(|one| one.message.starts_with("`[[sweep.vary]]`")).expect(name);
+        let diagnostics = Project::open(text).diagnostics().to_vec();
+        let own = diagnostics.iter().find(|one| one.message.starts_with("`[[sweep.vary]]`")).expect(name);
         let help = own.help.clone().unwrap_or_default();
-        assert!(format!("{} {help}", own.message).contains(told), "{name}: {} {help}", own.message);
+        assert!(format!("{} {help}", own.message).contains(reported), "{name}: {} {help}", own.message);
     }
 }
 
@@ -292,7 +296,7 @@ fn a_tolerance_with_a_confidence_is_normal() {
     let shown = "\"1 N m [0.9, 1.2] 95 %\"";
     assert!(include_str!("../../../../docs/sweep.md").contains(shown));
     let project = Project::open(MODEL.replace("\"4 N m\"", shown).replace(" ± 10 %", ""));
-    assert!(project.mistakes().is_empty(), "{:?}", project.mistakes());
+    assert!(project.diagnostics().is_empty(), "{:?}", project.diagnostics());
     let plan = project.sweep_plan(&of(20)).unwrap();
     assert!(plan.head.varied[0].distribution.starts_with("normal in halves, peak 1,"), "{:?}", plan.head.varied);
     let even = Project::open(MODEL.replace("\"4 N m\"", "\"1 N m [0.9, 1.1] 95 %\"").replace(" ± 10 %", ""));
@@ -302,8 +306,8 @@ fn a_tolerance_with_a_confidence_is_normal() {
 
 /// Intervals of Halton's sequence in many dimensions are doubted, in few or of other points they are not.
 #[test]
-fn many_axes_of_halton_are_told() {
-    let told = |axes: usize, points: &str| {
+fn many_axes_of_halton_are_reported() {
+    let reported = |axes: usize, points: &str| {
         let parameters: String = (0..axes).map(|k| format!("p{k} = \"1 ± 10 %\"\n")).collect();
         let text =
             format!("{}\n[parameters]\n{parameters}[sweep]\npoints = \"{points}\"\n", MODEL.replace(" ± 10 %", ""));
@@ -311,7 +315,7 @@ fn many_axes_of_halton_are_told() {
         found.warnings.iter().any(|one| one.contains("may be too narrow") && one.contains("axes unevenly"))
     };
     assert_eq!(
-        [told(9, "halton"), told(8, "halton"), told(9, "sobol"), told(9, "random")],
+        [reported(9, "halton"), reported(8, "halton"), reported(9, "sobol"), reported(9, "random")],
         [true, false, false, false]
     );
 }
@@ -328,8 +332,8 @@ fn nothing_is_compared_of_nothing() {
     assert!(note(MODEL).is_some_and(|note| note.contains("differ") && !note.contains("0.0e0")));
     assert_eq!(note(MODEL.split("[[requirement]]").next().unwrap()), None);
     let empty = Project::open(format!("{MODEL}[sweep]\nlists = {{ \"a.inertia\" = [] }}\n"));
-    let told: Vec<&str> = empty.mistakes().iter().map(|one| one.message.as_str()).collect();
-    assert_eq!(told, ["`a.inertia` in `lists` of `[sweep]`: a list needs at least one value"]);
+    let reported: Vec<&str> = empty.diagnostics().iter().map(|one| one.message.as_str()).collect();
+    assert_eq!(reported, ["`a.inertia` in `lists` of `[sweep]`: a list needs at least one value"]);
 }
 
 /// Laws are those of the values in the file: a sample is the run of a variant whose `design` names them.
@@ -362,7 +366,7 @@ measure = \"final\"
 lists = { j = [\"1.5 kg m^2\", \"3 kg m^2\"] }
 ";
     let project = Project::open(text.replace("DESIGN\n", ""));
-    assert!(project.mistakes().is_empty(), "{:?}", project.mistakes());
+    assert!(project.diagnostics().is_empty(), "{:?}", project.diagnostics());
     let (rows, _) = swept(&project, &of(2));
     let single = |j: f64, design: &str| {
         let text = text.replace("j = \"2 kg m^2\"", &format!("j = \"{j} kg m^2\"")).replace("DESIGN", design);
@@ -411,7 +415,7 @@ measure = \"final\"
 lists = { wn = [\"5 rad/s\", \"20 rad/s\", \"30 rad/s\"], unit = [\"0.8 kg m^2\", \"1 kg m^2\", \"1.3 kg m^2\"] }
 ";
     let project = Project::open(text);
-    assert!(project.mistakes().is_empty(), "{:?}", project.mistakes());
+    assert!(project.diagnostics().is_empty(), "{:?}", project.diagnostics());
     let (rows, found) = swept(&project, &of(9));
     for row in &rows {
         let [wn, inertia]: [f64; 2] = row.values.clone().try_into().expect("two values");
@@ -442,9 +446,9 @@ lists = { wn = [\"5 rad/s\", \"20 rad/s\", \"30 rad/s\"], unit = [\"0.8 kg m^2\"
     for (run, row) in study.runs.iter().zip(&rows) {
         assert_eq!(run.figures[0].value, Some(row.figures[0]));
     }
-    let told: Vec<&String> = found.notes.iter().filter(|note| note.contains("stands in laws alone")).collect();
+    let reported: Vec<&String> = found.notes.iter().filter(|note| note.contains("stands in laws alone")).collect();
     assert_eq!(
-        told,
+        reported,
         [
             "`wn` stands in laws alone (`control.hold`): they are designed anew for each sample, with its value and else those in the file."
         ]
@@ -494,10 +498,15 @@ measure = \"final\"
         )
     };
     let project = Project::open(text("points = \"random\"").as_str());
-    assert!(project.mistakes().is_empty(), "{:?}", project.mistakes());
+    assert!(project.diagnostics().is_empty(), "{:?}", project.diagnostics());
     let automatic = SweepSettings { run: Settings { method: Method::Automatic, ..Settings::default() }, ..of(400) };
     let (rows, found) = swept(&project, &automatic);
-    assert!(found.compared.as_ref().is_some_and(|told| told.difference < 1e-9), "{:?} {:?}", found.compared, rows[0]);
+    assert!(
+        found.compared.as_ref().is_some_and(|reported| reported.difference < 1e-9),
+        "{:?} {:?}",
+        found.compared,
+        rows[0]
+    );
     let torques: Vec<f64> = rows.iter().map(|row| row.figures[0]).collect();
     let count = torques.len() as f64;
     let size = (torques.iter().map(|x| x * x).sum::<f64>() / count).sqrt();
@@ -525,16 +534,16 @@ measure = \"final\"
 
 /// An interval with a confidence holds so much of the samples, also where its value is not in the middle.
 #[test]
-fn uneven_intervals_hold_what_they_say() {
+fn uneven_intervals_have_their_stated_coverage() {
     let text = MODEL.replace("2 kg m^2 ± 10 %", "2 kg m^2 [1.9, 2.4] 90 %");
     let (rows, found) = swept(&Project::open(text.as_str()), &of(2000));
     let inside = rows.iter().filter(|row| (1.9..2.4).contains(&row.values[0])).count();
     // A Latin hypercube has them to one of each end.
     assert!((1798..=1802).contains(&inside), "{inside}");
     let deviation = |far: f64| far / 1.644_853_626_951_472_2;
-    let told = &found.varied[0].distribution;
+    let reported = &found.varied[0].distribution;
     assert!(
-        told.contains("normal in halves, peak 2") && told.contains(&format!("{:.4}", deviation(0.4))[..5]),
-        "{told}"
+        reported.contains("normal in halves, peak 2") && reported.contains(&format!("{:.4}", deviation(0.4))[..5]),
+        "{reported}"
     );
 }

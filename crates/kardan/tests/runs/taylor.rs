@@ -10,7 +10,7 @@ pub fn runs(source: &str, method: Method, tolerance: f64, variants: &[&str]) -> 
     let variants = variants.iter().map(ToString::to_string).collect();
     let settings = Settings { method, tolerance: Some(tolerance), variants, ..runs_only() };
     let study = Project::open(source).run(&settings, &Silent);
-    study.unwrap_or_else(|mistakes| panic!("{mistakes:?}\n{source}")).runs
+    study.unwrap_or_else(|diagnostics| panic!("{diagnostics:?}\n{source}")).runs
 }
 
 pub fn builtin(name: &str) -> &'static str {

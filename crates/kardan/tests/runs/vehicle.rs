@@ -123,7 +123,7 @@ fn eigenvalues(speed: &str, keys: &str) -> Vec<Complex> {
     let project = Project::open(&source);
     let analysis = project
         .analyze(&AnalyzeSettings::default(), &Silent)
-        .unwrap_or_else(|mistakes| panic!("{}\n---\n{source}", kardan::diagnostics::plain(&source, &mistakes)));
+        .unwrap_or_else(|diagnostics| panic!("{}\n---\n{source}", kardan::diagnostics::plain(&source, &diagnostics)));
     analysis.modes.iter().map(|mode| mode.eigenvalue).collect()
 }
 
@@ -285,7 +285,7 @@ fn parking_takes_the_bore_torque() {
         };
         close(signal(&run, "car_steering.tau")[k], -exact, 1e-7, &format!("torque at {t}"));
     }
-    assert!(run.energy.left_out().is_some_and(|part| part < 1e-7), "{:?}", run.energy);
+    assert!(run.energy.residual_share().is_some_and(|part| part < 1e-7), "{:?}", run.energy);
 }
 
 /// From standstill on, over a road that gets slippery, with wind and a slope: nothing is singular, and the energy balance closes.
@@ -302,19 +302,19 @@ fn a_car_drives_off_from_standstill() {
                 [scenario]\nduration = \"10 s\"\n";
     let run = by(&car("0.05 rad * sin(pi * t / 2 s)", &keys, more), 1e-10);
     assert!(run.series.signals.iter().flat_map(|signal| &signal.values).all(|x| x.is_finite()));
-    assert!(run.energy.left_out().is_some_and(|part| part < 1e-7), "{:?}", run.energy);
+    assert!(run.energy.residual_share().is_some_and(|part| part < 1e-7), "{:?}", run.energy);
     assert!(last(&run, "car.x") > 90.0 && last(&run, "car.yaw_rate").abs() < 2.0);
 }
 
 /// A car whose speed falls below zero in a run is told, from when on; one that stops is not.
 #[test]
-fn a_car_that_drives_backwards_is_told() {
+fn a_car_that_drives_backwards_is_reported() {
     let notes = |speed: &str| {
         let keys = format!("{}\nrelaxation_length = \"0.5 m\"", plain(speed));
         by(&car("0.01 rad * t / 1 s", &keys, "[scenario]\nduration = \"2.5 s\"\noutput_step = \"10 ms\"\n"), 1e-9).notes
     };
-    let told = notes("2 m/s - 1 m/s^2 * t");
-    let note = told.iter().find(|note| note.contains("drives backwards")).unwrap_or_else(|| panic!("{told:?}"));
+    let reported = notes("2 m/s - 1 m/s^2 * t");
+    let note = reported.iter().find(|note| note.contains("drives backwards")).unwrap_or_else(|| panic!("{reported:?}"));
     assert!(note.starts_with("`car` drives backwards from 2.0100 s on, at up to 0.5000 m/s"), "{note}");
     let stops = notes("max(0 m/s, 2 m/s - 1 m/s^2 * t)");
     assert!(stops.iter().all(|note| !note.contains("backwards")), "{stops:?}");
@@ -322,15 +322,15 @@ fn a_car_that_drives_backwards_is_told() {
 
 /// A car that spins while its speed along itself is given gains speed on its way, which is told, from when on; one that holds is not.
 #[test]
-fn a_car_that_slides_sideways_is_told() {
+fn a_car_that_slides_sideways_is_reported() {
     let ran = |rear: f64| {
         let keys = format!("{}\ntyre = \"magic_formula\"\nmu = 0.8\nmu_rear = {rear}", plain("25 m/s"));
         by(&car("0.05 rad", &keys, "[scenario]\nduration = \"3 s\"\noutput_step = \"10 ms\"\n"), 1e-8)
     };
     let spins = ran(0.05);
     let note = spins.notes.iter().find(|note| note.contains("slides sideways")).expect("it spins");
-    let [along, across] = ["car.v_x", "car.v_y"].map(|name| signal(&spins, name));
-    let way: Vec<f64> = along.iter().zip(across).map(|(x, y)| (x * x + y * y).sqrt()).collect();
+    let [direction, across] = ["car.v_x", "car.v_y"].map(|name| signal(&spins, name));
+    let way: Vec<f64> = direction.iter().zip(across).map(|(x, y)| (x * x + y * y).sqrt()).collect();
     let first = (0..way.len()).find(|row| way[*row] > 1.1 * 25.0).expect("it gains speed");
     assert!(note.starts_with(&format!("`car` slides sideways from {:.4} s on", spins.series.time[first])), "{note}");
     let most = way.iter().copied().fold(0.0, f64::max);
@@ -341,7 +341,7 @@ fn a_car_that_slides_sideways_is_told() {
 
 /// A formula that divides by what is zero where a run begins ends the run there, and says by what; a car whose speed begins there is refused, if its tyres follow at once.
 #[test]
-fn what_divides_by_zero_where_a_run_begins_is_told() {
+fn what_divides_by_zero_where_a_run_begins_is_reported() {
     let source = "[shaft.a]\ninertia = \"1 kg m^2\"\n[torque.x]\nshaft = \"a\"\nlaw = \"1 N m s / t\"\n[scenario]\nduration = \"1 s\"\n";
     let project = Project::open(source);
     let study = project.run(&crate::common::runs_only(), &Silent).expect("it is prepared");
@@ -350,19 +350,25 @@ fn what_divides_by_zero_where_a_run_begins_is_told() {
     let keys = plain("v");
     let source = car("0.02 rad", &keys, "[signal.v]\nkind = \"ramp\"\nto = \"20 m/s\"\nover = \"1 s\"\n");
     let (_, found) = kardan::study::prepare(&source);
-    let told = kardan::diagnostics::plain(&source, &found);
-    assert!(told.contains("the signal `v` at 0 s is 0 m/s") && told.contains("relaxation_length"), "{told}");
+    let reported = kardan::diagnostics::plain(&source, &found);
+    assert!(
+        reported.contains("the signal `v` at 0 s is 0 m/s") && reported.contains("relaxation_length"),
+        "{reported}"
+    );
 }
 
 /// A road whose friction falls below zero in a run is told, from when on, and the run goes on; one that stays above is not told.
 #[test]
-fn a_road_without_friction_is_told() {
+fn a_road_without_friction_is_reported() {
     let of = |mu: &str| {
         let keys = format!("{}\nrelaxation_length = \"0.5 m\"\ntyre = \"tmeasy\"\nmu = \"{mu}\"", plain("20 m/s"));
         by(&car("0.02 rad", &keys, "[scenario]\nduration = \"3 s\"\noutput_step = \"10 ms\"\n"), 1e-8).notes
     };
-    let told = of("0.5 - t / (4 s)");
-    assert!(told.iter().any(|note| note.contains("`car.friction` is zero or less from 2.0000 s on")), "{told:?}");
+    let reported = of("0.5 - t / (4 s)");
+    assert!(
+        reported.iter().any(|note| note.contains("`car.friction` is zero or less from 2.0000 s on")),
+        "{reported:?}"
+    );
     assert!(of("0.5 - t / (7 s)").iter().all(|note| !note.contains("friction")));
 }
 
@@ -403,7 +409,7 @@ fn a_straight_curve_is_an_arm() {
 /// Without roll the inner wheels of both axles leave the ground where `a_y = g T/(2 h)`: a car that goes on turning is told to roll over there, on the
 /// side that the bend is on; one that stays below is not.
 #[test]
-fn a_car_whose_inner_wheels_lift_is_told_to_roll_over() {
+fn a_car_whose_inner_wheels_lift_is_reported_as_rolling_over() {
     let (height, track, g, u) = (0.9, 1.2, 9.80665, 20.0);
     for side in [1.0, -1.0] {
         for (most, tips) in [(0.1, true), (0.01, false)] {
@@ -420,14 +426,14 @@ fn a_car_whose_inner_wheels_lift_is_told_to_roll_over() {
             let first = signal(&run, "car.yaw_rate").iter().position(|rate| rate.abs() >= limit);
             assert_eq!(first.is_some(), tips);
             let place = if side > 0.0 { "left" } else { "right" };
-            let told: Vec<&String> = run.notes.iter().filter(|note| note.contains("rolls over")).collect();
-            assert_eq!(told.len(), usize::from(tips), "{:?}", run.notes);
-            if let (Some(row), [told]) = (first, &told[..]) {
+            let reported: Vec<&String> = run.notes.iter().filter(|note| note.contains("rolls over")).collect();
+            assert_eq!(reported.len(), usize::from(tips), "{:?}", run.notes);
+            if let (Some(row), [reported]) = (first, &reported[..]) {
                 let said = format!(
                     "Both wheels of `car` on its {place} are off the ground from {:.4} s on",
                     run.series.time[row]
                 );
-                assert!(told.starts_with(&said), "{said}: {told}");
+                assert!(reported.starts_with(&said), "{said}: {reported}");
             }
         }
     }

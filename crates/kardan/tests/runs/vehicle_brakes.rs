@@ -86,7 +86,7 @@ fn small_motions_of_tmeasy_are_those_of_linear_tyres() {
         let source = car("0 rad", &format!("speed = \"25 m/s\"\nrelaxation_length = \"0.4 m\"\n{keys}"), held);
         let source = source.replace("[prescribed_motion.driver]\nshaft = \"hand\"\nangle = \"0 rad\"\n", "");
         let analysis = Project::open(&source).analyze(&AnalyzeSettings::default(), &Silent);
-        analysis.unwrap_or_else(|mistakes| panic!("{mistakes:?}")).modes
+        analysis.unwrap_or_else(|diagnostics| panic!("{diagnostics:?}")).modes
     };
     let linear = modes("");
     for keys in [
@@ -250,13 +250,13 @@ fn a_braked_car_turns_steadily() {
     let [left, right] = [asked - 0.2 * M * G / 2.0, 0.2 * M * G / 2.0];
     let (front, rear, part) = (90e3, 110e3, B / (A + B));
     // m u r = F_f + F_r - B_f d, 0 = a F_f - b F_r - (a + n) B_f d + track/2 (left - right), F_f = C_f (d - (v + a r)/u), F_r = C_r (b r - v)/u; in v and r.
-    let along = asked * part * delta;
+    let direction = asked * part * delta;
     let rows = [
-        [(front + rear) / u, M * u + (front * A - rear * B) / u, front * delta - along],
+        [(front + rear) / u, M * u + (front * A - rear * B) / u, front * delta - direction],
         [
             (front * A - rear * B) / u,
             (front * A * A + rear * B * B) / u,
-            front * A * delta - (A + trail) * along + TRACK / 2.0 * (left - right),
+            front * A * delta - (A + trail) * direction + TRACK / 2.0 * (left - right),
         ],
     ];
     let determinant = rows[0][0] * rows[1][1] - rows[0][1] * rows[1][0];
@@ -309,7 +309,7 @@ fn the_energy_balance_closes() {
                 [signal.grip]\nkind = \"ramp\"\nfrom = 0.9\nto = 0.4\nstart = \"1 s\"\nover = \"0.5 s\"\n[scenario]\nduration = \"3 s\"\n";
     let run = by(&car("0.04 rad * sin(pi * t / 1 s)", keys, more));
     assert!(run.series.signals.iter().flat_map(|signal| &signal.values).all(|x| x.is_finite()));
-    assert!(run.energy.left_out().is_some_and(|part| part < 1e-7), "{:?}", run.energy);
+    assert!(run.energy.residual_share().is_some_and(|part| part < 1e-7), "{:?}", run.energy);
     assert!(last(&run, "car.y").abs() > 0.5);
 }
 
@@ -383,7 +383,7 @@ fn split_braking_is_driven() {
         let settings = Settings { runs_only: true, ..Settings::default() };
         let study = Project::open(&source).run(&settings, &Silent);
         let study: Study =
-            study.unwrap_or_else(|mistakes| panic!("{}", kardan::diagnostics::plain(&source, &mistakes)));
+            study.unwrap_or_else(|diagnostics| panic!("{}", kardan::diagnostics::plain(&source, &diagnostics)));
         study
     };
     let held = model(6.0, "kind = \"open_loop\"\nangle = \"steer\"", "");
@@ -413,7 +413,7 @@ fn split_braking_is_driven() {
 
 /// From a speed that the car does not have it would come to drive backwards: told by a criterion.
 #[test]
-fn braking_from_another_speed_is_told() {
+fn braking_from_another_speed_is_reported() {
     let failed = |speed: &str| {
         let keys = "speed = \"20 m/s - slowed\"\nmu = 0.9\nbraking = \"braking\"\nrelaxation_length = \"0.5 m\"";
         let halt =
@@ -427,21 +427,21 @@ fn braking_from_another_speed_is_told() {
     };
     let (least, none) = failed("20 m/s");
     assert!(least.abs() < 1e-9 && none.is_empty(), "{least} {none:?}");
-    let (least, told) = failed("21 m/s");
+    let (least, reported) = failed("21 m/s");
     close(least, -1.0, 1e-9, "least speed");
-    assert!(matches!(&told[..], [one] if one.contains("halt_speed")), "{told:?}");
+    assert!(matches!(&reported[..], [one] if one.contains("halt_speed")), "{reported:?}");
 }
 
 /// Who brakes with another signal than that of the manoeuvre would not brake: that is told.
 #[test]
-fn braking_that_the_car_does_not_follow_is_told() {
-    let told = |braking: &str| {
+fn braking_that_the_car_does_not_follow_is_reported() {
+    let reported = |braking: &str| {
         let keys = format!("speed = \"20 m/s - slowed\"\nmu = 0.9\nbraking = \"{braking}\"");
         let halt = "[manoeuvre.halt]\nkind = \"split_braking\"\nspeed = \"20 m/s\"\ndeceleration = \"5 m/s^2\"\n";
         let project = Project::open(car("0 rad", &keys, halt));
-        let told: Vec<String> = project.mistakes().iter().map(|one| one.message.clone()).collect();
-        told
+        let reported: Vec<String> = project.diagnostics().iter().map(|one| one.message.clone()).collect();
+        reported
     };
-    assert_eq!(told("braking"), [""; 0]);
-    assert_eq!(told("100 N"), ["manoeuvre `halt`: nothing follows the signal `braking` that it makes"]);
+    assert_eq!(reported("braking"), [""; 0]);
+    assert_eq!(reported("100 N"), ["manoeuvre `halt`: nothing follows the signal `braking` that it makes"]);
 }

@@ -38,7 +38,7 @@ fn run(name: &str, time: Vec<f64>, values: Vec<f64>) -> Run {
         }],
         notes: vec!["the split is not unique".into()],
         warnings: Vec::new(),
-        strains: vec![],
+        motor_loads: vec![],
         effort: Default::default(),
         accuracy: None,
     }
@@ -98,7 +98,7 @@ fn figures_are_a_table() {
 }
 
 #[test]
-fn what_could_not_be_written_is_said_in_the_study() {
+fn what_could_not_be_written_is_reported_in_the_study() {
     let files = Files { unwritten: vec!["disk full".into()], ..Files::default() };
     let all = read(&json(&study(vec![]), &files));
     assert_eq!(all["report"], Value::Null);

@@ -7,7 +7,7 @@ use crate::common::{runs_only, signal};
 
 fn designed(source: &str, control: &str) -> Design {
     let settings = DesignSettings { control: Some(control.into()), ..DesignSettings::default() };
-    Project::open(source).design(&settings, &Silent).unwrap_or_else(|told| panic!("{told:?}"))
+    Project::open(source).design(&settings, &Silent).unwrap_or_else(|reported| panic!("{reported:?}"))
 }
 
 fn radius(design: &Design) -> f64 {

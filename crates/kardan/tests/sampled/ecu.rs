@@ -381,7 +381,7 @@ fn designs_beside_the_one_of_the_file() {
         assert!(found.designs.iter().find(beaten).is_none(), "{one:?}");
     }
     // More effort, less interaction and more torque.
-    let along: Vec<_> = [0.125, 1.0, 8.0]
+    let direction: Vec<_> = [0.125, 1.0, 8.0]
         .iter()
         .map(|effort| {
             let alike = |one: &&kardan::results::Alternative| {
@@ -390,7 +390,9 @@ fn designs_beside_the_one_of_the_file() {
             found.designs.iter().find(alike).expect("it is there")
         })
         .collect();
-    assert!(along.windows(2).all(|pair| pair[1].interaction < pair[0].interaction && pair[1].torque > pair[0].torque));
+    assert!(
+        direction.windows(2).all(|pair| pair[1].interaction < pair[0].interaction && pair[1].torque > pair[0].torque)
+    );
     assert_eq!(found.sensors.len(), 3, "{:?}", found.sensors);
     assert!(!found.advice.is_empty());
     // The noise that is foretold is that of the run, where the encoders move: within a factor of three.
@@ -465,8 +467,8 @@ fn the_other_drives() {
 #[test]
 fn a_reference_that_can_never_be_reached() {
     let text = source().replace("step_force = \"3 N m\"", "step_force = \"90 N m\"");
-    let mistakes = study::check(&text);
-    let found = mistakes.iter().find(|mistake| mistake.code == "control::limit").expect("told");
+    let diagnostics = study::check(&text);
+    let found = diagnostics.iter().find(|diagnostic| diagnostic.code == "control::limit").expect("told");
     assert!(found.message.contains("rk_motor") && found.message.contains("60 N m"), "{}", found.message);
     let settings = Settings { variants: vec!["force".into()], force: true, ..runs_only() };
     let run = study::run(&text, &settings, &Silent).expect("forced").runs.remove(0);

@@ -20,7 +20,7 @@ duration = \"1 s\"
 
 fn margins(source: &str) -> Margins {
     let found = Project::open(source).design(&DesignSettings::default(), &Silent);
-    let found = found.unwrap_or_else(|told| panic!("{told:#?}\n{source}"));
+    let found = found.unwrap_or_else(|reported| panic!("{reported:#?}\n{source}"));
     found.margins.unwrap_or_else(|| panic!("no margins\n{source}"))
 }
 
@@ -111,22 +111,22 @@ fn poles_of_an_observer_and_of_its_law_are_those_of_the_map() {
 
 /// A block that stands at its limit where the loop is linearised passes nothing on there: the design says so, and names it; within its limits it does not.
 #[test]
-fn a_block_at_its_limit_is_told() {
+fn a_block_at_its_limit_is_reported() {
     let warnings = |wanted: &str| {
         let source = format!(
             "{PLANT}[control.loop]\nlaw = \"program\"\ncommands = {{ m = \"sat\" }}\nsample_time = \"1 ms\"\ndelay = \"1 ms\"\n\
              [block.sat]\nkind = \"saturation\"\ninput = \"0.1 N m/rad * ({wanted} - enc)\"\nhigh = \"0.1 N m\"\nsample_time = \"1 ms\"\n"
         );
         let found = Project::open(&source).design(&DesignSettings::default(), &Silent);
-        found.unwrap_or_else(|told| panic!("{told:#?}\n{source}")).warnings
+        found.unwrap_or_else(|reported| panic!("{reported:#?}\n{source}")).warnings
     };
     let at_limit = warnings("2 rad");
     assert!(
-        at_limit.iter().any(|told| told.contains("`sat` passes nothing on where the loop is linearised")),
+        at_limit.iter().any(|reported| reported.contains("`sat` passes nothing on where the loop is linearised")),
         "{at_limit:?}"
     );
     let within = warnings("0.5 rad");
-    assert!(within.iter().all(|told| !told.contains("passes nothing on")), "{within:?}");
+    assert!(within.iter().all(|reported| !reported.contains("passes nothing on")), "{within:?}");
 }
 
 /// A sensor of a signal in the loop: the map, and so all that is said of it, is that of the sensor of the same motion, also at a sample time of its own.
@@ -140,7 +140,7 @@ fn a_sensor_of_a_signal_has_the_map_of_a_sensor_of_the_motion() {
             let block = "[block.truth]\nkind = \"gain\"\ninput = \"arm.phi\"\ngain = 1\n";
             let source = format!("{plant}{block}[control.c]\n{law}");
             let found = Project::open(&source).design(&DesignSettings::default(), &Silent);
-            found.unwrap_or_else(|told| panic!("{told:#?}\n{source}")).margins.expect("margins")
+            found.unwrap_or_else(|reported| panic!("{reported:#?}\n{source}")).margins.expect("margins")
         };
         let [motion, signal] =
             ["measures = \"angle\"\nshaft = \"arm\"", "measures = \"signal\"\nsignal = \"truth\""].map(of);
@@ -154,7 +154,7 @@ fn a_sensor_of_a_signal_has_the_map_of_a_sensor_of_the_motion() {
 /// What a program remembers, and its commands do not follow from where the loop stands, closes no loop: what that reads is not among its blocks.
 #[test]
 fn what_commands_do_not_follow_from_is_not_in_the_loop() {
-    let told = |commands: &str| {
+    let reported = |commands: &str| {
         let source = format!(
             "{PLANT}[block.truth]\nkind = \"gain\"\ninput = \"arm.phi * 1 N m\"\ngain = 1\n\
              [sensor.far]\nmeasures = \"signal\"\nsignal = \"truth\"\nsample_time = \"3 ms\"\n\
@@ -162,12 +162,12 @@ fn what_commands_do_not_follow_from_is_not_in_the_loop() {
              [control.c]\nlaw = \"program\"\nsample_time = \"1 ms\"\ncommands = {{ m = \"{commands}\" }}\n"
         );
         let found = Project::open(&source).design(&DesignSettings::default(), &Silent);
-        let found = found.unwrap_or_else(|told| panic!("{told:#?}\n{source}"));
+        let found = found.unwrap_or_else(|reported| panic!("{reported:#?}\n{source}"));
         [found.notes, found.warnings].concat().join(" ")
     };
     let own = "-(0.4 N m/rad) * enc - 0.02 N m s/rad * arm.w";
-    let beside = told(&format!("if(arm.w > 100 rad/s, late, {own})"));
+    let beside = reported(&format!("if(arm.w > 100 rad/s, late, {own})"));
     assert!(!beside.contains("`far`"), "{beside}");
-    let through = told(&format!("{own} - 0.1 * late"));
+    let through = reported(&format!("{own} - 0.1 * late"));
     assert!(through.contains("`far`"), "{through}");
 }

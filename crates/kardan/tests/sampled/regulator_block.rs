@@ -412,8 +412,8 @@ proptest! {
 #[derive(Debug, Default)]
 struct Tally {
     steps: usize,
-    readings_held: usize,
-    references_held: usize,
+    invalid_readings: usize,
+    invalid_references: usize,
     bounded: usize,
     governed: usize,
     kept: usize,
@@ -472,8 +472,8 @@ fn storm<T: Number>(seed: u64) -> Tally {
                 assert!(part.iter().all(|x| x.is_finite()), "{memory:?}");
             }
             let (mut read, mut wish) = (before.readings.clone(), before.references.clone());
-            assert_eq!(health.readings_held, take_over(&readings, &mut read), "{readings:?}");
-            assert_eq!(health.references_held, take_over(&references, &mut wish), "{references:?}");
+            assert_eq!(health.invalid_readings, take_over(&readings, &mut read), "{readings:?}");
+            assert_eq!(health.invalid_references, take_over(&references, &mut wish), "{references:?}");
             assert_eq!(memory.readings, read, "{readings:?}");
             assert!(health.commands_bounded <= m);
             if numbers.governing.is_none() {
@@ -481,11 +481,11 @@ fn storm<T: Number>(seed: u64) -> Tally {
                 assert!(!health.governed);
             }
             tally.steps += 1;
-            tally.readings_held += health.readings_held;
-            tally.references_held += health.references_held;
+            tally.invalid_readings += health.invalid_readings;
+            tally.invalid_references += health.invalid_references;
             tally.bounded += health.commands_bounded;
             tally.governed += usize::from(health.governed);
-            tally.kept += usize::from(health.estimate_kept);
+            tally.kept += usize::from(health.estimate_frozen);
             tally.well += usize::from(health == Health::default());
         }
     }
@@ -498,7 +498,7 @@ fn nothing_that_is_read_does_harm() {
     for tally in [storm::<f64>(3), storm::<f32>(4)] {
         assert_eq!(tally.steps, 24_000);
         let happened =
-            [tally.readings_held, tally.references_held, tally.bounded, tally.governed, tally.kept, tally.well];
+            [tally.invalid_readings, tally.invalid_references, tally.bounded, tally.governed, tally.kept, tally.well];
         assert!(happened.iter().all(|count| *count > 500), "all that can happen does: {tally:?}");
     }
 }
@@ -513,7 +513,7 @@ fn a_failed_reading_is_the_last_good_one() {
     for _ in 0..50 {
         let mut numbers = Numbers::<f64>::random(&mut dice, sizes, 0.3);
         numbers.bounds = random_bounds(&mut dice, 2);
-        let (mut memory, mut told) = (Memory::zeros(sizes), Memory::zeros(sizes));
+        let (mut memory, mut reported) = (Memory::zeros(sizes), Memory::zeros(sizes));
         let (mut last_readings, mut last_references) = (vec![0.0; 3], vec![0.0; 2]);
         let (mut failing_reading, mut failing_reference) = ([0usize; 3], [0usize; 2]);
         for _ in 0..40 {
@@ -535,11 +535,11 @@ fn a_failed_reading_is_the_last_good_one() {
             let failed_readings = fail(&mut readings, &mut last_readings, &mut failing_reading);
             let failed_references = fail(&mut references, &mut last_references, &mut failing_reference);
             let health = memory.step(&numbers, &readings, &references);
-            let good = told.step(&numbers, &last_readings, &last_references);
-            assert_eq!(memory.kept(), told.kept());
+            let good = reported.step(&numbers, &last_readings, &last_references);
+            assert_eq!(memory.kept(), reported.kept());
             assert_eq!(
                 health,
-                Health { readings_held: failed_readings, references_held: failed_references, ..good },
+                Health { invalid_readings: failed_readings, invalid_references: failed_references, ..good },
                 "the rest is the same"
             );
             held[0] += failed_readings;
@@ -586,7 +586,7 @@ fn too_little_work_memory_changes_nothing() {
             memory.work = vec![f64::NAN; short];
             let before = memory.clone();
             let health = memory.step(&numbers, &[1.0; 3], &[1.0; 2]);
-            assert_eq!(health, Health { estimate_kept: true, ..Health::default() }, "{sizes:?}, {short}");
+            assert_eq!(health, Health { estimate_frozen: true, ..Health::default() }, "{sizes:?}, {short}");
             assert_eq!(memory.kept(), before.kept(), "{sizes:?}, {short}");
         }
     }
@@ -643,7 +643,7 @@ fn slices_of_any_lengths_do_no_harm() {
 /// What the block could not do as asked is told: a wish that is no number or infinite, an estimate or a reference model that
 /// overflows.
 #[test]
-fn what_went_wrong_is_told() {
+fn what_went_wrong_is_reported() {
     // u = −(K x̂ − r) with an estimate that stays.
     let feedback = |on_state: f64| {
         let tables = [
@@ -681,14 +681,14 @@ fn what_went_wrong_is_told() {
         let (mut numbers, mut memory) = (feedback(0.0), start.clone());
         numbers.tables[number] = Table::of(1, &[1e10]);
         let health = memory.step(&numbers, &[reading], &[2.0]);
-        assert_eq!(health, Health { estimate_kept: true, ..Health::default() });
+        assert_eq!(health, Health { estimate_frozen: true, ..Health::default() });
         assert_eq!((memory.commands[0], memory.estimate[0], memory.model[0]), (2.0, 1e300, 2.0));
     }
     // A reference model that overflows stays as well.
     let (mut numbers, mut memory) = (feedback(0.0), Memory { model: vec![7.0], ..start.clone() });
     numbers.tables[5] = Table::of(1, &[1e10]);
     let health = memory.step(&numbers, &[0.0], &[1e300]);
-    assert_eq!(health, Health { estimate_kept: true, ..Health::default() });
+    assert_eq!(health, Health { estimate_frozen: true, ..Health::default() });
     assert_eq!((memory.commands[0], memory.estimate[0], memory.model[0]), (1e300, 1e300, 7.0));
     // Commands that the bounds changed are counted one by one.
     let (mut numbers, mut memory) = (feedback(0.0), Memory { commands: vec![0.0; 3], ..start });
@@ -727,7 +727,7 @@ fn reach(numbers: &Numbers<f64>, load: f64, samples: usize) -> Vec<(f64, f64)> {
     let mut path = Vec::new();
     for sample in 0..samples {
         let health = memory.step(numbers, &[x], &[if sample < 2 { 0.0 } else { 1.0 }]);
-        assert!(!health.estimate_kept && health.readings_held == 0);
+        assert!(!health.estimate_frozen && health.invalid_readings == 0);
         path.push((x, memory.commands[0]));
         x += PERIOD * (memory.commands[0].clamp(-1.0, 1.0) + load);
     }
@@ -900,10 +900,10 @@ proptest! {
         // What is no number does not get in, and does not keep the others out.
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             for j in 0..r {
-                let (mut told, mut alone) = (wish.clone(), wish.clone());
-                (told[j], alone[j]) = (bad, start[j]);
+                let (mut reported, mut alone) = (wish.clone(), wish.clone());
+                (reported[j], alone[j]) = (bad, start[j]);
                 let (mut found, mut expected) = (start.clone(), start.clone());
-                governing.block().govern(&state, &model, &told, &mut found);
+                governing.block().govern(&state, &model, &reported, &mut found);
                 governing.block().govern(&state, &model, &alone, &mut expected);
                 prop_assert_eq!(bits(&found), bits(&expected));
             }

@@ -14,7 +14,7 @@ use kardan::equations::Curve;
 use kardan::model::builtin;
 use kardan::num::Matrix;
 use kardan::reduce::{Dynamics, Kinematics, MechanismData, MechanismError, Multipliers, Reduced, Work};
-use kardan::synthesis::{ChannelDesign, Seen, design_noninteracting, effective_inertia};
+use kardan::synthesis::{ChannelDesign, Observation, design_noninteracting, effective_inertia};
 use kardan_rt::{
     Channel, ComputedTorque, Gain, Measurement, ModelObserver, Noninteracting, PositionLoop, Row, Sensor, Situation,
     StateSpace, Task,
@@ -83,7 +83,7 @@ fn compare_with_dynamics(reduced: &Reduced, what: &str) {
         agree(now.speeds, &kinematics.speeds, 1e-13, what);
         agree(now.basis, &kinematics.basis, 1e-13, what);
         agree(now.bias, &kinematics.bias, 1e-13, what);
-        let along = |row: &[(usize, f64)], x: &[f64]| row.iter().map(|(k, c)| c * x[*k]).sum::<f64>();
+        let row_dot = |row: &[(usize, f64)], x: &[f64]| row.iter().map(|(k, c)| c * x[*k]).sum::<f64>();
         let direction = |row: &[(usize, f64)]| -> Vec<f64> {
             (0..r).map(|j| row.iter().map(|(k, c)| c * kinematics.row(*k)[j]).sum()).collect()
         };
@@ -92,7 +92,7 @@ fn compare_with_dynamics(reduced: &Reduced, what: &str) {
             let (row, value) = (body.row_f64(), body.value.to_f64());
             let g = direction(&row);
             (0..r * r).for_each(|entry| inertia[entry] += value * g[entry / r] * g[entry % r]);
-            (0..r).for_each(|i| centrifugal[i] -= value * along(&row, &kinematics.bias) * g[i]);
+            (0..r).for_each(|i| centrifugal[i] -= value * row_dot(&row, &kinematics.bias) * g[i]);
         }
         // What cancels in a force.
         let mut size = 0.0f64;
@@ -103,12 +103,12 @@ fn compare_with_dynamics(reduced: &Reduced, what: &str) {
         };
         for damper in &equations.dampers {
             let row = damper.row_f64();
-            let speed = along(&row, &kinematics.speeds);
+            let speed = row_dot(&row, &kinematics.speeds);
             resist(row, damper.value.to_f64() * speed);
         }
         for spring in &equations.springs {
             let row = spring.row_f64();
-            let twist = along(&row, &kinematics.angles) - spring.value.rest.to_f64();
+            let twist = row_dot(&row, &kinematics.angles) - spring.value.rest.to_f64();
             resist(row, spring.value.stiffness.to_f64() * twist);
         }
         passive.iter_mut().zip(&centrifugal).for_each(|(force, more)| *force += more);
@@ -123,7 +123,7 @@ fn compare_with_dynamics(reduced: &Reduced, what: &str) {
         agree(now.frictions, &work.friction_rows, 1e-13, what);
         agree(mechanism.frictions, dynamics.friction_torques(), 0.0, what);
         for (speed, friction) in now.friction_speeds.iter().zip(&equations.frictions) {
-            agree(&[*speed], &[along(&friction.row_f64(), &kinematics.speeds)], 1e-12, what);
+            agree(&[*speed], &[row_dot(&friction.row_f64(), &kinematics.speeds)], 1e-12, what);
         }
     }
 }
@@ -145,7 +145,7 @@ fn through_a_bent_joint_the_observer_is_exact() {
         entries: &[(1, 1.0)],
         disturbances: &[0],
         gain: &[30.0, 300.0, 2000.0],
-        held: &[],
+        zoh_integral: &[],
         friction_width: None,
     };
     let joint =
@@ -320,8 +320,15 @@ fn computed_torque_is_the_linear_law_where_that_is_exact() {
         let now = Situation { position: &position, speed: &speed, references: &references, disturbances: &[] };
         assert!(law.torques(now, &mut memory, &mut found));
         let (angles, speeds) = (&work.kinematics.angles, &work.kinematics.speeds);
-        let seen =
-            Seen { time: 0.0, angles, speeds, disturbances: &[], references: &references, readings: &[], states: &[] };
+        let seen = Observation {
+            time: 0.0,
+            angles,
+            speeds,
+            disturbances: &[],
+            references: &references,
+            readings: &[],
+            states: &[],
+        };
         linear.command(seen, &mut expected);
         agree(&found, &expected, 1e-11, "torques");
     }
@@ -388,7 +395,7 @@ fn computed_torque_decouples_a_bent_joint() {
 
 /// What cannot be done is told, whatever is measured; nothing panics, and the last torques stay.
 #[test]
-fn bad_situations_are_told() {
+fn bad_situations_are_reported() {
     let reduced = steering(20, USUAL);
     let cut = |cuts: &[(&str, &str)]| MechanismData::with_cuts(&reduced, cuts);
     for cuts in [&[("hd", "rk")][..], &[("torsion_bar", "rk")], &[("hd", "fs"), ("hd", "fs")], &[("x", "y")]] {

@@ -97,7 +97,7 @@ fn runs_equal_the_exact_map() {
         let variant = common::first(&source);
         let coordinates = variant.design_models[0].linear.coordinates.clone();
         let plant = plant(&variant);
-        let laws = &variant.running;
+        let laws = &variant.implemented;
         let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
         let found = SampledLoop::new(&plant, &parts).expect("a loop");
         let run = common::run(&source);
@@ -144,7 +144,7 @@ fn runs_without_inertia_equal_the_exact_map() {
         let source = format!("{drive}sample_time = \"1 ms\"\n{keys}{channel}");
         let variant = common::first(&source);
         let plant = plant(&variant);
-        let (laws, coordinates) = (&variant.running, &variant.design_models[0].linear.coordinates);
+        let (laws, coordinates) = (&variant.implemented, &variant.design_models[0].linear.coordinates);
         assert_eq!((plant.states(), plant.moving.len(), coordinates.len()), (6, 2, 4));
         let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
         let found = SampledLoop::new(&plant, &parts).expect("a loop");
@@ -318,8 +318,8 @@ to = \"1 rad\"
 fn unstable_loops_are_refused() {
     let source = builtin("sia-steering").expect("built in").source;
     let text = source.replace("[control.column]\n", "[control.column]\nsample_time = \"1 ms\"\ndelay = \"1 ms\"\n");
-    let mistakes = study::run(&text, &study::Settings::default(), &study::Silent).expect_err("it is unstable");
-    let found = mistakes.iter().find(|mistake| mistake.code == "control::unstable").expect("told");
+    let diagnostics = study::run(&text, &study::Settings::default(), &study::Silent).expect_err("it is unstable");
+    let found = diagnostics.iter().find(|diagnostic| diagnostic.code == "control::unstable").expect("told");
     assert!(found.message.contains("1.38403") && found.help.as_deref().is_some_and(|help| help.contains("--force")));
     assert!(study::design(&text, &study::DesignSettings::default(), &study::Silent).is_err());
     let settings = study::DesignSettings { force: true, ..study::DesignSettings::default() };

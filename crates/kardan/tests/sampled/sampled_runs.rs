@@ -30,9 +30,9 @@ fn a_lost_encoder() {
     assert_eq!(run.outcome, Outcome::Completed);
     assert!(run.series.signals.iter().all(|signal| signal.values.iter().all(|x| x.is_finite())));
     assert!(largest(&run, "wg_motor.tau") <= 1.3 && largest(&run, "rk_motor.tau") <= 60.0);
-    let told = |what: &str| run.events.iter().find(|event| event.what == what).map(|event| event.time);
-    assert_eq!(told("wg_encoder gives no number any more"), Some(0.2));
-    assert_eq!(told("wg_encoder works again"), Some(0.22));
+    let reported = |what: &str| run.events.iter().find(|event| event.what == what).map(|event| event.time);
+    assert_eq!(reported("wg_encoder gives no number any more"), Some(0.2));
+    assert_eq!(reported("wg_encoder works again"), Some(0.22));
     let note = run.notes.iter().find(|note| note.contains("no number")).expect("told");
     assert!(note.contains("column") && note.contains("in 20 of 15") && note.contains("first at 0.2"), "{note}");
     // It is felt, and gone in the end.
@@ -249,7 +249,7 @@ initial = { \"a.phi\" = \"0.1 rad\", \"b.phi\" = \"0.1 rad\" }
     let model = &variant.design_models[0];
     let plant = LoopPlant::new(&model.linear, &model.lags()).with_sensors(&variant.reduced);
     assert_eq!(plant.slow_sensors.len(), 2);
-    let laws = &variant.running;
+    let laws = &variant.implemented;
     let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
     let found = SampledLoop::new(&plant, &parts).expect("a loop");
     assert!((found.period - 12e-3).abs() < 1e-12 && (found.sample_time - 2e-3).abs() < 1e-15);
@@ -324,7 +324,7 @@ to = \"-0.5 rad\"
         let variant = common::first(&source);
         let model = &variant.design_models[0];
         let plant = LoopPlant::new(&model.linear, &model.lags());
-        let laws = &variant.running;
+        let laws = &variant.implemented;
         let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
         let found = SampledLoop::driven(&plant, &parts, 1.0).expect("a loop");
         assert!(found.slowest().expect("eigenvalues").stable && found.period == 1e-3);
@@ -363,7 +363,7 @@ fn a_second_clock() {
     let variant = study::prepare(ecu()).0.variants.remove(0);
     let model = &variant.design_models[0];
     let plant = LoopPlant::new(&model.linear, &model.lags());
-    let laws = &variant.running;
+    let laws = &variant.implemented;
     let clock = Clock { period: 2.5e-3, delay: 1e-3, single: false };
     let shown = |count: usize| {
         let mut other = SampledPart::at(&*laws[1], &plant, Some(clock)).expect("finite");
@@ -397,7 +397,7 @@ fn noise_against_drawn_errors() {
     let variant = study::prepare(ecu()).0.variants.remove(0);
     let model = &variant.design_models[0];
     let plant = LoopPlant::new(&model.linear, &model.lags()).with_sensors(&variant.reduced);
-    let laws = &variant.running;
+    let laws = &variant.implemented;
     let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
     let found = SampledLoop::driven(&plant, &parts, 1.0).expect("a loop");
     let command = found.commands.row(parts[0].inputs[1]).to_vec();
@@ -471,7 +471,7 @@ to = \"1 rad\"
     let variant = study::prepare(source).0.variants.remove(0);
     let model = &variant.design_models[0];
     let plant = LoopPlant::new(&model.linear, &model.lags());
-    let laws = &variant.running;
+    let laws = &variant.implemented;
     let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
     let found = SampledLoop::driven(&plant, &parts, 1.0).expect("a loop");
     assert!((found.period - 14e-3).abs() < 1e-12);

@@ -8,7 +8,7 @@ use kardan::model::builtin;
 use kardan::num::Matrix;
 use kardan::results::{ControllerData, DataNumber};
 use kardan::study;
-use kardan::synthesis::{Clock, Law, Plant, Seen, design_law};
+use kardan::synthesis::{Clock, Law, Observation, Plant, design_law};
 
 const LAW: &str = "[control.column]\nlaw = \"sampled_noninteracting\"\n";
 
@@ -119,8 +119,15 @@ fn sample(law: &dyn Law, single: bool, states: &[f64], readings: &[f64]) -> (Vec
     let mut block = law.block(Some(Clock { single, ..law.clock().expect("sampled") })).expect("finite");
     let (mut out, mut next) = (vec![0.0; 2], vec![0.0; states.len()]);
     let references = [0.3, 1.5];
-    let seen =
-        Seen { time: 0.0, angles: &[], speeds: &[], disturbances: &[], references: &references, readings, states };
+    let seen = Observation {
+        time: 0.0,
+        angles: &[],
+        speeds: &[],
+        disturbances: &[],
+        references: &references,
+        readings,
+        states,
+    };
     assert!(block.command(seen, &mut out));
     assert!(block.states(seen, &[], &mut next));
     (out, next)
@@ -175,7 +182,7 @@ fn a_straight_joint_changes_no_bit() {
         assert_eq!((one.controller_data.block.as_str(), one.notes), ("Regulator", other.notes));
     }
     let bent = law("schedule = 1", "bent", None).0;
-    assert!(!bent.bends() && bent.describe().controller_data.block == "Regulator");
+    assert!(!bent.is_nonlinear() && bent.describe().controller_data.block == "Regulator");
 }
 
 /// Where the column stands at rest, and its reference with it, nothing is asked of the motors; as little as rounding leaves.
@@ -189,7 +196,7 @@ fn a_turned_column_alone_asks_for_no_torque() {
         scheduled.start(&kinematics.angles, &kinematics.speeds, &mut states);
         let mut block = scheduled.block(scheduled.clock()).expect("finite");
         for _ in 0..50 {
-            let seen = Seen {
+            let seen = Observation {
                 time: 0.0,
                 angles: &kinematics.angles,
                 speeds: &kinematics.speeds,
@@ -213,7 +220,7 @@ fn a_turned_column_alone_asks_for_no_torque() {
 #[test]
 fn the_linear_part_at_a_point_is_that_of_the_law_designed_there() {
     let (scheduled, _) = law("", "bent", None);
-    assert!(scheduled.bends());
+    assert!(scheduled.is_nonlinear());
     for k in [0, 5, 8] {
         let angle = std::f64::consts::PI * f64::from(k) / 16.0;
         let there = scheduled.linear_at(&[angle, 0.0, angle], scheduled.clock()).expect("finite");
@@ -235,7 +242,7 @@ fn the_linear_part_at_a_point_is_that_of_the_law_designed_there() {
 /// A number of positions is whole; and a spring that acts through the joint cannot be followed: asked for, that is a mistake, else
 /// it is told.
 #[test]
-fn what_cannot_be_followed_is_told() {
+fn what_cannot_be_followed_is_reported() {
     for points in ["0.5", "2.5", "300"] {
         let found = study::check(&source(&format!("schedule = {points}")));
         assert!(found.iter().any(|d| d.message.contains("`schedule` is")), "{points}: {found:?}");

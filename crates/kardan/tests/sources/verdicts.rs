@@ -127,7 +127,7 @@ const LISTED: &[(Evidence, &[&str])] = &[
         ],
     ),
     (
-        Test("kardan/tests/model/torque_laws.rs", "equilibria_are_told_as_what_they_are"),
+        Test("kardan/tests/model/torque_laws.rs", "equilibria_are_reported_as_what_they_are"),
         &[
             "proven: there is exactly one within",
             "proven: no torque is left, exactly",

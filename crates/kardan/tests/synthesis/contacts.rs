@@ -91,7 +91,7 @@ fn margins_in_contact_are_those_without_backlash() {
 }
 
 #[test]
-fn a_loop_that_is_unstable_in_contact_is_told() {
+fn a_loop_that_is_unstable_in_contact_is_reported() {
     let source = table(["0.02 deg", "0.02 deg"]).replace("- 2 N m/rad * table.phi", "+ 60 N m/rad * table.phi");
     let design = designed(&source);
     assert_eq!(contact(&design, &["mesh1", "mesh2"]).stable, Some(false));
@@ -128,8 +128,8 @@ fn an_own_law_has_the_margins_of_the_plant_at_its_operating_point() {
         assert_eq!(one.stable, Some(true));
         same(&one.channels, &other.channels);
         // 40 sin 60° would hold it, and that is not what it commands.
-        let told = found.notes.iter().any(|note| note.contains("and 34.641016 N m hold it"));
-        assert!(told, "{:?}", found.notes);
+        let reported = found.notes.iter().any(|note| note.contains("and 34.641016 N m hold it"));
+        assert!(reported, "{:?}", found.notes);
     }
     // Without a point it is that at zero, where the cube has no slope.
     let zero = designed(&arm(gravity, "-100 N m/rad^3 * arm.phi^3 - 12 N m s/rad * arm.w", ""));

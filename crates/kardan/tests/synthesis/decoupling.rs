@@ -676,10 +676,10 @@ fn constant_known_disturbances_do_nothing() {
                 // Nothing but the poles of the channel, and nothing in the end.
                 assert!(gains.polynomials[i].divide(&entry.denominator).1.is_zero(), "round {round}");
                 assert!(entry.evaluate(&int(0)).unwrap().is_zero(), "round {round}");
-                assert!(!gains.rejects_any_course[i] || entry.is_zero(), "round {round}");
+                assert!(!gains.rejects_any_signal[i] || entry.is_zero(), "round {round}");
             }
-            assert_eq!(gains.rejects_any_course[i], row.iter().all(RationalFunction::is_zero), "round {round}");
-            *(if gains.rejects_any_course[i] { &mut promised } else { &mut only_constant }) += 1;
+            assert_eq!(gains.rejects_any_signal[i], row.iter().all(RationalFunction::is_zero), "round {round}");
+            *(if gains.rejects_any_signal[i] { &mut promised } else { &mut only_constant }) += 1;
         }
     }
     assert!(promised > 20 && only_constant > 20, "{promised} {only_constant}");

@@ -15,7 +15,7 @@ use kardan::num::{Matrix, rational_from_f64};
 use kardan::results::{Complex, ControllerData, Design, ExactMatrix, Outcome, Physical, Pole};
 use kardan::simulate::{RunResult, Setup, Tolerance, simulate};
 use kardan::study::{self, DesignSettings, PreparedVariant, Silent};
-use kardan::synthesis::{Block, Clock, Law, LinearLaw, Reference, Seen};
+use kardan::synthesis::{Block, Clock, Law, LinearLaw, Observation, Reference};
 use kardan::units::parse_number;
 use kardan_rt::StateSpace;
 use proptest::prelude::*;
@@ -46,7 +46,7 @@ fn of_variant(name: &str) -> DesignSettings {
 #[track_caller]
 fn designed(source: &str, settings: &DesignSettings) -> Design {
     let found = study::design(source, settings, &Silent);
-    found.unwrap_or_else(|mistakes| panic!("{settings:?}: {mistakes:?}"))
+    found.unwrap_or_else(|diagnostics| panic!("{settings:?}: {diagnostics:?}"))
 }
 
 #[track_caller]
@@ -236,7 +236,10 @@ fn golden_noninteracting_control_of_the_steering() {
     let sia = &golden["sia"];
     let states = ["rk.phi", "fs.phi", "cj.phi", "rk.w", "fs.w", "cj.w"];
     let inputs = ["wg_motor", "rk_motor"];
-    assert_eq!((design.controller.as_str(), design.others.as_slice()), ("column", &names(&["driver_model"])[..]));
+    assert_eq!(
+        (design.controller.as_str(), design.other_controllers.as_slice()),
+        ("column", &names(&["driver_model"])[..])
+    );
     assert_eq!(design.relative_degrees, [Some(2), Some(2)]);
     is_golden(gain(&design, "Kx"), &inputs, &states, &rows(&sia["Kx"]));
     let inertia = sia["coefficients"]["Jfs_t"].as_f64().unwrap();
@@ -735,8 +738,8 @@ fn json_of_every_built_in_model_and_of_controllers_asked_for() {
     }
     check_json(&designed(source("sia-steering"), &DesignSettings { simulate: true, ..none() }), true);
     // A circuit has no motor to decouple with.
-    let mistakes = refused(source("rlc-ladder"), &none());
-    says(&mistakes, "control::no-motor", &["no motor"]);
+    let diagnostics = refused(source("rlc-ladder"), &none());
+    says(&diagnostics, "control::no-motor", &["no motor"]);
 }
 
 // ---- cross coupling -------------------------------------------------------------------------------------------------
@@ -838,7 +841,7 @@ impl Law for Printed {
 }
 
 impl Block for Printed {
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) -> bool {
+    fn command(&mut self, seen: Observation<'_>, out: &mut [f64]) -> bool {
         let of = |values: &[f64]| self.shafts.map(|shaft| values[shaft]);
         let state = [of(seen.angles), of(seen.speeds)].concat();
         let rack = 400.0 * (seen.references[0] - state[0]) - 28.0 * state[3];
@@ -1192,9 +1195,10 @@ fn any_settings(
 /// An error that says something, or a design whose proof holds on the golden plant.
 fn error_or_proof(source: &str, plant: &Golden, settings: &DesignSettings) -> Result<(), TestCaseError> {
     match study::design(source, settings, &Silent) {
-        Err(mistakes) => {
-            let errors: Vec<_> = mistakes.iter().filter(|mistake| mistake.severity == Severity::Error).collect();
-            prop_assert!(!errors.is_empty() && errors.iter().all(|error| error.message.len() > 20), "{mistakes:?}");
+        Err(diagnostics) => {
+            let errors: Vec<_> =
+                diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Error).collect();
+            prop_assert!(!errors.is_empty() && errors.iter().all(|error| error.message.len() > 20), "{diagnostics:?}");
         }
         Ok(design) => {
             prop_assert_eq!(design.inputs.len(), settings.inputs.len().max(design.inputs.len()));
@@ -1264,7 +1268,7 @@ proptest! {
         let text = changed("harmonic-drive-spring", &[(changes[change].0, &changes[change].1)]);
         for variant in ["position", "position-observer"] {
             match study::design(&text, &of_variant(variant), &Silent) {
-                Err(mistakes) => prop_assert!(mistakes.iter().any(|mistake| mistake.severity == Severity::Error)),
+                Err(diagnostics) => prop_assert!(diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error)),
                 Ok(design) => {
                     let gains = design.gains.iter().chain(design.observer.as_ref().map(|observer| &observer.gain));
                     for gain in gains {
@@ -1333,7 +1337,7 @@ fn check_block(text: &str, variant: &str, control: &str) {
         let (references, states) = (numbers.list(law.references().len(), 3.0), numbers.list(law.states().len(), 10.0));
         let torques = numbers.list(law.inputs().len(), 5.0);
         let disturbances = [];
-        let seen = Seen {
+        let seen = Observation {
             time: 0.0,
             angles: &angles,
             speeds: &speeds,
@@ -1503,7 +1507,7 @@ fn observer_and_sample_time_are_exported() {
 }
 
 #[test]
-fn settings_out_of_range_or_without_effect_are_told() {
+fn settings_out_of_range_or_without_effect_are_reported() {
     let poles = "poles = [-200, -210, -220]\n";
     let place = |text: &str, what: &str| {
         let found = refused(text, &of_variant("position-observer"));
@@ -1538,13 +1542,13 @@ fn help_does_not_end_in_nothing() {
 }
 
 #[test]
-fn feedback_of_the_law_is_told() {
+fn feedback_of_the_law_is_reported() {
     let design = designed(source("harmonic-drive-spring"), &DesignSettings::default());
     assert!(design.feedback.is_some());
 }
 
 #[test]
-fn an_unused_controller_is_told() {
+fn an_unused_controller_is_reported() {
     let bad = "[control.observed]\n";
     let tied = "[control.tied]\nlaw = \"decoupling\"\ninputs = [\"wg_motor\"]\n\n[[control.tied.channels]]\noutput = \"wg.phi\"\nreference = \"a\"\n\n\
                 [[control.tied.channels]]\noutput = \"fs.phi\"\nreference = \"b\"\n\n[control.observed]\n";
@@ -1554,7 +1558,7 @@ fn an_unused_controller_is_told() {
 
 /// A second controller that lets the driver's motor follow the rack couples what the first one parts.
 #[test]
-fn other_controllers_that_couple_the_outputs_are_told() {
+fn other_controllers_that_couple_the_outputs_are_reported() {
     let alone = designed(source("sia-steering"), &DesignSettings::default());
     let coupled = "the outputs are coupled: ref_rk moves fs.phi";
     assert!(!alone.warnings.iter().any(|warning| warning.contains(coupled)), "{:?}", alone.warnings);

@@ -303,8 +303,8 @@ fn undamped(outputs: &[&str]) -> BuiltIn {
 fn why(model: &BuiltIn) -> Vec<String> {
     let obstruction = obstruction(&model.system).expect("dependent outputs");
     check_relations(&model.system);
-    let words = |name: &str| if name == "hd" { format!("the harmonic drive `{name}`") } else { format!("`{name}`") };
-    reasons(&obstruction, &model.signals, &model.constrained, &words)
+    let notation = |name: &str| if name == "hd" { format!("the harmonic drive `{name}`") } else { format!("`{name}`") };
+    reasons(&obstruction, &model.signals, &model.constrained, &notation)
 }
 
 /// Theorem 6.4 and its erratum.
@@ -416,8 +416,8 @@ fn check_structure(system: &LinearSystem) {
     let sum: usize = found.orders.iter().flatten().sum();
     assert!(found.orders.iter().flatten().all(|&order| order <= system.a.rows()));
     assert_eq!(rank(&found.d), found.rank());
-    let known = M::from_fn(found.known.len(), system.a.rows(), |i, j| found.known[i].row[j].clone());
-    assert_eq!(rank(&known), found.known.len());
+    let determined = M::from_fn(found.determined.len(), system.a.rows(), |i, j| found.determined[i].row[j].clone());
+    assert_eq!(rank(&determined), found.determined.len());
     let mut ranks = BTreeSet::new();
     for s in numbers() {
         let (Some(h), Some(x)) = (transfer(system, &s), response(system, &s)) else { continue };
@@ -429,9 +429,9 @@ fn check_structure(system: &LinearSystem) {
             let power = (0..sum).fold(int(1), |power, _| power * &s);
             assert!(size == power || size == int(0) - power);
         }
-        for known in &found.known {
-            let operator = M::from_fn(1, m, |_, j| value(&known.operator[j], &s));
-            let row = M::from_fn(1, known.row.len(), |_, j| known.row[j].clone());
+        for determined in &found.determined {
+            let operator = M::from_fn(1, m, |_, j| value(&determined.operator[j], &s));
+            let row = M::from_fn(1, determined.row.len(), |_, j| determined.row[j].clone());
             assert_eq!(operator.multiply(&h), row.multiply(&x));
         }
         ranks.insert(rank(&h));
@@ -724,7 +724,7 @@ fn a_relation_that_is_built_in_is_found() {
             found.relations,
             [vec![polynomial(&[0, 1]), polynomial(&[2]), polynomial(&[-1]), polynomial(&[-1])]]
         );
-        assert_eq!(found.words(&found.relations[0]), "s y1 + 2 y2 - y3 - y4 = 0");
+        assert_eq!(found.notation(&found.relations[0]), "s y1 + 2 y2 - y3 - y4 = 0");
         check_relations(&system);
         assert!(finest_blocks(&system).is_none() && dynamic_extension(&system).is_err());
     }

@@ -7,7 +7,7 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 use kardan::model::builtin;
 use kardan::num::{Matrix, Polynomial, Random, Rational, discretise, eigenvalues, rational_from_f64};
-use kardan::results::{FreeKnown, Verdict};
+use kardan::results::{Verdict, ZeroPoleEvidence};
 use kardan::study::{DesignSettings, PreparedVariant, Silent, design};
 use kardan::synthesis::decoupling::characteristic_polynomial;
 use kardan::synthesis::margins::{Response, channel_margins, together};
@@ -101,7 +101,7 @@ fn three_poles_exactly_at_zero() {
             let margins = design(&source, &settings, &Silent).expect("a design").margins.expect("margins");
             let at = format!("{lag} {clock} {}", margins.verdict);
             assert_eq!((margins.stable, margins.free_poles), (Some(true), 3), "{at}");
-            assert_eq!(margins.free_known, FreeKnown::Design, "{at}");
+            assert_eq!(margins.zero_pole_evidence, ZeroPoleEvidence::Design, "{at}");
             assert_eq!(margins.free, ["a", "b", "c", "d"], "{at}");
             assert!(margins.verdict.contains("3 poles at zero, exactly"), "{at}");
             // Free motions are marginal; sampled, the others are certified to be inside the circle.
@@ -138,7 +138,7 @@ fn next_to_zero_is_not_zero() {
             let margins = design(&source(damping), &settings, &Silent).expect("a design").margins.expect("margins");
             let at = format!("{stiff} {damping}: {} {:?}", margins.verdict, margins.next_to_zero);
             assert_eq!((margins.free_poles, margins.stable, margins.proven), (zeros, Some(true), true), "{at}");
-            assert_eq!(margins.free_known, FreeKnown::Design, "{at}");
+            assert_eq!(margins.zero_pole_evidence, ZeroPoleEvidence::Design, "{at}");
             assert!(
                 margins.verdict.contains("In continuous time the loop is marginal (decided exactly): a free motion"),
                 "{at}"
@@ -185,7 +185,7 @@ fn next_to_the_axis_is_decided_exactly() {
         assert!(margins.verdict.contains(&said), "{part}: {}", margins.verdict);
         let Verdict { sound: good, text: verdict } = found.verdict();
         assert!(!good && verdict.contains(if expected { "; stable in continuous time" } else { "unstable" }));
-        assert!(margins.hardly == expected, "nothing may change any more");
+        assert!(margins.low_margins == expected, "nothing may change any more");
         assert_eq!(found.warnings.iter().any(|one| one.contains("this is not a design")), !expected);
         words.push(expected);
     }
@@ -244,7 +244,7 @@ fn a_free_motion_that_sampling_moves() {
     let margins = design(&source, &settings, &Silent).expect("a design").margins.expect("margins");
     let prepared = common::prepared(&source);
     let variant = prepared.variants.into_iter().find(|variant| variant.name == "position-observer").expect("a variant");
-    let (laws, plant) = (&variant.running, plant(&variant));
+    let (laws, plant) = (&variant.implemented, plant(&variant));
     let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
     let largest = SampledLoop::new(&plant, &parts).expect("a map").spectral_radius().expect("eigenvalues");
     assert!(margins.stable == Some(true) && margins.free_poles == 2 && largest > 1.0, "{}", margins.verdict);
@@ -485,7 +485,7 @@ fn a_late_motor() {
             "{factor}"
         );
         let variant = common::first(&source);
-        let (laws, plant) = (&variant.running, plant(&variant));
+        let (laws, plant) = (&variant.implemented, plant(&variant));
         let radius = |delay: f64| {
             let mut parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
             parts[0].wire = Some(Wire { input: 0, delay });
@@ -562,14 +562,14 @@ fn a_torque_that_may_hardly_be_larger() {
         let motor = margins.channels.iter().find(|one| !one.reading).expect("a motor");
         let (factor, frequency) = (motor.gain[1], motor.gain_frequency[1].expect("a frequency"));
         assert!(1.005 < factor && factor < 1.01, "{factor}");
-        assert!(margins.stable == Some(true) && margins.hardly);
+        assert!(margins.stable == Some(true) && margins.low_margins);
         let said = format!(
             "stable, but hardly: the torque of `m` times {factor:.4} makes the loop unstable, at {frequency:.4} rad/s"
         );
         assert!(found.warnings.contains(&said), "{:?}", found.warnings);
-        let told = kardan::study::check(&source);
-        let told = told.iter().find(|one| one.code == "control::hardly").expect("a warning of check");
-        assert!(told.message.contains(&said), "{}", told.message);
+        let reported = kardan::study::check(&source);
+        let reported = reported.iter().find(|one| one.code == "control::hardly").expect("a warning of check");
+        assert!(reported.message.contains(&said), "{}", reported.message);
         assert!(!found.verdict().sound, "no good design");
         assert!(found.verdict().text.contains("but hardly") && kardan::export::design_json(&found).contains(&said));
         let w: f64 = omega.parse().expect("a number");
@@ -697,7 +697,7 @@ fn the_slowest_rate_of_a_law_with_blocks_is_that_of_the_exact_map() {
         ),
     ];
     let settings = DesignSettings { simulate: false, ..DesignSettings::default() };
-    let mut told = Vec::new();
+    let mut reported = Vec::new();
     for (damping, block, command, rates, feedback) in cases {
         let margins =
             design(&body(damping, block, command), &settings, &Silent).expect("a design").margins.expect("margins");
@@ -736,14 +736,14 @@ fn the_slowest_rate_of_a_law_with_blocks_is_that_of_the_exact_map() {
                     "{block}: {limit} Hz"
                 );
             }
-            told.push(limit);
+            reported.push(limit);
         }
     }
     // With all that the integrator takes in between two samples, and from the z-transform of the loop with two integrators.
     assert!(
-        told.iter().any(|limit| (limit - 9.998_97).abs() < 1e-4)
-            && told.iter().any(|limit| (limit - 1.421_638_6).abs() < 1e-5),
-        "{told:?}"
+        reported.iter().any(|limit| (limit - 9.998_97).abs() < 1e-4)
+            && reported.iter().any(|limit| (limit - 1.421_638_6).abs() < 1e-5),
+        "{reported:?}"
     );
 }
 

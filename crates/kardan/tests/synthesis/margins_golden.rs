@@ -40,7 +40,7 @@ fn close(found: f64, expected: f64, what: &str) {
 fn gain_and_phase_margins_and_the_distance_from_minus_one_are_those_of_python_control() {
     for one in golden()["loops"].as_array().expect("loops") {
         let origin = one["origin"].as_str().expect("a text");
-        let closed = system(&one["system"]).turned_inside_out().expect("proper");
+        let closed = system(&one["system"]).feedback_transform().expect("proper");
         let found = channel_margins(&closed).expect("converges");
         let pairs = |key: &str| -> Vec<Vec<f64>> { one[key].as_array().expect("a list").iter().map(numbers).collect() };
         let above = pairs("gain").into_iter().filter(|pair| pair[0] > 1.0).min_by(|a, b| a[0].total_cmp(&b[0]));
@@ -66,7 +66,7 @@ fn gain_and_phase_margins_and_the_distance_from_minus_one_are_those_of_python_co
 fn the_disk_margin_of_two_loops_at_once_is_that_of_python_control() {
     let golden = golden();
     let one = &golden["disk"];
-    let found = together(&system(&one["system"]).turned_inside_out().expect("proper")).expect("converges");
+    let found = together(&system(&one["system"]).feedback_transform().expect("proper")).expect("converges");
     let expected = one["disk"].as_f64().expect("a number");
     assert!(found.disk[0] <= expected * (1.0 + TOLERANCE), "{:?}, and {expected} expected", found.disk);
     assert!((found.disk[0] / expected - 1.0).abs() < BRACKET && (found.disk[1] / expected - 1.0).abs() < BRACKET);

@@ -29,7 +29,7 @@ const STEP: &str = "[scenario]\nduration = \"0.5 s\"\noutput_step = \"10 ms\"\n\
 
 fn design(source: &str) -> Design {
     let settings = DesignSettings { simulate: false, ..DesignSettings::default() };
-    Project::open(source).design(&settings, &Silent).unwrap_or_else(|told| panic!("{told:?}"))
+    Project::open(source).design(&settings, &Silent).unwrap_or_else(|reported| panic!("{reported:?}"))
 }
 
 fn run(source: &str) -> Run {
@@ -39,8 +39,8 @@ fn run(source: &str) -> Run {
 }
 
 fn refused(source: &str) -> String {
-    let told = Project::open(source).run(&Settings::default(), &Silent).expect_err("a mistake");
-    told.iter().map(|one| format!("{}; {}", one.message, one.help.clone().unwrap_or_default())).collect::<String>()
+    let reported = Project::open(source).run(&Settings::default(), &Silent).expect_err("a mistake");
+    reported.iter().map(|one| format!("{}; {}", one.message, one.help.clone().unwrap_or_default())).collect::<String>()
 }
 
 /// What a law was designed to be, without what `design` says of its loop.
@@ -319,16 +319,16 @@ fn laws_are_the_limit_of_small_inertias() {
 
 /// What has no answer is refused by name.
 #[test]
-fn what_cannot_be_is_told() {
+fn what_cannot_be_is_reported() {
     let kalman = |sensors: &str| format!("[control.c.observer]\nsensors = [{sensors}]\nmethod = \"kalman\"\n");
-    let told = refused(&format!("{DRIVE}{LQR}{CHANNEL}{}{STEP}", kalman("\"arm.phi\", \"motor.i\"")));
+    let reported = refused(&format!("{DRIVE}{LQR}{CHANNEL}{}{STEP}", kalman("\"arm.phi\", \"motor.i\"")));
     assert!(
-        told.contains("reads `motor.i`, which has no inertia behind it") && told.contains("`inductance`"),
-        "{told}"
+        reported.contains("reads `motor.i`, which has no inertia behind it") && reported.contains("`inductance`"),
+        "{reported}"
     );
     let nonlinear = kalman("\"arm.phi\"") + "plant = \"nonlinear\"\n";
-    let told = refused(&format!("{DRIVE}{LQR}{CHANNEL}{nonlinear}{STEP}"));
-    assert!(told.contains("there are none along `supply`"), "{told}");
+    let reported = refused(&format!("{DRIVE}{LQR}{CHANNEL}{nonlinear}{STEP}"));
+    assert!(reported.contains("there are none along `supply`"), "{reported}");
     let chain = ARM.to_string()
         + &spring("joint", ["a", "b"], "stiffness = \"20 N m/rad\"")
         + "[shaft.m]\n[motor.push]\nshaft = \"m\"\n"
@@ -336,24 +336,30 @@ fn what_cannot_be_is_told() {
     let damped = chain.clone() + &spring("d", ["m", "b"], "damping = \"0.4 N m s/rad\"");
     let law = "[control.c]\nlaw = \"noninteracting\"\n[[control.c.channels]]\noutput = \"m.phi\"\ninput = \"push\"\n\
                reference = \"ref\"\nkind = \"position\"\n";
-    let told = refused(&format!("{damped}{law}{STEP}"));
-    assert!(told.contains("`m.phi` moves without inertia") && told.contains("`pole_placement`"), "{told}");
+    let reported = refused(&format!("{damped}{law}{STEP}"));
+    assert!(reported.contains("`m.phi` moves without inertia") && reported.contains("`pole_placement`"), "{reported}");
     let observed = TO_B.replace("KEYS", "") + &kalman("\"a.phi\", \"m.w\"") + "disturbances = [\"a\"]\n";
-    let told = refused(&format!("{damped}{observed}{STEP}"));
-    assert!(told.contains("reads `m.w`"), "{told}");
+    let reported = refused(&format!("{damped}{observed}{STEP}"));
+    assert!(reported.contains("reads `m.w`"), "{reported}");
     // A spring alone: the node would jump with the torque of its motor.
     let sprung = chain + &spring("k", ["m", "b"], "stiffness = \"0.4 N m/rad\"");
-    let told = refused(&format!("{sprung}{}{STEP}", TO_B.replace("KEYS", "")));
-    assert!(told.contains("springs alone resist `push`, so it would jump"), "{told}");
+    let reported = refused(&format!("{sprung}{}{STEP}", TO_B.replace("KEYS", "")));
+    assert!(reported.contains("springs alone resist `push`, so it would jump"), "{reported}");
     // A friction alone: for the design nothing holds it.
     let rubbed = sprung
         .replace("stiffness = \"0.4 N m/rad\"", "friction = \"1 N m\"")
         .replace("[motor.push]\nshaft = \"m\"\n", "");
-    let told = refused(&format!("{rubbed}{}{STEP}", TO_B.replace("KEYS", "")));
-    assert!(told.contains("the friction of `k` holds it, and a controller is designed without friction"), "{told}");
+    let reported = refused(&format!("{rubbed}{}{STEP}", TO_B.replace("KEYS", "")));
+    assert!(
+        reported.contains("the friction of `k` holds it, and a controller is designed without friction"),
+        "{reported}"
+    );
     // Design values without the inertia that the model has.
     let parameter = "[parameters]\ni = \"0.001 kg m^2\"\n";
     let heavy = damped.replace("[shaft.m]\n", "[shaft.m]\ninertia = \"i\"\n") + parameter;
-    let told = refused(&format!("{heavy}{}{STEP}", TO_B.replace("KEYS", "design = { i = \"0 kg m^2\" }\n")));
-    assert!(told.contains("in its design model a motion without inertia is possible that the model has not"), "{told}");
+    let reported = refused(&format!("{heavy}{}{STEP}", TO_B.replace("KEYS", "design = { i = \"0 kg m^2\" }\n")));
+    assert!(
+        reported.contains("in its design model a motion without inertia is possible that the model has not"),
+        "{reported}"
+    );
 }

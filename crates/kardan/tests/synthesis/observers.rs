@@ -108,8 +108,8 @@ fn golden_ranks_of_the_harmonic_drive() {
     let golden = &common::golden()["analysis"]["ranks"]["hd"]["ext_observer"];
     for (sensors, key) in [(&["wg", "cs"][..], "obsv_rank"), (&["cs"], "rank_with_phi_cs_only")] {
         let (drive, torques) = built_in("harmonic-drive", sensors, &["wg", "cs"]);
-        let told = distinguishable(&drive, &torques, &names(&["T_wg", "T_cs"])).unwrap();
-        assert_eq!(Some(told.rank as u64), golden[key].as_u64(), "{sensors:?}");
+        let reported = distinguishable(&drive, &torques, &names(&["T_wg", "T_cs"])).unwrap();
+        assert_eq!(Some(reported.rank as u64), golden[key].as_u64(), "{sensors:?}");
     }
 }
 
@@ -120,15 +120,15 @@ fn torques_of_the_harmonic_drive() {
     for sensors in [&["wg", "cs"][..], &["wg", "fs"], &["cs", "fs"], &all] {
         let (drive, torques) = built_in("harmonic-drive", sensors, &all);
         let torque_names = names(&["T_wg", "T_cs", "T_fs"]);
-        let told = distinguishable(&drive, &torques, &torque_names).unwrap();
-        assert_eq!((told.independent, told.rank, told.states), (2, 6, 7));
+        let reported = distinguishable(&drive, &torques, &torque_names).unwrap();
+        assert_eq!((reported.independent, reported.rank, reported.states), (2, 6, 7));
         let expected = [[(1, 1), (0, 1), (-1, 50)], [(0, 1), (1, 1), (51, 50)]];
         let expected = Matrix::from_fn(2, 3, |i, j| fraction(expected[i][j].0, expected[i][j].1));
-        assert_eq!(told.combinations, expected);
-        assert_eq!(told.hidden, integers(&[&[1, -51, 50]]));
-        assert_eq!(told.resolving, [[0], [1], [2]]);
-        assert!(told.individual.is_empty() && told.hidden_motions.is_empty());
-        let text = told.sentences.join(" ");
+        assert_eq!(reported.combinations, expected);
+        assert_eq!(reported.hidden, integers(&[&[1, -51, 50]]));
+        assert_eq!(reported.resolving, [[0], [1], [2]]);
+        assert!(reported.individual.is_empty() && reported.hidden_motions.is_empty());
+        let text = reported.sentences.join(" ");
         assert!(
             text.contains(
                 "2 combinations of the constant torques T_wg, T_cs and T_fs can be told: \
@@ -140,19 +140,22 @@ fn torques_of_the_harmonic_drive() {
         assert!(text.contains("Measuring any one of T_wg, T_cs and T_fs as well makes the others known."), "{text}");
         assert!(text.contains("T_wg = (T_wg - 1/50 T_fs) + 1/50 T_fs."), "{text}");
         assert!(text.contains("T_cs = (T_cs + 51/50 T_fs) - 51/50 T_fs."), "{text}");
-        println!("{}", told.sentences.join("\n"));
+        println!("{}", reported.sentences.join("\n"));
         // An observer for all three is refused with the same words.
         let extended = extend(&drive, &torques, &torque_names);
         let error = luenberger(&extended, &[real(-50, 1), real(-51, 1), real(-52, 1)]).unwrap_err();
-        let ObserverError::NotObservable { rank, states, hidden, seen, .. } = &error else { panic!("{error}") };
+        let ObserverError::NotObservable { rank, states, hidden, observable, .. } = &error else { panic!("{error}") };
         assert_eq!((*rank, *states), (6, 7));
         assert_eq!(hidden, &["T_wg : T_cs : T_fs = 1 : -51 : 50"]);
-        assert_eq!(seen, &["T_wg - 1/50 T_fs", "T_cs + 51/50 T_fs"]);
+        assert_eq!(observable, &["T_wg - 1/50 T_fs", "T_cs + 51/50 T_fs"]);
         println!("{error}");
         // T_fs known: the other two are told (6.43).
         let two = Matrix::from_fn(4, 2, |i, j| torques[(i, j)].clone());
-        let told = distinguishable(&drive, &two, &torque_names[..2]).unwrap();
-        assert_eq!((told.independent, told.individual.as_slice(), told.resolving.len()), (2, &[0, 1][..], 0));
+        let reported = distinguishable(&drive, &two, &torque_names[..2]).unwrap();
+        assert_eq!(
+            (reported.independent, reported.individual.as_slice(), reported.resolving.len()),
+            (2, &[0, 1][..], 0)
+        );
     }
 }
 
@@ -165,14 +168,14 @@ fn golden_sensor_sets_of_the_steering_column() {
     for (set, ranks) in sets {
         let sensors: Vec<&str> = set.split('+').map(|s| if s == "tb" { "torque of torsion_bar" } else { s }).collect();
         let (column, torques) = built_in("sia-steering", &sensors, &["fs", "rk"]);
-        let told = distinguishable(&column, &torques, &names(&["driver", "load"])).unwrap();
-        assert_eq!(Some(told.rank as u64), ranks["rank8_with_dist"].as_u64(), "{set}");
+        let reported = distinguishable(&column, &torques, &names(&["driver", "load"])).unwrap();
+        assert_eq!(Some(reported.rank as u64), ranks["rank8_with_dist"].as_u64(), "{set}");
         let plain = distinguishable(&column, &Matrix::zeros(6, 0), &[]).unwrap();
         assert_eq!(Some(plain.rank as u64), ranks["rank6"].as_u64(), "{set}");
         // Rank: what is seen of the states plus what is told of the torques, unless a torque hides behind a motion.
-        assert_eq!(told.rank == 8, told.independent == 2 && told.hidden_motions.is_empty(), "{set}");
-        if told.rank < 8 {
-            println!("{set}: {}", told.sentences.join(" "));
+        assert_eq!(reported.rank == 8, reported.independent == 2 && reported.hidden_motions.is_empty(), "{set}");
+        if reported.rank < 8 {
+            println!("{set}: {}", reported.sentences.join(" "));
         }
     }
 }
@@ -189,7 +192,7 @@ fn random(n: usize, p: usize, seed: u64) -> LinearSystem {
 /// `c̃_i p_i(A − LC) = 0`. Both ways to give poles.
 #[test]
 fn characteristic_polynomials_are_exact() {
-    let mut seen = [false; 3];
+    let mut observable = [false; 3];
     for n in 1..=8usize {
         for p in 1..=3usize {
             for seed in 0..8 {
@@ -220,16 +223,16 @@ fn characteristic_polynomials_are_exact() {
                 let redundant = observer.indices.contains(&0);
                 assert_eq!(observer.decoupled, observer.combinations == Matrix::identity(p));
                 assert_eq!(observer.notes.is_empty(), observer.decoupled);
-                seen[if redundant { 2 } else { usize::from(observer.decoupled) }] = true;
+                observable[if redundant { 2 } else { usize::from(observer.decoupled) }] = true;
             }
         }
     }
-    assert_eq!(seen, [true; 3], "chains that couple, that do not, and redundant sensors");
+    assert_eq!(observable, [true; 3], "chains that couple, that do not, and redundant sensors");
 }
 
 /// Chains of two and one state that couple: y₂ contains the error of y₁; their combination does not.
 #[test]
-fn coupled_chains_are_told() {
+fn coupled_chains_are_reported() {
     // y₁ = x₁, y₂ = x₃, x₁' = x₂, x₃' = 5 x₂: the row c₂A depends on c₁A.
     let system = LinearSystem::state_space(
         integers(&[&[0, 1, 0], &[0, 0, 0], &[0, 5, 0]]),
@@ -253,7 +256,7 @@ fn coupled_chains_are_told() {
     let dealt = luenberger(&system, &[pair[0].clone(), pair[1].clone(), real(-4, 1)]).unwrap();
     assert_eq!(dealt.polynomials[0].to_string(), "s^2 + 2 s + 5");
     let error = luenberger(&system, &[real(-1, 1)]).unwrap_err();
-    assert_eq!(error, ObserverError::WrongNumber { given: 1, longest: 2, states: 3 });
+    assert_eq!(error, ObserverError::WrongNumber { actual: 1, longest: 2, states: 3 });
     assert!(matches!(luenberger(&system, &[]), Err(ObserverError::WrongNumber { .. })));
     // The same sensor twice: the second adds nothing.
     let twice =
@@ -277,11 +280,11 @@ fn torques_that_hide() {
         integers(&[&[1, 0, 0, 0]]),
     );
     let w = integers(&[&[0, 0, 0], &[1, 2, 0], &[0, 0, 0], &[0, 0, 1]]);
-    let told = distinguishable(&bodies, &w, &names(&["a", "b", "c"])).unwrap();
-    assert_eq!((told.independent, told.combinations.clone()), (1, integers(&[&[1, 2, 0]])));
-    assert_eq!(told.resolving, [[0, 2], [1, 2]]);
-    assert_eq!(told.hidden_motions, ["x3", "x4"]);
-    let text = told.sentences.join(" ");
+    let reported = distinguishable(&bodies, &w, &names(&["a", "b", "c"])).unwrap();
+    assert_eq!((reported.independent, reported.combinations.clone()), (1, integers(&[&[1, 2, 0]])));
+    assert_eq!(reported.resolving, [[0, 2], [1, 2]]);
+    assert_eq!(reported.hidden_motions, ["x3", "x4"]);
+    let text = reported.sentences.join(" ");
     assert!(
         text.contains("With y1 one combination of the constant torques a, b and c can be told: a + 2 b."),
         "{text}"
@@ -290,12 +293,12 @@ fn torques_that_hide() {
     assert!(text.contains("c cannot be told from no torque."), "{text}");
     assert!(text.contains("Even with all torques known x3 shows in no sensor."), "{text}");
     let blind = LinearSystem { c: Matrix::zeros(1, 4), ..bodies };
-    let told = distinguishable(&blind, &w, &names(&["a", "b", "c"])).unwrap();
-    assert_eq!((told.independent, told.rank), (0, 0));
+    let reported = distinguishable(&blind, &w, &names(&["a", "b", "c"])).unwrap();
+    assert_eq!((reported.independent, reported.rank), (0, 0));
     assert!(
-        told.sentences[0].contains("With y1 nothing can be told about the constant torques a, b and c."),
+        reported.sentences[0].contains("With y1 nothing can be told about the constant torques a, b and c."),
         "{:?}",
-        told.sentences
+        reported.sentences
     );
 }
 
@@ -343,9 +346,9 @@ fn kalman_refusals() {
             hidden: names(&["T_wg : T_cs : T_fs = 1 : -51 : 50"])
         }
     );
-    assert_eq!(kalman(&all, &noise(6)), Err(ObserverError::Noises { of: "states", given: 6, expected: 7 }));
+    assert_eq!(kalman(&all, &noise(6)), Err(ObserverError::Noises { of: "states", actual: 6, expected: 7 }));
     let short = Noise { measurement: vec![1.0], ..noise(7) };
-    assert_eq!(kalman(&all, &short), Err(ObserverError::Noises { of: "sensors", given: 1, expected: 2 }));
+    assert_eq!(kalman(&all, &short), Err(ObserverError::Noises { of: "sensors", actual: 1, expected: 2 }));
     for (value, sensor) in [(-1.0, false), (f64::NAN, false), (0.0, true), (f64::INFINITY, true)] {
         let mut bad = noise(7);
         if sensor {

@@ -39,7 +39,7 @@ fn gain(design: &Design) -> Vec<f64> {
     design.gains.iter().find(|gain| gain.name == "K").expect("a state gain").values[0].clone()
 }
 
-fn told(list: &[String], words: &str) -> bool {
+fn reported(list: &[String], words: &str) -> bool {
     list.iter().any(|text| text.contains(words))
 }
 
@@ -56,11 +56,11 @@ fn the_poles_are_those_asked_for_at_the_point() {
     close(poles[1], -7.0, 1e-9);
     // m g l sin φ holds it.
     assert!(
-        told(&design.notes, "arm.phi = 60.000000 deg, held by drive = 34.641016 N m; proven"),
+        reported(&design.notes, "arm.phi = 60.000000 deg, held by drive = 34.641016 N m; proven"),
         "{:?}",
         design.notes
     );
-    assert!(told(&design.notes, "small motions around it"));
+    assert!(reported(&design.notes, "small motions around it"));
     let numbers = &design.controller_data.numbers;
     let number = |name: &str| numbers.iter().find(|number| number.name == name).expect("a number").value;
     close(number("drive at rest"), LOAD * (60.0_f64).to_radians().sin(), 1e-12);
@@ -69,7 +69,7 @@ fn the_poles_are_those_asked_for_at_the_point() {
     let zero = designed(&pendulum(GRAVITY, "")).expect("a design");
     close(gain(&zero)[0], 35.0 * INERTIA - LOAD, 1e-12);
     assert!(
-        told(&zero.notes, "at rest without torques of motors; proven: no torque is left, exactly"),
+        reported(&zero.notes, "at rest without torques of motors; proven: no torque is left, exactly"),
         "{:?}",
         zero.notes
     );
@@ -125,7 +125,7 @@ fn what_is_not_named_stands_where_the_motor_holds_it() {
     let plant = &project.prepared().variants[0].design_models[0];
     close(plant.point.position[1], point, 1e-15);
     close(plant.point.position[0], point + LOAD * point.sin() / 800.0, 1e-13);
-    close(plant.held_torque("drive"), LOAD * point.sin(), 1e-12);
+    close(plant.trim_torque("drive"), LOAD * point.sin(), 1e-12);
     // det(s² H + S) with S = [s, −s; −s, s + m g l cos φ]
     close(plant.linear.stiffness.to_f64()[(1, 1)], 800.0 + LOAD * point.cos(), 1e-12);
     let poles: Vec<(f64, f64)> = project
@@ -156,7 +156,7 @@ fn a_held_joint_has_the_stiffness_of_its_torque() {
     let variant = &project.prepared().variants[0];
     let plant = &variant.design_models[0];
     // The torque along a at rest, as a function of the position, with the torque of the motor standing still.
-    let u = plant.held_torque("drive");
+    let u = plant.trim_torque("drive");
     let mut kinematics = kardan::reduce::Kinematics::new(&plant.reduced);
     let b = plant.reduced.coordinate("b").expect("a shaft");
     let mut force = |a: f64| {
@@ -171,8 +171,9 @@ fn a_held_joint_has_the_stiffness_of_its_torque() {
 }
 
 fn refused(source: &str, code: &str, words: &[&str]) {
-    let mistakes = designed(source).expect_err("a mistake");
-    let found = mistakes.iter().find(|mistake| mistake.code == code).unwrap_or_else(|| panic!("{mistakes:?}"));
+    let diagnostics = designed(source).expect_err("a mistake");
+    let found =
+        diagnostics.iter().find(|diagnostic| diagnostic.code == code).unwrap_or_else(|| panic!("{diagnostics:?}"));
     words.iter().for_each(|word| assert!(found.to_string().contains(word), "{found}"));
 }
 
@@ -194,7 +195,7 @@ fn a_program_is_looked_at_in_motion() {
         let design = designed(&car(at)).unwrap_or_else(|wrong| panic!("{at}: {wrong:?}"));
         assert_eq!(stable(&design), Some(true), "{at}");
         close(design.margins.as_ref().expect("margins").gain_margin.as_ref().expect("stable")[1].value, 2.5, 1e-3);
-        assert!(told(&design.notes, "car.v = 10.000000 m/s"), "{:?}", design.notes);
+        assert!(reported(&design.notes, "car.v = 10.000000 m/s"), "{:?}", design.notes);
     }
     let held = car("at = { \"car.v\" = \"10 m/s\", \"m.f\" = \"1 N\" }\n");
     refused(&held, "control::point", &["no steady motion was found"]);
@@ -218,7 +219,7 @@ fn both_sides_of_a_kink_are_given() {
     assert_eq!([&opposite.own, &opposite.side], ["`sin(arm.phi)` > 0", "`sin(arm.phi)` < 0"]);
     assert_eq!(opposite.margins.stable, Some(false));
     let unstable = "on the side where `sin(arm.phi)` < 0 the loop is unstable";
-    assert!(told(&design.warnings, unstable), "{:?}", design.warnings);
+    assert!(reported(&design.warnings, unstable), "{:?}", design.warnings);
     // One that holds both: J s² + 24 s + 60 ∓ 10.
     let weak = designed(&pendulum("-10 N m * abs(sin(arm.phi))", "")).expect("a design");
     let there = weak.opposite_side.expect("a kink").margins;
@@ -312,7 +313,7 @@ fn slopes_beside_many_conditions_are_exact() {
 }
 
 #[test]
-fn points_that_nothing_holds_and_kinks_are_told() {
+fn points_that_nothing_holds_and_kinks_are_reported() {
     // 40 N m sin 60° is within 60 N m, 100 N m sin 60° is not.
     refused(
         &pendulum("-100 N m * sin(arm.phi)", AT_60),
@@ -359,10 +360,10 @@ fn points_that_nothing_holds_and_kinks_are_told() {
         let at = format!("[analysis]\nat = {{ \"arm.phi\" = \"{angle}\" }}\n");
         study::analyze(&(pendulum(jump, AT_60) + &at), &settings, &Silent).map(|_| ())
     };
-    let mistakes = analysed("0 rad").expect_err("a jump");
+    let diagnostics = analysed("0 rad").expect_err("a jump");
     assert!(
-        mistakes[0].code == "analysis::slope" && mistakes[0].to_string().contains("`gravity` has no slope"),
-        "{mistakes:?}"
+        diagnostics[0].code == "analysis::slope" && diagnostics[0].to_string().contains("`gravity` has no slope"),
+        "{diagnostics:?}"
     );
     assert!(analysed("60 deg").is_ok());
     // A law on the full model has no use for a point, and two controllers have one.
@@ -430,11 +431,11 @@ fn a_voltage_holds_by_its_current() {
     let current = 0.5 * point.sin() / 0.2;
     let project = study::Project::open(format!("{DRIVEN}{law}{channel}"));
     let plant = &project.prepared().variants[0].design_models[0];
-    close(plant.held_torque("u"), 1.5 * current, 1e-12);
+    close(plant.trim_torque("u"), 1.5 * current, 1e-12);
     let winding = plant.reduced.coordinate("m").expect("a charge");
     close(plant.speeds_at_rest()[winding], current, 1e-12);
     let design = project.design(&DesignSettings::default(), &Silent).expect("a design");
-    assert!(told(&design.notes, "m.i = 2.165064 A; proven"), "{:?}", design.notes);
+    assert!(reported(&design.notes, "m.i = 2.165064 A; proven"), "{:?}", design.notes);
     let numbers = &design.controller_data.numbers;
     let number = |name: &str| numbers.iter().find(|number| number.name == name).expect("a number").value;
     close(number("m.i at rest"), current, 1e-12);
@@ -475,6 +476,6 @@ fn a_law_from_outside_takes_a_point() {
     let there = design(&[("arm.phi", "60 deg")]).expect("a design");
     close(gain(&there)[0], 400.0 * INERTIA - LOAD * 0.5, 1e-12);
     close(gain(&design(&[]).expect("a design"))[0], 400.0 * INERTIA - LOAD, 1e-12);
-    let mistakes = design(&[("arn.phi", "60 deg")]).expect_err("no such shaft");
-    assert!(mistakes.iter().any(|one| one.to_string().contains("did you mean `arm.phi`")), "{mistakes:?}");
+    let diagnostics = design(&[("arn.phi", "60 deg")]).expect_err("no such shaft");
+    assert!(diagnostics.iter().any(|one| one.to_string().contains("did you mean `arm.phi`")), "{diagnostics:?}");
 }

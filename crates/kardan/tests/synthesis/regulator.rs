@@ -144,7 +144,7 @@ fn repeated_poles() {
     let s =
         system(&[&[0, 1, 0, 0], &[0, 0, 1, 0], &[0, 0, 0, 0], &[0, 0, 0, 0]], &[&[0, 0], &[0, 0], &[1, 0], &[0, 1]]);
     let twice = [(-1.0, 0.0), (-1.0, 0.0), (-2.0, 0.0), (-2.0, 0.0)].map(Pole::from);
-    assert_eq!(place_poles(&s, &twice), Err(PlacementError::Repeated { inputs: 1, needed: 3, given: 2 }));
+    assert_eq!(place_poles(&s, &twice), Err(PlacementError::Repeated { inputs: 1, needed: 3, actual: 2 }));
     assert!(
         place_poles(
             &s,
@@ -201,8 +201,8 @@ fn fixed_modes_must_be_wished_for() {
 fn bad_wishes_are_refused() {
     let s = system(&[&[0, 1], &[0, 0]], &[&[0], &[1]]);
     let error = |poles: &[(f64, f64)]| place_poles(&s, &Pole::list(poles.to_vec())).unwrap_err();
-    assert_eq!(error(&[(-1.0, 0.0)]), PlacementError::WrongNumber { given: 1, states: 2 });
-    assert_eq!(error(&[(-1.0, 0.0); 3]), PlacementError::WrongNumber { given: 3, states: 2 });
+    assert_eq!(error(&[(-1.0, 0.0)]), PlacementError::WrongNumber { actual: 1, states: 2 });
+    assert_eq!(error(&[(-1.0, 0.0); 3]), PlacementError::WrongNumber { actual: 3, states: 2 });
     assert_eq!(error(&[(-1.0, 1.0), (-1.0, 1.0)]), PlacementError::NotSelfConjugate { pole: Complex::new(-1.0, 1.0) });
     assert_eq!(error(&[(-1.0, 0.0); 2]), PlacementError::TooOften { pole: Complex::new(-1.0, 0.0), times: 2, rank: 1 });
     assert_eq!(error(&[(f64::NAN, 0.0), (-1.0, 0.0)]), PlacementError::NotFinite);
@@ -331,7 +331,7 @@ fn riccati_refusals() {
     );
     assert!(matches!(
         error(&Weights::diagonal(&[1.0], &[1.0])),
-        RiccatiError::Shape { what: "states", given: (1, 1), expected: (2, 2) }
+        RiccatiError::Shape { what: "states", actual: (1, 1), expected: (2, 2) }
     ));
     assert!(matches!(
         error(&Weights { cross: Some(Matrix::zeros(1, 1)), ..with(one, 1.0) }),

@@ -30,7 +30,7 @@ fn sensitivity_and_complementary_sensitivity_add_up_to_one() {
     let mut random = Random::new(18);
     for _ in 0..20 {
         let gain = loop_gain(&mut random, 5, 2, -2.0);
-        let closed = gain.turned_inside_out().expect("proper");
+        let closed = gain.feedback_transform().expect("proper");
         for frequency in [0.0, 0.3, 1.0, 7.0, 100.0] {
             let [s, t, l] = [closed.sensitivity(), closed.complementary(), gain.clone()]
                 .map(|one| one.checked(frequency).expect("no pole"));
@@ -45,7 +45,7 @@ fn sensitivity_and_complementary_sensitivity_add_up_to_one() {
             }
         }
         // Broken again the loop is what it was.
-        let again = closed.turned_inside_out().expect("proper");
+        let again = closed.feedback_transform().expect("proper");
         let [one, other] = [gain, again].map(|one| one.checked(0.7).expect("no pole"));
         assert!((0..4).all(|k| (one[(k / 2, k % 2)] - other[(k / 2, k % 2)]).norm_sqr() < 1e-18));
     }
@@ -57,7 +57,7 @@ fn the_nyquist_plot_goes_around_minus_one_as_often_as_stability_asks() {
     let (mut stable, mut growing) = (0, 0);
     for trial in 0..50 {
         let gain = loop_gain(&mut random, 4, 1, if trial % 2 == 0 { -0.4 } else { -1.8 });
-        let (Some(closed), Some(before)) = (gain.turned_inside_out(), gain.unstable_poles()) else { continue };
+        let (Some(closed), Some(before)) = (gain.feedback_transform(), gain.unstable_poles()) else { continue };
         let after = closed.unstable_poles().expect("converges");
         // 1 + L over the whole axis, as an angle so that no frequency is left out.
         let count = 20_000;
@@ -151,7 +151,7 @@ fn a_loop_that_is_open_has_no_limits() {
     assert!((found.disk - 2.0).abs() < 1e-9);
     let [s, t] = [open.sensitivity(), open.complementary()].map(|one| one.largest_gain().expect("stable").value);
     assert!((s - 1.0).abs() < 1e-12 && t == 0.0, "{s} {t}");
-    let again = open.turned_inside_out().expect("proper");
+    let again = open.feedback_transform().expect("proper");
     assert_eq!(again.checked(1.0).expect("no pole")[(0, 0)].norm_sqr(), 0.0);
 }
 

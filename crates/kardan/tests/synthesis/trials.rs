@@ -167,7 +167,7 @@ fn margins_and_rates_are_right() {
 }
 
 #[test]
-fn words_of_certainty_are_earned() {
+fn claims_of_certainty_are_earned() {
     for (name, word) in [
         ("double-resonance", Stability::Unstable),
         ("stiff-unstable", Stability::Unstable),

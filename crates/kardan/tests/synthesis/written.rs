@@ -56,7 +56,7 @@ fn fractions_are_kept_and_poles_come_in_pairs() {
 }
 
 #[test]
-fn what_does_not_apply_is_null_and_names_are_told_apart() {
+fn what_does_not_apply_is_null_and_names_are_distinguished() {
     let empty = written(&Design::default());
     for key in ["canonical", "observer", "decoupled", "flatness"] {
         assert_eq!(empty[key], Value::Null, "{key}");

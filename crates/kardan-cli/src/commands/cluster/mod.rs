@@ -24,7 +24,7 @@ use kardan::study::{Shard, SweepPlan};
 use self::queue::Queue;
 use self::record::{MOST_SHARDS, Record};
 use self::template::{check, fill, ranges};
-use super::kept::{keep_model, kept_model};
+use super::model_store::{store_model, stored_model};
 use super::rows::{files_of_rows, is_whole, own_files, path_of_manifest, removed, shard_counts};
 use super::sweep::{merge, prepared_folder, settings};
 use crate::args::{MergeArgs, SweepArgs, Target, word};
@@ -47,7 +47,7 @@ const LOGS: [&str; 3] = ["log", "slurm", "hq"];
 /// Between two looks at signals and at processes of our own.
 const SLICE: Duration = Duration::from_millis(20);
 /// Between two looks at the folder and the queue: at first, and at most.
-const LOOKS: (Duration, Duration) = (Duration::from_millis(200), Duration::from_secs(10));
+const POLL_INTERVALS: (Duration, Duration) = (Duration::from_millis(200), Duration::from_secs(10));
 /// Looks at a queue that does not answer, one after the other, before that is an error.
 const SILENCE: u32 = 30;
 /// How long processes of our own have to end when they are told to.
@@ -64,13 +64,13 @@ pub fn sweep(args: &SweepArgs, target: Target, quiet: bool) -> Result<u8, Failur
     let mut work = Work::prepare(args, Queue::of(target), quiet)?;
     let missing = work.missing(&work.all());
     if args.on.dry_run && missing.is_empty() {
-        work.say("all shards are done: there is no job to write");
+        work.message("all shards are done: there is no job to write");
         return Ok(DONE);
     }
     if args.on.dry_run {
         let (path, text) = work.write_job(&missing)?;
         print(&text)?;
-        work.say(&format!("wrote {}; nothing is submitted: `{}` does", path.display(), work.by_hand(&path)));
+        work.message(&format!("wrote {}; nothing is submitted: `{}` does", path.display(), work.by_hand(&path)));
         return Ok(DONE);
     }
     if let Some(job) = work.jobs.last().cloned().filter(|_| !missing.is_empty()) {
@@ -84,7 +84,7 @@ pub fn sweep(args: &SweepArgs, target: Target, quiet: bool) -> Result<u8, Failur
         }
         if again > 0 {
             let (which, why) = (ranges(&missing), work.why(missing[0]));
-            work.say(&format!(
+            work.message(&format!(
                 "{} of {} shards have failed ({which}; {why}): submitted again, {again} of {tries}",
                 missing.len(),
                 work.shards
@@ -144,9 +144,9 @@ impl<'a> Work<'a> {
         let plan = plan.map_err(|diagnostics| Failure { source: Some(source), diagnostics })?;
         let out = args.out.clone().unwrap_or_default();
         let out = std::path::absolute(&out).unwrap_or(out);
-        let few =
+        let default_shards =
             plan.head.samples.div_ceil(SAMPLES).max(if queue.name == "local" { processes(args, u64::MAX) } else { 1 });
-        let shards = args.on.shards.unwrap_or(few.min(plan.blocks()).min(MOST_SHARDS));
+        let shards = args.on.shards.unwrap_or(default_shards.min(plan.blocks()).min(MOST_SHARDS));
         if shards > plan.blocks() {
             let message = format!(
                 "{shards} shards: {} samples are {} blocks, and {} shards would have none",
@@ -180,7 +180,7 @@ impl<'a> Work<'a> {
         work.all().into_iter().flat_map(|number| work.files_of(number)).try_for_each(|path| stays(&work.out, &path))?;
         let script = fill("shard.sh", SHARD, &work.values(&[])?)?;
         save_in(&work.out, "shard.sh", script.as_bytes())?;
-        keep_model(&work.out, &project, &work.identity)?;
+        store_model(&work.out, &project, &work.identity)?;
         if work.args.resume {
             work.undo_damaged((&project, &plan))?;
         }
@@ -197,7 +197,7 @@ impl<'a> Work<'a> {
                 "they were made without `--on`: replace them with `--force`, or name another folder with --out DIR";
             return Err(Diagnostic::error("output::folder", message).help(help));
         }
-        let other = |what: String, help: &str| {
+        let refusal = |what: String, help: &str| {
             let message = format!("`{}` cannot be gone on with: {what}", path.display());
             Err(Diagnostic::error("sweep::resume", message).help(help))
         };
@@ -206,7 +206,7 @@ impl<'a> Work<'a> {
                 Ok(record) => record,
                 Err(why) => {
                     let help = "kardan has not written it, or it was damaged: name another folder with --out DIR, or, if it is of this sweep, remove it and go on with `--resume`";
-                    return other(why, help);
+                    return refusal(why, help);
                 }
             },
             Err(_) => return self.without_record(plan),
@@ -226,13 +226,13 @@ impl<'a> Work<'a> {
         }
         if record.sweep != self.identity {
             let help = "run with the model and the options that made it, or start anew with `--force`";
-            let was = kept_model(&self.out, &record.sweep);
-            let told = project.other_sweep(&self.identity, &record.sweep, was.as_deref());
-            return other(format!("it is of another sweep: {told}"), help);
+            let was = stored_model(&self.out, &record.sweep);
+            let difference = project.sweep_mismatch(&self.identity, &record.sweep, was.as_deref());
+            return refusal(format!("it is of another sweep: {difference}"), help);
         }
-        if self.args.on.shards.is_some_and(|asked| asked != record.shards) {
+        if self.args.on.shards.is_some_and(|requested| requested != record.shards) {
             let help = "leave `--shards` out to go on with those, or start anew with `--force`";
-            return other(format!("its sweep is in {} shards, not {}", record.shards, self.shards), help);
+            return refusal(format!("its sweep is in {} shards, not {}", record.shards, self.shards), help);
         }
         (self.shards, self.jobs) = (record.shards, record.jobs);
         Ok(())
@@ -305,7 +305,7 @@ impl<'a> Work<'a> {
 
     fn record(&self) -> Result<(), Diagnostic> {
         let record = Record { sweep: self.identity.clone(), shards: self.shards, jobs: self.jobs.clone() };
-        save_in(&self.out, RECORD, record.written().as_bytes()).map(|_| ())
+        save_in(&self.out, RECORD, record.to_text().as_bytes()).map(|_| ())
     }
 
     fn shard(&self, number: u64) -> Shard {
@@ -336,7 +336,7 @@ impl<'a> Work<'a> {
         shards.iter().copied().filter(|number| !done(*number)).collect()
     }
 
-    fn say(&self, text: &str) {
+    fn message(&self, text: &str) {
         if !self.quiet {
             note(text);
         }
@@ -415,9 +415,9 @@ impl<'a> Work<'a> {
 
     /// What a shard is run with, for a shell.
     fn arguments(&self, model: &str) -> String {
-        let mut words = vec!["sweep".to_string(), model.to_string()];
+        let mut parts = vec!["sweep".to_string(), model.to_string()];
         let mut add =
-            |option: &str, value: Option<String>| words.extend(value.map(|value| format!("{option}={value}")));
+            |option: &str, value: Option<String>| parts.extend(value.map(|value| format!("{option}={value}")));
         let args = self.args;
         add("--samples", args.samples.map(|n| n.to_string()));
         add("--seed", args.seed.map(|n| n.to_string()));
@@ -427,9 +427,9 @@ impl<'a> Work<'a> {
         add("--tolerance", args.tolerance.map(|x| format!("{x:e}")));
         add("--max-steps", Some(args.limits.max_steps.to_string()));
         if std::env::args_os().any(|word| word == "--portable") {
-            words.push("--portable".into());
+            parts.push("--portable".into());
         }
-        words.iter().map(|word| quoted_for_shell(word)).collect::<Vec<_>>().join(" ")
+        parts.iter().map(|word| quoted_for_shell(word)).collect::<Vec<_>>().join(" ")
     }
 
     /// Writes the job that runs these shards: its path and its text.
@@ -457,7 +457,7 @@ impl<'a> Work<'a> {
         }
         let (count, name) = (shards.len(), self.queue.name);
         if self.queue.submit.is_empty() {
-            self.say(&format!("{count} shards run on {name}"));
+            self.message(&format!("{count} shards run on {name}"));
             let started = started(&path);
             let mut child = started.map_err(|error| {
                 let message = format!("cannot run `{}`: {}", path.display(), reason(&error));
@@ -470,20 +470,20 @@ impl<'a> Work<'a> {
             return followed;
         }
         let job = self.queue.submit(&path)?;
-        self.say(&format!("{count} shards are job {job} of {name}"));
+        self.message(&format!("{count} shards are job {job} of {name}"));
         self.jobs.push(format!("{name} {job}"));
         self.record()?;
-        self.follow(shards, &mut || self.queue.holds(&job), false)
+        self.follow(shards, &mut || self.queue.contains(&job), false)
     }
 
     /// Follows the job of a command before, if it is still in this queue.
     fn go_on(&self, job: &str, missing: &[u64]) -> Result<(), Diagnostic> {
         let Some(job) = job.strip_prefix(self.queue.name).and_then(|job| job.strip_prefix(' ')) else { return Ok(()) };
-        if self.queue.missing("").is_some() || self.queue.holds(job) == Ok(false) {
+        if self.queue.missing("").is_some() || self.queue.contains(job) == Ok(false) {
             return Ok(());
         }
-        self.say(&format!("job {job} of {} is followed, {} shards are missing", self.queue.name, missing.len()));
-        self.follow(missing, &mut || self.queue.holds(job), false)
+        self.message(&format!("job {job} of {} is followed, {} shards are missing", self.queue.name, missing.len()));
+        self.follow(missing, &mut || self.queue.contains(job), false)
     }
 
     /// Waits until all of the shards are done or their job is over; says how far it is.
@@ -493,7 +493,7 @@ impl<'a> Work<'a> {
         runs: &mut dyn FnMut() -> Result<bool, String>,
         own: bool,
     ) -> Result<(), Diagnostic> {
-        let (mut told, mut silent, mut wait) = (shards.len(), 0, LOOKS.0);
+        let (mut reported, mut silent, mut wait) = (shards.len(), 0, POLL_INTERVALS.0);
         let mut next = Instant::now() + wait;
         loop {
             if stop::reason().is_some() {
@@ -507,24 +507,24 @@ impl<'a> Work<'a> {
                 continue;
             }
             // The queue is asked before the folder, so that no shard ends between the two.
-            let there = if own { Ok(true) } else { runs() };
+            let is_running = if own { Ok(true) } else { runs() };
             let missing = self.missing(shards).len();
-            if missing != told {
-                self.say(&format!(
+            if missing != reported {
+                self.message(&format!(
                     "{} of {} shards are done",
                     self.shards - self.missing(&self.all()).len() as u64,
                     self.shards
                 ));
-                told = missing;
+                reported = missing;
             }
-            match there {
+            match is_running {
                 Ok(false) => return Ok(()),
                 Ok(true) if missing == 0 && !own => return Ok(()),
                 Ok(true) => silent = 0,
                 Err(why) => {
                     silent += 1;
                     if silent == 1 {
-                        self.say(&format!("{} does not answer ({why}): asked again", self.queue.name));
+                        self.message(&format!("{} does not answer ({why}): asked again", self.queue.name));
                     }
                     if silent > SILENCE {
                         let message = format!("{} does not answer any more: {why}", self.queue.name);
@@ -533,7 +533,7 @@ impl<'a> Work<'a> {
                     }
                 }
             }
-            wait = wait.mul_f64(1.5).min(LOOKS.1);
+            wait = wait.mul_f64(1.5).min(POLL_INTERVALS.1);
             next = Instant::now() + wait;
         }
     }
@@ -567,7 +567,7 @@ impl<'a> Work<'a> {
     fn why(&self, number: u64) -> String {
         let logs = self.logs_of(number);
         let read = |path: &PathBuf| files::read(path).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
-        let said = logs.iter().filter_map(|path| read(path).ok()).find_map(|text| {
+        let error_line = logs.iter().filter_map(|path| read(path).ok()).find_map(|text| {
             let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
             // The first error, which may go on in lines of its own.
             let mut rest = lines.clone().skip_while(|line| !line.starts_with("× "));
@@ -575,9 +575,11 @@ impl<'a> Work<'a> {
                 let more = rest.map_while(|line| line.strip_prefix("│ "));
                 std::iter::once(first.trim_start_matches("× ")).chain(more).collect::<Vec<_>>().join(" ")
             });
-            error.or_else(|| lines.next_back().map(String::from)).map(|said| said.chars().take(300).collect())
+            error
+                .or_else(|| lines.next_back().map(String::from))
+                .map(|error_line| error_line.chars().take(300).collect())
         });
-        said.unwrap_or_else(|| match logs[0].exists() {
+        error_line.unwrap_or_else(|| match logs[0].exists() {
             true => "it ended without a word: killed, or never through".into(),
             false => "it has not begun".into(),
         })
@@ -585,10 +587,10 @@ impl<'a> Work<'a> {
 }
 
 /// An empty file is told by what a template needs, not a model.
-fn empty(mistake: Diagnostic) -> Diagnostic {
-    match mistake.code {
-        "file::empty" => mistake.help("begin with a template of kardan: `kardan sweep template slurm` prints one"),
-        _ => mistake,
+fn empty(diagnostic: Diagnostic) -> Diagnostic {
+    match diagnostic.code {
+        "file::empty" => diagnostic.help("begin with a template of kardan: `kardan sweep template slurm` prints one"),
+        _ => diagnostic,
     }
 }
 

@@ -91,14 +91,14 @@ impl Queue {
     /// A program that is needed and not there; one's own script needs what it names.
     pub fn missing(&self, script: &str) -> Option<&'static str> {
         let needed = |program: &&&str| !self.submit.is_empty() || **program == "sh" || script.contains(**program);
-        self.needs.iter().filter(needed).find(|program| !is_there(program)).copied()
+        self.needs.iter().filter(needed).find(|program| !exists(program)).copied()
     }
 
     /// How one submits by hand.
     pub fn by_hand(&self, file: &str) -> String {
         match self.submit {
             [] => format!("sh {file}"),
-            words => format!("{} {file}", words.join(" ")),
+            command => format!("{} {file}", command.join(" ")),
         }
     }
 
@@ -110,58 +110,62 @@ impl Queue {
             Diagnostic::error("sweep::submit", message)
                 .help("put that right and give the same command with `--resume`; `--template` changes the job")
         };
-        let mut words: Vec<&str> = self.submit.to_vec();
+        let mut command: Vec<&str> = self.submit.to_vec();
         let file = file.to_string_lossy();
-        words.push(&file);
-        let told = answer(&words).map_err(refused)?;
+        command.push(&file);
+        let reply = answer(&command).map_err(refused)?;
         // `41;cluster` of Slurm.
-        let number = told.lines().last().unwrap_or_default().split(';').next().unwrap_or_default().trim();
+        let number = reply.lines().last().unwrap_or_default().split(';').next().unwrap_or_default().trim();
         match number.is_empty() || number.contains(char::is_whitespace) {
-            true => Err(refused(format!("it answers `{}`, which is no number of a job", told.trim()))),
+            true => Err(refused(format!("it answers `{}`, which is no number of a job", reply.trim()))),
             false => Ok(number.into()),
         }
     }
 
     /// Whether a job is still in the queue; why that is not known, else.
-    pub fn holds(&self, job: &str) -> Result<bool, String> {
+    pub fn contains(&self, job: &str) -> Result<bool, String> {
         match self.name {
             // Of those of the user, since one that has gone would be an error by its number.
             "slurm" => {
                 Ok(answer(&["squeue", "--me", "--noheader", "--format=%F"])?.lines().any(|line| line.trim() == job))
             }
             "hyperqueue" => Ok(answer(&["hq", "--output-mode", "quiet", "job", "list"])?.lines().any(|line| {
-                let mut words = line.split_whitespace();
-                words.next() == Some(job) && matches!(words.next(), Some("WAITING" | "RUNNING"))
+                let mut fields = line.split_whitespace();
+                fields.next() == Some(job) && matches!(fields.next(), Some("WAITING" | "RUNNING"))
             })),
             _ => {
                 let path = "-o=jsonpath={.metadata.name} {.status.conditions[?(@.status==\"True\")].type}";
-                let told = answer(&["kubectl", "get", job, "--ignore-not-found", path])?;
-                let mut words = told.split_whitespace();
-                Ok(words.next().is_some() && !words.any(|word| word == "Complete" || word == "Failed"))
+                let reply = answer(&["kubectl", "get", job, "--ignore-not-found", path])?;
+                let mut fields = reply.split_whitespace();
+                Ok(fields.next().is_some() && !fields.any(|word| word == "Complete" || word == "Failed"))
             }
         }
     }
 }
 
 /// What a program prints; what it says where it fails.
-fn answer(words: &[&str]) -> Result<String, String> {
+fn answer(command: &[&str]) -> Result<String, String> {
     let output =
-        Command::new(words[0]).args(&words[1..]).stdin(Stdio::null()).output().map_err(|error| reason(&error))?;
+        Command::new(command[0]).args(&command[1..]).stdin(Stdio::null()).output().map_err(|error| reason(&error))?;
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
     match output.status.success() {
         true => Ok(text(&output.stdout)),
         false => match text(&output.stderr) {
-            said if said.is_empty() => Err(format!("it ends with {}", output.status)),
+            stderr_text if stderr_text.is_empty() => Err(format!("it ends with {}", output.status)),
             // The first lines tell; some programs add where in their code that was.
-            said => {
-                Err(said.lines().map(str::trim).filter(|line| !line.is_empty()).take(4).collect::<Vec<_>>().join("; "))
-            }
+            stderr_text => Err(stderr_text
+                .lines()
+                .map(str::trim)
+                .filter(|line| !line.is_empty())
+                .take(4)
+                .collect::<Vec<_>>()
+                .join("; ")),
         },
     }
 }
 
 /// Whether a program is on the PATH.
-fn is_there(program: &str) -> bool {
+fn exists(program: &str) -> bool {
     let path = std::env::var_os("PATH").unwrap_or_default();
     std::env::split_paths(&path).any(|folder| {
         [program.to_owned(), format!("{program}{}", std::env::consts::EXE_SUFFIX)]

@@ -20,7 +20,7 @@ pub struct Record {
 
 impl Record {
     /// The text of the file.
-    pub fn written(&self) -> String {
+    pub fn to_text(&self) -> String {
         let mut text = format!("sweep {}\nshards {}\n", self.sweep, self.shards);
         self.jobs.iter().for_each(|job| {
             let _ = writeln!(text, "job {job}");
@@ -67,13 +67,13 @@ mod tests {
     fn a_record_is_read_as_it_was_written_and_nothing_else_is() {
         let jobs = vec!["slurm 41".to_string(), "local checksum".into()];
         let record = Record { sweep: "kardan 0.1.0, model 1".into(), shards: 7, jobs };
-        let text = record.written();
+        let text = record.to_text();
         assert_eq!(Record::read(text.as_bytes()), Ok(record));
         for at in 0..text.len() {
             for bit in 0..8 {
-                let mut other = text.clone().into_bytes();
-                other[at] ^= 1 << bit;
-                assert!(Record::read(&other).is_err(), "bit {bit} of {at}");
+                let mut damaged = text.clone().into_bytes();
+                damaged[at] ^= 1 << bit;
+                assert!(Record::read(&damaged).is_err(), "bit {bit} of {at}");
             }
             assert!(Record::read(&text.as_bytes()[..at]).is_err(), "{at} bytes");
         }

@@ -72,14 +72,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_are_replaced_and_others_are_refused() {
+    fn placeholders_are_replaced_and_others_refused() {
         let values = [("shard", "sh x".to_string()), ("list", "1 {{shard}}".into())];
         assert_eq!(fill("t", "a {{ shard }} ${X} {y} {{list}}", &values).unwrap(), "a sh x ${X} {y} 1 {{shard}}");
-        for (text, told) in
+        for (text, expected) in
             [("\n{{shar}}", "line 2"), ("{{shard\n}}", "without"), ("{{}}", "no `{{}}`"), ("{{", "line 1")]
         {
-            let mistake = fill("t", text, &values).unwrap_err();
-            assert!(mistake.message.contains(told), "{}", mistake.message);
+            let diagnostic = fill("t", text, &values).unwrap_err();
+            assert!(diagnostic.message.contains(expected), "{}", diagnostic.message);
         }
         assert!(fill("t", "{{shar}}", &values).unwrap_err().help.unwrap().contains("did you mean `{{shard}}`"));
         assert!(check("t", "{{shard}} {{list}}").is_ok() && check("t", "{{ shard }} {{array}}").is_ok());

@@ -66,8 +66,8 @@ fn with_minus(cell: &[u8]) -> Cow<'_, [u8]> {
 /// What a cell means.
 pub(super) fn read(cell: &[u8], point: u8) -> Cell {
     let cell = &*with_minus(unquoted(cell));
-    if let Some((value, taken)) = decimal::leading(cell, point)
-        && taken == cell.len()
+    if let Some((value, consumed)) = decimal::leading(cell, point)
+        && consumed == cell.len()
     {
         return Cell::Number(value);
     }

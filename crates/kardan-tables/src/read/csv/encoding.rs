@@ -44,9 +44,9 @@ impl Read for Utf16 {
     fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
         while self.at == self.ready.len() {
             let mut raw = std::mem::take(&mut self.half);
-            let kept = raw.len();
+            let length_before = raw.len();
             (&mut self.reader).take(1 << 16).read_to_end(&mut raw)?;
-            let ended = raw.len() == kept;
+            let ended = raw.len() == length_before;
             if ended && raw.is_empty() {
                 return Ok(0);
             }

@@ -145,7 +145,7 @@ fn form(rows: &[(usize, &[u8])], options: &CsvOptions) -> Option<Form> {
             if let Some((share, form)) = try_form(rows, delimiter, point) {
                 // Whole numbers between commas are no column of decimal commas.
                 let score = (if form.cells == 1 { 0.5 * share } else { share }, form.cells);
-                if best.as_ref().is_none_or(|(other, _)| score > *other) {
+                if best.as_ref().is_none_or(|(candidate, _)| score > *candidate) {
                     best = Some((score, form));
                 }
             }
@@ -203,7 +203,7 @@ fn try_form(rows: &[(usize, &[u8])], delimiter: u8, point: u8) -> Option<(f64, F
     };
     let mut start = (0..rows.len()).find(goes_on)?;
     // A row with numbers that is no row of units, below a header, is one of the numbers with a mistake: it is told where it is read.
-    while start > 1 && form.has_mistakes(rows[start - 1].1) {
+    while start > 1 && form.has_parse_errors(rows[start - 1].1) {
         start -= 1;
     }
     form.start = rows[start].0;
@@ -222,7 +222,7 @@ impl Form {
     }
 
     /// Whether it has numbers and texts in the columns of numbers, and is no row of units.
-    fn has_mistakes(&self, line: &[u8]) -> bool {
+    fn has_parse_errors(&self, line: &[u8]) -> bool {
         let cells = cells_of(line, self.delimiter, self.point);
         let mut texts = Vec::new();
         cell::split(line, self.delimiter, &mut texts);
@@ -321,7 +321,7 @@ impl Header {
             cell::split(without_mark(line), form.delimiter, &mut cells);
             cells.into_iter().map(decoded).collect::<Vec<_>>()
         };
-        let given = |row: Option<usize>| {
+        let row_cells = |row: Option<usize>| {
             row.map(|row| row.checked_sub(1).and_then(|row| lines.get(row)).map(|line| split(line)).unwrap_or_default())
         };
         let mut candidates: Vec<Vec<String>> = lines
@@ -331,7 +331,7 @@ impl Header {
             .filter(|cells| cells.len().abs_diff(form.cells) <= usize::from(form.cells > 1))
             .filter(|cells| cells.iter().any(|cell| cell::read(cell.as_bytes(), form.point) == Cell::Text))
             .collect();
-        let (names, units) = (given(options.names_row), given(options.units_row));
+        let (names, units) = (row_cells(options.names_row), row_cells(options.units_row));
         let mut header = Self::default();
         let last = candidates.pop();
         let before = candidates.pop();

@@ -31,10 +31,10 @@ pub(super) struct Rows {
 
 impl Plan {
     /// A plan for some cells, and for each of these its column.
-    pub(super) fn new(layout: &Layout, wanted: &[usize]) -> (Self, Vec<usize>) {
+    pub(super) fn new(layout: &Layout, selection: &[usize]) -> (Self, Vec<usize>) {
         let mut columns = vec![None; layout.cells];
         let mut stamps = Vec::new();
-        let outputs = wanted
+        let outputs = selection
             .iter()
             .map(|&cell| {
                 *columns[cell].get_or_insert_with(|| {

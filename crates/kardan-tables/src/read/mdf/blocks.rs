@@ -147,10 +147,10 @@ impl Read {
     }
 }
 
-struct Walk<'a> {
+struct Traversal<'a> {
     source: &'a mut Source,
     /// Blocks of chains that were passed, against circles.
-    seen: HashSet<u64>,
+    visited: HashSet<u64>,
     notes: Vec<String>,
 }
 
@@ -158,47 +158,47 @@ pub(super) fn read(source: &mut Source) -> Result<(File, Vec<Group>, Vec<String>
     let start = source.bytes(0, 64)?;
     let unfinished = start.starts_with(b"UnFinMF ");
     let version = unsigned(&start[28..30]);
-    let written = String::from_utf8_lossy(&start[8..16]).trim_matches(['\0', ' ']).to_owned();
+    let version_text = String::from_utf8_lossy(&start[8..16]).trim_matches(['\0', ' ']).to_owned();
     if version < 400 || !start[8..16].starts_with(b"4.") {
         return Err(LogError::unsupported(
-            format!("the file is MDF of version {written} ({version}); version 4 is read"),
+            format!("the file is MDF of version {version_text} ({version}); version 4 is read"),
             "convert it to MDF 4 (asammdf: `MDF(FILE).convert(\"4.10\").save(...)`)",
         ));
     }
     let flags = if unfinished { unsigned(&start[60..62]) } else { 0 };
-    let mut walk = Walk { source, seen: HashSet::new(), notes: Vec::new() };
+    let mut traversal = Traversal { source, visited: HashSet::new(), notes: Vec::new() };
     if unfinished {
-        walk.notes.push("the recording was not finished (UnFinMF): all complete records are read".into());
+        traversal.notes.push("the recording was not finished (UnFinMF): all complete records are read".into());
     }
-    let header = walk.block(64, b"##HD", "the header")?;
+    let header = traversal.block(64, b"##HD", "the header")?;
     let (mut data, mut groups, mut places) = (Vec::new(), Vec::new(), Vec::new());
     let mut next = header.link(0);
     while next != 0 {
         // What was recorded before damage in the chain is still read.
-        match walk.data_group(next, unfinished && flags & 1 != 0, &mut groups, data.len(), &mut places) {
+        match traversal.data_group(next, unfinished && flags & 1 != 0, &mut groups, data.len(), &mut places) {
             Ok((group, after)) => {
                 data.push(group);
                 next = after;
             }
             Err(error) if groups.is_empty() => return Err(error),
             Err(error) => {
-                walk.notes.push(format!("groups are missing: {error}"));
+                traversal.notes.push(format!("groups are missing: {error}"));
                 break;
             }
         }
     }
     if groups.is_empty() {
-        let why = match walk.notes.first() {
+        let why = match traversal.notes.first() {
             Some(note) => format!("no group holds numbers that can be read ({note})"),
             None => "no group holds numbers; was anything recorded?".into(),
         };
         return Err(LogError::NoChannels { format: MDF, why });
     }
-    let notes = walk.notes;
+    let notes = traversal.notes;
     Ok((File { data, places, unfinished_length: unfinished }, groups, notes))
 }
 
-impl Walk<'_> {
+impl Traversal<'_> {
     fn block(&mut self, at: u64, id: &[u8; 4], what: &'static str) -> Result<Read, LogError> {
         let header = Header::read(self.source, at)?;
         if header.id != *id {
@@ -211,7 +211,7 @@ impl Walk<'_> {
 
     /// A block of a chain, which is passed only once.
     fn chained(&mut self, at: u64, id: &[u8; 4], what: &'static str) -> Result<Read, LogError> {
-        if !self.seen.insert(at) {
+        if !self.visited.insert(at) {
             return Err(LogError::damaged(
                 MDF,
                 format!("at byte {at}"),

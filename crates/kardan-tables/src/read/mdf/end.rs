@@ -12,10 +12,10 @@ const MOST: usize = 1 << 20;
 /// The first block found that the file ends before or within. Links are followed from the header on, to blocks that are not read too; of a
 /// list of records the last block stands for all.
 pub(super) fn missing(source: &mut Source) -> Option<LogError> {
-    let mut seen = HashSet::new();
+    let mut visited = HashSet::new();
     let mut open = vec![64];
     while let Some(at) = open.pop() {
-        if at == 0 || seen.len() == MOST || !seen.insert(at) {
+        if at == 0 || visited.len() == MOST || !visited.insert(at) {
             continue;
         }
         let header = match Header::read(source, at) {

@@ -21,7 +21,7 @@ pub(super) struct Stream {
     blocks: HashSet<u64>,
     /// What is left of an uncompressed block.
     at: u64,
-    left: u64,
+    remaining: u64,
     /// What is left of a compressed block.
     inflated: Vec<u8>,
     used: usize,
@@ -42,7 +42,7 @@ impl Stream {
             next_list: 0,
             blocks: HashSet::new(),
             at: 0,
-            left: 0,
+            remaining: 0,
             inflated: Vec::new(),
             used: 0,
             after: None,
@@ -61,7 +61,7 @@ impl Stream {
         self.has_failed = true;
         self.failed = Some(error);
         self.fragments = Vec::new().into_iter();
-        (self.next_list, self.left, self.used) = (0, 0, self.inflated.len());
+        (self.next_list, self.remaining, self.used) = (0, 0, self.inflated.len());
     }
 
     pub fn failed(&mut self) -> Option<LogError> {
@@ -83,10 +83,10 @@ impl Stream {
                 let count = missing.min(self.inflated.len() - self.used);
                 out.extend_from_slice(&self.inflated[self.used..self.used + count]);
                 self.used += count;
-            } else if self.left > 0 {
-                let count = (missing as u64).min(self.left).min(READ);
+            } else if self.remaining > 0 {
+                let count = (missing as u64).min(self.remaining).min(READ);
                 self.source.append(self.at, count as usize, out)?;
-                (self.at, self.left) = (self.at + count, self.left - count);
+                (self.at, self.remaining) = (self.at + count, self.remaining - count);
             } else if let Some(error) = self.after.take() {
                 return Err(error);
             } else if !self.next_block()? {
@@ -115,16 +115,16 @@ impl Stream {
         match &header.id {
             b"##DT" => {
                 self.at = header.data_at();
-                self.left = header.data_length();
-                let there = self.source.size.saturating_sub(self.at);
-                if self.unfinished && (self.left == 0 || self.left > there) {
-                    self.left = there;
+                self.remaining = header.data_length();
+                let available = self.source.size.saturating_sub(self.at);
+                if self.unfinished && (self.remaining == 0 || self.remaining > available) {
+                    self.remaining = available;
                 }
                 // What is there of a block that is cut is read; the error follows it.
-                if self.left > there {
-                    let what = format!("the block of records at byte {at} has {} bytes", self.left);
+                if self.remaining > available {
+                    let what = format!("the block of records at byte {at} has {} bytes", self.remaining);
                     self.after = Some(LogError::Truncated { format: MDF, what, end: self.source.size });
-                    self.left = there;
+                    self.remaining = available;
                 }
             }
             b"##DZ" => self.inflate(&header)?,

@@ -63,9 +63,9 @@ impl Read for Forward {
     fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
         if self.used == self.ready.len() {
             // The headers of pages are short.
-            let there = self.file.len().saturating_sub(self.at).min(256.max(out.len() as u64).min(1 << 16));
-            self.ready = self.file.bytes(self.at, there as usize).map_err(std::io::Error::other)?;
-            (self.at, self.used) = (self.at + there, 0);
+            let available = self.file.len().saturating_sub(self.at).min(256.max(out.len() as u64).min(1 << 16));
+            self.ready = self.file.bytes(self.at, available as usize).map_err(std::io::Error::other)?;
+            (self.at, self.used) = (self.at + available, 0);
         }
         let count = out.len().min(self.ready.len() - self.used);
         out[..count].copy_from_slice(&self.ready[self.used..self.used + count]);
@@ -110,29 +110,29 @@ fn variable_length(bytes: &[u8], at: &mut usize) -> Option<u64> {
 }
 
 /// How many values packed as differences in blocks there are, at most so many; `None` if they do not hold what their heads announce.
-fn differences(bytes: &[u8], wanted: u64) -> Option<u64> {
+fn differences(bytes: &[u8], expected: u64) -> Option<u64> {
     let mut at = 0;
     let mut number = || variable_length(bytes, &mut at);
     let (block, parts, count) = (number()?, number()?, number()?);
     number()?;
-    if block > 1 << 24 || parts == 0 || parts > block || !(block / parts).is_multiple_of(32) || count > wanted {
+    if block > 1 << 24 || parts == 0 || parts > block || !(block / parts).is_multiple_of(32) || count > expected {
         return None;
     }
     let each = block / parts;
-    let mut left = count.saturating_sub(1);
-    while left > 0 {
+    let mut remaining = count.saturating_sub(1);
+    while remaining > 0 {
         variable_length(bytes, &mut at)?;
         let widths = bytes.get(at..at + parts as usize)?;
         at += parts as usize;
         for width in widths {
-            if left == 0 {
+            if remaining == 0 {
                 break;
             }
             // The last part may end early.
-            let values = left.min(each);
+            let values = remaining.min(each);
             bytes.get(..at + (u64::from(*width) * values).div_ceil(8) as usize).filter(|_| *width <= 64)?;
             at += (u64::from(*width) * each / 8) as usize;
-            left -= values;
+            remaining -= values;
         }
     }
     Some(count)
@@ -188,9 +188,9 @@ impl Inflated {
                 return Err(lies("a page refers to a dictionary that is not there"));
             }
             Encoding::DELTA_BINARY_PACKED => {
-                let there = differences(values, u64::from(count))
+                let available = differences(values, u64::from(count))
                     .ok_or_else(|| lies("the differences of a page are not as long as announced"))?;
-                if there == 0 {
+                if available == 0 {
                     (*encoding, *page) = (Encoding::PLAIN, page.slice(..levels));
                 }
             }

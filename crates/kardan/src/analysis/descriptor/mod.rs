@@ -36,7 +36,7 @@ pub enum DescriptorError {
 
 /// A descriptor system, and the state space that it is equivalent to.
 #[derive(Debug, Clone, PartialEq)]
-pub struct TakenApart {
+pub struct DecomposedDescriptor {
     /// What is found.
     pub found: DescriptorSystem,
     /// `ż = J z + B u`, `y = C z + D u` for the outputs that respond to no derivative of an input; E is the identity.
@@ -59,7 +59,7 @@ pub struct TakenApart {
 ///
 /// # Errors
 /// [`DescriptorError`].
-pub fn descriptor(system: &LinearSystem) -> Result<TakenApart, DescriptorError> {
+pub fn descriptor(system: &LinearSystem) -> Result<DecomposedDescriptor, DescriptorError> {
     if system.states.len() > MOST_VARIABLES {
         return Err(DescriptorError::TooLarge);
     }
@@ -81,7 +81,7 @@ pub fn descriptor(system: &LinearSystem) -> Result<TakenApart, DescriptorError> 
     let proper: Vec<usize> = (0..system.outputs.len())
         .filter(|&i| derivatives.iter().all(|matrix| matrix.row(i).iter().all(Scalar::is_zero)))
         .collect();
-    let left_out = (0..system.outputs.len()).filter(|i| !proper.contains(i)).map(|i| system.outputs[i].clone());
+    let excluded = (0..system.outputs.len()).filter(|i| !proper.contains(i)).map(|i| system.outputs[i].clone());
     let decided = (!slow.states.is_empty()).then(|| structure(&slow).ok());
     let decided = decided.as_ref().map(Option::as_ref);
     let finite = |of: fn(&crate::results::Structure) -> Option<bool>| decided.map_or(Some(true), |found| of(found?));
@@ -96,7 +96,7 @@ pub fn descriptor(system: &LinearSystem) -> Result<TakenApart, DescriptorError> 
         controllability: verdicts(system, &apart, Side::Inputs, finite(|found| found.controllability())),
         observability: verdicts(system, &apart, Side::Outputs, finite(|found| found.observability())),
         definitions,
-        left_out: left_out.collect(),
+        excluded: excluded.collect(),
         polynomial_part,
         normal_rank,
         zeros,
@@ -108,7 +108,7 @@ pub fn descriptor(system: &LinearSystem) -> Result<TakenApart, DescriptorError> 
     };
     let outputs = proper.iter().map(|&i| system.outputs[i].clone()).collect();
     let equivalent = LinearSystem { c: chosen(&slow.c), d: chosen(&slow.d), outputs, ..slow };
-    Ok(TakenApart { found, equivalent })
+    Ok(DecomposedDescriptor { found, equivalent })
 }
 
 fn texts(matrix: &Matrix<Rational>) -> Vec<Vec<String>> {

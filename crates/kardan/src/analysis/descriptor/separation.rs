@@ -6,7 +6,7 @@ use crate::analysis::system::LinearSystem;
 use crate::num::{Matrix, Rational, echelon, exact_rank};
 
 /// Bits of all numbers times bits of a mean row, of the given pencil: beyond it not even one inverse is taken.
-const MOST_GIVEN: usize = 20_000_000_000;
+const MAX_PENCIL_BITS: usize = 20_000_000_000;
 /// Bits of all numbers of `(s₀E − A)⁻¹E` times its order.
 const MOST_WORK: usize = 50_000_000;
 
@@ -44,7 +44,7 @@ impl Separation {
     pub fn of(system: &LinearSystem) -> Result<Self, NotSeparated> {
         let (e, a) = (&system.e, &system.a);
         let width = bits(&[e, a]).checked_div(e.rows()).unwrap_or(0);
-        if width.saturating_mul(bits(&[e, a])) > MOST_GIVEN {
+        if width.saturating_mul(bits(&[e, a])) > MAX_PENCIL_BITS {
             return Err(NotSeparated::TooLong);
         }
         let at = regular_point(e, a).ok_or(NotSeparated::Singular)?;

@@ -27,8 +27,8 @@ impl SingularPencil {
         let (e, a) = (pick(e), pick(a));
         let degrees = (0..rows.len()).take_while(|degree| (degree + 1) * rows.len() <= MOST_UNKNOWN);
         let factors = degrees.into_iter().find_map(|degree| combination(&e, &a, degree));
-        let known = |i: usize| factors.as_ref().map(|all| all[i].clone());
-        let all = rows.iter().enumerate().map(|(i, &row)| (row, known(i)));
+        let factor_of = |i: usize| factors.as_ref().map(|all| all[i].clone());
+        let all = rows.iter().enumerate().map(|(i, &row)| (row, factor_of(i)));
         Self { equations: all.filter(|(_, factor)| factor.as_ref().is_none_or(|one| !one.is_zero())).collect() }
     }
 }

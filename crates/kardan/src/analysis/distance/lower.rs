@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use faer::{Mat, MatRef, Side, c64};
 use kardan_rt::functions::{exp2, hypot, log2, powi};
 
-use super::smallest::{Given, pencil};
+use super::smallest::{ScaledPair, pencil};
 
 /// Decompositions times states³ that are spent for one goal.
 const MOST_WORK: usize = 1_600_000_000;
@@ -26,19 +26,19 @@ const DEEPEST: u32 = 50;
 ///
 /// Outside the disc of radius `‖A‖ + upper` the value exceeds `upper`. Inside, for Im λ ≥ 0 (the matrices are real), squares are
 /// split until each of them is proven, or the work is spent.
-pub(super) fn proven(given: &Given, upper: f64) -> f64 {
-    let mut plane = Plane::new(given);
-    let mut holds = |share: f64| (share > 0.0 && plane.exceeds(share * upper)).then_some(share * upper);
-    match holds(FIRST) {
-        Some(first) => holds(CLOSE).unwrap_or(first),
-        None => holds(LOW).unwrap_or(0.0),
+pub(super) fn proven(pair: &ScaledPair, upper: f64) -> f64 {
+    let mut plane = Plane::new(pair);
+    let mut certified = |share: f64| (share > 0.0 && plane.exceeds(share * upper)).then_some(share * upper);
+    match certified(FIRST) {
+        Some(first) => certified(CLOSE).unwrap_or(first),
+        None => certified(LOW).unwrap_or(0.0),
     }
 }
 
 /// Which values are known of a corner: squares of σ_min that it has at least, and that could not be shown.
 #[derive(Debug, Clone, Copy)]
 struct Corner {
-    holds: f64,
+    certified: f64,
     fails: f64,
 }
 
@@ -52,7 +52,7 @@ struct Square {
 
 /// The upper half-plane with what is known of it.
 struct Plane<'a> {
-    given: &'a Given,
+    pair: &'a ScaledPair,
     /// `A Aᵀ + B Bᵀ`.
     gram: Mat<f64>,
     /// Frobenius norms of A and of `[A, B]`, rounded up.
@@ -64,28 +64,27 @@ struct Plane<'a> {
 }
 
 impl<'a> Plane<'a> {
-    fn new(given: &'a Given) -> Self {
-        let n = given.a.rows();
+    fn new(pair: &'a ScaledPair) -> Self {
+        let n = pair.a.rows();
         let square = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
-        let (of_a, of_b) = (square(given.a.as_slice()), square(given.b.as_slice()));
+        let (of_a, of_b) = (square(pair.a.as_slice()), square(pair.b.as_slice()));
         let norms = [of_a.sqrt(), (of_a + of_b).sqrt()].map(|norm| norm * (1.0 + 1e-9));
         let product = |one: &[f64], other: &[f64]| one.iter().zip(other).map(|(x, y)| x * y).sum::<f64>();
-        let gram = Mat::from_fn(n, n, |i, j| {
-            product(given.a.row(i), given.a.row(j)) + product(given.b.row(i), given.b.row(j))
-        });
+        let gram =
+            Mat::from_fn(n, n, |i, j| product(pair.a.row(i), pair.a.row(j)) + product(pair.b.row(i), pair.b.row(j)));
         // Twice the norm: the least value known is not above the norm of [A, B].
         let side = exp2(log2(2.0 * norms[1]).ceil()).max(f64::MIN_POSITIVE);
-        Self { given, gram, norms, side, corners: HashMap::new(), spent: 0 }
+        Self { pair, gram, norms, side, corners: HashMap::new(), spent: 0 }
     }
 
     /// Whether σ_min is proven to be at least `goal` for all λ.
     fn exceeds(&mut self, goal: f64) -> bool {
-        let n = self.given.a.rows();
+        let n = self.pair.a.rows();
         let budget = (MOST_WORK / n.pow(3).max(1)).min(MOST_TESTS);
         self.spent = 0;
         let mut open = vec![Square { depth: 0, x: -1, y: 0 }, Square { depth: 0, x: 0, y: 0 }];
         while let Some(square) = open.pop() {
-            if self.is_outside(square, goal) || self.holds(square, goal) {
+            if self.is_outside(square, goal) || self.certified(square, goal) {
                 continue;
             }
             if self.spent > budget || square.depth == DEEPEST {
@@ -115,7 +114,7 @@ impl<'a> Plane<'a> {
     /// For a centre c and `λ = c + δ`, `[A − λI, B] [A − λI, B]ᴴ − |δ|² I` is affine in δ, so its least eigenvalue is concave: over
     /// a square with half its diagonal r, `σ_min² ≥ min σ_min² of the corners − r²`. Where squares are so small that the rounding
     /// of squares counts, σ_min at the centre is taken, which changes no faster than λ.
-    fn holds(&mut self, square: Square, goal: f64) -> bool {
+    fn certified(&mut self, square: Square, goal: f64) -> bool {
         let unit = self.unit(square.depth);
         let farthest = hypot(square.x as f64, square.y as f64) * unit + 2.0 * unit;
         // The numbers given are rounded.
@@ -131,30 +130,30 @@ impl<'a> Plane<'a> {
         let half = unit / 2.0;
         let centre = c64::new(square.x as f64 * unit + half, square.y as f64 * unit + half);
         let reach = half * std::f64::consts::SQRT_2 * (1.0 + 1e-9) + 4.0 * f64::EPSILON * centre.norm();
-        at_least(self.given, centre).is_some_and(|value| value - reach >= goal)
+        at_least(self.pair, centre).is_some_and(|value| value - reach >= goal)
     }
 
     /// Whether the square of σ_min at a corner is at least `needed`.
     fn corner(&mut self, key: (i64, i64), needed: f64) -> bool {
-        let known = self.corners.get(&key).copied().unwrap_or(Corner { holds: 0.0, fails: f64::INFINITY });
-        if needed <= known.holds || needed >= known.fails {
-            return needed <= known.holds;
+        let corner = self.corners.get(&key).copied().unwrap_or(Corner { certified: 0.0, fails: f64::INFINITY });
+        if needed <= corner.certified || needed >= corner.fails {
+            return needed <= corner.certified;
         }
         self.spent += 1;
         let unit = self.unit(DEEPEST);
         let found = self.is_definite(c64::new(key.0 as f64 * unit, key.1 as f64 * unit), needed);
-        let known = if found { Corner { holds: needed, ..known } } else { Corner { fails: needed, ..known } };
-        self.corners.insert(key, known);
+        let corner = if found { Corner { certified: needed, ..corner } } else { Corner { fails: needed, ..corner } };
+        self.corners.insert(key, corner);
         found
     }
 
     /// Whether `[A − λI, B] [A − λI, B]ᴴ − level I` is positive definite: so it is where the decomposition of Cholesky exists for
     /// the matrix less its rounding (Rump 2006).
     fn is_definite(&self, at: c64, level: f64) -> bool {
-        let n = self.given.a.rows();
+        let n = self.pair.a.rows();
         let shift = level + self.rounding(at.norm()) - at.norm_sqr();
         let matrix = Mat::<c64>::from_fn(n, n, |i, j| {
-            let (x, y) = (self.given.a[(i, j)], self.given.a[(j, i)]);
+            let (x, y) = (self.pair.a[(i, j)], self.pair.a[(j, i)]);
             let real = self.gram[(i, j)] - at.re * (x + y) - if i == j { shift } else { 0.0 };
             c64::new(real, at.im * (x - y))
         });
@@ -164,7 +163,7 @@ impl<'a> Plane<'a> {
     /// A bound of the rounding of the matrix and of its decomposition: both are sums of products of length k whose rounding is
     /// below `2 (k + 4) u` times the trace.
     fn rounding(&self, radius: f64) -> f64 {
-        let (n, width) = (self.given.a.rows(), self.given.a.rows() + self.given.b.columns());
+        let (n, width) = (self.pair.a.rows(), self.pair.a.rows() + self.pair.b.columns());
         let size = self.norms[1] + (n as f64).sqrt() * radius;
         8.0 * (width as f64 + 8.0) * f64::EPSILON * size * size
     }
@@ -175,8 +174,8 @@ impl<'a> Plane<'a> {
 /// For computed factors, `σ_min(M) ≥ σ_min(U) σ_min(S) σ_min(V) − ‖M − U S Vᴴ‖` (Weyl); how far U and V are from
 /// orthonormal and the products from M is computed, with the rounding of each inner product of length k at most
 /// `4 (k + 8) u` times the norms of its vectors.
-fn at_least(given: &Given, at: c64) -> Option<f64> {
-    let m = pencil(given, at);
+fn at_least(pair: &ScaledPair, at: c64) -> Option<f64> {
+    let m = pencil(pair, at);
     let (n, width) = (m.nrows(), m.ncols());
     let svd = m.thin_svd().ok()?;
     let (u, v) = (svd.U(), svd.V());

@@ -26,7 +26,7 @@ use crate::num::{
 };
 use crate::results::{Complex, Invariant, MatrixDistance, NamedShare};
 pub use smallest::MOST_FROM_BELOW;
-use smallest::{Given, Smallest, left_eigenvectors, smallest};
+use smallest::{ScaledPair, Smallest, left_eigenvectors, smallest};
 
 /// More states are not looked at.
 pub const MOST_STATES: usize = 200;
@@ -65,30 +65,30 @@ pub fn distance_of_matrices(system: &LinearSystem, side: Side) -> Option<MatrixD
     if explicit.inputs.is_empty() {
         return None;
     }
-    let (given, power) = Given::scaled([explicit.a, explicit.b]);
-    let minima = minima(&given, starts(&given)?)?;
+    let (pair, power) = ScaledPair::scaled([explicit.a, explicit.b]);
+    let minima = minima(&pair, starts(&pair)?)?;
     let least = minima.iter().map(|one| one.value).fold(f64::INFINITY, f64::min);
-    let changes = minima.iter().filter_map(|one| Change::of(&given, one));
+    let changes = minima.iter().filter_map(|one| Change::of(&pair, one));
     let best = changes.min_by(|one, other| one.size.cmp(&other.size))?;
-    let lower = if n > MOST_FROM_BELOW { 0.0 } else { lower::proven(&given, least) };
+    let lower = if n > MOST_FROM_BELOW { 0.0 } else { lower::proven(&pair, least) };
     let lower = rational_from_f64(lower)?.min(best.size.clone());
-    Some(best.described(&given, &explicit.states, lower, power)).filter(|found| found.upper.is_finite())
+    Some(best.described(&pair, &explicit.states, lower, power)).filter(|found| found.upper.is_finite())
 }
 
 /// Where the search begins: at the eigenvalues, and at the real parts of pairs.
-fn starts(given: &Given) -> Option<Vec<Smallest>> {
-    if given.a.rows() > MOST_FROM_BELOW {
-        return left_eigenvectors(given);
+fn starts(pair: &ScaledPair) -> Option<Vec<Smallest>> {
+    if pair.a.rows() > MOST_FROM_BELOW {
+        return left_eigenvectors(pair);
     }
-    let values = eigenvalues(&given.a)?;
+    let values = eigenvalues(&pair.a)?;
     let upper = values.iter().filter(|(_, im)| *im >= 0.0).map(|(re, im)| c64::new(*re, *im));
     let real = values.iter().filter(|(_, im)| *im > 0.0).map(|(re, _)| c64::new(*re, 0.0));
-    Some(upper.chain(real).filter_map(|start| smallest(given, start)).collect())
+    Some(upper.chain(real).filter_map(|start| smallest(pair, start)).collect())
 }
 
 /// Local minima of σ_min, those of real λ too.
-fn minima(given: &Given, mut all: Vec<Smallest>) -> Option<Vec<Smallest>> {
-    let (followed, steps) = match given.a.rows() > MOST_FROM_BELOW {
+fn minima(pair: &ScaledPair, mut all: Vec<Smallest>) -> Option<Vec<Smallest>> {
+    let (followed, steps) = match pair.a.rows() > MOST_FROM_BELOW {
         true => (FOLLOWED_OF_MANY, STEPS_OF_MANY),
         false => (FOLLOWED, STEPS),
     };
@@ -100,23 +100,23 @@ fn minima(given: &Given, mut all: Vec<Smallest>) -> Option<Vec<Smallest>> {
         [(step, 0.0), (0.0 - step, 0.0), (0.0, step)].map(|(x, y)| c64::new(one.at.re + x, one.at.im + y))
     };
     let neighbours: Vec<c64> = all.iter().take(followed).flat_map(beside).collect();
-    all.extend(neighbours.into_iter().filter_map(|at| smallest(given, at)));
+    all.extend(neighbours.into_iter().filter_map(|at| smallest(pair, at)));
     all.sort_by(by_value);
     // Of each kind the best ones.
     let (mut real, mut pairs): (Vec<_>, Vec<_>) = all.into_iter().partition(|one| one.at.im == 0.0);
     real.truncate(followed);
     pairs.truncate(followed);
-    let followed: Vec<Smallest> = real.into_iter().chain(pairs).map(|one| follow(given, one, steps)).collect();
+    let followed: Vec<Smallest> = real.into_iter().chain(pairs).map(|one| follow(pair, one, steps)).collect();
     (!followed.is_empty()).then_some(followed)
 }
 
 /// With the left vector kept, the best λ is its Rayleigh quotient; with λ kept, the best vector is the singular one. The
 /// value falls in every step.
-fn follow(given: &Given, mut one: Smallest, steps: usize) -> Smallest {
+fn follow(pair: &ScaledPair, mut one: Smallest, steps: usize) -> Smallest {
     for _ in 0..steps {
-        let quotient = one.rayleigh_quotient(given);
+        let quotient = one.rayleigh_quotient(pair);
         let at = if one.at.im == 0.0 { c64::new(quotient.re, 0.0) } else { quotient };
-        match smallest(given, at) {
+        match smallest(pair, at) {
             Some(next) if next.value < one.value * (1.0 - 1e-6) => one = next,
             _ => break,
         }
@@ -139,8 +139,8 @@ struct Change {
 }
 
 impl Change {
-    fn of(given: &Given, one: &Smallest) -> Option<Self> {
-        let n = given.a.rows();
+    fn of(pair: &ScaledPair, one: &Smallest) -> Option<Self> {
+        let n = pair.a.rows();
         let vectors = one.real_rows();
         let exact: Option<Vec<Vec<Rational>>> =
             vectors.iter().map(|row| row.iter().map(|x| rational_from_f64(*x)).collect()).collect();
@@ -148,12 +148,12 @@ impl Change {
         let rows = Matrix::from_fn(exact.len(), n, |i, j| exact[i][j].clone());
         let squares = rows.multiply(&rows.transpose());
         let gram = squares.solve(&Matrix::identity(exact.len()))?;
-        let on_a = rows.multiply(&given.exact[0]);
+        let on_a = rows.multiply(&pair.exact[0]);
         let action = on_a.multiply(&rows.transpose()).multiply(&gram);
-        let kept = action.multiply(&rows);
-        let on_b = rows.multiply(&given.exact[1]);
+        let projected = action.multiply(&rows);
+        let on_b = rows.multiply(&pair.exact[1]);
         let miss = Matrix::from_fn(exact.len(), n + on_b.columns(), |i, j| match j < n {
-            true => on_a[(i, j)].minus(&kept[(i, j)]),
+            true => on_a[(i, j)].minus(&projected[(i, j)]),
             false => on_b[(i, j - n)].clone(),
         });
         // ‖Y (YᵀY)⁻¹ R‖² is the trace of Rᵀ (YᵀY)⁻¹ R.
@@ -164,8 +164,8 @@ impl Change {
     }
 
     /// Of the matrices as they were before they were scaled by a power of two.
-    fn described(self, given: &Given, states: &[String], lower: Rational, power: i64) -> MatrixDistance {
-        let n = given.a.rows();
+    fn described(self, pair: &ScaledPair, states: &[String], lower: Rational, power: i64) -> MatrixDistance {
+        let n = pair.a.rows();
         let back = power_of_two(power);
         let action = self.action.scale(&back);
         let both = self.rows.transpose().multiply(&self.gram.multiply(&self.miss)).scale(&back).to_f64();
@@ -190,7 +190,7 @@ impl Change {
             eigenvalue: eigenvalue(&self.action, &back),
             states: shares,
             change_of_a: change(0, n),
-            change_of_b: change(n, n + given.b.columns()),
+            change_of_b: change(n, n + pair.b.columns()),
             proof: Invariant { rows: texts(&self.rows), action: texts(&action) },
             last_digit: 0.0,
             below_last_digit: false,

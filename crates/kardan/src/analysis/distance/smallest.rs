@@ -6,13 +6,13 @@ use faer::{Mat, Side, c64};
 use crate::num::{Matrix, Rational, exponent, power_of_two};
 
 /// The matrices in floating point, and exact.
-pub(super) struct Given {
+pub(super) struct ScaledPair {
     pub exact: [Matrix<Rational>; 2],
     pub a: Matrix<f64>,
     pub b: Matrix<f64>,
 }
 
-impl Given {
+impl ScaledPair {
     /// Matrices divided by the power of two that brings the largest entry near one, and that power.
     pub fn scaled(exact: [Matrix<Rational>; 2]) -> (Self, i64) {
         let entries = exact.iter().flat_map(|matrix| matrix.as_slice()).filter(|x| !x.is_zero());
@@ -32,12 +32,12 @@ pub(super) struct Smallest {
 }
 
 /// `[A − λI, B]`.
-pub(super) fn pencil(given: &Given, at: c64) -> Mat<c64> {
-    let n = given.a.rows();
-    Mat::from_fn(n, n + given.b.columns(), |i, j| match j {
-        j if j == i => c64::new(given.a[(i, j)], 0.0) - at,
-        j if j < n => c64::new(given.a[(i, j)], 0.0),
-        j => c64::new(given.b[(i, j - n)], 0.0),
+pub(super) fn pencil(pair: &ScaledPair, at: c64) -> Mat<c64> {
+    let n = pair.a.rows();
+    Mat::from_fn(n, n + pair.b.columns(), |i, j| match j {
+        j if j == i => c64::new(pair.a[(i, j)], 0.0) - at,
+        j if j < n => c64::new(pair.a[(i, j)], 0.0),
+        j => c64::new(pair.b[(i, j - n)], 0.0),
     })
 }
 
@@ -47,21 +47,21 @@ pub const MOST_FROM_BELOW: usize = 80;
 const ITERATIONS: usize = 4;
 
 /// `None` if the decomposition fails.
-pub(super) fn smallest(given: &Given, at: c64) -> Option<Smallest> {
-    let n = given.a.rows();
+pub(super) fn smallest(pair: &ScaledPair, at: c64) -> Option<Smallest> {
+    let n = pair.a.rows();
     if n > MOST_FROM_BELOW {
-        return by_iteration(given, at);
+        return by_iteration(pair, at);
     }
-    let svd = pencil(given, at).thin_svd().ok()?;
+    let svd = pencil(pair, at).thin_svd().ok()?;
     let left: Vec<c64> = (0..n).map(|i| svd.U()[(i, n - 1)]).collect();
     Some(Smallest { at, value: svd.S()[n - 1].re, left: with_real_largest(left)? })
 }
 
 /// Not below the smallest singular value, and close to it: inverse iteration with the decomposition of Cholesky of
 /// `[A − λI, B] [A − λI, B]ᴴ`.
-fn by_iteration(given: &Given, at: c64) -> Option<Smallest> {
-    let n = given.a.rows();
-    let pencil = pencil(given, at);
+fn by_iteration(pair: &ScaledPair, at: c64) -> Option<Smallest> {
+    let n = pair.a.rows();
+    let pencil = pencil(pair, at);
     let mut gram = &pencil * pencil.adjoint();
     let shift = n as f64 * f64::EPSILON * (0..n).map(|i| gram[(i, i)].re).sum::<f64>();
     (0..n).for_each(|i| gram[(i, i)] += c64::new(shift, 0.0));
@@ -78,15 +78,15 @@ fn by_iteration(given: &Given, at: c64) -> Option<Smallest> {
 }
 
 /// The left eigenvectors of A to eigenvalues with imaginary part ≥ 0, with what B makes of them.
-pub(super) fn left_eigenvectors(given: &Given) -> Option<Vec<Smallest>> {
-    let (n, m) = (given.a.rows(), given.b.columns());
-    let turned = Mat::from_fn(n, n, |i, j| given.a[(j, i)]);
-    let eigen = turned.is_all_finite().then(|| turned.eigen().ok())??;
+pub(super) fn left_eigenvectors(pair: &ScaledPair) -> Option<Vec<Smallest>> {
+    let (n, m) = (pair.a.rows(), pair.b.columns());
+    let transposed = Mat::from_fn(n, n, |i, j| pair.a[(j, i)]);
+    let eigen = transposed.is_all_finite().then(|| transposed.eigen().ok())??;
     let one = |k: usize| {
         let left: Vec<c64> = (0..n).map(|i| eigen.U()[(i, k)].conj()).collect();
         let size = left.iter().map(|x| x.norm_sqr()).sum::<f64>().sqrt();
         let left = with_real_largest(left.into_iter().map(|x| x / size).collect())?;
-        let on_b = |j: usize| (0..n).fold(c64::ZERO, |sum, i| sum + left[i].conj() * given.b[(i, j)]);
+        let on_b = |j: usize| (0..n).fold(c64::ZERO, |sum, i| sum + left[i].conj() * pair.b[(i, j)]);
         let value = (0..m).map(|j| on_b(j).norm_sqr()).sum::<f64>().sqrt();
         value.is_finite().then_some(Smallest { at: eigen.S()[k], value, left })
     };
@@ -102,9 +102,9 @@ fn with_real_largest(left: Vec<c64>) -> Option<Vec<c64>> {
 
 impl Smallest {
     /// `uᴴ A u` of the left vector u: the λ at which that vector misses least.
-    pub fn rayleigh_quotient(&self, given: &Given) -> c64 {
-        let n = given.a.rows();
-        let row = |i: usize| (0..n).fold(c64::ZERO, |sum, j| sum + self.left[j] * given.a[(i, j)]);
+    pub fn rayleigh_quotient(&self, pair: &ScaledPair) -> c64 {
+        let n = pair.a.rows();
+        let row = |i: usize| (0..n).fold(c64::ZERO, |sum, j| sum + self.left[j] * pair.a[(i, j)]);
         (0..n).fold(c64::ZERO, |sum, i| sum + self.left[i].conj() * row(i))
     }
 

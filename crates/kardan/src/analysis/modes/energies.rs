@@ -2,9 +2,9 @@
 
 use faer::c64;
 
-use super::shape::{along, root};
+use super::shape::{root, row_dot};
 use crate::analysis::ConstrainedSystem;
-use crate::assemble::Along;
+use crate::assemble::DirectionalTerm;
 use crate::num::{Rational, rational_to_f64};
 use crate::results::{ElementShare, EnergyKind, Mode, ShapePart, StoredShare};
 
@@ -44,13 +44,13 @@ impl<'a> Elements<'a> {
 }
 
 /// A coefficient and its direction.
-pub(super) type TermAlong = (f64, Vec<(usize, f64)>);
+pub(super) type WeightedRow = (f64, Vec<(usize, f64)>);
 
 /// An element and its terms of one kind.
-pub(super) type Element<'a> = (&'a str, Vec<TermAlong>);
+pub(super) type Element<'a> = (&'a str, Vec<WeightedRow>);
 
 /// The terms of each element together, in the order in which the elements first appear.
-pub(super) fn by_element(terms: &[Along<Rational>]) -> Vec<Element<'_>> {
+pub(super) fn by_element(terms: &[DirectionalTerm<Rational>]) -> Vec<Element<'_>> {
     let mut places = std::collections::HashMap::new();
     let mut out: Vec<Element> = Vec::new();
     for term in terms {
@@ -65,7 +65,7 @@ pub(super) fn by_element(terms: &[Along<Rational>]) -> Vec<Element<'_>> {
 
 /// `factor Σ c |aᵀx|²` for each element.
 pub(super) fn energies<'a>(elements: &[Element<'a>], x: &[c64], factor: f64) -> Vec<(&'a str, f64)> {
-    let energy = |(value, row): &TermAlong| value * along(row, x).norm_sqr();
+    let energy = |(value, row): &WeightedRow| value * row_dot(row, x).norm_sqr();
     elements.iter().map(|(name, terms)| (*name, factor * terms.iter().map(energy).sum::<f64>())).collect()
 }
 

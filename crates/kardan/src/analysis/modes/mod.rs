@@ -17,7 +17,7 @@ use energies::Elements;
 use null_vectors::{bandwidth, null_space, null_vector, quadratic_null_vectors};
 use pairs::{Pair, quadratic_pairs, state_matrix, state_pairs};
 use rigid::{Rigid, dense, rigid_motions};
-use shape::{along, largest, normalised, root, shape, sorted};
+use shape::{largest, normalised, root, row_dot, shape, sorted};
 
 /// All modes of `λ²H_r + λD_r + S_r`, by size of λ, conjugate pairs once.
 ///
@@ -52,7 +52,7 @@ pub fn modes(system: &ConstrainedSystem, reduction: &Reduction) -> Option<Vec<Mo
     let basis: Vec<Vec<(usize, f64)>> = reduction.basis.iter().map(floats).collect();
     let elements = Elements::new(&reduction.system);
     let mode = |pair: &Pair| {
-        let all: Vec<c64> = basis.iter().map(|row| along(row, &pair.vector)).collect();
+        let all: Vec<c64> = basis.iter().map(|row| row_dot(row, &pair.vector)).collect();
         let scale = largest(&all);
         let vector: Vec<c64> = pair.vector.iter().map(|x| x / scale).collect();
         let shape = shape(&system.coordinates, all.iter().map(|x| x / scale));
@@ -107,7 +107,7 @@ pub fn exact_modes_beside(
             false => quadratic_null_vectors(original, band, c64::new(pole.re, pole.im), count),
         };
         let mode = |vector: &Vec<c64>| {
-            let all: Vec<c64> = basis.iter().map(|row| along(row, vector)).collect();
+            let all: Vec<c64> = basis.iter().map(|row| row_dot(row, vector)).collect();
             let scale = largest(&all);
             let vector: Vec<c64> = vector.iter().map(|x| x / scale).collect();
             let shape = shape(&system.coordinates, all.iter().map(|x| x / scale));
@@ -171,10 +171,10 @@ fn with_exact_values(
 ) -> Option<Vec<Mode>> {
     let mut out = Vec::new();
     // Every root, those of pairs both.
-    let mut known: Vec<Pole> = Vec::new();
+    let mut exact_poles: Vec<Pole> = Vec::new();
     for factor in factors {
         for &pole in &factor.roots {
-            known.extend(std::iter::repeat_n(pole, factor.algebraic));
+            exact_poles.extend(std::iter::repeat_n(pole, factor.algebraic));
             if pole.im < 0.0 {
                 continue;
             }
@@ -189,7 +189,7 @@ fn with_exact_values(
             out.extend((0..factor.algebraic).map(mode));
         }
     }
-    if known.len() < count {
+    if exact_poles.len() < count {
         // What is left belongs to the factors that are not written out.
         let open: Vec<&Factor> = factors.iter().filter(|factor| factor.roots.is_empty()).collect();
         let of_open = |mode: Mode| Mode {
@@ -201,7 +201,7 @@ fn with_exact_values(
             observable: open.iter().all(|factor| factor.output_defect == 0),
             ..mode
         };
-        out.extend(others(floating()?, &known, count)?.into_iter().map(of_open));
+        out.extend(remaining_modes(floating()?, &exact_poles, count)?.into_iter().map(of_open));
     }
     Some(sorted(out))
 }
@@ -210,23 +210,24 @@ fn with_exact_values(
 /// stand for that many.
 ///
 /// Where one root of a pair is taken out, the pair is what rounding has made of two real roots.
-fn others(modes: Vec<Mode>, known: &[Pole], count: usize) -> Option<Vec<Mode>> {
+fn remaining_modes(modes: Vec<Mode>, exact_poles: &[Pole], count: usize) -> Option<Vec<Mode>> {
     let both = |(k, mode): (usize, &Mode)| {
         let Complex { re, im } = mode.eigenvalue;
         let roots = if im == 0.0 { vec![mode.eigenvalue] } else { vec![mode.eigenvalue, Complex { re, im: -im }] };
         roots.into_iter().map(move |root| (k, root))
     };
-    let mut left: Vec<(usize, Pole)> = modes.iter().enumerate().flat_map(both).collect();
-    if left.len() != count {
+    let mut unmatched: Vec<(usize, Pole)> = modes.iter().enumerate().flat_map(both).collect();
+    if unmatched.len() != count {
         return None;
     }
-    for root in known {
-        let distance = |(_, other): &(usize, Pole)| hypot(other.re - root.re, other.im - root.im);
-        let nearest = (0..left.len()).min_by(|&i, &j| distance(&left[i]).total_cmp(&distance(&left[j])))?;
-        left.swap_remove(nearest);
+    for root in exact_poles {
+        let distance = |(_, candidate): &(usize, Pole)| hypot(candidate.re - root.re, candidate.im - root.im);
+        let nearest =
+            (0..unmatched.len()).min_by(|&i, &j| distance(&unmatched[i]).total_cmp(&distance(&unmatched[j])))?;
+        unmatched.swap_remove(nearest);
     }
     let of_mode = |(k, mode): (usize, Mode)| {
-        let roots = left.iter().filter(|(other, _)| *other == k).count();
+        let roots = unmatched.iter().filter(|(candidate, _)| *candidate == k).count();
         match (roots, mode.eigenvalue) {
             (0, _) => None,
             (1, Complex { re, im }) if im != 0.0 => {
@@ -295,15 +296,18 @@ mod tests {
         let values = |modes: Vec<Mode>| modes.iter().map(|mode| mode.eigenvalue).collect::<Vec<_>>();
         // Three zeros as a real root and a pair; a pair far away.
         let spread = vec![mode(1e-5, 0.0), mode(-5e-6, 8.7e-6), mode(-1.0, 2.0)];
-        assert_eq!(values(others(spread.clone(), &[Complex::default(); 3], 5).unwrap()), [Complex::new(-1.0, 2.0)]);
+        assert_eq!(
+            values(remaining_modes(spread.clone(), &[Complex::default(); 3], 5).unwrap()),
+            [Complex::new(-1.0, 2.0)]
+        );
         // With two zeros known the third stays, real.
         assert_eq!(
-            values(others(spread.clone(), &[Complex::default(); 2], 5).unwrap()),
+            values(remaining_modes(spread.clone(), &[Complex::default(); 2], 5).unwrap()),
             [Complex::new(-5e-6, 0.0), Complex::new(-1.0, 2.0)]
         );
         let pair = [Complex::new(-1.0, 2.0), Complex::new(-1.0, -2.0)];
-        assert_eq!(values(others(spread.clone(), &pair, 5).unwrap()).len(), 2);
-        assert!(others(spread, &[], 4).is_none(), "five roots are not four");
+        assert_eq!(values(remaining_modes(spread.clone(), &pair, 5).unwrap()).len(), 2);
+        assert!(remaining_modes(spread, &[], 4).is_none(), "five roots are not four");
     }
 
     /// Against the product: `A x = b`, with small pivots on the diagonal so that rows are exchanged.

@@ -39,22 +39,22 @@ pub(super) fn quadratic_pairs(h: &Mat<f64>, d: &Mat<f64>, s: &Mat<f64>, rigid: &
         l.solve_lower_triangular_in_place(&mut out);
         out
     };
-    let (free, known) = (rigid.free.len(), rigid.free.len() + rigid.damped.len());
+    let (free, rigid_count) = (rigid.free.len(), rigid.free.len() + rigid.damped.len());
     let (mut d, mut s) = (unit_inertia(d), unit_inertia(s));
-    let mut motions = Mat::<f64>::zeros(r, known);
+    let mut motions = Mat::<f64>::zeros(r, rigid_count);
     for (k, motion) in rigid.free.iter().chain(&rigid.damped).enumerate() {
         for (i, x) in motion {
             motions[(*i, k)] = rational_to_f64(x);
         }
     }
     // Orthonormal axes: first the free rigid motions, then the damped ones, then the others.
-    let axes = (known > 0).then(|| (l.transpose() * &motions).qr().compute_Q());
+    let axes = (rigid_count > 0).then(|| (l.transpose() * &motions).qr().compute_Q());
     if let Some(q) = &axes {
         d = q.transpose() * &d * q;
         s = q.transpose() * &s * q;
     }
     let (values, mut vectors, unsolved) =
-        if d.norm_max() == 0.0 { undamped_pairs(&s, known)? } else { damped_pairs(&d, &s, free, known)? };
+        if d.norm_max() == 0.0 { undamped_pairs(&s, rigid_count)? } else { damped_pairs(&d, &s, free, rigid_count)? };
     if let Some(q) = &axes {
         vectors = [q * &vectors[0], q * &vectors[1]];
     }
@@ -62,7 +62,7 @@ pub(super) fn quadratic_pairs(h: &Mat<f64>, d: &Mat<f64>, s: &Mat<f64>, rigid: &
         l.transpose().solve_upper_triangular_in_place(part);
     }
     let exact = |k: usize| Pair { value: c64::ZERO, vector: (0..r).map(|i| c64::new(motions[(i, k)], 0.0)).collect() };
-    let mut out: Vec<Pair> = (0..free).chain(0..known).map(exact).collect();
+    let mut out: Vec<Pair> = (0..free).chain(0..rigid_count).map(exact).collect();
     let band = bandwidth(original);
     for (k, value) in values.into_iter().enumerate() {
         let vector: Vec<c64> = if unsolved.contains(&k) {
@@ -80,13 +80,13 @@ pub(super) type Vectors = [Mat<f64>; 2]; // real and imaginary parts
 /// Eigenvalues, their vectors, and the numbers of those without a vector.
 pub(super) type ExactPairs = (Vec<c64>, Vectors, BTreeSet<usize>);
 
-/// Without damping: `−λ²` are the eigenvalues of S beyond the `known` rigid motions.
-pub(super) fn undamped_pairs(s: &Mat<f64>, known: usize) -> Option<ExactPairs> {
-    let (r, flexible) = (s.nrows(), s.nrows() - known);
+/// Without damping: `−λ²` are the eigenvalues of S beyond the `rigid_count` rigid motions.
+pub(super) fn undamped_pairs(s: &Mat<f64>, rigid_count: usize) -> Option<ExactPairs> {
+    let (r, flexible) = (s.nrows(), s.nrows() - rigid_count);
     if flexible == 0 {
         return Some((Vec::new(), [Mat::zeros(r, 0), Mat::zeros(r, 0)], BTreeSet::new()));
     }
-    let eigen = s.submatrix(known, known, flexible, flexible).self_adjoint_eigen(Side::Lower).ok()?;
+    let eigen = s.submatrix(rigid_count, rigid_count, flexible, flexible).self_adjoint_eigen(Side::Lower).ok()?;
     let (mut values, mut of) = (Vec::new(), Vec::new());
     for k in 0..flexible {
         let square = eigen.S()[k];
@@ -98,22 +98,23 @@ pub(super) fn undamped_pairs(s: &Mat<f64>, known: usize) -> Option<ExactPairs> {
             of.push(k);
         }
     }
-    let real = Mat::from_fn(r, of.len(), |i, k| if i < known { 0.0 } else { eigen.U()[(i - known, of[k])] });
+    let real =
+        Mat::from_fn(r, of.len(), |i, k| if i < rigid_count { 0.0 } else { eigen.U()[(i - rigid_count, of[k])] });
     let imaginary = Mat::zeros(r, of.len());
     Some((values, [real, imaginary], BTreeSet::new()))
 }
 
 /// First-order form with the states `ω y` (motions beyond the rigid ones) and all speeds but those of free rigid motions,
 /// which are constant.
-pub(super) fn damped_pairs(d: &Mat<f64>, s: &Mat<f64>, free: usize, known: usize) -> Option<ExactPairs> {
+pub(super) fn damped_pairs(d: &Mat<f64>, s: &Mat<f64>, free: usize, rigid_count: usize) -> Option<ExactPairs> {
     let r = s.nrows();
-    let angles = r - known;
+    let angles = r - rigid_count;
     let omega = if s.norm_max() > 0.0 { s.norm_max().sqrt() } else { 1.0 };
     let mut a = Mat::<f64>::zeros(angles + r - free, angles + r - free);
-    for i in known..r {
-        a[(i - known, angles + i - free)] = omega;
-        for j in known..r {
-            a[(angles + i - free, j - known)] = -s[(i, j)] / omega;
+    for i in rigid_count..r {
+        a[(i - rigid_count, angles + i - free)] = omega;
+        for j in rigid_count..r {
+            a[(angles + i - free, j - rigid_count)] = -s[(i, j)] / omega;
         }
     }
     for i in free..r {
@@ -127,12 +128,13 @@ pub(super) fn damped_pairs(d: &Mat<f64>, s: &Mat<f64>, free: usize, known: usize
     // λ times the motion, which needs no division by a small λ.
     let mut vectors = [Mat::zeros(r, pairs.len()), Mat::zeros(r, pairs.len())];
     for (k, pair) in pairs.iter().enumerate().filter(|(k, _)| !unsolved.contains(k)) {
-        let moved = |i: usize| pair.value * pair.vector[i - known] * (1.0 / omega);
+        let moved = |i: usize| pair.value * pair.vector[i - rigid_count] * (1.0 / omega);
         let mut motion: Vec<c64> =
-            (free..r).map(|i| if i < known { pair.vector[angles + i - free] } else { moved(i) }).collect();
+            (free..r).map(|i| if i < rigid_count { pair.vector[angles + i - free] } else { moved(i) }).collect();
         if largest(&motion) == c64::ZERO {
             // λ = 0 that was not split off: the angles are the motion.
-            motion = (free..r).map(|i| if i < known { c64::ZERO } else { pair.vector[i - known] }).collect();
+            motion =
+                (free..r).map(|i| if i < rigid_count { c64::ZERO } else { pair.vector[i - rigid_count] }).collect();
         }
         for (i, x) in normalised(&motion)?.into_iter().enumerate() {
             vectors[0][(free + i, k)] = x.re;
@@ -160,17 +162,17 @@ pub(super) fn state_pairs(
     let scales = balance(a);
     let balanced = Mat::from_fn(n, n, |i, j| a[(i, j)] * scales[j] / scales[i]);
     let eigen = balanced.eigen().ok()?;
-    let kept: Vec<usize> = (0..n).filter(|&k| eigen.S()[k].im >= 0.0).collect();
+    let retained: Vec<usize> = (0..n).filter(|&k| eigen.S()[k].im >= 0.0).collect();
     let vectors: Vec<Option<Vec<c64>>> =
-        kept.iter().map(|&k| normalised(&(0..n).map(|i| eigen.U()[(i, k)]).collect::<Vec<_>>())).collect();
+        retained.iter().map(|&k| normalised(&(0..n).map(|i| eigen.U()[(i, k)]).collect::<Vec<_>>())).collect();
     let part = |of: fn(&c64) -> f64| {
-        Mat::from_fn(n, kept.len(), |i, k| vectors[k].as_ref().map_or(0.0, |vector| of(&vector[i])))
+        Mat::from_fn(n, retained.len(), |i, k| vectors[k].as_ref().map_or(0.0, |vector| of(&vector[i])))
     };
     let images = [&balanced * part(|x| x.re), &balanced * part(|x| x.im)];
     let tolerance = 1e-14 * n as f64 * balanced.norm_l2();
     let mut out = Vec::new();
     for (k, vector) in vectors.into_iter().enumerate() {
-        let value = eigen.S()[kept[k]];
+        let value = eigen.S()[retained[k]];
         let solves = |vector: &Vec<c64>| {
             (0..n).all(|i| (c64::new(images[0][(i, k)], images[1][(i, k)]) - value * vector[i]).norm() <= tolerance)
         };

@@ -31,7 +31,7 @@ pub(super) fn shape(names: &[String], values: impl Iterator<Item = c64>) -> Vec<
         .collect()
 }
 
-pub(super) fn along(row: &[(usize, f64)], x: &[c64]) -> c64 {
+pub(super) fn row_dot(row: &[(usize, f64)], x: &[c64]) -> c64 {
     row.iter().map(|(j, factor)| x[*j] * *factor).sum()
 }
 

@@ -24,8 +24,9 @@ pub(super) fn count(
     force: Option<(usize, bool)>,
     proven: bool,
 ) -> Option<Count> {
-    let others = spare.clone().take(8).filter_map(|prime| images.modulo(prime).map(Arc::new));
-    let (witness, minor) = std::iter::once(stated.clone()).chain(others).find_map(|image| witness(&image, m, force))?;
+    let further_images = spare.clone().take(8).filter_map(|prime| images.modulo(prime).map(Arc::new));
+    let (witness, minor) =
+        std::iter::once(stated.clone()).chain(further_images).find_map(|image| witness(&image, m, force))?;
     if m == 1 {
         return Some(Count { number: 1, witness, minor, ..Count::default() });
     }

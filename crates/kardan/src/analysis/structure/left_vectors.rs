@@ -4,19 +4,19 @@ use std::cmp::Ordering;
 
 use super::fractions::{fractions, multiply_sparse, values};
 use super::limits::Limits;
-use crate::analysis::images::{Image, Images, Seen};
+use crate::analysis::images::{Image, Images, ModularResult};
 use crate::num::{Matrix, ModularMatrix, Rational, Scalar, reachable};
 use crate::results::Invariant;
 
 /// Independent rows Y with `Y A = M Y E` and `Y B = 0`, exact.
-pub(super) struct Left {
+pub(super) struct InvariantRows {
     /// Y.
     pub rows: Matrix<Rational>,
     /// M.
     pub action: Matrix<Rational>,
 }
 
-impl Left {
+impl InvariantRows {
     /// For the certificate.
     pub fn into_fractions(self) -> Invariant {
         Invariant { rows: fractions(&self.rows), action: fractions(&self.action) }
@@ -24,13 +24,17 @@ impl Left {
 }
 
 /// What primes have shown is not so over the rationals.
-pub(super) struct Misled;
+pub(super) struct ModularMismatch;
 
 /// Y and M, found modulo primes, checked exactly; `None` if the fractions are too large.
 ///
 /// # Errors
 /// If some prime shows fewer such rows, or what several of them agree on is wrong.
-pub(super) fn invariant_rows(images: &mut Images<'_>, count: usize, limits: &Limits) -> Result<Option<Left>, Misled> {
+pub(super) fn invariant_rows(
+    images: &mut Images<'_>,
+    count: usize,
+    limits: &Limits,
+) -> Result<Option<InvariantRows>, ModularMismatch> {
     let n = images.system().states.len();
     if count * (n + count) > limits.numbers {
         return Ok(None);
@@ -57,14 +61,14 @@ pub(super) fn invariant_rows(images: &mut Images<'_>, count: usize, limits: &Lim
         match rows.rows.cmp(&count) {
             Ordering::Less => {
                 larger.set(true);
-                Seen::Impossible
+                ModularResult::Impossible
             }
-            Ordering::Equal => all(image, rows).map_or(Seen::Nothing, Seen::Values),
-            Ordering::Greater => Seen::Nothing,
+            Ordering::Equal => all(image, rows).map_or(ModularResult::Nothing, ModularResult::Values),
+            Ordering::Greater => ModularResult::Nothing,
         }
     });
     if larger.get() {
-        return Err(Misled);
+        return Err(ModularMismatch);
     }
     let Some(flat) = flat else { return Ok(None) };
     let rows = Matrix::from_fn(count, n, |i, j| flat[i * n + j].clone());
@@ -75,5 +79,5 @@ pub(super) fn invariant_rows(images: &mut Images<'_>, count: usize, limits: &Lim
     let independent = leads.is_some_and(|leads| leads.is_sorted_by(|a, b| a < b));
     let unreached = multiply_sparse(&rows, &system.b).as_slice().iter().all(Scalar::is_zero);
     let proven = independent && unreached && multiply_sparse(&action, &on_e) == on_a;
-    if proven { Ok(Some(Left { rows, action })) } else { Err(Misled) }
+    if proven { Ok(Some(InvariantRows { rows, action })) } else { Err(ModularMismatch) }
 }

@@ -12,7 +12,7 @@ const FEW_PRIMES: usize = 24;
 const PRIMES_FOR_PROOF: usize = 20_000;
 
 /// Primes that are looked at where inputs do not reach all.
-pub(super) const LOOKS: usize = 3;
+pub(super) const RANK_TRIALS: usize = 3;
 
 /// Most numbers in one proof by exact rows, where speed is asked for.
 pub(super) const MOST_NUMBERS: usize = 20_000;
@@ -24,16 +24,16 @@ pub(super) struct Limits {
     /// Most numbers in exact rows.
     pub numbers: usize,
     /// How many images are looked at where inputs do not reach all.
-    pub looks: usize,
+    pub trials: usize,
 }
 
 impl Limits {
     /// For a system with n states.
     pub fn new(n: usize, certify: bool) -> Self {
         if certify {
-            return Self { primes: PRIMES_FOR_PROOF, numbers: usize::MAX, looks: LOOKS };
+            return Self { primes: PRIMES_FOR_PROOF, numbers: usize::MAX, trials: RANK_TRIALS };
         }
-        Self { primes: most_primes(n), numbers: MOST_NUMBERS, looks: LOOKS }
+        Self { primes: most_primes(n), numbers: MOST_NUMBERS, trials: RANK_TRIALS }
     }
 }
 

@@ -21,8 +21,8 @@ use super::{LinearSystem, certified};
 use crate::num::{Primes, reachable};
 use crate::results::{Certificate, Count, Entry, SparseMatrix, StabilityProofs, Structure, Undecided};
 use least_number::count;
-use left_vectors::Left;
-use limits::{LOOKS, Limits};
+use left_vectors::InvariantRows;
+use limits::{Limits, RANK_TRIALS};
 use modulo_primes::{spectrum, zeros};
 use ranks::{Look, Ranks};
 use relative_degrees::vanish_exactly;
@@ -126,19 +126,19 @@ fn decide_modulo(
     let dual = OnceLock::new();
     let mut dual_images = Images::of_dual(system, &dual, drawn);
     let ranks = Ranks::decide(system, [&mut images, &mut dual_images], &mut own, limits)?;
-    let Look { image: first, dual: dual_first, reached, seen } = &ranks.found;
+    let Look { image: first, dual: dual_first, reached, observable } = &ranks.found;
     let mut statements = Statements::new(system);
     let undecided = ranks.proven().map(|proven| certify.is_some() && !proven);
-    tell_ranks(&ranks, undecided, limits, &mut statements);
+    describe_ranks(&ranks, undecided, limits, &mut statements);
     let facts = certify.and_then(|progress| prove_all(system, &ranks, &mut own, progress, &mut statements));
 
     // What is not proven is found modulo random primes.
-    let known = facts.as_ref().and_then(certified::Facts::spectrum);
-    let proven = known.is_some();
-    let spectrum = known.unwrap_or_else(|| spectrum(&mut images, first, reached, dual_first, seen, limits));
-    let known = facts.as_ref().and_then(certified::Facts::zeros);
-    let zeros_proven = known.is_some();
-    let zeros = known.unwrap_or_else(|| zeros(&mut images, first, limits));
+    let from_facts = facts.as_ref().and_then(certified::Facts::spectrum);
+    let proven = from_facts.is_some();
+    let spectrum = from_facts.unwrap_or_else(|| spectrum(&mut images, first, reached, dual_first, observable, limits));
+    let from_facts = facts.as_ref().and_then(certified::Facts::zeros);
+    let zeros_proven = from_facts.is_some();
+    let zeros = from_facts.unwrap_or_else(|| zeros(&mut images, first, limits));
     let table = facts.as_ref().map_or_else(|| relative_degrees(first), |facts| facts.relative_degrees.clone());
     let m = spectrum.invariant_factors.len();
     let common = spectrum.common.as_ref();
@@ -168,7 +168,7 @@ fn decide_modulo(
             statements.modular("relative degrees");
         }
     }
-    let (controllable_rank, observable_rank) = (reached.rank, seen.rank);
+    let (controllable_rank, observable_rank) = (reached.rank, observable.rank);
     let primes = facts.map_or_else(Vec::new, |facts| facts.primes);
     Ok(Structure {
         states: system.states.clone(),
@@ -191,10 +191,10 @@ fn decide_modulo(
     })
 }
 
-fn tell_ranks(ranks: &Ranks, undecided: [bool; 2], limits: &Limits, statements: &mut Statements) {
-    let Look { image, reached, seen, .. } = &ranks.found;
+fn describe_ranks(ranks: &Ranks, undecided: [bool; 2], limits: &Limits, statements: &mut Statements) {
+    let Look { image, reached, observable, .. } = &ranks.found;
     let n = image.g.rows;
-    for (what, rank, k) in [("controllability", reached.rank, 0), ("observability", seen.rank, 1)] {
+    for (what, rank, k) in [("controllability", reached.rank, 0), ("observability", observable.rank, 1)] {
         if undecided[k] {
             statements.undecided(what, rank, n, limits.primes);
         } else {
@@ -215,7 +215,7 @@ fn prove_all(
         statements.list.push("no proof of the rest: it needs the exact left vectors".into());
         return None;
     }
-    let actions = [&ranks.unreached, &ranks.unseen].map(|rows| rows.as_ref().map(|rows| &rows.action));
+    let actions = [&ranks.unreached, &ranks.unobservable].map(|rows| rows.as_ref().map(|rows| &rows.action));
     let facts = certified::prove(system, actions, &mut || own.next().expect("primes are many"), progress);
     facts.map_err(|why| statements.list.push(format!("no proof of the rest: {why}"))).ok()
 }
@@ -237,8 +237,8 @@ fn certificate(
     [inputs, outputs]: [Option<Count>; 2],
     ranks: Ranks,
 ) -> Certificate {
-    let (reached, seen) = (ranks.stated.reached.minor, ranks.stated.seen.minor);
-    let minors = inputs.iter().chain(&outputs).map(|count| &count.minor).chain([&reached, &seen]);
+    let (reached, observable) = (ranks.stated.reached.minor, ranks.stated.observable.minor);
+    let minors = inputs.iter().chain(&outputs).map(|count| &count.minor).chain([&reached, &observable]);
     primes.extend(minors.map(|minor| minor.prime));
     primes.sort_unstable();
     primes.dedup();
@@ -250,10 +250,10 @@ fn certificate(
         pencil: pencil(system),
         inputs,
         outputs,
-        unreached: ranks.unreached.map(Left::into_fractions),
-        unseen: ranks.unseen.map(Left::into_fractions),
+        unreached: ranks.unreached.map(InvariantRows::into_fractions),
+        unobservable: ranks.unobservable.map(InvariantRows::into_fractions),
         reached: Some(reached),
-        seen: Some(seen),
+        observable: Some(observable),
         stability: StabilityProofs::default(),
     }
 }
@@ -265,7 +265,7 @@ fn certificate(
 pub fn controllable_rank(system: &LinearSystem) -> Option<usize> {
     let mut images = Images::unforeseen(system);
     let mut best = 0;
-    for number in 0..LOOKS {
+    for number in 0..RANK_TRIALS {
         let image = images.get(number)?;
         best = best.max(reachable(&image.field, &image.g, &image.b).span.dimension());
         if best == image.g.rows {
@@ -335,7 +335,7 @@ mod tests {
     /// The very primes that the analysis will draw divide the entries: it goes on to further ones.
     #[test]
     fn the_primes_in_use_do_not_mislead() {
-        for count in [1, LOOKS, 2 * LOOKS, 20] {
+        for count in [1, RANK_TRIALS, 2 * RANK_TRIALS, 20] {
             let primes: Vec<u64> =
                 std::iter::successors(Some((1 << 61) - 1), |&p| Some(prime_below(p))).take(count).collect();
             let system = misleading(&primes);
@@ -384,8 +384,8 @@ mod tests {
         );
         assert_eq!((found.minimality(), found.controllable()), (None, false));
         assert!(!found.certificate.proven);
-        let said = found.certificate.statements.join("\n");
-        assert!(said.contains("controllability rank: not decided; it is at least 1 of 2"), "{said}");
+        let statements = found.certificate.statements.join("\n");
+        assert!(statements.contains("controllability rank: not decided; it is at least 1 of 2"), "{statements}");
         // Where no proof was asked for, it is told with its probability.
         let fast = decide_modulo(&system, None, both(), &limits(false)).unwrap();
         assert_eq!((fast.undecided, fast.controllability()), (Undecided::default(), Some(false)));
@@ -397,24 +397,24 @@ mod tests {
 
     /// Equal systems have equal fingerprints, others do not: signs, places and the matrix that an entry stands in count.
     #[test]
-    fn fingerprints_tell_systems_apart() {
+    fn fingerprints_distinguish_systems() {
         let system = misleading(&[7]);
         assert_eq!(fingerprint(&system), fingerprint(&system.clone()));
-        let mut seen = vec![fingerprint(&system)];
+        let mut prints = vec![fingerprint(&system)];
         for change in 0..6 {
-            let mut other = system.clone();
+            let mut changed = system.clone();
             match change {
-                0 => other.a[(1, 1)] = Rational::from(-7),
-                1 => other.a[(1, 1)] = Rational::ONE.over(&Rational::from(7)),
-                2 => other.b[(0, 0)] = Rational::ZERO,
-                3 => other.c[(0, 0)] = Rational::from(256),
-                4 => other.d[(0, 0)] = Rational::ONE,
-                _ => other.e[(0, 1)] = Rational::ONE,
+                0 => changed.a[(1, 1)] = Rational::from(-7),
+                1 => changed.a[(1, 1)] = Rational::ONE.over(&Rational::from(7)),
+                2 => changed.b[(0, 0)] = Rational::ZERO,
+                3 => changed.c[(0, 0)] = Rational::from(256),
+                4 => changed.d[(0, 0)] = Rational::ONE,
+                _ => changed.e[(0, 1)] = Rational::ONE,
             }
-            seen.push(fingerprint(&other));
+            prints.push(fingerprint(&changed));
         }
-        seen.sort_unstable();
-        seen.dedup();
-        assert_eq!(seen.len(), 7);
+        prints.sort_unstable();
+        prints.dedup();
+        assert_eq!(prints.len(), 7);
     }
 }

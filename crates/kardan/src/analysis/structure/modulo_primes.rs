@@ -4,7 +4,7 @@ use super::limits::Limits;
 use super::ranks::Reach;
 use crate::analysis::images::{Image, Images};
 use crate::analysis::spectrum::{
-    self, MOST_EXPANDED, Spectrum, SpectrumInWords, factors, in_words, quotient_factors, with_leading_one,
+    self, MOST_EXPANDED, Spectrum, SpectrumText, factor_text, factors, quotient_factors, with_leading_one,
 };
 use crate::analysis::zeros::{self, ZeroStructure};
 use crate::num::modular_polynomial::product;
@@ -17,21 +17,21 @@ pub(super) fn spectrum(
     first: &Image,
     reached: &Reach,
     dual: &Image,
-    seen: &Reach,
+    observable: &Reach,
     limits: &Limits,
-) -> SpectrumInWords {
+) -> SpectrumText {
     let n = first.g.rows;
     let missed = |image: &Image, reach: &Reach| {
         reach.span.as_ref().map_or_else(Vec::new, |span| quotient_factors(&image.field, &image.g, span))
     };
-    let lists = [factors(&first.field, &first.g), missed(first, reached), missed(dual, seen)];
+    let lists = [factors(&first.field, &first.g), missed(first, reached), missed(dual, observable)];
     let found = Spectrum::new(&first.field, lists);
     let (layout, limit) = (found.layout(), limits.primes);
     // Long polynomials are not brought back, but for the common factor, which is needed.
-    let few = found.lists[0].len();
-    let wanted = |k: usize, p: &[Residue]| p.len() <= MOST_EXPANDED + 1 || k == 0 && few > 1;
+    let list_count = found.lists[0].len();
+    let is_short = |k: usize, p: &[Residue]| p.len() <= MOST_EXPANDED + 1 || k == 0 && list_count > 1;
     let degrees: Vec<usize> = found.polynomials().map(|p| p.len() - 1).collect();
-    let chosen: Vec<usize> = found.polynomials().enumerate().filter(|(k, p)| wanted(*k, p)).map(|(k, _)| k).collect();
+    let chosen: Vec<usize> = found.polynomials().enumerate().filter(|(k, p)| is_short(*k, p)).map(|(k, _)| k).collect();
     let flat = (!chosen.is_empty())
         .then(|| {
             images.reconstruct(limit, |image| {
@@ -40,11 +40,12 @@ pub(super) fn spectrum(
                     true => Vec::new(),
                     false => quotient_factors(field, g, &reachable(field, g, b).span),
                 };
-                let seen_by = |rank: usize| match rank == n {
+                let observable_by = |rank: usize| match rank == n {
                     true => Vec::new(),
                     false => rest(rank, &image.g.transpose(), &image.c.transpose()),
                 };
-                let lists = [factors(field, &image.g), rest(reached.rank, &image.g, &image.b), seen_by(seen.rank)];
+                let lists =
+                    [factors(field, &image.g), rest(reached.rank, &image.g, &image.b), observable_by(observable.rank)];
                 let also = Spectrum::new(field, lists);
                 let all: Vec<&Vec<Residue>> = also.polynomials().collect();
                 let lower = |k: &usize| all[*k][..all[*k].len() - 1].iter().map(|&x| field.value(x));
@@ -62,9 +63,9 @@ pub(super) fn spectrum(
     let pieces = polynomials.len() - found.pieces.len();
     let described =
         found.pieces.iter().zip(pieces..).map(|((pattern, _), k)| (pattern, polynomials[k].as_ref(), degrees[k]));
-    SpectrumInWords {
+    SpectrumText {
         factors: spectrum::described(described),
-        invariant_factors: (0..few).map(|k| in_words(polynomials[k].as_ref(), degrees[k])).collect(),
+        invariant_factors: (0..list_count).map(|k| factor_text(polynomials[k].as_ref(), degrees[k])).collect(),
         common: polynomials[0].clone(),
     }
 }

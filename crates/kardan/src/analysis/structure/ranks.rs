@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::error::StructureError;
-use super::left_vectors::{Left, invariant_rows};
+use super::left_vectors::{InvariantRows, invariant_rows};
 use super::limits::Limits;
 use crate::analysis::LinearSystem;
 use crate::analysis::images::{Image, Images};
@@ -17,13 +17,13 @@ pub(super) struct Look {
     /// The image of the transposed system.
     pub dual: Arc<Image>,
     pub reached: Reach,
-    pub seen: Reach,
+    pub observable: Reach,
 }
 
 impl Look {
     fn of(image: Arc<Image>, dual: Arc<Image>) -> Self {
-        let (reached, seen) = rayon::join(|| Reach::of(&image), || Reach::of(&dual));
-        Self { image, dual, reached, seen }
+        let (reached, observable) = rayon::join(|| Reach::of(&image), || Reach::of(&dual));
+        Self { image, dual, reached, observable }
     }
 
     /// The one with the largest ranks of at most so many.
@@ -44,16 +44,16 @@ impl Look {
     }
 
     fn is_full(&self) -> bool {
-        [self.reached.rank, self.seen.rank] == [self.image.g.rows; 2]
+        [self.reached.rank, self.observable.rank] == [self.image.g.rows; 2]
     }
 
     fn sum(&self) -> usize {
-        self.reached.rank + self.seen.rank
+        self.reached.rank + self.observable.rank
     }
 
     /// Whether no rank is below that of another look.
     fn reaches(&self, other: &Self) -> bool {
-        self.reached.rank >= other.reached.rank && self.seen.rank >= other.seen.rank
+        self.reached.rank >= other.reached.rank && self.observable.rank >= other.observable.rank
     }
 }
 
@@ -90,9 +90,9 @@ pub(super) struct Ranks {
     /// The same ranks or more, modulo a prime that follows from the system: for the certificate.
     pub stated: Look,
     /// Left vectors that no input reaches; `None` if all is reached, or they were not found.
-    pub unreached: Option<Left>,
+    pub unreached: Option<InvariantRows>,
     /// Vectors that no output shows.
-    pub unseen: Option<Left>,
+    pub unobservable: Option<InvariantRows>,
 }
 
 impl Ranks {
@@ -121,10 +121,10 @@ impl Ranks {
         };
         let mut stated = next_own();
         loop {
-            let mut looks = 0;
+            let mut trials = 0;
             let mut look = || {
-                let pair = images.get(looks).zip(dual_images.get(looks)).expect("E is regular, and primes are many");
-                looks += 1;
+                let pair = images.get(trials).zip(dual_images.get(trials)).expect("E is regular, and primes are many");
+                trials += 1;
                 pair
             };
             let found = if stated.is_full() {
@@ -132,7 +132,7 @@ impl Ranks {
                 let (image, dual) = look();
                 Look { image, dual, ..stated.clone() }
             } else {
-                Look::best(look, limits.looks)
+                Look::best(look, limits.trials)
             };
             while !stated.reaches(&found) {
                 stated = next_own();
@@ -143,20 +143,20 @@ impl Ranks {
             };
             if found.reaches(&stated)
                 && let Ok(unreached) = rows(images, found.reached.rank)
-                && let Ok(unseen) = rows(dual_images, found.seen.rank)
+                && let Ok(unobservable) = rows(dual_images, found.observable.rank)
             {
-                return Ok(Self { found, stated, unreached, unseen });
+                return Ok(Self { found, stated, unreached, unobservable });
             }
             // What was seen modulo these primes is not so.
-            images.forget(looks);
-            dual_images.forget(looks);
+            images.forget(trials);
+            dual_images.forget(trials);
         }
     }
 
     /// Whether the ranks of inputs and outputs are proven: that they are not smaller always is.
     pub fn proven(&self) -> [bool; 2] {
         let n = self.found.image.g.rows;
-        let ranks = [(self.found.reached.rank, &self.unreached), (self.found.seen.rank, &self.unseen)];
+        let ranks = [(self.found.reached.rank, &self.unreached), (self.found.observable.rank, &self.unobservable)];
         ranks.map(|(rank, rows)| rank == n || rows.is_some())
     }
 }

@@ -1,6 +1,6 @@
 //! Branches of a circuit, between two nodes.
 
-use super::kind::Mistake;
+use super::kind::KeyError;
 use super::values::Values;
 use crate::equations::{Direction, Term};
 use crate::schema::{Field, Kind};
@@ -14,23 +14,23 @@ pub(in crate::element) const TO: Field =
 /// A branch of a circuit: its charge, and the charge's share in the balances of the nodes at both ends.
 pub(in crate::element) fn branch(charge: &str, values: &Values, [from, to]: [&str; 2]) -> Vec<Term> {
     let share = |key: &str, sign: i64| {
-        let along = Direction { entries: vec![(charge.to_string(), Exact::from_integer(sign))] };
-        values.word(key).map(|node| Term::Balance { node: node.into(), along })
+        let direction = Direction { entries: vec![(charge.to_string(), Exact::from_integer(sign))] };
+        values.word(key).map(|node| Term::Balance { node: node.into(), direction })
     };
     let declared = Term::Charge { name: charge.to_string() };
     std::iter::once(declared).chain(share(from, 1)).chain(share(to, -1)).collect()
 }
 
 /// The ends of a branch must be two nodes.
-pub(in crate::element) fn check_branch(values: &Values) -> Vec<Mistake> {
+pub(in crate::element) fn check_branch(values: &Values) -> Vec<KeyError> {
     check_ends(values, ["from", "to"])
 }
 
-pub(in crate::element) fn check_ends(values: &Values, [from, to]: [&'static str; 2]) -> Vec<Mistake> {
+pub(in crate::element) fn check_ends(values: &Values, [from, to]: [&'static str; 2]) -> Vec<KeyError> {
     if values.word(from).is_none() || values.word(from) != values.word(to) {
         return Vec::new();
     }
     let message =
         format!("both ends are the node `{}`, so it has no part in the circuit", values.word_or_default(from));
-    vec![Mistake::new(to, message, "name two different nodes")]
+    vec![KeyError::new(to, message, "name two different nodes")]
 }

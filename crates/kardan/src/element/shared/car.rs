@@ -1,6 +1,6 @@
 //! A car in the making: what its parts are called, and how they are written.
 
-use crate::entries::{Entries, Written};
+use crate::entries::{Entries, RawValue};
 use crate::units::parse_number;
 
 /// What is left of a friction that a run makes zero or less.
@@ -9,7 +9,7 @@ const LEAST_FRICTION: &str = "0.001";
 /// A car in the making: its name and what is given.
 pub(in crate::element) struct Car<'a> {
     pub(in crate::element) name: &'a str,
-    pub(in crate::element) given: &'a Entries,
+    pub(in crate::element) entries: &'a Entries,
 }
 
 /// A name as expressions have it.
@@ -19,17 +19,17 @@ pub(in crate::element) fn quoted(name: String) -> String {
 
 impl Car<'_> {
     pub(in crate::element) fn has(&self, key: &str) -> bool {
-        self.given.keyed(key).is_some()
+        self.entries.keyed(key).is_some()
     }
 
     /// Whether its tyres have a limit, and its wheels exact angles.
     pub(in crate::element) fn slides(&self) -> bool {
-        matches!(self.given.get("tyre"), Some(Written::Text(word)) if word == "magic_formula" || word == "tmeasy")
+        matches!(self.entries.get("tyre"), Some(RawValue::Text(word)) if word == "magic_formula" || word == "tmeasy")
     }
 
     /// Whether its tyres are those of TMeasy.
     pub(in crate::element) fn tmeasy(&self) -> bool {
-        matches!(self.given.get("tyre"), Some(Written::Text(word)) if word == "tmeasy")
+        matches!(self.entries.get("tyre"), Some(RawValue::Text(word)) if word == "tmeasy")
     }
 
     /// A number of the car, as others name it.
@@ -49,9 +49,9 @@ impl Car<'_> {
 
     /// An expression that is given.
     pub(in crate::element) fn formula(&self, key: &str) -> Option<String> {
-        match self.given.get(key)? {
-            Written::Text(text) | Written::Number(text) => Some(format!("({text})")),
-            Written::Quantity(value, dimension) => Some(crate::units::written_quantity(value, *dimension)),
+        match self.entries.get(key)? {
+            RawValue::Text(text) | RawValue::Number(text) => Some(format!("({text})")),
+            RawValue::Quantity(value, dimension) => Some(crate::units::format_quantity(value, *dimension)),
             _ => None,
         }
     }
@@ -79,26 +79,26 @@ impl Car<'_> {
     /// Adds the table of a part.
     pub(in crate::element) fn add(&self, out: &mut Entries, kind: &str, part: &str, keys: &[(&str, String)]) {
         let mut table = Entries::default();
-        keys.iter().for_each(|(key, text)| table.set(key, Written::Text(text.clone())));
-        out.table_mut(kind).set(&self.part(part), Written::Table(table));
+        keys.iter().for_each(|(key, text)| table.set(key, RawValue::Text(text.clone())));
+        out.table_mut(kind).set(&self.part(part), RawValue::Table(table));
     }
 
     /// A force along a direction: coefficients of parts.
-    pub(in crate::element) fn push(&self, out: &mut Entries, part: &str, along: &[(&str, String)], law: String) {
+    pub(in crate::element) fn push(&self, out: &mut Entries, part: &str, direction: &[(&str, String)], law: String) {
         let mut coefficients = Entries::default();
-        along.iter().for_each(|(body, text)| coefficients.set(&self.part(body), Written::Text(text.clone())));
+        direction.iter().for_each(|(body, text)| coefficients.set(&self.part(body), RawValue::Text(text.clone())));
         let mut table = Entries::default();
-        table.set("coefficients", Written::Table(coefficients));
-        table.set("law", Written::Text(law));
-        out.table_mut("torque").set(&self.part(part), Written::Table(table));
+        table.set("coefficients", RawValue::Table(coefficients));
+        table.set("law", RawValue::Text(law));
+        out.table_mut("torque").set(&self.part(part), RawValue::Table(table));
     }
 
     /// A formula that laws, blocks and programs share.
     pub(in crate::element) fn share(&self, out: &mut Entries, name: &str, value: String) {
         let mut table = Entries::default();
-        table.set("kind", Written::Text("expression".into()));
-        table.set("value", Written::Text(value));
-        out.table_mut("signal").set(&format!("{}.{name}", self.name), Written::Table(table));
+        table.set("kind", RawValue::Text("expression".into()));
+        table.set("value", RawValue::Text(value));
+        out.table_mut("signal").set(&format!("{}.{name}", self.name), RawValue::Table(table));
     }
 
     /// The friction of an axle.
@@ -118,7 +118,7 @@ impl Car<'_> {
 
     /// Whether a number is written as something else, which may change in a run.
     fn varies(&self, key: &str) -> bool {
-        matches!(self.given.get(key), Some(Written::Text(text)) if parse_number(text).is_err())
+        matches!(self.entries.get(key), Some(RawValue::Text(text)) if parse_number(text).is_err())
     }
 
     /// What blocks and a run know of frictions that may change.
@@ -129,8 +129,8 @@ impl Car<'_> {
             ("mu_left", "friction_left"),
             ("mu_right", "friction_right"),
         ];
-        let given = keys.into_iter().filter(|(key, _)| self.varies(key));
-        given.filter_map(|(key, name)| Some((name, self.formula(key)?))).collect()
+        let entries = keys.into_iter().filter(|(key, _)| self.varies(key));
+        entries.filter_map(|(key, name)| Some((name, self.formula(key)?))).collect()
     }
 
     /// The friction of a wheel.
@@ -145,7 +145,7 @@ impl Car<'_> {
     /// The load of an axle at rest, N.
     pub(in crate::element) fn load(&self, axle: &str) -> String {
         let [a, b] = [self.own("front_axle"), self.own("rear_axle")];
-        let other = if axle == "front" { &b } else { &a };
-        format!("({} * 9.80665 m/s^2 * {other} / ({a} + {b}))", self.own("mass"))
+        let far_axle = if axle == "front" { &b } else { &a };
+        format!("({} * 9.80665 m/s^2 * {far_axle} / ({a} + {b}))", self.own("mass"))
     }
 }

@@ -1,6 +1,6 @@
 //! What may be wrong with the tyres and the wheels of a car.
 
-use super::kind::Mistake;
+use super::kind::KeyError;
 use super::tmeasy::PEAK;
 use super::values::Values;
 use crate::equations::{Formula, Meaning};
@@ -12,54 +12,54 @@ const MOST_FRICTION: f64 = 2.0;
 const GRAVITY: f64 = 9.80665;
 
 /// What is wrong with friction and tyres.
-pub(in crate::element) fn check_tyres(values: &Values) -> Vec<Mistake> {
+pub(in crate::element) fn check_tyres(values: &Values) -> Vec<KeyError> {
     let mut out = Vec::new();
-    let bends = values.word("tyre").is_some_and(|tyre| tyre != "linear");
-    let slides = bends || ["bore_torque", "braking"].into_iter().any(|key| values.has(key));
+    let nonlinear = values.word("tyre").is_some_and(|tyre| tyre != "linear");
+    let slides = nonlinear || ["bore_torque", "braking"].into_iter().any(|key| values.has(key));
     if slides && !["mu", "mu_left", "mu_right"].into_iter().any(|key| values.has(key)) {
-        let key = match (bends, values.has("braking")) {
+        let key = match (nonlinear, values.has("braking")) {
             (true, _) => "tyre",
             (false, true) => "braking",
             (false, false) => "bore_torque",
         };
         let message = "it needs the friction between tyres and road";
-        out.push(Mistake::new(key, message, "add `mu = 1`, or a signal: `mu = \"grip\"`"));
+        out.push(KeyError::new(key, message, "add `mu = 1`, or a signal: `mu = \"grip\"`"));
     }
     for key in ["mu", "mu_rear", "mu_left", "mu_right"].into_iter().filter(|key| values.has(key)) {
-        if !slides || (key == "mu_rear" && !bends && !values.has("braking")) {
+        if !slides || (key == "mu_rear" && !nonlinear && !values.has("braking")) {
             let message = "linear tyres know no friction: their force has no limit";
-            out.push(Mistake::new(key, message, "remove it, or write `tyre = \"magic_formula\"`"));
+            out.push(KeyError::new(key, message, "remove it, or write `tyre = \"magic_formula\"`"));
         }
         let formula = values.formula(key);
         if let Some((what, least)) = formula.and_then(|formula| least(formula))
             && least <= 0.0
         {
             let message = format!("{what} is {least}: a friction has to be above zero");
-            out.push(Mistake::new(key, message, "ice has about 0.1, a wet road 0.6, a dry one 1"));
+            out.push(KeyError::new(key, message, "ice has about 0.1, a wet road 0.6, a dry one 1"));
         }
         if let Some(most) = formula.and_then(|formula| formula.number()).map(|mu| rational_to_f64(&mu))
             && most > MOST_FRICTION
         {
             let message = format!("a friction of {most} is above {MOST_FRICTION}");
-            out.push(Mistake::new(key, message, "it is the force that a tyre bears at most, over its load"));
+            out.push(KeyError::new(key, message, "it is the force that a tyre bears at most, over its load"));
         }
     }
     if values.number("shape").is_some_and(|c| c > 2.0) {
         let message = "above two the force changes its sign at large slip";
-        out.push(Mistake::new("shape", message, "C is between 1 and 2, 1.3 for forces across"));
+        out.push(KeyError::new("shape", message, "C is between 1 and 2, 1.3 for forces across"));
     }
     if values.number("curvature").is_some_and(|e| e > 1.0) {
         let message = "above one the force changes its sign at large slip";
-        out.push(Mistake::new("curvature", message, "E is at most 1, and often below zero"));
+        out.push(KeyError::new("curvature", message, "E is at most 1, and often below zero"));
     }
     let (torque, stiffness) = (values.has("bore_torque"), values.has("bore_stiffness"));
     if torque != stiffness {
         let key = if torque { "bore_torque" } else { "bore_stiffness" };
-        out.push(Mistake::new(key, "`bore_torque` and `bore_stiffness` go together", "give both, or none of them"));
+        out.push(KeyError::new(key, "`bore_torque` and `bore_stiffness` go together", "give both, or none of them"));
     }
     if torque && !values.has("relaxation_length") {
         let message = "tyres that twist on the spot roll that off along their relaxation length";
-        out.push(Mistake::new("bore_torque", message, "give `relaxation_length`, such as \"0.5 m\""));
+        out.push(KeyError::new("bore_torque", message, "give `relaxation_length`, such as \"0.5 m\""));
     }
     out
 }
@@ -81,19 +81,19 @@ pub(in crate::element) fn least(formula: &Formula) -> Option<(String, f64)> {
 }
 
 /// What is wrong with sides, braking, loads and the curve of TMeasy.
-pub(in crate::element) fn check_wheels(values: &Values) -> Vec<Mistake> {
+pub(in crate::element) fn check_wheels(values: &Values) -> Vec<KeyError> {
     let mut out = [check_sides(values), check_braking(values), check_loads(values), check_roll(values)].concat();
     if values.word("tyre") == Some("tmeasy") {
         out.extend(check_curve(values));
         return out;
     }
     for key in ["peak_slip", "slide_slip", "slide_factor"].into_iter().filter(|key| values.has(key)) {
-        out.push(Mistake::new(key, "it says nothing of these tyres", "remove it, or write `tyre = \"tmeasy\"`"));
+        out.push(KeyError::new(key, "it says nothing of these tyres", "remove it, or write `tyre = \"tmeasy\"`"));
     }
     out
 }
 
-fn check_sides(values: &Values) -> Vec<Mistake> {
+fn check_sides(values: &Values) -> Vec<KeyError> {
     let mut out = Vec::new();
     let [left, right] = ["mu_left", "mu_right"].map(|key| values.has(key));
     if !left && !right {
@@ -102,47 +102,47 @@ fn check_sides(values: &Values) -> Vec<Mistake> {
     let key = if left { "mu_left" } else { "mu_right" };
     if left != right {
         let message = "the friction of the other side is not known";
-        out.push(Mistake::new(key, message, "give both `mu_left` and `mu_right`, or `mu`"));
+        out.push(KeyError::new(key, message, "give both `mu_left` and `mu_right`, or `mu`"));
     }
     for whole in ["mu", "mu_rear"].into_iter().filter(|whole| values.has(whole)) {
         let message = format!("both `{whole}` and `{key}` are given");
-        out.push(Mistake::new(key, message, "keep `mu` with `mu_rear`, or `mu_left` with `mu_right`"));
+        out.push(KeyError::new(key, message, "keep `mu` with `mu_rear`, or `mu_left` with `mu_right`"));
     }
     if !values.has("track") {
         let message = "how far left and right are apart is not known";
-        out.push(Mistake::new(key, message, "add `track = \"1.5 m\"`, the distance between left and right wheels"));
+        out.push(KeyError::new(key, message, "add `track = \"1.5 m\"`, the distance between left and right wheels"));
     }
     out
 }
 
-fn check_braking(values: &Values) -> Vec<Mistake> {
+fn check_braking(values: &Values) -> Vec<KeyError> {
     let mut out = Vec::new();
     if let Some((what, least)) = values.formula("braking").and_then(|formula| least(formula))
         && least < 0.0
     {
         let message = format!("{what} is {least} N: brakes do not drive");
-        out.push(Mistake::new("braking", message, "a braking force is positive, `max(0 N, ...)`"));
+        out.push(KeyError::new("braking", message, "a braking force is positive, `max(0 N, ...)`"));
     }
     out.extend(above_one(values, "brake_share"));
     for key in ["brake_share", "scrub_radius"].into_iter().filter(|key| values.has(key) && !values.has("braking")) {
         let message = "nothing brakes, so it says nothing";
-        out.push(Mistake::new(key, message, "add `braking`, the force that is asked for, or remove it"));
+        out.push(KeyError::new(key, message, "add `braking`, the force that is asked for, or remove it"));
     }
     out
 }
 
 /// A part that is more than the whole.
-fn above_one(values: &Values, key: &'static str) -> Option<Mistake> {
+fn above_one(values: &Values, key: &'static str) -> Option<KeyError> {
     let part = values.number(key).filter(|part| *part > 1.0)?;
     let message = format!("{part} is more than the whole");
-    Some(Mistake::new(key, message, "it is the part of the front axle, from 0 to 1"))
+    Some(KeyError::new(key, message, "it is the part of the front axle, from 0 to 1"))
 }
 
-fn check_loads(values: &Values) -> Vec<Mistake> {
+fn check_loads(values: &Values) -> Vec<KeyError> {
     let mut out = Vec::from_iter(above_one(values, "roll_share"));
     if values.has("height") && !values.has("track") {
         let message = "how far the wheels are apart, over which a bend moves the load, is not known";
-        out.push(Mistake::new(
+        out.push(KeyError::new(
             "height",
             message,
             "add `track = \"1.5 m\"`, the distance between left and right wheels",
@@ -150,22 +150,22 @@ fn check_loads(values: &Values) -> Vec<Mistake> {
     }
     for key in ["roll_share", "load_sensitivity"].into_iter().filter(|key| values.has(key) && !values.has("height")) {
         let message = "loads stay as they are at rest, so it says nothing";
-        out.push(Mistake::new(key, message, "add `height`, that of the centre of gravity, or remove it"));
+        out.push(KeyError::new(key, message, "add `height`, that of the centre of gravity, or remove it"));
     }
     if let Some(lost) = values.number("load_sensitivity").filter(|lost| *lost >= 1.0) {
         let message = format!("at twice the load nothing is left of the friction: it loses {lost} of it");
-        out.push(Mistake::new("load_sensitivity", message, "tyres of cars lose 0.05 to 0.3"));
+        out.push(KeyError::new("load_sensitivity", message, "tyres of cars lose 0.05 to 0.3"));
     }
     out
 }
 
 /// What rolls needs its three numbers, a height, and springs that hold its weight.
-fn check_roll(values: &Values) -> Vec<Mistake> {
+fn check_roll(values: &Values) -> Vec<KeyError> {
     let mut out = Vec::new();
     if !values.has("roll_stiffness") {
         for key in ["roll_damping", "roll_inertia", "roll_height"].into_iter().filter(|key| values.has(key)) {
             let help = "add `roll_stiffness`, such as \"60 kN m/rad\", or remove it";
-            out.push(Mistake::new(key, "the car does not roll, so it says nothing", help));
+            out.push(KeyError::new(key, "the car does not roll, so it says nothing", help));
         }
         return out;
     }
@@ -175,14 +175,14 @@ fn check_roll(values: &Values) -> Vec<Mistake> {
         ("height", "add it, that of the centre of gravity, such as \"0.55 m\""),
     ] {
         if !values.has(key) {
-            out.push(Mistake::new("roll_stiffness", format!("a car that rolls needs `{key}`"), help));
+            out.push(KeyError::new("roll_stiffness", format!("a car that rolls needs `{key}`"), help));
         }
     }
     let [stiffness, mass, height] = ["roll_stiffness", "mass", "height"].map(|key| values.number(key));
     let arm = height.map(|height| height - values.number_or_default("roll_height"));
     if let Some(arm) = arm.filter(|arm| *arm < 0.0) {
         let message = format!("the axis of roll lies {} m above the centre of gravity", -arm);
-        out.push(Mistake::new("roll_height", message, "lower it below `height`"));
+        out.push(KeyError::new("roll_height", message, "lower it below `height`"));
     }
     if let (Some(stiffness), Some(mass), Some(arm)) = (stiffness, mass, arm) {
         let needed = mass * GRAVITY * arm;
@@ -190,18 +190,18 @@ fn check_roll(values: &Values) -> Vec<Mistake> {
             let message = format!(
                 "the car falls over: beside its axis its weight pushes with {needed:.0} N m for each radian of roll"
             );
-            out.push(Mistake::new("roll_stiffness", message, "raise it above that; cars have 40 to 100 kN m/rad"));
+            out.push(KeyError::new("roll_stiffness", message, "raise it above that; cars have 40 to 100 kN m/rad"));
         }
     }
     out
 }
 
 /// The slip of the peak must leave the fraction room to bend: `slope · slip ≥ 2 force`.
-fn check_curve(values: &Values) -> Vec<Mistake> {
+fn check_curve(values: &Values) -> Vec<KeyError> {
     let mut out = Vec::new();
     if let Some(factor) = values.number("slide_factor").filter(|factor| *factor > 1.0) {
         let message = format!("a tyre that slides has no more than its largest force, and {factor} of it is more");
-        out.push(Mistake::new("slide_factor", message, "it is at most 1, on dry roads about 0.9"));
+        out.push(KeyError::new("slide_factor", message, "it is at most 1, on dry roads about 0.9"));
     }
     let [a, b, mass] = ["front_axle", "rear_axle", "mass"].map(|key| values.number(key));
     let (Some(a), Some(b), Some(mass)) = (a, b, mass) else { return out };
@@ -215,13 +215,13 @@ fn check_curve(values: &Values) -> Vec<Mistake> {
                 "with `{axle}_stiffness` the {axle} tyres cannot be at their largest force at a slip of {peak}: that takes {needed:.4} at least"
             );
             let help = "raise it, or leave it out: then it is three times the force over the stiffness";
-            out.push(Mistake::new("peak_slip", message, help));
+            out.push(KeyError::new("peak_slip", message, help));
             break;
         }
         if let Some(slide) = values.number("slide_slip").filter(|slide| *slide <= peak) {
             let message =
                 format!("the {axle} tyres slide from a slip of {slide} on, before their largest force at {peak:.4}");
-            out.push(Mistake::new("slide_slip", message, "raise it above the slip of the peak, or leave it out"));
+            out.push(KeyError::new("slide_slip", message, "raise it above the slip of the peak, or leave it out"));
             break;
         }
     }

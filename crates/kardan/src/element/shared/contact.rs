@@ -1,8 +1,8 @@
 //! Stops on the two sides of a direction.
 
-use super::kind::Mistake;
+use super::kind::KeyError;
 use super::values::Values;
-use crate::equations::{Direction, Hold, Term};
+use crate::equations::{Direction, Term, UnilateralConstraint};
 use crate::num::Rational;
 use crate::schema::{Field, Kind, Sign};
 use crate::units::Exact;
@@ -23,47 +23,53 @@ impl Side {
         }
     }
 
-    fn hold(&self, upper: bool, offset: Exact) -> Hold {
+    fn unilateral(&self, upper: bool, offset: Exact) -> UnilateralConstraint {
         match self.clone() {
-            Self::Rigid { restitution } => Hold::Stop { upper, offset, restitution },
-            Self::Soft { stiffness, damping } => Hold::Cushion { upper, offset, stiffness, damping },
+            Self::Rigid { restitution } => UnilateralConstraint::Stop { upper, offset, restitution },
+            Self::Soft { stiffness, damping } => UnilateralConstraint::Cushion { upper, offset, stiffness, damping },
         }
     }
 }
 
 /// A direction between a lower and an upper stop.
-pub(in crate::element) fn contact(along: &Direction, [lower, upper]: [Option<Exact>; 2], side: &Side) -> Vec<Term> {
-    let lower = lower.map(|offset| Term::Hold { along: along.clone(), hold: side.hold(false, offset) });
-    let upper = upper.map(|offset| Term::Hold { along: opposite(along), hold: side.hold(true, -&offset) });
+pub(in crate::element) fn contact(direction: &Direction, [lower, upper]: [Option<Exact>; 2], side: &Side) -> Vec<Term> {
+    let lower = lower.map(|offset| Term::UnilateralConstraint {
+        direction: direction.clone(),
+        unilateral: side.unilateral(false, offset),
+    });
+    let upper = upper.map(|offset| Term::UnilateralConstraint {
+        direction: opposite(direction),
+        unilateral: side.unilateral(true, -&offset),
+    });
     lower.into_iter().chain(upper).collect()
 }
 
 /// A direction the other way round.
-fn opposite(along: &Direction) -> Direction {
-    Direction { entries: along.entries.iter().map(|(name, x)| (name.clone(), -x)).collect() }
+fn opposite(direction: &Direction) -> Direction {
+    Direction { entries: direction.entries.iter().map(|(name, x)| (name.clone(), -x)).collect() }
 }
 
 /// What is wrong with the keys of [`contact`]; `sides` is the key that says where the stops are.
-pub(in crate::element) fn check_contact(values: &Values, sides: &'static str) -> Vec<Mistake> {
+pub(in crate::element) fn check_contact(values: &Values, sides: &'static str) -> Vec<KeyError> {
     let mut out = check_restitution(values);
     if !values.has("stiffness") && values.exact("damping").is_some_and(|d| !d.is_zero()) {
         let message = format!("it is for soft contact at `{sides}`, and without `stiffness` it is rigid");
-        out.push(Mistake::new("damping", message, "add `stiffness`, or give `restitution` in place of it"));
+        out.push(KeyError::new("damping", message, "add `stiffness`, or give `restitution` in place of it"));
     }
     out
 }
 
-fn check_restitution(values: &Values) -> Vec<Mistake> {
+fn check_restitution(values: &Values) -> Vec<KeyError> {
     let mut out = Vec::new();
     if values.exact("restitution").is_some_and(|e| e.to_f64() > 1.0) {
-        out.push(Mistake::new(
+        out.push(KeyError::new(
             "restitution",
             "above 1 each blow would add energy",
             "give a number from 0 (it stays) to 1 (it loses nothing)",
         ));
     }
     if values.has("stiffness") && values.exact("restitution").is_some_and(|e| !e.is_zero()) {
-        out.push(Mistake::new(
+        out.push(KeyError::new(
             "restitution",
             "it is for rigid contact, and `stiffness` makes it soft",
             "take one of the two away; a soft one loses energy by its `damping`",
@@ -87,21 +93,21 @@ pub(in crate::element) fn play_of(values: &Values) -> Option<&Exact> {
 
 /// A constraint `aᵀq = offset` with play of a width along a: beyond half of it either way its sides hold it. The torque along a is what the
 /// multiplier of the constraint would be.
-pub(in crate::element) fn play(along: &Direction, offset: &Exact, width: &Exact, side: &Side) -> Vec<Term> {
-    contact(&opposite(along), around(&-offset, width), side)
+pub(in crate::element) fn play(direction: &Direction, offset: &Exact, width: &Exact, side: &Side) -> Vec<Term> {
+    contact(&opposite(direction), centred_limits(&-offset, width), side)
 }
 
 /// The ends of a width around its middle.
-pub(in crate::element) fn around(middle: &Exact, width: &Exact) -> [Option<Exact>; 2] {
+pub(in crate::element) fn centred_limits(middle: &Exact, width: &Exact) -> [Option<Exact>; 2] {
     let half = width * &Exact::new(Rational::from_parts(1.into(), 2u8.into()), 0);
     [middle.plus(&-&half), middle.plus(&half)].map(Some)
 }
 
 /// What is wrong with `restitution` beside `backlash`.
-pub(in crate::element) fn check_play(values: &Values) -> Vec<Mistake> {
+pub(in crate::element) fn check_play(values: &Values) -> Vec<KeyError> {
     let mut out = check_restitution(values);
     if play_of(values).is_none() && values.exact("restitution").is_some_and(|e| !e.is_zero()) {
-        out.push(Mistake::new("restitution", "without `backlash` nothing ever parts", "add `backlash`, or remove it"));
+        out.push(KeyError::new("restitution", "without `backlash` nothing ever parts", "add `backlash`, or remove it"));
     }
     out
 }

@@ -25,14 +25,14 @@ pub struct Element {
     /// An example, valid TOML.
     pub example: &'static str,
     /// Checks that concern several keys at once: `(key, message, help)` for each mistake.
-    pub check: fn(&Values) -> Vec<Mistake>,
+    pub check: fn(&Values) -> Vec<KeyError>,
     /// The terms it stands for.
     pub terms: fn(name: &str, values: &Values) -> Vec<Term>,
 }
 
 /// A mistake found by an element's own check.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Mistake {
+pub struct KeyError {
     /// The key to point at; the header if it is absent from the table.
     pub key: &'static str,
     /// What is wrong and why.
@@ -61,7 +61,7 @@ impl Element {
     }
 }
 
-impl Mistake {
+impl KeyError {
     pub(in crate::element) fn new(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> Self {
         Self { key, message: message.into(), help: help.into() }
     }

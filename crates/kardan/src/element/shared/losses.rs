@@ -1,16 +1,16 @@
 //! Damping and friction along a direction.
 
-use super::kind::Mistake;
+use super::kind::KeyError;
 use super::values::Values;
 use crate::equations::{Direction, Stribeck, Term};
 use crate::schema::{Field, Kind, Sign};
 use crate::units::Dimension;
 
 /// Damper and friction along a direction, if they are given and not zero.
-pub(in crate::element) fn losses(along: &Direction, values: &Values) -> Vec<Term> {
+pub(in crate::element) fn losses(direction: &Direction, values: &Values) -> Vec<Term> {
     let mut out = Vec::new();
     if let Some(damping) = values.exact("damping").filter(|x| !x.is_zero()) {
-        out.push(Term::Damper { along: along.clone(), damping: damping.clone() });
+        out.push(Term::Damper { direction: direction.clone(), damping: damping.clone() });
     }
     let torque = values.exact_or_default("friction");
     let stribeck = match (values.exact("breakaway"), values.exact("stribeck_speed")) {
@@ -18,7 +18,7 @@ pub(in crate::element) fn losses(along: &Direction, values: &Values) -> Vec<Term
         _ => None,
     };
     if !torque.is_zero() || stribeck.as_ref().is_some_and(|stribeck| !stribeck.breakaway.is_zero()) {
-        out.push(Term::Friction { along: along.clone(), torque, stribeck });
+        out.push(Term::Friction { direction: direction.clone(), torque, stribeck });
     }
     out
 }
@@ -37,17 +37,17 @@ pub(in crate::element) const STRIBECK_SPEED: Field = Field::optional(
 );
 
 /// What is wrong with the keys of [`losses`], of a shaft or a mass.
-pub(in crate::element) fn check_losses(values: &Values, masses: bool) -> Vec<Mistake> {
+pub(in crate::element) fn check_losses(values: &Values, masses: bool) -> Vec<KeyError> {
     let (effort, unit) = if masses { ("force", "N") } else { ("torque", "N m") };
     let mut out = Vec::new();
     match (values.exact("breakaway"), values.has("stribeck_speed")) {
         (None, false) => return out,
-        (Some(_), false) => out.push(Mistake::new(
+        (Some(_), false) => out.push(KeyError::new(
             "breakaway",
             "a breakaway torque needs the speed with which the friction falls from it",
             "add `stribeck_speed`, such as \"0.1 rad/s\"",
         )),
-        (None, true) => out.push(Mistake::new(
+        (None, true) => out.push(KeyError::new(
             "stribeck_speed",
             "it says how fast the friction falls from a breakaway torque, and there is none",
             "add `breakaway`, or remove it",
@@ -58,7 +58,7 @@ pub(in crate::element) fn check_losses(values: &Values, masses: bool) -> Vec<Mis
     if let Some(breakaway) = breakaway.filter(|breakaway| breakaway.to_rational() < friction.to_rational()) {
         let (most, sliding) = (breakaway.to_f64(), friction.to_f64());
         let message = format!("the breakaway {effort} {most} {unit} is below the friction {sliding} {unit}");
-        out.push(Mistake::new(
+        out.push(KeyError::new(
             "breakaway",
             message,
             "friction holds at rest at least what it does in motion: raise it",

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::kind::Mistake;
+use super::kind::KeyError;
 use crate::equations::Curve;
 use crate::expr::{Domain, Expr, Floating, Graph, PiecewisePolynomial};
 use crate::num::{Rational, rational_from_f64};
@@ -106,18 +106,18 @@ fn slopes(points: &[(f64, f64)]) -> Vec<f64> {
 }
 
 /// What is wrong with the points of a curve.
-pub(in crate::element) fn check_points(key: &'static str, points: &[(f64, f64)]) -> Vec<Mistake> {
+pub(in crate::element) fn check_points(key: &'static str, points: &[(f64, f64)]) -> Vec<KeyError> {
     if points.len() < 2 {
-        return vec![Mistake::new(key, "a curve needs two points at least", "add more points")];
+        return vec![KeyError::new(key, "a curve needs two points at least", "add more points")];
     }
     if let Some(pair) = points.windows(2).find(|pair| pair[0].0 >= pair[1].0) {
         let message = format!("its points do not rise: after {} comes {} (SI)", pair[0].0, pair[1].0);
-        return vec![Mistake::new(key, message, "list the points in order, each place once")];
+        return vec![KeyError::new(key, message, "list the points in order, each place once")];
     }
     match Spline::new(points).and_then(|spline| spline.turns()) {
         Some((from, to)) => {
             let message = format!("the smooth curve through its points turns back between {from} and {to} (SI)");
-            vec![Mistake::new(key, message, "let the values rise or fall all along, or add points there")]
+            vec![KeyError::new(key, message, "let the values rise or fall all along, or add points there")]
         }
         None => Vec::new(),
     }

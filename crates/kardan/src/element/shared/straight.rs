@@ -1,24 +1,24 @@
 //! What turns and what moves straight.
 
 use super::contact::{Side, play, play_of};
-use super::kind::Mistake;
+use super::kind::KeyError;
 use super::values::Values;
 use crate::equations::{Direction, Domain, Term};
 use crate::units::Exact;
 
 /// `s − lead·φ = offset`, with the play of the element: a row over a mass and a shaft, which is a length.
 pub(in crate::element) fn straight([shaft, mass]: [&str; 2], lead: &Exact, values: &Values) -> Vec<Term> {
-    let along = Direction { entries: vec![(mass.to_string(), Exact::one()), (shaft.to_string(), -lead)] };
+    let direction = Direction { entries: vec![(mass.to_string(), Exact::one()), (shaft.to_string(), -lead)] };
     let offset = values.exact_or_default("offset");
     let moves = match play_of(values) {
-        Some(backlash) => play(&along, &offset, backlash, &Side::of(values)),
-        None => vec![Term::Constraint { along, offset }],
+        Some(backlash) => play(&direction, &offset, backlash, &Side::of(values)),
+        None => vec![Term::Constraint { direction, offset }],
     };
     std::iter::once(Term::Measure(Domain::Translation)).chain(moves).collect()
 }
 
 /// Keys that must name what moves.
-pub(in crate::element) fn check_moves(values: &Values, keys: &[&'static str]) -> Vec<Mistake> {
+pub(in crate::element) fn check_moves(values: &Values, keys: &[&'static str]) -> Vec<KeyError> {
     let still = keys.iter().filter(|key| values.word(key) == Some(crate::equations::GROUND));
-    still.map(|key| Mistake::new(key, "the ground does not move", "name a shaft or mass that moves")).collect()
+    still.map(|key| KeyError::new(key, "the ground does not move", "name a shaft or mass that moves")).collect()
 }

@@ -15,7 +15,7 @@ pub enum Resolved {
     /// A name or a choice.
     Word(String),
     /// Names.
-    Words(Vec<String>),
+    Names(Vec<String>),
     /// A quantity or number, SI.
     Exact(Exact),
     /// Values by name.
@@ -41,7 +41,7 @@ pub enum Resolved {
 pub struct Values {
     map: BTreeMap<&'static str, Resolved>,
     /// Whether the element acts along masses.
-    pub along_masses: bool,
+    pub translational: bool,
     /// What holds for keys that are left out.
     defaults: BTreeMap<&'static str, Resolved>,
 }
@@ -72,7 +72,7 @@ impl Values {
                     map.iter_mut().for_each(|(entry, value)| name(value, format!("{element}.{key}.{entry}")));
                 }
                 Resolved::Word(_)
-                | Resolved::Words(_)
+                | Resolved::Names(_)
                 | Resolved::Tables(_)
                 | Resolved::Poles(_)
                 | Resolved::OfTime(_)
@@ -102,9 +102,9 @@ impl Values {
     }
 
     /// A list of words.
-    pub fn words(&self, key: &str) -> Option<&[String]> {
+    pub fn names(&self, key: &str) -> Option<&[String]> {
         match self.get(key) {
-            Some(Resolved::Words(words)) => Some(words),
+            Some(Resolved::Names(names)) => Some(names),
             _ => None,
         }
     }

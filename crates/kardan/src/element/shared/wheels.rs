@@ -26,8 +26,8 @@ impl Car<'_> {
     }
 
     /// The braking force that is asked for, N.
-    fn asked(&self) -> Option<String> {
-        self.formula("braking").map(|asked| format!("max(0 N, {asked})"))
+    fn braking_force(&self) -> Option<String> {
+        self.formula("braking").map(|braking_force| format!("max(0 N, {braking_force})"))
     }
 
     /// The load of an axle, N.
@@ -41,11 +41,11 @@ impl Car<'_> {
             return;
         }
         self.loads(out);
-        if let Some(asked) = self.asked() {
+        if let Some(braking_force) = self.braking_force() {
             for (axle, f) in AXLES {
-                let half = format!("({asked} * {} / 2)", self.brake_share(axle));
-                for (l, (side, other)) in [("l", ("left", "right")), ("r", ("right", "left"))] {
-                    let [own, rest] = [side, other].map(|side| self.limit(axle, side));
+                let half = format!("({braking_force} * {} / 2)", self.brake_share(axle));
+                for (l, (side, opposite)) in [("l", ("left", "right")), ("r", ("right", "left"))] {
+                    let [own, rest] = [side, opposite].map(|side| self.limit(axle, side));
                     let value = format!("min({own}, max({half}, 2 * {half} - {rest}))");
                     self.share(out, &format!("braking_{f}{l}"), value);
                 }
@@ -68,10 +68,10 @@ impl Car<'_> {
     /// What axles and wheels carry.
     fn loads(&self, out: &mut Entries) {
         let (weight, [a, b]) = (self.weight(), ["front_axle", "rear_axle"].map(|key| self.own(key)));
-        if let (Some(asked), true) = (self.asked(), self.has("height")) {
+        if let (Some(braking_force), true) = (self.braking_force(), self.has("height")) {
             // Of what is asked for, as much as the tyres could bear at rest.
             let [front, rear] = ["front", "rear"].map(|axle| format!("{} * {}", self.friction(axle), self.load(axle)));
-            let moved = format!("min({asked}, {front} + {rear}) * {} / ({a} + {b})", self.own("height"));
+            let moved = format!("min({braking_force}, {front} + {rear}) * {} / ({a} + {b})", self.own("height"));
             self.share(out, "load_front", format!("min({weight}, {} + {moved})", self.load("front")));
             self.share(out, "load_rear", format!("max(0 N, {} - {moved})", self.load("rear")));
         }
@@ -156,17 +156,17 @@ impl Car<'_> {
     pub(in crate::element) fn braked_aside(&self) -> Option<String> {
         self.has("braking").then(|| {
             let delta = self.of("wheel", "phi");
-            let turned = if self.slides() { format!("sin({delta})") } else { delta };
-            format!("({} + {}) * {turned}", self.own("braking_fl"), self.own("braking_fr"))
+            let side_factor = if self.slides() { format!("sin({delta})") } else { delta };
+            format!("({} + {}) * {side_factor}", self.own("braking_fl"), self.own("braking_fr"))
         })
     }
 
     /// What is read of braking: names and expressions.
     pub(in crate::element) fn braking_readings(&self) -> Vec<(&'static str, String)> {
-        let Some(asked) = self.asked() else { return Vec::new() };
+        let Some(braking_force) = self.braking_force() else { return Vec::new() };
         let side = |l: &str| ["f", "r"].map(|f| self.own(&format!("braking_{f}{l}"))).join(" + ");
         let [left, right] = ["l", "r"].map(side);
-        let lack = format!("{asked} - ({left} + {right})");
+        let lack = format!("{braking_force} - ({left} + {right})");
         vec![("braking_left", left), ("braking_right", right), ("braking_lack", lack)]
     }
 }

@@ -43,8 +43,8 @@ impl<'a> Leverage<'a> {
     }
 
     /// Takes the rows of a sample; its residuals become of the size of the errors, where the fit does not hang on this sample alone.
-    pub fn add(&mut self, x: &[f64], left: &mut [f64]) {
-        let (r, p) = (left.len(), self.bread.rows());
+    pub fn add(&mut self, x: &[f64], residual: &mut [f64]) {
+        let (r, p) = (residual.len(), self.bread.rows());
         for i in 0..r {
             for j in 0..p {
                 self.shares[i * p + j] = (0..p).map(|k| x[i * p + k] * self.bread[(k, j)]).sum();
@@ -58,7 +58,7 @@ impl<'a> Leverage<'a> {
         }
         let spread = (0..r).all(|i| self.matrix[i * r + i] > 1e-6) && self.factor.factor(&self.matrix);
         if spread {
-            self.factor.half_solve(left);
+            self.factor.half_solve(residual);
         }
         self.samples += 1;
         for (j, (diagonal, square, all)) in self.sums.iter_mut().enumerate() {

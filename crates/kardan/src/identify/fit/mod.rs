@@ -65,7 +65,7 @@ const CORRECTIONS: usize = 20;
 const SETTLED: f64 = 1e-3;
 /// Times that the covariance of the rows is taken anew, and samples for each column that it needs.
 const REWEIGHTED: usize = 3;
-const FEW: usize = 2;
+const ROWS_PER_COLUMN: usize = 2;
 
 /// Fits the samples chosen. `None` if there are none, or a number is not finite.
 ///
@@ -102,12 +102,13 @@ fn linear(samples: &Samples, chosen: &[usize], options: &FitOptions, reweighted:
     if data.len() == 0 {
         return None;
     }
-    let known = |k: usize| options.speeds.get(k).copied().flatten();
+    let fixed_speed = |k: usize| options.speeds.get(k).copied().flatten();
     let mut shapes: Vec<Option<(f64, Shape)>> = (0..samples.extras)
-        .map(|k| options.shapes.get(k).copied().flatten().map(|shape| (known(k).unwrap_or(1.0), shape)))
+        .map(|k| options.shapes.get(k).copied().flatten().map(|shape| (fixed_speed(k).unwrap_or(1.0), shape)))
         .collect();
     let mut weights = vec![1.0; data.len()];
-    let searched: Vec<usize> = (0..samples.extras).filter(|&k| shapes[k].is_some() && known(k).is_none()).collect();
+    let searched: Vec<usize> =
+        (0..samples.extras).filter(|&k| shapes[k].is_some() && fixed_speed(k).is_none()).collect();
     let mut at_end = Vec::new();
     for round in 0..if searched.len() > 1 { 3 } else { 1 } {
         at_end.clear();
@@ -136,7 +137,7 @@ fn linear(samples: &Samples, chosen: &[usize], options: &FitOptions, reweighted:
     // What is left of the rows need not be as the sensors say: their covariance from the residuals \[Zellner 1962\].
     let scale = scale(&data, &solution, &shapes, &weights);
     let mut rows = Vec::new();
-    while data.rows > 1 && rows.len() < reweighted && data.len() > FEW * data.columns {
+    while data.rows > 1 && rows.len() < reweighted && data.len() > ROWS_PER_COLUMN * data.columns {
         let lower = factor(&row_covariance(&data, &solution, &shapes, &weights), data.rows);
         data.divide(&lower);
         rows.push(lower);

@@ -40,8 +40,8 @@ pub fn residual_tests(samples: &Samples, chosen: &[usize], fit: &Fit) -> Vec<Tes
     fit.row_factors.iter().for_each(|lower| data.divide(lower));
     let series = series(&data, &fit.values[..fit.columns], &fit.shapes, &fit.weights);
     let mut out = Vec::new();
-    let kept: Vec<usize> = (0..data.len()).filter(|&sample| fit.weights[sample] > 0.0).collect();
-    let n = kept.len() as f64;
+    let retained: Vec<usize> = (0..data.len()).filter(|&sample| fit.weights[sample] > 0.0).collect();
+    let n = retained.len() as f64;
     for (row, x) in series.iter().enumerate() {
         let mean = x.iter().sum::<f64>() / n;
         let spread = (x.iter().map(|x| powi(x - mean, 2)).sum::<f64>() / (n - 1.0) / n).sqrt();
@@ -60,10 +60,10 @@ pub fn residual_tests(samples: &Samples, chosen: &[usize], fit: &Fit) -> Vec<Tes
         out.extend(chi_squared_tail(2.0, sum).map(|probability| Test { what: TestKind::Normal, probability }));
     }
     for coordinate in 0..samples.degrees_of_freedom {
-        let mut order: Vec<usize> = (0..kept.len()).collect();
-        let speed = |k: usize| samples.motion(chosen[kept[k]], 1)[coordinate];
+        let mut order: Vec<usize> = (0..retained.len()).collect();
+        let speed = |k: usize| samples.motion(chosen[retained[k]], 1)[coordinate];
         order.sort_by(|&a, &b| speed(a).total_cmp(&speed(b)));
-        let bins = BINS.min(kept.len() / 5);
+        let bins = BINS.min(retained.len() / 5);
         if bins < 3 {
             continue;
         }

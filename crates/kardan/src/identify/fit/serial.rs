@@ -13,10 +13,10 @@ pub(super) fn series(
     weights: &[f64],
 ) -> Vec<Vec<f64>> {
     let mut out = vec![Vec::with_capacity(data.len()); data.rows];
-    let mut left = vec![0.0; data.rows];
+    let mut residual = vec![0.0; data.rows];
     for sample in (0..data.len()).filter(|&sample| weights[sample] > 0.0) {
-        data.residuals(sample, values, shapes, &mut left);
-        out.iter_mut().zip(&left).for_each(|(series, x)| series.push(*x));
+        data.residuals(sample, values, shapes, &mut residual);
+        out.iter_mut().zip(&residual).for_each(|(series, x)| series.push(*x));
     }
     out
 }

@@ -50,11 +50,11 @@ impl Solution {
 
 /// Root mean square of the residuals, for as many rows as are free.
 pub(super) fn scale(data: &Whitened, solution: &Solution, shapes: &[Option<(f64, Shape)>], weights: &[f64]) -> f64 {
-    let mut left = vec![0.0; data.rows];
+    let mut residual = vec![0.0; data.rows];
     let (mut square, mut rows) = (0.0, 0.0);
     for sample in 0..data.len() {
-        data.residuals(sample, &solution.values, shapes, &mut left);
-        square += weights[sample] * dot(&left, &left);
+        data.residuals(sample, &solution.values, shapes, &mut residual);
+        square += weights[sample] * dot(&residual, &residual);
         rows += f64::from(u8::from(weights[sample] > 0.0)) * data.rows as f64;
     }
     let freedom = rows - solution.estimate.rank as f64;
@@ -69,11 +69,11 @@ pub(super) fn row_covariance(
     weights: &[f64],
 ) -> Vec<f64> {
     let r = data.rows;
-    let (mut left, mut out, mut sum) = (vec![0.0; r], vec![0.0; r * r], 0.0);
+    let (mut residual, mut out, mut sum) = (vec![0.0; r], vec![0.0; r * r], 0.0);
     for sample in 0..data.len() {
-        data.residuals(sample, &solution.values, shapes, &mut left);
+        data.residuals(sample, &solution.values, shapes, &mut residual);
         sum += weights[sample];
-        (0..r * r).for_each(|k| out[k] += weights[sample] * left[k / r] * left[k % r]);
+        (0..r * r).for_each(|k| out[k] += weights[sample] * residual[k / r] * residual[k % r]);
     }
     out.iter_mut().for_each(|x| *x /= sum.max(f64::MIN_POSITIVE));
     out

@@ -69,12 +69,12 @@ impl Linearised<'_> {
     fn problem(&self) -> LeastSquares {
         let (data, all) = (self.data, self.columns());
         let mut out = LeastSquares::new(all);
-        let (mut x, mut factors, mut left) = (vec![0.0; all], vec![1.0; data.extras], vec![0.0; data.rows]);
+        let (mut x, mut factors, mut residual) = (vec![0.0; all], vec![1.0; data.extras], vec![0.0; data.rows]);
         for sample in 0..data.len() {
-            data.residuals(sample, &self.solution.values, self.shapes, &mut left);
+            data.residuals(sample, &self.solution.values, self.shapes, &mut residual);
             for i in 0..data.rows {
                 self.fill(sample, i, &mut factors, &mut x);
-                out.add(&x, left[i], self.weights[sample].sqrt());
+                out.add(&x, residual[i], self.weights[sample].sqrt());
             }
         }
         out
@@ -84,22 +84,22 @@ impl Linearised<'_> {
     /// from sample to sample. `bread`: the inverse of the normal matrix.
     fn scores(&self, bread: &Matrix<f64>) -> (Vec<f64>, Vec<f64>) {
         let (data, all, r) = (self.data, self.columns(), self.data.rows);
-        let (mut factors, mut left) = (vec![1.0; data.extras], vec![0.0; r]);
+        let (mut factors, mut residual) = (vec![1.0; data.extras], vec![0.0; r]);
         let mut scores = vec![0.0; data.len() * all];
         let mut block = vec![0.0; r * all];
         let mut leverage = Leverage::new(r, bread);
         for sample in 0..data.len() {
-            data.residuals(sample, &self.solution.values, self.shapes, &mut left);
+            data.residuals(sample, &self.solution.values, self.shapes, &mut residual);
             let root = self.weights[sample].sqrt();
             for i in 0..r {
                 self.fill(sample, i, &mut factors, &mut block[i * all..(i + 1) * all]);
             }
             block.iter_mut().for_each(|x| *x *= root);
-            left.iter_mut().for_each(|x| *x *= root);
-            leverage.add(&block, &mut left);
+            residual.iter_mut().for_each(|x| *x *= root);
+            leverage.add(&block, &mut residual);
             let score = &mut scores[sample * all..(sample + 1) * all];
-            for (i, left) in left.iter().enumerate() {
-                score.iter_mut().zip(&block[i * all..(i + 1) * all]).for_each(|(s, x)| *s += x * left);
+            for (i, residual) in residual.iter().enumerate() {
+                score.iter_mut().zip(&block[i * all..(i + 1) * all]).for_each(|(s, x)| *s += x * residual);
             }
         }
         (scores, leverage.degrees_of_freedom())
@@ -115,12 +115,12 @@ pub(super) fn standard_errors(
     options: &FitOptions,
 ) -> StandardErrors {
     let (p, w) = (data.columns, data.columns - data.extras);
-    let known = |k: usize| options.speeds.get(k).copied().flatten().is_some();
+    let fixed_speed = |k: usize| options.speeds.get(k).copied().flatten().is_some();
     let searched: Vec<usize> =
-        (0..data.extras).filter(|&k| shapes[k].is_some() && !known(k) && solution.values[w + k] != 0.0).collect();
-    let around = Linearised { data, solution, shapes, weights, searched };
-    let all = around.columns();
-    let linear = around.problem().solve().unwrap_or_else(|| solution.estimate.clone());
+        (0..data.extras).filter(|&k| shapes[k].is_some() && !fixed_speed(k) && solution.values[w + k] != 0.0).collect();
+    let linearised = Linearised { data, solution, shapes, weights, searched };
+    let all = linearised.columns();
+    let linear = linearised.problem().solve().unwrap_or_else(|| solution.estimate.clone());
     let effective: f64 =
         weights.iter().map(|weight| f64::from(u8::from(*weight > 0.0))).sum::<f64>() * data.rows as f64;
     let freedom = (effective as usize).saturating_sub(linear.rank) / data.rows.max(1);
@@ -130,7 +130,7 @@ pub(super) fn standard_errors(
         _ => 0,
     };
     let bread = &linear.cofactor;
-    let (scores, degrees_of_freedom) = around.scores(bread);
+    let (scores, degrees_of_freedom) = linearised.scores(bread);
     // What each score moves: their sum of squares has no negative eigenvalue, however badly the columns are told apart.
     let mut moves = vec![0.0; scores.len()];
     for (own, score) in moves.chunks_exact_mut(all.max(1)).zip(scores.chunks_exact(all.max(1))) {
@@ -142,14 +142,14 @@ pub(super) fn standard_errors(
     // Back to all columns, then the Stribeck speeds.
     let shaped: Vec<usize> = (0..data.extras).filter(|&k| shapes[k].is_some()).collect();
     let total = p + shaped.len();
-    let place = |k: usize| around.place(k, &shaped);
+    let place = |k: usize| linearised.place(k, &shaped);
     let entry = |i: usize, j: usize| match (place(i), place(j)) {
         (Some(i), Some(j)) if i < all && j < all => covariance[(i, j)],
         _ => 0.0,
     };
     let lost = |k: usize| place(k).is_some_and(|at| linear.standard_errors.get(at).is_some_and(|e| e.is_infinite()));
     let error = |k: usize| match place(k) {
-        None if k >= p && known(shaped[k - p]) => 0.0,
+        None if k >= p && fixed_speed(shaped[k - p]) => 0.0,
         // The speed of a torque that is zero.
         None if k >= p => f64::INFINITY,
         None => f64::NAN,

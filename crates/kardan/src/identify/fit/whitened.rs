@@ -110,10 +110,10 @@ impl Whitened {
         let (p, w) = (self.columns, self.columns - self.extras);
         let speeds = &self.speeds[sample * self.extras..];
         let factor = |k: usize| shapes[k].map_or(1.0, |(scale, shape)| shape.value(speeds[k] / scale));
-        for (i, left) in out.iter_mut().enumerate() {
+        for (i, residual) in out.iter_mut().enumerate() {
             let row = self.row(sample, i);
             let extra: f64 = (w..p).map(|k| row[k] * factor(k - w) * values[k]).sum();
-            *left = row[p] - dot(&row[..w], &values[..w]) - extra;
+            *residual = row[p] - dot(&row[..w], &values[..w]) - extra;
         }
     }
 }

@@ -41,15 +41,15 @@ impl Functions<'_, '_> {
                 dimension.si(),
                 event.at
             );
-            let mistake = Diagnostic::error("motion::jump", message).at(TableReader::place(table, "to"), "jumps");
+            let diagnostic = Diagnostic::error("motion::jump", message).at(TableReader::place(table, "to"), "jumps");
             out.push(
-                mistake.help("let it change over a time: `over = \"1 ms\"`; only at the begin, at 0 s, it may step"),
+                diagnostic.help("let it change over a time: `over = \"1 ms\"`; only at the begin, at 0 s, it may step"),
             );
         }
         let mut graph = Graph::default();
         let time = graph.new_symbol("t".into(), Dimension::TIME);
         let symbol = graph.new_symbol(signal.to_string(), dimension);
-        let part = Arc::new(Part { name: signal.to_string(), dimension, pieces, told: false });
+        let part = Arc::new(Part { name: signal.to_string(), dimension, pieces, reported: false });
         OfTime::new(graph, time, vec![(symbol, part)], symbol, dimension)
     }
 

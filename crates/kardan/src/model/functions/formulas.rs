@@ -17,19 +17,19 @@ impl Functions<'_, '_> {
     pub(crate) fn formula(
         &mut self,
         expression: &Expression,
-        wanted: Dimension,
+        expected: Dimension,
         own: Vec<(String, Meaning)>,
         (place, what): (&Place, &str),
         out: &mut Vec<Diagnostic>,
     ) -> Option<Formula> {
         let mut names = self.meanings(expression, (place, what), out)?;
-        names.retain(|(name, _)| own.iter().all(|(other, _)| other != name));
+        names.retain(|(name, _)| own.iter().all(|(candidate, _)| candidate != name));
         let own_names: Vec<[String; 2]> = own.iter().map(|(name, _)| [name.clone(), name.clone()]).collect();
         names.extend(own);
-        let formula = Formula { expression: expression.clone(), names, dimension: wanted };
+        let formula = Formula { expression: expression.clone(), names, dimension: expected };
         match self.dimension_of(&formula) {
-            Ok(found) if wanted == Dimension::NONE && found != wanted => {
-                let message = format!("{what}: expected {}, found {}", wanted.noun(), found.noun());
+            Ok(found) if expected == Dimension::NONE && found != expected => {
+                let message = format!("{what}: expected {}, found {}", expected.noun(), found.noun());
                 let at = place.part(expression.text(), 0..expression.text().len());
                 let unit = found.si();
                 let help = format!(
@@ -39,9 +39,12 @@ impl Functions<'_, '_> {
                 out.push(Diagnostic::error("unit::dimension", message).at(at, found.noun()).help(help));
                 None
             }
-            Ok(found) if wanted.is_like(&found) => {
+            Ok(found) if expected.is_like(&found) => {
                 let rate = |name: &str| {
-                    formula.names.iter().any(|(other, meaning)| other == name && matches!(meaning, Meaning::Rate(_)))
+                    formula
+                        .names
+                        .iter()
+                        .any(|(candidate, meaning)| candidate == name && matches!(meaning, Meaning::Rate(_)))
                 };
                 let signs = expression.signs_of(&rate);
                 if let Some((span, _)) = signs.into_iter().find(|(_, of)| self.jumps_where(&formula, of)) {
@@ -54,14 +57,14 @@ impl Functions<'_, '_> {
                 Some(formula)
             }
             Ok(found) => {
-                let message = format!("{what}: expected {}, found {}", wanted.noun(), found.noun());
+                let message = format!("{what}: expected {}, found {}", expected.noun(), found.noun());
                 let at = place.part(expression.text(), 0..expression.text().len());
-                let help = format!("it should come out in a unit such as {}", wanted.example());
+                let help = format!("it should come out in a unit such as {}", expected.example());
                 out.push(Diagnostic::error("unit::dimension", message).at(at, found.noun()).help(help));
                 None
             }
             Err(error) => {
-                out.push(self.formula_mistake(error, expression.text(), own_names, (place, what)));
+                out.push(self.formula_diagnostic(error, expression.text(), own_names, (place, what)));
                 None
             }
         }
@@ -82,7 +85,7 @@ impl Functions<'_, '_> {
                 Some((formula, found))
             }
             Err(error) => {
-                out.push(self.formula_mistake(error, expression.text(), Vec::new(), (place, what)));
+                out.push(self.formula_diagnostic(error, expression.text(), Vec::new(), (place, what)));
                 None
             }
         }
@@ -123,7 +126,8 @@ impl Functions<'_, '_> {
             } else if let Some(value) = self.reader.value_of(name, out) {
                 let (value, dimension) = value?;
                 Meaning::Constant(value, dimension)
-            } else if self.document.doubts.has(name) || self.document.doubts.has(SignalName::new(name).element) {
+            } else if self.document.suppressed.has(name) || self.document.suppressed.has(SignalName::new(name).element)
+            {
                 return None;
             } else {
                 continue;
@@ -133,7 +137,7 @@ impl Functions<'_, '_> {
         for name in expression.tables() {
             match self.table(name, out) {
                 Some(table) => names.push((name.to_string(), Meaning::Table(table?))),
-                None if self.document.doubts.has(name) => return None,
+                None if self.document.suppressed.has(name) => return None,
                 None => {}
             }
         }
@@ -147,7 +151,7 @@ impl Functions<'_, '_> {
         let head = SignalName::new(name).element;
         let is_composite = |keyword: &str| COMPOSITES.iter().any(|kind| kind.keyword == keyword);
         self.document.elements.all(head).find(|one| head != name && is_composite(one.kind.keyword))?;
-        let written = signal.formula.as_ref()?;
+        let formula = signal.formula.as_ref()?;
         let what = format!("signal `{}`", shortened(name));
         if let Some(first) = self.open.iter().position(|open| *open == name) {
             let message = format!("{what}: it follows from itself: {}", circle(&self.open[first..]));
@@ -156,20 +160,20 @@ impl Functions<'_, '_> {
             return Some(None);
         }
         self.open.push(&signal.name);
-        let found = self.formula_of_any(&written.value, (place, &what), out);
+        let found = self.formula_of_any(&formula.value, (place, &what), out);
         self.open.pop();
         Some(found.map(|(formula, _)| Arc::new(formula)))
     }
 
     /// What a formula comes out in.
     fn dimension_of(&self, formula: &Formula) -> Result<Dimension, UnitError> {
-        self.written_formula(formula, &mut Graph::default()).map(|(_, dimension)| dimension)
+        self.formula_expr(formula, &mut Graph::default()).map(|(_, dimension)| dimension)
     }
 
     /// A formula over symbols of its names.
-    pub(super) fn written_formula(&self, formula: &Formula, graph: &mut Graph) -> Result<(Expr, Dimension), UnitError> {
+    pub(super) fn formula_expr(&self, formula: &Formula, graph: &mut Graph) -> Result<(Expr, Dimension), UnitError> {
         let mut named = |graph: &mut Graph, name: &str| {
-            let (_, meaning) = formula.names.iter().find(|(other, _)| other == name)?;
+            let (_, meaning) = formula.names.iter().find(|(candidate, _)| candidate == name)?;
             let dimension = match meaning {
                 Meaning::Constant(value, dimension) => return Some(Named::Constant(value.clone(), *dimension)),
                 Meaning::Table(table) => return Some(Named::Table(Arc::clone(table))),
@@ -183,15 +187,15 @@ impl Functions<'_, '_> {
             };
             Some(Named::Varying(graph.symbol(name, dimension), dimension))
         };
-        graph.written(&formula.expression, &mut named)
+        graph.lowered(&formula.expression, &mut named)
     }
 
     /// Whether a formula jumps where a part of it vanishes; where that part is no sum of its names with numbers, it may.
     fn jumps_where(&self, formula: &Formula, part: &Expression) -> bool {
         let mut graph = Graph::default();
         let of = Formula { expression: part.clone(), ..formula.clone() };
-        let written = [formula, &of].map(|formula| self.written_formula(formula, &mut graph).map(|(value, _)| value));
-        let [Ok(value), Ok(part)] = written else { return true };
+        let exprs = [formula, &of].map(|formula| self.formula_expr(formula, &mut graph).map(|(value, _)| value));
+        let [Ok(value), Ok(part)] = exprs else { return true };
         let solved = graph.symbols(&[part]).into_iter().find_map(|symbol| {
             let slope = graph.derivative(part, symbol);
             let slope = graph.number_of(slope).cloned().filter(|slope| !slope.is_zero())?;
@@ -201,16 +205,20 @@ impl Functions<'_, '_> {
         });
         let Some(place) = solved else { return true };
         let guards: Vec<Expr> = graph.kinks(value).into_iter().map(|kink| graph.guard(kink).0).collect();
-        let there = graph.substitute(&guards, &[place]);
-        let vanishing: Vec<Expr> =
-            guards.into_iter().zip(there).filter(|(_, there)| graph.is_zero(*there)).map(|(guard, _)| guard).collect();
+        let shifted = graph.substitute(&guards, &[place]);
+        let vanishing: Vec<Expr> = guards
+            .into_iter()
+            .zip(shifted)
+            .filter(|(_, shifted)| graph.is_zero(*shifted))
+            .map(|(guard, _)| guard)
+            .collect();
         let Some(sides) = graph.all_sides(&[value], &|guard| vanishing.contains(&guard)) else { return true };
         let sides: Vec<Expr> = sides.into_iter().map(|side| side.exprs[0]).collect();
         let sides = graph.substitute(&sides, &[place]);
         sides.iter().any(|side| *side != sides[0])
     }
 
-    fn formula_mistake(
+    fn formula_diagnostic(
         &self,
         mut error: UnitError,
         text: &str,
@@ -229,9 +237,10 @@ impl Functions<'_, '_> {
             let of_head = || own().filter(|other| SignalName::new(other).element == head);
             let near = nearest(&name, of_head())
                 .or_else(|| nearest(&name, own().chain(signals.clone()).chain(parameters.clone()).chain(["t"])));
-            let parted = |other: &&str| other.contains('-') && other.contains(name.as_str()) && text.contains(*other);
+            let split_name =
+                |other: &&str| other.contains('-') && other.contains(name.as_str()) && text.contains(*other);
             error.help = Some(match near {
-                _ if let Some(whole) = own().chain(signals.clone()).chain(parameters.clone()).find(parted) => {
+                _ if let Some(whole) = own().chain(signals.clone()).chain(parameters.clone()).find(split_name) => {
                     format!("a name with `-` stands in quotes: `'{whole}'`")
                 }
                 Some(near) if near.contains('-') => format!("did you mean `'{near}'`?"),

@@ -54,7 +54,7 @@ impl<'a> Functions<'a, '_> {
         let values = self.reader.values(table.fields, table, &what, &mut Vec::new());
         let columns = match (values.has("file"), table.values.get("points")) {
             (true, Some(_)) => {
-                return tell(
+                return report(
                     table,
                     "points",
                     format!("{what}: there are points and a file"),
@@ -63,7 +63,7 @@ impl<'a> Functions<'a, '_> {
                 );
             }
             (false, None) => {
-                return tell(
+                return report(
                     table,
                     "points",
                     format!("{what}: there are neither points nor a file"),
@@ -78,7 +78,7 @@ impl<'a> Functions<'a, '_> {
                 match of_file(bytes, &values) {
                     Ok(columns) => columns,
                     Err(Refusal { key, message, help }) => {
-                        return tell(table, key, format!("{what}: `{}`: {message}", shortened(file)), &help, out);
+                        return report(table, key, format!("{what}: `{}`: {message}", shortened(file)), &help, out);
                     }
                 }
             }
@@ -88,7 +88,7 @@ impl<'a> Functions<'a, '_> {
         let beyond = if values.word_or_default("beyond") == "hold" { Beyond::Level } else { Beyond::Straight };
         match through(columns, cubic, beyond) {
             Ok(lookup) => Some(lookup),
-            Err((message, help)) => tell(table, key, format!("{what}: {message}"), help, out),
+            Err((message, help)) => report(table, key, format!("{what}: {message}"), help, out),
         }
     }
 
@@ -100,9 +100,9 @@ impl<'a> Functions<'a, '_> {
         for (name, scalar) in entries {
             let label = format!("`{}` in `points` of {what}", name.value);
             if !["x", "y", "value"].contains(&name.value.as_str()) {
-                let mistake = Diagnostic::error("key::unknown", format!("{label} is not known"));
+                let diagnostic = Diagnostic::error("key::unknown", format!("{label} is not known"));
                 out.push(
-                    mistake
+                    diagnostic
                         .at(name.place.clone(), "unknown")
                         .help("points have `x` and `value`, and for a surface `y`, a list each"),
                 );
@@ -139,7 +139,7 @@ impl<'a> Functions<'a, '_> {
     }
 }
 
-fn tell<T>(table: &Table, key: &str, message: String, help: &str, out: &mut Vec<Diagnostic>) -> Option<T> {
+fn report<T>(table: &Table, key: &str, message: String, help: &str, out: &mut Vec<Diagnostic>) -> Option<T> {
     out.push(Diagnostic::error("table::points", message).at(TableReader::place(table, key), "").help(help));
     None
 }
@@ -156,10 +156,10 @@ fn of_file(bytes: Arc<[u8]>, values: &Values) -> Result<Columns, Refusal> {
     let groups = log.groups().to_vec();
     let group = groups.first().ok_or_else(|| refusal("file", "there are no columns", "is it a table?"))?;
     let names = || quoted(group.channels.iter().map(|channel| channel.name.as_str()).take(24));
-    let columns: Vec<usize> = match values.words("columns") {
-        Some(words) => {
+    let columns: Vec<usize> = match values.names("columns") {
+        Some(names) => {
             let column = |name: &String| group.channel(name).ok_or_else(|| unknown("columns", name, group));
-            words.iter().map(column).collect::<Result<_, _>>()?
+            names.iter().map(column).collect::<Result<_, _>>()?
         }
         None => (0..group.channels.len()).collect(),
     };
@@ -168,7 +168,7 @@ fn of_file(bytes: Arc<[u8]>, values: &Values) -> Result<Columns, Refusal> {
         let help = format!("name two or three by `columns`, the value last; there are {}", names());
         return Err(refusal(if values.has("columns") { "columns" } else { "file" }, message, help));
     }
-    let units = values.words("units");
+    let units = values.names("units");
     if let Some(units) = units.filter(|units| units.len() != columns.len()) {
         let message = format!("{} units for {} columns", units.len(), columns.len());
         return Err(refusal("units", message, "give one for each column"));

@@ -17,12 +17,12 @@ use crate::entries::Place;
 use crate::expr::{Expr, Graph, Lookup, Named, OfTime, Part};
 use crate::names::circle;
 use crate::schema::{Field, Kind, Placed, Scalar, Table, Value};
-use crate::signal::{Course, MOST_BREAKPOINTS, Refused};
+use crate::signal::{MOST_BREAKPOINTS, Refused, SignalWriter};
 use crate::units::{Dimension, Expression, UnitError};
 
 /// Times at which a function is looked at before a run, besides its breakpoints, and breakpoints that are.
-const LOOKS: u32 = 64;
-const MOST_LOOKS: usize = 1000;
+const SCAN_POINTS: u32 = 64;
+const MOST_SCAN_POINTS: usize = 1000;
 
 /// The functions of time of a document in the making.
 pub(crate) struct Functions<'a, 'd> {
@@ -92,27 +92,27 @@ impl<'a, 'd> Functions<'a, 'd> {
     pub(crate) fn function(
         &mut self,
         expression: &Expression,
-        wanted: Dimension,
+        expected: Dimension,
         (place, what): (&Place, &str),
         out: &mut Vec<Diagnostic>,
     ) -> Option<OfTime> {
         let names = self.names(expression, (place, what), out)?;
         let mut lookup = |_: &mut Graph, name: &str| named(&names, name);
-        let (value, found) = match self.graph.written(expression, &mut lookup) {
-            Ok(written) => written,
+        let (value, found) = match self.graph.lowered(expression, &mut lookup) {
+            Ok(lowered) => lowered,
             Err(error) => {
-                out.push(self.mistake(error, expression.text(), (place, what)));
+                out.push(self.diagnostic(error, expression.text(), (place, what)));
                 return None;
             }
         };
         let at = place.part(expression.text(), 0..expression.text().len());
-        if !wanted.is_like(&found) {
-            let message = format!("{what}: expected {}, found {}", wanted.noun(), found.noun());
-            let help = format!("it should come out in a unit such as {}", wanted.example());
+        if !expected.is_like(&found) {
+            let message = format!("{what}: expected {}, found {}", expected.noun(), found.noun());
+            let help = format!("it should come out in a unit such as {}", expected.example());
             out.push(Diagnostic::error("unit::dimension", message).at(at, found.noun()).help(help));
             return None;
         }
-        let function = self.function_of(value, wanted)?;
+        let function = self.function_of(value, expected)?;
         if let Some((time, value)) = self.not_finite(&function) {
             let message = format!("{what} is {value} at {time} s");
             let help = "a source needs a finite value all the time: look at divisions, roots, logarithms and exponents";
@@ -124,8 +124,8 @@ impl<'a, 'd> Functions<'a, 'd> {
 
     /// A time at which a function is no finite number, and what it is there.
     fn not_finite(&self, function: &OfTime) -> Option<(f64, f64)> {
-        let evenly = (0..=LOOKS).map(|k| self.horizon * f64::from(k) / f64::from(LOOKS));
-        let starts = function.parts().flat_map(|part| part.pieces.starts()).copied().take(MOST_LOOKS);
+        let evenly = (0..=SCAN_POINTS).map(|k| self.horizon * f64::from(k) / f64::from(SCAN_POINTS));
+        let starts = function.parts().flat_map(|part| part.pieces.starts()).copied().take(MOST_SCAN_POINTS);
         let mut all = evenly.chain(starts).map(|time| (time, function.value(time)));
         all.find(|(_, value)| !value.is_finite())
     }
@@ -146,8 +146,8 @@ impl<'a, 'd> Functions<'a, 'd> {
                 let message =
                     format!("{what}: `{name}` names what moves, a sensor or a block, so it is no function of time");
                 let at = place.part(expression.text(), span);
-                let mistake = Diagnostic::error("signal::moves", message).at(at, "no function of time");
-                out.push(mistake.help("a `reference` of a law, a torque as a law and a `law = \"program\"` take what a block answers by its name"));
+                let diagnostic = Diagnostic::error("signal::moves", message).at(at, "no function of time");
+                out.push(diagnostic.help("a `reference` of a law, a torque as a law and a `law = \"program\"` take what a block answers by its name"));
                 return None;
             } else if self.document.signals.has(name) {
                 let (value, dimension) = self.signal(name, out)?;
@@ -155,7 +155,7 @@ impl<'a, 'd> Functions<'a, 'd> {
             } else if let Some(value) = self.reader.value_of(name, out) {
                 let (value, dimension) = value?;
                 Named::Constant(value, dimension)
-            } else if self.document.doubts.has(name) {
+            } else if self.document.suppressed.has(name) {
                 return None;
             } else {
                 continue;
@@ -171,15 +171,16 @@ impl<'a, 'd> Functions<'a, 'd> {
     }
 
     /// A mistake in an expression, at its place.
-    fn mistake(&self, mut error: UnitError, text: &str, (place, what): (&Place, &str)) -> Diagnostic {
+    fn diagnostic(&self, mut error: UnitError, text: &str, (place, what): (&Place, &str)) -> Diagnostic {
         let at = place.part(text, error.span.clone());
         let name = text.get(error.span.clone()).unwrap_or_default().trim_matches('\'');
         if error.message.starts_with("there is no parameter") && !error.message.contains("behind a number") {
             error.code = "name::unknown";
             error.message = format!("there is no parameter or signal `{}`", shortened(name));
             let signals = self.document.signals.iter().map(|signal| signal.name.as_str());
-            let known = || signals.clone().chain(self.document.parameters.iter().map(|p| p.name.as_str())).chain(["t"]);
-            error.help = Some(match nearest(name, known()) {
+            let readable_names =
+                || signals.clone().chain(self.document.parameters.iter().map(|p| p.name.as_str())).chain(["t"]);
+            error.help = Some(match nearest(name, readable_names()) {
                 Some(near) => format!("did you mean `{near}`?"),
                 None if name.contains('.') => {
                     "a function of time names the time `t`, parameters and signals, nothing that moves".into()
@@ -187,7 +188,7 @@ impl<'a, 'd> Functions<'a, 'd> {
                 None => format!(
                     "declare it by `[signal.{}]` or under `[parameters]`; there are {}",
                     shortened(name),
-                    quoted(known())
+                    quoted(readable_names())
                 ),
             });
         }
@@ -198,8 +199,8 @@ impl<'a, 'd> Functions<'a, 'd> {
     /// The function of time of a signal of that name, which there is; nothing if it has a mistake, which was told.
     pub(crate) fn of_time_named(&mut self, name: &str, out: &mut Vec<Diagnostic>) -> Option<Arc<OfTime>> {
         let (value, dimension) = self.signal(name, out)?;
-        if let Some(known) = self.functions.get(name) {
-            return Some(Arc::clone(known));
+        if let Some(cached) = self.functions.get(name) {
+            return Some(Arc::clone(cached));
         }
         let function = Arc::new(self.function_of(value, dimension)?);
         self.functions.insert(name.to_string(), Arc::clone(&function));
@@ -232,9 +233,9 @@ impl<'a, 'd> Functions<'a, 'd> {
         }
         let mut open = Vec::from_iter(document.signals.get(name).map(|signal| (signal, self.named_by(signal))));
         let mut waiting = HashMap::from([(name, 0)]);
-        while let Some((signal, left)) = open.last_mut() {
+        while let Some((signal, dependencies)) = open.last_mut() {
             let signal = *signal;
-            let made = match left.pop() {
+            let made = match dependencies.pop() {
                 Some(next) if self.made.contains_key(next.name.as_str()) => continue,
                 Some(next) => match waiting.get(next.name.as_str()) {
                     None => {
@@ -250,13 +251,13 @@ impl<'a, 'd> Functions<'a, 'd> {
                             Some(Placed { value: Value::Word(text), place }) => place.part(text, 0..text.len()),
                             _ => signal.place.clone(),
                         };
-                        let mistake = Diagnostic::error("signal::circle", message).at(place, "in a circle");
-                        out.push(mistake.help("write one of them without the others"));
+                        let diagnostic = Diagnostic::error("signal::circle", message).at(place, "in a circle");
+                        out.push(diagnostic.help("write one of them without the others"));
                         None
                     }
                 },
                 None if self.made.contains_key(signal.name.as_str()) => None,
-                None => self.written(signal, out),
+                None => self.lowered(signal, out),
             };
             self.made.entry(&signal.name).or_insert(made);
             open.pop();
@@ -273,7 +274,7 @@ impl<'a, 'd> Functions<'a, 'd> {
         read.names().into_iter().filter(of_time).filter_map(|name| document.signals.get(name)).rev().collect()
     }
 
-    fn written(&mut self, signal: &'a SignalTable, out: &mut Vec<Diagnostic>) -> Option<(Expr, Dimension)> {
+    fn lowered(&mut self, signal: &'a SignalTable, out: &mut Vec<Diagnostic>) -> Option<(Expr, Dimension)> {
         let SignalTable { kind, name, table, .. } = signal;
         let what = &format!("signal `{}`", shortened(name));
         let before = out.len();
@@ -283,8 +284,8 @@ impl<'a, 'd> Functions<'a, 'd> {
         if out.len() > before {
             return None;
         }
-        for mistake in (kind.check)(&values) {
-            out.push(key_mistake("signal::key", table, what, &mistake));
+        for diagnostic in (kind.check)(&values) {
+            out.push(key_diagnostic("signal::key", table, what, &diagnostic));
         }
         if out.len() > before {
             return None;
@@ -300,7 +301,7 @@ impl<'a, 'd> Functions<'a, 'd> {
             },
             _ => Vec::new(),
         };
-        let mut course = Course {
+        let mut writer = SignalWriter {
             graph: &mut self.graph,
             time: self.time,
             name,
@@ -312,15 +313,15 @@ impl<'a, 'd> Functions<'a, 'd> {
             names: &names,
             samples: samples.as_ref(),
         };
-        match (kind.write)(&values, &mut course) {
-            Ok(value) => Some((value, course.dimension)),
-            Err(Refused::Key(code, mistake)) => {
-                out.push(key_mistake(code, table, what, &mistake));
+        match (kind.write)(&values, &mut writer) {
+            Ok(value) => Some((value, writer.dimension)),
+            Err(Refused::Key(code, diagnostic)) => {
+                out.push(key_diagnostic(code, table, what, &diagnostic));
                 None
             }
             Err(Refused::Expression(error)) => {
                 let place = TableReader::place(table, "value");
-                out.push(self.mistake(error, values.word_or_default("value"), (&place, what)));
+                out.push(self.diagnostic(error, values.word_or_default("value"), (&place, what)));
                 None
             }
         }
@@ -336,11 +337,11 @@ impl<'a, 'd> Functions<'a, 'd> {
         out: &mut Vec<Diagnostic>,
     ) {
         for field in fields {
-            let Some(given) = table.values.get(field.name) else { continue };
+            let Some(entry) = table.values.get(field.name) else { continue };
             let label = format!("`{}` of {what}", field.name);
-            match (&field.kind, &given.value) {
+            match (&field.kind, &entry.value) {
                 (Kind::AnyQuantity, Value::Scalar(scalar)) => {
-                    let scalar = Placed { value: scalar.clone(), place: given.place.clone() };
+                    let scalar = Placed { value: scalar.clone(), place: entry.place.clone() };
                     self.like(&scalar, &label, common, out);
                 }
                 (Kind::Lists, Value::Map(entries)) => {
@@ -376,8 +377,8 @@ impl<'a, 'd> Functions<'a, 'd> {
             Some(common) => {
                 let message = format!("{label}: expected {}, as before, found {}", common.noun(), found.noun());
                 let help = format!("write a unit such as {}", common.example());
-                let mistake = Diagnostic::error("unit::dimension", message).at(scalar.place.clone(), found.noun());
-                out.push(mistake.help(help));
+                let diagnostic = Diagnostic::error("unit::dimension", message).at(scalar.place.clone(), found.noun());
+                out.push(diagnostic.help(help));
             }
         }
     }
@@ -385,11 +386,11 @@ impl<'a, 'd> Functions<'a, 'd> {
 
 /// What a name stands for.
 fn named(names: &[(String, Named)], name: &str) -> Option<Named> {
-    names.iter().find(|(other, _)| other == name).map(|(_, named)| named.clone())
+    names.iter().find(|(candidate, _)| candidate == name).map(|(_, named)| named.clone())
 }
 
 /// A mistake in a key of a signal.
-fn key_mistake(code: &'static str, table: &Table, what: &str, mistake: &crate::element::Mistake) -> Diagnostic {
-    let message = format!("{what}: {}", mistake.message);
-    Diagnostic::error(code, message).at(TableReader::place(table, mistake.key), "").help(mistake.help.clone())
+fn key_diagnostic(code: &'static str, table: &Table, what: &str, error: &crate::element::KeyError) -> Diagnostic {
+    let message = format!("{what}: {}", error.message);
+    Diagnostic::error(code, message).at(TableReader::place(table, error.key), "").help(error.help.clone())
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Functions;
-use super::smooth::bend;
+use super::smooth::find_kink;
 use crate::diagnostics::Diagnostic;
 use crate::entries::Place;
 use crate::equations::{Formula, FormulaRow, Meaning};
@@ -42,9 +42,9 @@ impl Functions<'_, '_> {
         for (name, scalar) in entries {
             let Scalar::Expression(expression) = &scalar.value else { continue };
             let label = format!("`{}` in {what}", name.value);
-            let known = out.len();
+            let before = out.len();
             self.reader.check_coordinate(&name.value, &name.place, &label, out);
-            if out.len() > known {
+            if out.len() > before {
                 continue;
             }
             let Some((formula, found)) = self.of_positions(expression, (&scalar.place, &label), out) else { continue };
@@ -79,8 +79,8 @@ impl Functions<'_, '_> {
             }
             if let Some((name, _)) = entries.iter().find(|(name, _)| self.reader.is_ground(&name.value)) {
                 let message = format!("{what}: it names nothing that moves");
-                let mistake = Diagnostic::error("name::ground", message).at(name.place.clone(), "stands still");
-                out.push(mistake.help("name a shaft or mass that moves"));
+                let diagnostic = Diagnostic::error("name::ground", message).at(name.place.clone(), "stands still");
+                out.push(diagnostic.help("name a shaft or mass that moves"));
             }
             return None;
         }
@@ -121,15 +121,15 @@ impl Functions<'_, '_> {
         }
         let is_bent = |part: &Expression| {
             let (mut graph, part) = (Graph::default(), Formula { expression: part.clone(), ..formula.clone() });
-            let kinks = self.written_formula(&part, &mut graph).map(|(value, _)| graph.kinks(value));
+            let kinks = self.formula_expr(&part, &mut graph).map(|(value, _)| graph.kinks(value));
             kinks.is_ok_and(|kinks| kinks.into_iter().any(graph.varying()))
         };
         if is_bent(expression) {
             let message = format!("{what}: it may bend or jump, and no motion follows that");
-            let (span, words) = bend(expression, is_bent);
+            let (span, reason) = find_kink(expression, is_bent);
             let at = place.part(expression.text(), span);
             let help = "leave out abs, min, max, if and sign; of a table take `interpolation = \"cubic\"` with `beyond = \"straight\"`, which goes on without a corner";
-            out.push(Diagnostic::error("motion::kink", message).at(at, words).help(help));
+            out.push(Diagnostic::error("motion::kink", message).at(at, reason).help(help));
             return None;
         }
         Some((Arc::new(formula), found))

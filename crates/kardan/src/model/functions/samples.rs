@@ -21,14 +21,16 @@ pub(super) fn samples(
 ) -> Option<(Option<Samples>, Option<Dimension>)> {
     let Some(file) = values.word("file") else {
         let points = values.map("points").unwrap_or_default();
-        let of = |name: &str| points.iter().filter(|(other, _)| other == name).map(|(_, x)| Exact::to_f64(x)).collect();
+        let of = |name: &str| {
+            points.iter().filter(|(candidate, _)| candidate == name).map(|(_, x)| Exact::to_f64(x)).collect()
+        };
         return Some((Some(Samples { times: of("time"), values: of("value") }), None));
     };
     let shown = shortened(file);
     let bytes = file_of(document, table, file, what, out)?;
     match Chosen::new(bytes, table, values) {
         Ok(chosen) => Some((Some(chosen.samples), Some(chosen.dimension))),
-        Err(Refusal { key, message, help }) => tell(table, key, format!("{what}: `{shown}`: {message}"), &help, out),
+        Err(Refusal { key, message, help }) => report(table, key, format!("{what}: `{shown}`: {message}"), &help, out),
     }
 }
 
@@ -43,15 +45,15 @@ pub(super) fn file_of(
     let help = "check its name: it is looked for from the folder of the model";
     match document.files.get(file) {
         Some(Ok(bytes)) => Some(Arc::clone(bytes)),
-        Some(Err(why)) => tell(table, "file", format!("{what}: {why}"), help, out),
+        Some(Err(why)) => report(table, "file", format!("{what}: {why}"), help, out),
         None => {
             let message = format!("{what}: the file `{}` was not handed over", shortened(file));
-            tell(table, "file", message, "a program gives it by `Project::with_files`", out)
+            report(table, "file", message, "a program gives it by `Project::with_files`", out)
         }
     }
 }
 
-fn tell<T>(table: &Table, key: &str, message: String, help: &str, out: &mut Vec<Diagnostic>) -> Option<T> {
+fn report<T>(table: &Table, key: &str, message: String, help: &str, out: &mut Vec<Diagnostic>) -> Option<T> {
     out.push(Diagnostic::error("signal::file", message).at(TableReader::place(table, key), "").help(help));
     None
 }
@@ -139,16 +141,16 @@ fn column(groups: &[Group], name: Option<&str>) -> Result<(usize, usize), Refusa
             unknown("column", name, &all)
         });
     }
-    let others = groups.iter().enumerate().flat_map(|(k, group)| {
+    let candidates = groups.iter().enumerate().flat_map(|(k, group)| {
         (0..group.channels.len()).filter(|column| group.time != Some(*column)).map(move |column| (k, column))
     });
-    let others: Vec<(usize, usize)> = others.collect();
-    if let [only] = others[..] {
+    let candidates: Vec<(usize, usize)> = candidates.collect();
+    if let [only] = candidates[..] {
         return Ok(only);
     }
-    let names = others.iter().map(|(group, column)| groups[*group].channels[*column].name.as_str());
+    let names = candidates.iter().map(|(group, column)| groups[*group].channels[*column].name.as_str());
     let help = format!("name one by `column`; there are {}", quoted(names.take(24)));
-    Err(refusal("file", format!("{} columns may be the values", others.len()), help))
+    Err(refusal("file", format!("{} columns may be the values", candidates.len()), help))
 }
 
 pub(super) fn unknown(key: &'static str, name: &str, group: &Group) -> Refusal {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Functions, LOOKS, MOST_LOOKS, named};
+use super::{Functions, MOST_SCAN_POINTS, SCAN_POINTS, named};
 use crate::diagnostics::Diagnostic;
 use crate::entries::Place;
 use crate::expr::{Graph, OfTime};
@@ -13,9 +13,12 @@ use crate::units::{Dimension, Expression};
 const ROUNDING: f64 = 1e-9;
 
 /// The first part of an expression that bends or jumps, inner ones first, and where it does in words; the whole where no part does.
-pub(super) fn bend(expression: &Expression, mut is_bent: impl FnMut(&Expression) -> bool) -> (Range<usize>, String) {
-    let found = expression.bends().into_iter().find(|(part, _)| is_bent(part));
-    found.map_or((0..expression.text().len(), "may bend".into()), |(part, words)| (part.span(), words))
+pub(super) fn find_kink(
+    expression: &Expression,
+    mut is_bent: impl FnMut(&Expression) -> bool,
+) -> (Range<usize>, String) {
+    let found = expression.kinks().into_iter().find(|(part, _)| is_bent(part));
+    found.map_or((0..expression.text().len(), "may bend".into()), |(part, reason)| (part.span(), reason))
 }
 
 impl Functions<'_, '_> {
@@ -29,21 +32,21 @@ impl Functions<'_, '_> {
     pub(crate) fn smooth(
         &mut self,
         expression: &Expression,
-        wanted: Dimension,
+        expected: Dimension,
         (place, what): (&Place, &str),
         out: &mut Vec<Diagnostic>,
     ) -> Option<OfTime> {
-        let function = self.function(expression, wanted, (place, what), out)?;
+        let function = self.function(expression, expected, (place, what), out)?;
         let at = place.part(expression.text(), 0..expression.text().len());
         if function.has_kinks() {
             let message = format!("{what}: it may bend or jump between steps, and no motion follows that");
-            let (span, words) = bend(expression, |part| self.is_bent(part, (place, what)));
+            let (span, reason) = find_kink(expression, |part| self.is_bent(part, (place, what)));
             let at = place.part(expression.text(), span);
             let help = "leave out abs, min, max, if and sign, and tables with corners; a `[signal.NAME]` says where it has breakpoints";
-            out.push(Diagnostic::error("motion::kink", message).at(at, words).help(help));
+            out.push(Diagnostic::error("motion::kink", message).at(at, reason).help(help));
             return None;
         }
-        let derivatives = match wanted {
+        let derivatives = match expected {
             Dimension::CURRENT if !self.has_inductance() => Vec::new(),
             Dimension::ANGLE | Dimension::LENGTH => vec![function.clone(), function.rate()],
             Dimension::ANGULAR_VELOCITY | Dimension::VELOCITY | Dimension::CURRENT => vec![function.clone()],
@@ -52,7 +55,7 @@ impl Functions<'_, '_> {
         for (order, derivative) in derivatives.iter().enumerate() {
             let Some((time, jump)) = self.jump(derivative) else { continue };
             let whose = if order == 0 { "it" } else { "its rate" };
-            let effort = if wanted == Dimension::CURRENT { "voltage of an inductance" } else { "torque" };
+            let effort = if expected == Dimension::CURRENT { "voltage of an inductance" } else { "torque" };
             let unit = derivative.dimension().si();
             let message =
                 format!("{what}: {whose} jumps by {jump} {unit} at {time} s, which takes an infinite {effort}");
@@ -66,8 +69,8 @@ impl Functions<'_, '_> {
     /// Whether a part of a function of time has kinks between breakpoints.
     fn is_bent(&mut self, part: &Expression, named_in: (&Place, &str)) -> bool {
         let Some(names) = self.names(part, named_in, &mut Vec::new()) else { return false };
-        let written = self.graph.written(part, &mut |_: &mut Graph, name: &str| named(&names, name));
-        written.is_ok_and(|(value, _)| {
+        let lowered = self.graph.lowered(part, &mut |_: &mut Graph, name: &str| named(&names, name));
+        lowered.is_ok_and(|(value, _)| {
             let kinks = self.graph.kinks(value);
             kinks.into_iter().any(self.graph.varying())
         })
@@ -84,9 +87,9 @@ impl Functions<'_, '_> {
         starts.retain(|start| *start > 0.0 && *start < self.horizon);
         starts.sort_by(f64::total_cmp);
         starts.dedup();
-        let evenly = (0..=LOOKS).map(|k| self.horizon * f64::from(k) / f64::from(LOOKS));
-        let looks = evenly.chain(starts.iter().copied().take(MOST_LOOKS));
-        let largest = looks.map(|time| function.value(time).abs()).fold(0.0, f64::max);
+        let evenly = (0..=SCAN_POINTS).map(|k| self.horizon * f64::from(k) / f64::from(SCAN_POINTS));
+        let scan_times = evenly.chain(starts.iter().copied().take(MOST_SCAN_POINTS));
+        let largest = scan_times.map(|time| function.value(time).abs()).fold(0.0, f64::max);
         let jump = |time: f64| function.value(time) - function.value_before(time);
         let size = |time: f64| largest.max(function.value_before(time).abs());
         starts

@@ -1,11 +1,11 @@
 //! Whether a table is about masses or about shafts.
 
 use super::Node;
-use crate::entries::{Entries, Written};
+use crate::entries::{Entries, RawValue};
 use crate::schema::{Field, Kind};
 
 /// A key that is none, for that of a body.
-pub(super) struct Meant<'a> {
+pub(super) struct MisnamedBody<'a> {
     pub(super) key: &'a str,
     pub(super) field: &'a Field,
     /// What that is called for a body of this kind.
@@ -14,15 +14,17 @@ pub(super) struct Meant<'a> {
 }
 
 /// Keys that are none and name a body, as `mass` or `shaft1`, each with the key of a body that is left: the one with its number, or the first one.
-pub(super) fn meant_bodies<'a>(fields: &'a [Field], node: &'a Node<'_>) -> Vec<Meant<'a>> {
-    let Some(model) = node.known.model else { return Vec::new() };
+pub(super) fn misnamed_bodies<'a>(fields: &'a [Field], node: &'a Node<'_>) -> Vec<MisnamedBody<'a>> {
+    let Some(model) = node.hints.model else { return Vec::new() };
     let is_key = |field: &Field, key: &str| field.name == key || field.alias().is_some_and(|alias| alias == key);
-    let given = |field: &&Field| node.table.iter().any(|keyed| is_key(field, &keyed.key));
-    let mut left: Vec<&Field> =
-        fields.iter().filter(|field| field.kind == Kind::Body && field.alias().is_some() && !given(field)).collect();
+    let is_given_key = |field: &&Field| node.table.iter().any(|keyed| is_key(field, &keyed.key));
+    let mut free_fields: Vec<&Field> = fields
+        .iter()
+        .filter(|field| field.kind == Kind::Body && field.alias().is_some() && !is_given_key(field))
+        .collect();
     let mut out = Vec::new();
     for keyed in node.table.iter().filter(|keyed| !fields.iter().any(|field| is_key(field, &keyed.key))) {
-        let Written::Text(body) = &keyed.entry.value else { continue };
+        let RawValue::Text(body) = &keyed.entry.value else { continue };
         let Some(rest) = ["mass", "shaft", "body"].iter().find_map(|word| keyed.key.strip_prefix(word)) else {
             continue;
         };
@@ -31,29 +33,29 @@ pub(super) fn meant_bodies<'a>(fields: &'a [Field], node: &'a Node<'_>) -> Vec<M
         if !(mass || is_in(model, "shaft", body)) || !number.chars().all(|c| c.is_ascii_digit()) {
             continue;
         }
-        let numbered = left.iter().position(|field| !number.is_empty() && field.name.ends_with(number));
+        let numbered = free_fields.iter().position(|field| !number.is_empty() && field.name.ends_with(number));
         let place = numbered.unwrap_or(0);
-        if place < left.len() {
-            let field = left.remove(place);
+        if place < free_fields.len() {
+            let field = free_fields.remove(place);
             let called = field.alias().filter(|_| mass).unwrap_or_else(|| field.name.to_string());
-            out.push(Meant { key: &keyed.key, field, called, body });
+            out.push(MisnamedBody { key: &keyed.key, field, called, body });
         }
     }
     out
 }
 
 /// Whether an element acts along masses: the first body that it names is one, or, where it names an element and no shaft, one of that; nothing where it names none.
-pub(super) fn moves_along(fields: &[Field], node: &Node<'_>) -> Option<bool> {
-    let model = node.known.model?;
+pub(super) fn names_masses(fields: &[Field], node: &Node<'_>) -> Option<bool> {
+    let model = node.hints.model?;
     let word = |field: &Field| {
         let alias = field.alias();
         let keyed = node.table.keyed(field.name).or_else(|| node.table.keyed(alias.as_deref()?));
-        if let Written::Text(text) = &keyed?.entry.value { Some(text.as_str()) } else { None }
+        if let RawValue::Text(text) = &keyed?.entry.value { Some(text.as_str()) } else { None }
     };
     let bodies = fields.iter().filter(|field| field.kind == Kind::Body);
     let named = bodies.filter_map(word).find(|name| is_in(model, "mass", name) || is_in(model, "shaft", name));
-    let meant = meant_bodies(fields, node);
-    if let Some(name) = named.or_else(|| Some(meant.first()?.body)) {
+    let misnamed = misnamed_bodies(fields, node);
+    if let Some(name) = named.or_else(|| Some(misnamed.first()?.body)) {
         return Some(is_in(model, "mass", name));
     }
     if fields.iter().any(|field| field.kind == Kind::Shaft && word(field).is_some()) {
@@ -65,8 +67,8 @@ pub(super) fn moves_along(fields: &[Field], node: &Node<'_>) -> Option<bool> {
     });
     let of_element = |(kinds, name): (&[&str], &str)| {
         let named = kinds.iter().find_map(|kind| as_table(model, kind)?.get(name));
-        let Some(Written::Table(element)) = named else { return false };
-        element.iter().any(|keyed| matches!(&keyed.entry.value, Written::Text(text) if is_in(model, "mass", text)))
+        let Some(RawValue::Table(element)) = named else { return false };
+        element.iter().any(|keyed| matches!(&keyed.entry.value, RawValue::Text(text) if is_in(model, "mass", text)))
     };
     let mut elements = elements.peekable();
     elements.peek()?;
@@ -74,7 +76,7 @@ pub(super) fn moves_along(fields: &[Field], node: &Node<'_>) -> Option<bool> {
 }
 
 fn as_table<'t>(model: &'t Entries, group: &str) -> Option<&'t Entries> {
-    if let Written::Table(table) = model.get(group)? { Some(table) } else { None }
+    if let RawValue::Table(table) = model.get(group)? { Some(table) } else { None }
 }
 
 fn is_in(model: &Entries, group: &str, name: &str) -> bool {

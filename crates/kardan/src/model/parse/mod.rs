@@ -33,19 +33,19 @@ mod tests;
 mod wording;
 
 use missing::{missing, own_shafts};
-use node::Known;
+use node::HintSource;
 pub use node::Node;
 pub(super) use wording::example;
-use wording::{expected, unknown_key, what_is_written};
+use wording::{describe_value, expected, unknown_key};
 
-use self::masses::{meant_bodies, moves_along};
+use self::masses::{misnamed_bodies, names_masses};
 use crate::diagnostics::{Diagnostic, nearest, shortened};
-use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
-use crate::names::nearest_or_alike;
+use crate::entries::{Entries, Entry, KeyedEntry, Place, RawValue};
+use crate::names::nearest_or_similar;
 use crate::schema::{Field, Kind, Placed, SHORTEST_PERIOD, Scalar, Sign, Table, Value};
 use crate::units::{
-    Dimension, Exact, Expression, Tolerated, UnitError, parse_number, parse_poles, parse_quantity, parse_tolerated,
-    tolerance_mark, written_quantity,
+    Dimension, Exact, Expression, Tolerated, UnitError, format_quantity, parse_number, parse_poles, parse_quantity,
+    parse_tolerated, tolerance_mark,
 };
 
 /// Reads one table by its schema.
@@ -58,11 +58,11 @@ use crate::units::{
 ///
 /// `key::unknown`, `key::missing`, and for each value the errors of [`value`].
 pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Vec<Diagnostic>) -> Table {
-    let known: Vec<&str> = fields.iter().map(|field| field.name).collect();
+    let hints: Vec<&str> = fields.iter().map(|field| field.name).collect();
     let mut read = Table { fields, place: node.place.clone(), ..Table::default() };
     let mut misspelt = Vec::new();
-    let meant = meant_bodies(fields, node);
-    read.along_masses = moves_along(fields, node).unwrap_or_else(|| values_of_masses(fields, node));
+    let misnamed = misnamed_bodies(fields, node);
+    read.translational = names_masses(fields, node).unwrap_or_else(|| values_of_masses(fields, node));
     for keyed in node.table.iter() {
         let name = keyed.key.as_str();
         let field = fields.iter().find(|field| field.name == name);
@@ -78,10 +78,10 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
             Some(field) => {
                 let before = out.len();
                 let label = format!("`{name}` of {what}");
-                let kind = field.kind.along(read.along_masses);
-                match value_near(&kind, &label, &keyed.entry, node.known, out) {
+                let kind = field.kind.for_translation(read.translational);
+                match value_near(&kind, &label, &keyed.entry, node.hints, out) {
                     Some(entry) if field.required && entry.value == Value::Tables(Vec::new()) => {
-                        let reader = Reader { kind: &field.kind, what: &label, place: entry.place, known: node.known };
+                        let reader = Reader { kind: &field.kind, what: &label, place: entry.place, hints: node.hints };
                         reader.unlike("list::length", "one or more tables", "an empty list", "empty", out);
                         read.unread.push(field.name);
                     }
@@ -90,25 +90,25 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
                         if out.len() > before {
                             read.unread.push(field.name);
                         }
-                        if let (Kind::Quantity(..) | Kind::AnyQuantity | Kind::OfTime(_), Written::Text(text)) =
+                        if let (Kind::Quantity(..) | Kind::AnyQuantity | Kind::OfTime(_), RawValue::Text(text)) =
                             (&kind, &keyed.entry.value)
                         {
-                            read.written.insert(field.name, text.clone());
+                            read.source_text.insert(field.name, text.clone());
                         }
                         read.values.insert(field.name, entry);
                     }
                     None => read.unread.push(field.name),
                 }
             }
-            None if let Some(one) = meant.iter().find(|one| one.key == name) => {
+            None if let Some(one) = misnamed.iter().find(|one| one.key == name) => {
                 misspelt.push(one.field.name);
                 let message = format!("{what} has no key `{name}`");
                 let help = format!("did you mean `{}`?", one.called);
                 out.push(Diagnostic::error("key::unknown", message).at(keyed.place.clone(), "unknown key").help(help));
             }
             None => {
-                misspelt.extend(nearest_or_alike(name, known.iter().copied()));
-                out.push(unknown_key(keyed, &known, what, node.name));
+                misspelt.extend(nearest_or_similar(name, hints.iter().copied()));
+                out.push(unknown_key(keyed, &hints, what, node.name));
             }
         }
     }
@@ -116,14 +116,14 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
     let mut proposed = own_shafts(node.table);
     for field in fields.iter().filter(|field| field.required && !broken) {
         // A key that was misspelt is reported once only.
-        let given = |name: &str| node.table.keyed(name).is_some();
-        let absent = !given(field.name) && !field.alias().is_some_and(|alias| given(&alias));
+        let has_key = |name: &str| node.table.keyed(name).is_some();
+        let absent = !has_key(field.name) && !field.alias().is_some_and(|alias| has_key(&alias));
         if absent && !misspelt.contains(&field.name) {
             read.unread.push(field.name);
             out.push(
                 Diagnostic::error("key::missing", format!("{what} needs the key `{}`", field.name))
                     .at(node.place.clone(), format!("`{}` is missing", field.name))
-                    .help(missing(field, node.known, &mut proposed)),
+                    .help(missing(field, node.hints, &mut proposed)),
             );
         }
     }
@@ -139,10 +139,10 @@ fn values_of_masses(fields: &[Field], node: &Node<'_>) -> bool {
     let has_body = fields.iter().any(|field| field.kind == Kind::Body && field.required);
     let reads = |field: &Field, masses: bool| {
         let Some(keyed) = node.table.keyed(field.name) else { return true };
-        value_near(&field.kind.along(masses), "", &keyed.entry, node.known, &mut Vec::new()).is_some()
+        value_near(&field.kind.for_translation(masses), "", &keyed.entry, node.hints, &mut Vec::new()).is_some()
     };
-    let tells = |field: &&Field| field.kind.along(true) != field.kind.along(false);
-    has_body && fields.iter().filter(tells).any(|field| !reads(field, false) && reads(field, true))
+    let differs = |field: &&Field| field.kind.for_translation(true) != field.kind.for_translation(false);
+    has_body && fields.iter().filter(differs).any(|field| !reads(field, false) && reads(field, true))
 }
 
 /// Reads one value by its kind; nothing if it could not be read, and then the reason is in `out`. Of a list or a table
@@ -171,7 +171,7 @@ fn values_of_masses(fields: &[Field], node: &Node<'_>) -> bool {
 /// # Ok::<(), &str>(())
 /// ```
 pub fn value(kind: &Kind, what: &str, entry: &Entry, out: &mut Vec<Diagnostic>) -> Option<Placed<Value>> {
-    value_near(kind, what, entry, Known::default(), out)
+    value_near(kind, what, entry, HintSource::default(), out)
 }
 
 /// The same, with what hints are taken from.
@@ -179,14 +179,14 @@ pub(in crate::model) fn value_near(
     kind: &Kind,
     what: &str,
     entry: &Entry,
-    known: Known<'_>,
+    hints: HintSource<'_>,
     out: &mut Vec<Diagnostic>,
 ) -> Option<Placed<Value>> {
     let place = entry.place.clone();
-    let reader = Reader { kind, what, place: place.clone(), known };
+    let reader = Reader { kind, what, place: place.clone(), hints };
     let read = match (kind, &entry.value) {
         // Reported by the reader of the file.
-        (_, Written::Broken) => None,
+        (_, RawValue::Broken) => None,
         (
             Kind::Shaft
             | Kind::Mass
@@ -198,40 +198,40 @@ pub(in crate::model) fn value_near(
             | Kind::Name
             | Kind::Text
             | Kind::Choice(_),
-            Written::Text(text),
+            RawValue::Text(text),
         ) => reader.word(text, out).map(Value::Word),
-        (Kind::Shafts(_) | Kind::Elements(_) | Kind::Signals | Kind::Outputs | Kind::Words, Written::List(list)) => {
-            reader.words(list, out)
+        (Kind::Shafts(_) | Kind::Elements(_) | Kind::Signals | Kind::Outputs | Kind::Names, RawValue::List(list)) => {
+            reader.names(list, out)
         }
         (
             Kind::Quantity(..) | Kind::Mechanical(..) | Kind::AnyQuantity | Kind::Coefficient | Kind::Number(_),
             literal,
         ) => reader.scalar(literal, out).map(Value::Scalar),
-        (Kind::Coefficients, Written::Table(entries)) => reader.map(&Kind::Coefficient, entries, out),
-        (Kind::Overrides | Kind::Lists | Kind::Point, Written::Table(entries)) => {
+        (Kind::Coefficients, RawValue::Table(entries)) => reader.map(&Kind::Coefficient, entries, out),
+        (Kind::Overrides | Kind::Lists | Kind::Point, RawValue::Table(entries)) => {
             reader.map(&Kind::AnyQuantity, entries, out)
         }
-        (Kind::Point, Written::Text(text)) => match entries_in(text, &place) {
+        (Kind::Point, RawValue::Text(text)) => match entries_in(text, &place) {
             Some(entries) => reader.map(&Kind::AnyQuantity, &entries, out),
             None => {
                 reader.wrong_type(&expected(kind), &entry.value, out);
                 None
             }
         },
-        (Kind::OfTime(_), Written::Text(text)) if is_of_time(text) => reader.formula(text, out),
+        (Kind::OfTime(_), RawValue::Text(text)) if is_of_time(text) => reader.formula(text, out),
         (Kind::OfTime(_), literal) => reader.scalar(literal, out).map(Value::Scalar),
-        (Kind::Formula(_) | Kind::Surface | Kind::Expression, Written::Text(text) | Written::Number(text)) => {
+        (Kind::Formula(_) | Kind::Surface | Kind::Expression, RawValue::Text(text) | RawValue::Number(text)) => {
             reader.formula(text, out)
         }
-        (Kind::Formulas | Kind::Expressions, Written::Table(entries)) => Some(reader.functions(entries, out)),
-        (Kind::Functions, Written::Table(entries)) => Some(reader.functions(entries, out)),
-        (Kind::Tables(fields), Written::List(list)) => {
+        (Kind::Formulas | Kind::Expressions, RawValue::Table(entries)) => Some(reader.functions(entries, out)),
+        (Kind::Functions, RawValue::Table(entries)) => Some(reader.functions(entries, out)),
+        (Kind::Tables(fields), RawValue::List(list)) => {
             let mut tables = Vec::new();
             for (i, entry) in list.iter().enumerate() {
                 let what = format!("entry {} of {what}", i + 1);
                 match &entry.value {
-                    Written::Table(entries) => {
-                        tables.push(table(fields, &Node::unnamed(entries, &entry.place, known), &what, out))
+                    RawValue::Table(entries) => {
+                        tables.push(table(fields, &Node::unnamed(entries, &entry.place, hints), &what, out))
                     }
                     other => {
                         Reader { what: &what, place: entry.place.clone(), ..reader }.wrong_type("a table", other, out)
@@ -240,9 +240,9 @@ pub(in crate::model) fn value_near(
             }
             Some(Value::Tables(tables))
         }
-        (Kind::Poles, Written::List(list)) => reader.poles(list, out),
-        (Kind::Tables(fields) | Kind::Table(fields), Written::Table(entries)) => {
-            Some(Value::Tables(vec![table(fields, &Node::unnamed(entries, &place, known), what, out)]))
+        (Kind::Poles, RawValue::List(list)) => reader.poles(list, out),
+        (Kind::Tables(fields) | Kind::Table(fields), RawValue::Table(entries)) => {
+            Some(Value::Tables(vec![table(fields, &Node::unnamed(entries, &place, hints), what, out)]))
         }
         (_, other) => {
             reader.wrong_type(&expected(kind), other, out);
@@ -293,7 +293,7 @@ pub(super) fn check_name(name: &str, place: Place, what: &str, out: &mut Vec<Dia
 fn entries_in(text: &str, place: &Place) -> Option<Entries> {
     let one = |part: &str| {
         let (key, value) = part.split_once('=')?;
-        let entry = Entry { value: Written::Text(value.trim().into()), place: place.clone() };
+        let entry = Entry { value: RawValue::Text(value.trim().into()), place: place.clone() };
         Some(KeyedEntry { key: key.trim().into(), place: place.clone(), entry })
     };
     text.split(',').map(one).collect()
@@ -304,7 +304,7 @@ struct Reader<'r> {
     kind: &'r Kind,
     what: &'r str,
     place: Place,
-    known: Known<'r>,
+    hints: HintSource<'r>,
 }
 
 impl Reader<'_> {
@@ -313,14 +313,14 @@ impl Reader<'_> {
     }
 
     /// Something else is written than what is expected.
-    fn unlike(&self, code: &'static str, expected: &str, written: &str, label: &str, out: &mut Vec<Diagnostic>) {
-        let message = format!("expected {expected}, found {written}");
+    fn unlike(&self, code: &'static str, expected: &str, source_text: &str, label: &str, out: &mut Vec<Diagnostic>) {
+        let message = format!("expected {expected}, found {source_text}");
         out.push(self.error(code, message, label).help(format!("write it like `{}`", example(self.kind))));
     }
 
-    fn wrong_type(&self, expected: &str, value: &Written, out: &mut Vec<Diagnostic>) {
-        let written = what_is_written(value);
-        self.unlike("type::wrong", expected, &written, &written, out);
+    fn wrong_type(&self, expected: &str, value: &RawValue, out: &mut Vec<Diagnostic>) {
+        let source_text = describe_value(value);
+        self.unlike("type::wrong", expected, &source_text, &source_text, out);
     }
 
     fn word(&self, text: &str, out: &mut Vec<Diagnostic>) -> Option<String> {
@@ -331,7 +331,7 @@ impl Reader<'_> {
         match self.kind {
             Kind::Choice(choices) if !choices.contains(&text) => {
                 let help = match nearest(text, choices.iter().copied()) {
-                    Some(meant) => format!("did you mean \"{meant}\"?"),
+                    Some(nearest_choice) => format!("did you mean \"{nearest_choice}\"?"),
                     None => format!("choose {}", expected(self.kind)),
                 };
                 let message = format!("unknown choice `{}`", shortened(text));
@@ -349,28 +349,28 @@ impl Reader<'_> {
         }
     }
 
-    fn words(&self, list: &[Entry], out: &mut Vec<Diagnostic>) -> Option<Value> {
-        let mut words: Vec<Placed<String>> = Vec::new();
-        for entry in list.iter().filter(|entry| entry.value != Written::Broken) {
+    fn names(&self, list: &[Entry], out: &mut Vec<Diagnostic>) -> Option<Value> {
+        let mut names: Vec<Placed<String>> = Vec::new();
+        for entry in list.iter().filter(|entry| entry.value != RawValue::Broken) {
             let here = Reader { place: entry.place.clone(), ..*self };
-            let Written::Text(text) = &entry.value else {
+            let RawValue::Text(text) = &entry.value else {
                 here.wrong_type("a text", &entry.value, out);
                 continue;
             };
             let Some(word) = here.word(text, out) else { continue };
-            match words.iter().find(|other| other.value == word) {
+            match names.iter().find(|candidate| candidate.value == word) {
                 Some(first) => out.push(
                     here.error("name::duplicate", format!("`{word}` is listed twice"), "again here")
                         .at(first.place.clone(), "first here")
                         .help("remove one of the two"),
                 ),
-                None => words.push(Placed { value: word, place: entry.place.clone() }),
+                None => names.push(Placed { value: word, place: entry.place.clone() }),
             }
         }
         let count = list.len();
         let enough = match *self.kind {
             Kind::Shafts(0) | Kind::Elements(_) => count > 0,
-            Kind::Shafts(asked) => count == asked,
+            Kind::Shafts(arity) => count == arity,
             _ => true,
         };
         if !enough {
@@ -382,15 +382,15 @@ impl Reader<'_> {
                 self.error("list::length", message, label).help(format!("write it like `{}`{or}", example(self.kind))),
             );
         }
-        Some(Value::Words(words))
+        Some(Value::Names(names))
     }
 
     fn poles(&self, list: &[Entry], out: &mut Vec<Diagnostic>) -> Option<Value> {
         let mut poles = Vec::new();
-        for entry in list.iter().filter(|entry| entry.value != Written::Broken) {
+        for entry in list.iter().filter(|entry| entry.value != RawValue::Broken) {
             let here = Reader { place: entry.place.clone(), ..*self };
             let text = match &entry.value {
-                Written::Text(text) | Written::Number(text) => text,
+                RawValue::Text(text) | RawValue::Number(text) => text,
                 other => {
                     here.wrong_type("a number or a text", other, out);
                     continue;
@@ -416,20 +416,20 @@ impl Reader<'_> {
             let what = format!("`{}` in {}", keyed.key, self.what);
             let mut read = |entry: &Entry| {
                 if let Some(Placed { value: Value::Scalar(scalar), place }) =
-                    value_near(kind, &what, entry, self.known, out)
+                    value_near(kind, &what, entry, self.hints, out)
                 {
                     let name = Placed { value: keyed.key.clone(), place: keyed.place.clone() };
                     map.push((name, Placed { value: scalar, place }));
                 }
             };
             match &keyed.entry.value {
-                Written::List(list) if *self.kind == Kind::Lists && list.is_empty() => {
+                RawValue::List(list) if *self.kind == Kind::Lists && list.is_empty() => {
                     let here = Reader { what: &what, place: keyed.entry.place.clone(), ..*self };
                     let help =
                         format!("write its values, for a curve two at least: `{} = [\"1 N m\", \"2 N m\"]`", keyed.key);
                     out.push(here.error("list::length", "a list needs at least one value", "no value").help(help));
                 }
-                Written::List(list) if *self.kind == Kind::Lists => list.iter().for_each(read),
+                RawValue::List(list) if *self.kind == Kind::Lists => list.iter().for_each(read),
                 _ => read(&keyed.entry),
             }
         }
@@ -457,8 +457,8 @@ impl Reader<'_> {
             let what = format!("`{}` in {}", keyed.key, self.what);
             let here = Reader { what: &what, place: keyed.entry.place.clone(), ..*self };
             let text = match &keyed.entry.value {
-                Written::Text(text) | Written::Number(text) => text,
-                Written::Broken => continue,
+                RawValue::Text(text) | RawValue::Number(text) => text,
+                RawValue::Broken => continue,
                 other => {
                     here.wrong_type("a function of time such as \"2 N m * sin(2 pi t / 1 s)\"", other, out);
                     continue;
@@ -476,12 +476,12 @@ impl Reader<'_> {
         Value::Map(map)
     }
 
-    fn scalar(&self, value: &Written, out: &mut Vec<Diagnostic>) -> Option<Scalar> {
+    fn scalar(&self, value: &RawValue, out: &mut Vec<Diagnostic>) -> Option<Scalar> {
         let (text, quoted) = match value {
-            Written::Text(text) => (text.as_str(), true),
-            Written::Number(text) => (text.as_str(), false),
-            Written::Quantity(number, dimension) => {
-                let text = written_quantity(number, *dimension);
+            RawValue::Text(text) => (text.as_str(), true),
+            RawValue::Number(text) => (text.as_str(), false),
+            RawValue::Quantity(number, dimension) => {
+                let text = format_quantity(number, *dimension);
                 return self.literal(number.clone(), *dimension, None, &text, out);
             }
             other => {
@@ -529,8 +529,8 @@ impl Reader<'_> {
 
     /// A number times a parameter of the model, where its name is that of a unit too: `2*J` is twice the parameter, `2 J` an energy.
     fn of_parameter(&self, text: &str) -> Option<Expression> {
-        let parameters = match &self.known.model?.get("parameters")? {
-            Written::Table(table) => table,
+        let parameters = match &self.hints.model?.get("parameters")? {
+            RawValue::Table(table) => table,
             _ => return None,
         };
         if !text.contains(['*', '/', '·', '⋅']) || parse_quantity(text).is_err() {
@@ -549,7 +549,8 @@ impl Reader<'_> {
         // What has no sign of an expression is a quantity with a mistake.
         let called = |at: usize| text[..at].ends_with(|c: char| c.is_ascii_alphanumeric() || c == '_');
         let calls = text.match_indices('(').any(|(at, _)| called(at));
-        let meant = calls || text.contains('+') || [" * ", " - ", " / ", "^("].iter().any(|sign| text.contains(sign));
+        let is_formula =
+            calls || text.contains('+') || [" * ", " - ", " / ", "^("].iter().any(|sign| text.contains(sign));
         // What begins with a name or a parenthesis is no number.
         let named = text.trim_start().starts_with(|c: char| c.is_alphabetic() || matches!(c, '(' | '_' | '\''));
         let read = match Expression::parse(text) {
@@ -557,7 +558,7 @@ impl Reader<'_> {
             Err(own) if named && text.contains(['*', '/', '^', '(', '×', '·']) => return Err(own),
             Err(own) => {
                 let sums = [" + ", " - "].iter().any(|sign| text.contains(sign));
-                return Err(if meant && (sums || error.code != "unit::syntax") { own } else { error });
+                return Err(if is_formula && (sums || error.code != "unit::syntax") { own } else { error });
             }
         };
         if !read.names().is_empty() {

@@ -1,8 +1,8 @@
 //! The tables of a model, with their names and places.
 
-use super::wording::{unknown_key, what_is_written};
+use super::wording::{describe_value, unknown_key};
 use crate::diagnostics::Diagnostic;
-use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
+use crate::entries::{Entries, Entry, KeyedEntry, Place, RawValue};
 
 /// A table of the model with its name and its place.
 ///
@@ -29,12 +29,12 @@ pub struct Node<'t> {
     /// Its keys and values.
     pub table: &'t Entries,
     /// What hints are taken from.
-    pub(in crate::model) known: Known<'t>,
+    pub(in crate::model) hints: HintSource<'t>,
 }
 
 /// Where a hint finds what to propose: an example of such a table, and the whole model for names of its own.
 #[derive(Debug, Clone, Copy, Default)]
-pub(in crate::model) struct Known<'t> {
+pub(in crate::model) struct HintSource<'t> {
     pub example: &'static str,
     pub model: Option<&'t Entries>,
 }
@@ -47,7 +47,7 @@ impl<'t> Node<'t> {
             name_place: Place::default(),
             place: Place::default(),
             table: entries,
-            known: Known { example: "", model: Some(entries) },
+            hints: HintSource { example: "", model: Some(entries) },
         }
     }
 
@@ -67,36 +67,36 @@ impl<'t> Node<'t> {
     pub fn list(&self, key: &str, out: &mut Vec<Diagnostic>) -> Vec<Node<'t>> {
         let Some(keyed) = self.table.keyed(key) else { return Vec::new() };
         match &keyed.entry.value {
-            Written::List(entries) => entries.iter().filter_map(|entry| self.as_table(keyed, entry, out)).collect(),
+            RawValue::List(entries) => entries.iter().filter_map(|entry| self.as_table(keyed, entry, out)).collect(),
             _ => self.as_table(keyed, &keyed.entry, out).into_iter().collect(),
         }
     }
 
     /// Reports `key::unknown` for each key that is not among the known ones.
-    pub fn expect_keys(&self, known: &[&str], what: &str, out: &mut Vec<Diagnostic>) {
+    pub fn expect_keys(&self, keys: &[&str], what: &str, out: &mut Vec<Diagnostic>) {
         for entry in self.table.iter() {
-            if !known.contains(&entry.key.as_str()) {
-                out.push(unknown_key(entry, known, what, ""));
+            if !keys.contains(&entry.key.as_str()) {
+                out.push(unknown_key(entry, keys, what, ""));
             }
         }
     }
 
     fn as_table(&self, keyed: &'t KeyedEntry, entry: &'t Entry, out: &mut Vec<Diagnostic>) -> Option<Node<'t>> {
         let name = keyed.key.as_str();
-        if let Written::Table(table) = &entry.value {
+        if let RawValue::Table(table) = &entry.value {
             return Some(Node {
                 name,
                 name_place: keyed.place.clone(),
                 place: entry.place.clone(),
                 table,
-                known: self.known,
+                hints: self.hints,
             });
         }
         let path = if self.name.is_empty() { name.to_string() } else { format!("{}.{name}", self.name) };
         out.push(
             Diagnostic::error(
                 "type::wrong",
-                format!("`{path}`: expected a table, found {}", what_is_written(&entry.value)),
+                format!("`{path}`: expected a table, found {}", describe_value(&entry.value)),
             )
             .at(entry.place.clone(), "not a table")
             .help(format!("write it as `[{path}]` with its keys below")),
@@ -106,12 +106,12 @@ impl<'t> Node<'t> {
 
     /// With the example of its kind.
     pub(in crate::model) fn like(mut self, example: &'static str) -> Self {
-        self.known.example = example;
+        self.hints.example = example;
         self
     }
 
     /// A table without a name of its own.
-    pub(super) fn unnamed(table: &'t Entries, place: &Place, known: Known<'t>) -> Self {
-        Self { name: "", name_place: place.clone(), place: place.clone(), table, known }
+    pub(super) fn unnamed(table: &'t Entries, place: &Place, hints: HintSource<'t>) -> Self {
+        Self { name: "", name_place: place.clone(), place: place.clone(), table, hints }
     }
 }

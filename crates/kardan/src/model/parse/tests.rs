@@ -38,19 +38,19 @@ fn read(source: &str) -> (Table, String) {
 }
 
 /// What is wrong with one line; `inertia` is there.
-fn mistakes(line: &str) -> String {
+fn diagnostics(line: &str) -> String {
     read(&format!("{line}\ninertia = \"1 kg m^2\"\n")).1
 }
 
 #[test]
-fn a_table_without_mistakes_is_read() {
-    let (table, mistakes) = read(concat!(
+fn a_table_without_errors_is_read() {
+    let (table, diagnostics) = read(concat!(
         "inertia = \"130 kg mm^2\"\nstiffness = 's_wg'\nangle = \"30 deg\"\nratio = 1.02\nshaft = \"wg\"\n",
         "shafts = [\"wg\", \"cs\"]\nlaw = \"linear\"\nterms = { wg = 1, fs = \"50/51\", cs = \"k\" }\n",
         "outputs = [\"rk.phi\"]\nvalue = 3\ntext = '''\nmany\nlines'''\n",
         "event = [{ time = \"1 s\" }, { time = \"2 s\", set = { beta = \"0 deg\", n = -2 } }]\n",
     ));
-    assert_eq!(mistakes, "");
+    assert_eq!(diagnostics, "");
     let literal = |a, b, dimension| Scalar::Literal(Exact::from_ratio(a, b), dimension);
     let get = |key: &str| &table.values[key].value;
     assert_eq!(get("inertia"), &Value::Scalar(literal(130, 1_000_000, Dimension::INERTIA)));
@@ -75,7 +75,7 @@ fn a_table_without_mistakes_is_read() {
 }
 
 #[test]
-fn all_mistakes_of_a_file_are_reported_at_once() {
+fn all_errors_of_a_file_are_reported_at_once() {
     let source = concat!(
         "inerta = 0.05\n",
         "stiffness = \"100 N m\"\n",
@@ -228,7 +228,7 @@ fn each_kind_says_what_it_expects() {
             "error[unit::dimension] 1:18: `time` of `event` of shaft `wg`: expected a time, found a mass | a mass | help: write it like \"2 ms\"\n",
         ),
     ] {
-        assert_eq!(mistakes(line), expected, "{line}");
+        assert_eq!(diagnostics(line), expected, "{line}");
     }
 }
 
@@ -260,7 +260,7 @@ fn what_is_not_toml_is_reported_once_and_the_rest_is_read() {
             "error[toml::syntax] 1:11: this is not TOML: key with no value, expected `=` | help: write it as `key = value`\n",
         ),
     ] {
-        assert_eq!(mistakes(line), expected, "{line}");
+        assert_eq!(diagnostics(line), expected, "{line}");
     }
 }
 
@@ -306,10 +306,10 @@ proptest! {
     }
 
     #[test]
-    fn what_is_read_without_a_mistake_is_what_was_written(numerator in any::<i32>(), denominator in 1_i64..1000) {
+    fn what_is_read_without_an_error_is_what_was_written(numerator in any::<i32>(), denominator in 1_i64..1000) {
         let source = format!("inertia = \"1 kg m^2\"\nratio = \"{numerator}/{denominator}\"\nvalue = {numerator}");
-        let (table, mistakes) = read(&source);
-        prop_assert_eq!(mistakes.is_empty(), numerator != 0);
+        let (table, diagnostics) = read(&source);
+        prop_assert_eq!(diagnostics.is_empty(), numerator != 0);
         let expected = Value::Scalar(Scalar::Literal(Exact::from_integer(numerator.into()), Dimension::NONE));
         prop_assert_eq!(&table.values["value"].value, &expected);
     }

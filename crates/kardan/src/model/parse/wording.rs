@@ -1,19 +1,19 @@
 //! What is asked for and what is written, as words of a sentence.
 
 use crate::diagnostics::{Diagnostic, shortened};
-use crate::entries::{KeyedEntry, Written};
-use crate::names::{did_you_mean, how_to_hold, nearest_or_alike, stands_still};
+use crate::entries::{KeyedEntry, RawValue};
+use crate::names::{did_you_mean, how_to_fix_shaft, is_fixed_name, nearest_or_similar};
 use crate::schema::Kind;
 use crate::units::Dimension;
-use crate::units::written_quantity;
+use crate::units::format_quantity;
 
 /// `owner` is the name of the table, if it has one.
-pub(super) fn unknown_key(entry: &KeyedEntry, known: &[&str], what: &str, owner: &str) -> Diagnostic {
+pub(super) fn unknown_key(entry: &KeyedEntry, keys: &[&str], what: &str, owner: &str) -> Diagnostic {
     let name = entry.key.as_str();
-    let help = did_you_mean(nearest_or_alike(name, known.iter().copied()), || match known {
-        _ if stands_still(name) && what.starts_with("shaft ") => how_to_hold(owner),
+    let help = did_you_mean(nearest_or_similar(name, keys.iter().copied()), || match keys {
+        _ if is_fixed_name(name) && what.starts_with("shaft ") => how_to_fix_shaft(owner),
         [] => format!("{what} takes no keys; remove it"),
-        known => format!("known keys are {}", listed(known, "and")),
+        keys => format!("known keys are {}", listed(keys, "and")),
     });
     Diagnostic::error("key::unknown", format!("{what} has no key `{}`", shortened(name)))
         .at(entry.place.clone(), "unknown key")
@@ -21,19 +21,19 @@ pub(super) fn unknown_key(entry: &KeyedEntry, known: &[&str], what: &str, owner:
 }
 
 /// A value as words of a sentence.
-pub(super) fn what_is_written(value: &Written) -> String {
+pub(super) fn describe_value(value: &RawValue) -> String {
     match value {
-        Written::Text(text) if text.chars().count() <= 40 => format!("the text {text:?}"),
-        Written::Text(_) => "a text".to_string(),
-        Written::Number(number) | Written::Other("a number", number) if number.len() <= 40 => {
+        RawValue::Text(text) if text.chars().count() <= 40 => format!("the text {text:?}"),
+        RawValue::Text(_) => "a text".to_string(),
+        RawValue::Number(number) | RawValue::Other("a number", number) if number.len() <= 40 => {
             format!("the number {number}")
         }
-        Written::Number(_) => "a number".to_string(),
-        Written::Quantity(number, dimension) => written_quantity(number, *dimension),
-        Written::Other(what, _) => (*what).to_string(),
-        Written::List(_) => "a list".to_string(),
-        Written::Table(_) => "a table".to_string(),
-        Written::Broken => "nothing that could be read".to_string(),
+        RawValue::Number(_) => "a number".to_string(),
+        RawValue::Quantity(number, dimension) => format_quantity(number, *dimension),
+        RawValue::Other(what, _) => (*what).to_string(),
+        RawValue::List(_) => "a list".to_string(),
+        RawValue::Table(_) => "a table".to_string(),
+        RawValue::Broken => "nothing that could be read".to_string(),
     }
 }
 
@@ -58,7 +58,7 @@ pub(super) fn expected(kind: &Kind) -> String {
         Kind::Elements(kinds) => format!("a list of one or more names of elements of the kind {}", listed(kinds, "or")),
         Kind::Signal => "the name of a signal".to_string(),
         Kind::Signals => "a list of signal names".to_string(),
-        Kind::Words => "a list of names".to_string(),
+        Kind::Names => "a list of names".to_string(),
         Kind::Name => "a new name".to_string(),
         Kind::Text => "a text".to_string(),
         Kind::AnyQuantity => "a quantity such as \"1.3 N m\"".to_string(),
@@ -99,7 +99,7 @@ pub(in crate::model) fn example(kind: &Kind) -> String {
         Kind::Elements(kinds) => format!("[\"my_{}\"]", kinds.first().unwrap_or(&"element")),
         Kind::Signal => "\"rk.phi\"".to_string(),
         Kind::Signals => "[\"rk.phi\", \"rk.w\"]".to_string(),
-        Kind::Words => "[\"nominal\"]".to_string(),
+        Kind::Names => "[\"nominal\"]".to_string(),
         Kind::Name => "\"ref_rk\"".to_string(),
         Kind::Text => "\"a text\"".to_string(),
         Kind::AnyQuantity => "\"1.3 N m\"".to_string(),
@@ -135,8 +135,8 @@ pub(in crate::model) fn example(kind: &Kind) -> String {
 }
 
 /// `` `a`, `b` or `c` ``
-fn listed(words: &[&str], conjunction: &str) -> String {
-    let quoted: Vec<String> = words.iter().map(|word| format!("`{word}`")).collect();
+fn listed(items: &[&str], conjunction: &str) -> String {
+    let quoted: Vec<String> = items.iter().map(|word| format!("`{word}`")).collect();
     match quoted.split_last() {
         Some((last, [])) => last.clone(),
         Some((last, rest)) => format!("{} {conjunction} {last}", rest.join(", ")),

@@ -9,12 +9,12 @@ use std::sync::Arc;
 
 use super::document::{BlockTable, Document, Instance, SignalTable};
 use super::functions::Functions;
-use super::monitors::{self, WrittenMonitor};
-use super::overlaps::{self, Known, WrittenGuard};
+use super::monitors::{self, MonitorExpr};
+use super::overlaps::{self, Assumptions, TransitionGuard};
 use super::table_reader::TableReader;
-use crate::block::{BlockKind, Expressions, Guard, List, Rule, Wiring};
+use crate::block::{BlockBuilder, BlockKind, Expressions, Guard, List, Rule};
 use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
-use crate::element::{Mistake, Values};
+use crate::element::{KeyError, Values};
 use crate::entries::Place;
 use crate::expr::{Expr, Graph, Interval, Lookup, OfTime, Substitution, Symbol, Traced};
 use crate::names::{HasName, NamedList, SignalName};
@@ -33,7 +33,7 @@ pub struct Programs {
     /// Functions of time that tasks read, by name.
     pub functions: Vec<(String, Arc<OfTime>)>,
     /// What sampled laws tell that tasks read, by name: `column.rk.disturbance`.
-    pub told: Vec<(String, Dimension)>,
+    pub exported: Vec<(String, Dimension)>,
     /// References that blocks introduce, with what they are of and the block: `reference = "ref_rack"`.
     pub references: Vec<(String, Dimension, String)>,
     /// What is looked at in the rows of a run.
@@ -44,8 +44,8 @@ pub struct Programs {
 
 impl Programs {
     /// All answers.
-    pub fn answers(&self) -> impl Iterator<Item = &TaskAnswer> {
-        self.tasks.iter().flat_map(|task| &task.answers)
+    pub fn outputs(&self) -> impl Iterator<Item = &TaskAnswer> {
+        self.tasks.iter().flat_map(|task| &task.outputs)
     }
 }
 
@@ -70,7 +70,7 @@ impl HasName for Outside {
 pub(crate) struct Commands<'a> {
     pub control: String,
     pub period: Option<Exact>,
-    pub written: &'a [(Placed<String>, Placed<Scalar>)],
+    pub expressions: &'a [(Placed<String>, Placed<Scalar>)],
 }
 
 /// What a law tells one input.
@@ -83,17 +83,17 @@ struct Command {
 }
 
 /// Answers of a block: names behind its own, values and dimensions.
-type Answers = Vec<(String, Expr, Dimension)>;
+type Outputs = Vec<(String, Expr, Dimension)>;
 /// What a block remembers: symbol, start, next.
 type Memory = Vec<(Expr, Expr, Expr)>;
 /// Keys that are expressions, with the name in the key where they stand by name.
-type Given = Vec<(&'static str, Option<String>, (Expr, Dimension))>;
+type BlockInputs = Vec<(&'static str, Option<String>, (Expr, Dimension))>;
 
 /// A block that was written.
 #[derive(Debug, Clone)]
 struct Made {
     period: Option<Exact>,
-    answers: Answers,
+    outputs: Outputs,
     memory: Memory,
     /// Names in its expressions, signals written out.
     reads: Arc<BTreeSet<String>>,
@@ -123,7 +123,7 @@ impl<'a> Source<'a> {
 
 /// A formula as it was written out, with the names in it.
 #[derive(Clone)]
-struct WrittenFormula {
+struct FormulaExpr {
     value: Expr,
     dimension: Dimension,
     reads: Arc<BTreeSet<String>>,
@@ -155,23 +155,23 @@ pub(crate) struct Blocks<'a, 'd, 'f> {
     /// Sensors among it that were read since monitors were last given them as they read, by where they stand.
     fresh: Vec<usize>,
     /// What stands for the answers of blocks.
-    answers: BTreeMap<String, (Expr, Dimension)>,
+    outputs: BTreeMap<String, (Expr, Dimension)>,
     /// States of observers as their own keys name them, by name: they move, where what is answered stands still from one sample to the next.
     states: BTreeMap<String, (Expr, Dimension)>,
     made: BTreeMap<&'a str, Option<Made>>,
     /// Signals that name what moves, written out, and what sensors of signals measure.
-    formulas: HashMap<&'a str, Option<WrittenFormula>>,
-    sensors: HashMap<&'a str, Option<WrittenFormula>>,
+    formulas: HashMap<&'a str, Option<FormulaExpr>>,
+    sensors: HashMap<&'a str, Option<FormulaExpr>>,
     /// References that blocks introduce, with the block, and what their blocks measure.
     introduced: HashMap<&'a str, &'a BlockTable>,
-    references: HashMap<&'a str, Option<WrittenFormula>>,
+    references: HashMap<&'a str, Option<FormulaExpr>>,
     /// What waits for others, each behind what waits for it.
     open: Vec<&'a str>,
     waiting: HashSet<&'a str>,
     used_functions: Vec<(String, Arc<OfTime>)>,
     /// Machines, with their states and transitions.
-    machines: Vec<(&'a str, Vec<String>, Vec<WrittenGuard>)>,
-    monitors: Vec<WrittenMonitor>,
+    machines: Vec<(&'a str, Vec<String>, Vec<TransitionGuard>)>,
+    monitors: Vec<MonitorExpr>,
     calls: Vec<TableCall>,
     /// The same by reader, name and place.
     called: HashSet<(String, String, Vec<Expr>)>,
@@ -190,10 +190,10 @@ fn outside_name(block: &str, answer: &str) -> String {
 }
 
 /// The symbols of an answer: `.since` of a machine and others whose units are known before anything is written.
-fn declared_answers(kind: &BlockKind, values: &Values, lists: &[List]) -> Vec<(String, Dimension)> {
+fn declared_outputs(kind: &BlockKind, values: &Values, lists: &[List]) -> Vec<(String, Dimension)> {
     match kind.keyword {
         "state_machine" => {
-            let states = values.words("states").unwrap_or_default().iter();
+            let states = values.names("states").unwrap_or_default().iter();
             let outputs = lists.iter().filter_map(|list| Some((list.name.clone(), list.values.first()?.1)));
             let own = [(String::new(), Dimension::NONE), ("since".to_string(), Dimension::TIME)];
             own.into_iter().chain(states.map(|name| (name.clone(), Dimension::NONE))).chain(outputs).collect()
@@ -226,7 +226,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             outside: outside.into_iter().collect(),
             read: BTreeMap::new(),
             fresh: Vec::new(),
-            answers: BTreeMap::new(),
+            outputs: BTreeMap::new(),
             states: BTreeMap::new(),
             made: BTreeMap::new(),
             formulas: HashMap::new(),
@@ -264,7 +264,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         let nothing = (Programs { broken: true, ..Programs::default() }, Vec::new());
         // What names something in doubt is left out without a word.
         let is_missing = |made: &Option<Made>| made.is_none();
-        let is_short = |(law, commands): (&Commands<'_>, &Vec<Command>)| law.written.len() > commands.len();
+        let is_short = |(law, commands): (&Commands<'_>, &Vec<Command>)| law.expressions.len() > commands.len();
         if errors(out) > before || self.made.values().any(is_missing) || laws.iter().zip(&commands).any(is_short) {
             return nothing;
         }
@@ -296,8 +296,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             calls: std::mem::take(&mut self.calls),
             rules: std::mem::take(&mut self.rules),
         };
-        let (told, references) = (self.told(), self.references());
-        (Programs { tasks, sensors, functions, told, references, looked, broken: false }, of_laws)
+        let (exported, references) = (self.exported(), self.references());
+        (Programs { tasks, sensors, functions, exported, references, looked, broken: false }, of_laws)
     }
 
     /// The references that blocks introduce, sorted.
@@ -312,7 +312,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
     }
 
     /// What was read of sampled laws, sorted.
-    fn told(&self) -> Vec<(String, Dimension)> {
+    fn exported(&self) -> Vec<(String, Dimension)> {
         let of_law = |name: &String| self.document.controls.has(SignalName::new(name).element);
         self.read.iter().filter(|(name, _)| of_law(name)).map(|(name, (_, of))| (name.clone(), *of)).collect()
     }
@@ -320,12 +320,12 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
     /// What a law commands; what is wrong is told.
     fn commands(&mut self, law: &Commands<'a>, out: &mut Vec<Diagnostic>) -> Vec<Command> {
         let mut found = Vec::new();
-        for (name, scalar) in law.written {
+        for (name, scalar) in law.expressions {
             let label = format!("`{}` in `commands` of control `{}`", shortened(&name.value), law.control);
             let motor = self.document.elements.get(&name.value);
-            let wanted = match motor {
+            let expected = match motor {
                 Some(one) if one.kind.keyword == "voltage_source" => Dimension::VOLTAGE,
-                Some(one) if one.kind.keyword == "motor" && one.table.along_masses => Dimension::FORCE,
+                Some(one) if one.kind.keyword == "motor" && one.table.translational => Dimension::FORCE,
                 Some(one) if one.kind.keyword == "motor" => Dimension::TORQUE,
                 _ => {
                     let inputs = || {
@@ -347,9 +347,9 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             let Some((value, dimension)) = self.resolved(read, (&scalar.place, &label), &mut reads, out) else {
                 continue;
             };
-            if !wanted.is_like(&dimension) {
-                let message = format!("{label}: expected {}, found {}", wanted.noun(), dimension.noun());
-                let help = format!("it should come out in a unit such as {}", wanted.example());
+            if !expected.is_like(&dimension) {
+                let message = format!("{label}: expected {}, found {}", expected.noun(), dimension.noun());
+                let help = format!("it should come out in a unit such as {}", expected.example());
                 out.push(
                     Diagnostic::error("unit::dimension", message).at(scalar.place.clone(), dimension.noun()).help(help),
                 );
@@ -358,7 +358,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             found.push(Command {
                 name: name.value.clone(),
                 value,
-                dimension: wanted,
+                dimension: expected,
                 reads,
                 place: scalar.place.clone(),
             });
@@ -372,21 +372,21 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
 
     /// What stands for an answer, of a dimension.
     fn answer_symbol(&mut self, name: String, dimension: Dimension) -> (Expr, Dimension) {
-        if let Some(known) = self.answers.get(&name) {
-            return *known;
+        if let Some(cached) = self.outputs.get(&name) {
+            return *cached;
         }
         let found = (self.symbol(&name, dimension), dimension);
-        self.answers.insert(name, found);
+        self.outputs.insert(name, found);
         found
     }
 
     /// Takes down what a monitor compares.
-    fn watch(&mut self, name: &str, table: &Table, given: &Given) {
-        let of = |key: &str| given.iter().find(|(other, ..)| *other == key).map(|(_, _, found)| *found);
+    fn watch(&mut self, name: &str, table: &Table, inputs: &BlockInputs) {
+        let of = |key: &str| inputs.iter().find(|(candidate, ..)| *candidate == key).map(|(_, _, found)| *found);
         let (Some((residual, _)), Some((threshold, _))) = (of("residual"), of("threshold")) else { return };
         let place = TableReader::place(table, "threshold");
         let waits = table.values.contains_key("debounce");
-        self.monitors.push(WrittenMonitor { name: name.to_string(), residual, threshold, place, waits });
+        self.monitors.push(MonitorExpr { name: name.to_string(), residual, threshold, place, waits });
     }
 
     /// Lets a kind write itself.
@@ -394,20 +394,20 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         &self,
         kind: &BlockKind,
         (values, sample_time, table, lists): (&Values, Option<Exact>, Option<Arc<Lookup>>, Vec<List>),
-        (given, guards, own): (Given, Vec<WrittenGuard>, Vec<[Expr; 2]>),
-    ) -> Result<(Answers, Memory, Vec<KeyRule>), Mistake> {
+        (inputs, guards, own): (BlockInputs, Vec<TransitionGuard>, Vec<[Expr; 2]>),
+    ) -> Result<(Outputs, Memory, Vec<KeyRule>), KeyError> {
         let graph = &self.graph;
         let traced = |expr: Expr| Traced::new(graph, expr);
-        let (mut alone, mut named) = (BTreeMap::new(), BTreeMap::<&str, Expressions<'_>>::new());
-        for (key, name, (expr, dimension)) in given {
+        let (mut unnamed, mut named) = (BTreeMap::new(), BTreeMap::<&str, Expressions<'_>>::new());
+        for (key, name, (expr, dimension)) in inputs {
             match name {
-                None => drop(alone.insert(key, (traced(expr), dimension))),
+                None => drop(unnamed.insert(key, (traced(expr), dimension))),
                 Some(name) => named.entry(key).or_default().push((name, traced(expr), dimension)),
             }
         }
-        let mut wiring = Wiring {
+        let mut builder = BlockBuilder {
             graph,
-            given: alone,
+            inputs: unnamed,
             named,
             own: own.into_iter().map(|both| both.map(traced)).collect(),
             values,
@@ -419,22 +419,22 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             table,
             sample_time,
             memory: Vec::new(),
-            answers: Vec::new(),
+            outputs: Vec::new(),
             rules: RefCell::default(),
         };
-        (kind.write)(&mut wiring)?;
+        (kind.write)(&mut builder)?;
         let rule = |Rule { what, value, above, dimension }: Rule<'_>| {
             let block = String::new();
             KeyRule { block, what, value: value.expr(graph), above, dimension }
         };
-        let rules = wiring.rules.take().into_iter().map(rule).collect();
-        let answers =
-            wiring.answers.iter().map(|answer| (answer.name.clone(), answer.value.expr(graph), answer.dimension));
-        let memory = wiring
+        let rules = builder.rules.take().into_iter().map(rule).collect();
+        let outputs =
+            builder.outputs.iter().map(|answer| (answer.name.clone(), answer.value.expr(graph), answer.dimension));
+        let memory = builder
             .memory
             .iter()
             .map(|entry| (entry.symbol.expr(graph), entry.start.expr(graph), entry.next.expr(graph)));
-        Ok((answers.collect(), memory.collect(), rules))
+        Ok((outputs.collect(), memory.collect(), rules))
     }
 
     /// Checks what a block came out as, and gives its answers to who reads it.
@@ -446,27 +446,27 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         out: &mut Vec<Diagnostic>,
     ) -> Option<Made> {
         let what = format!("block `{}`", shortened(&block.name));
-        if let (Some(unit), Some((_, _, found))) = (unit, made.answers.first())
+        if let (Some(unit), Some((_, _, found))) = (unit, made.outputs.first())
             && !unit.is_like(found)
         {
             let message = format!("{what} answers {}, not {}", found.noun(), unit.noun());
             let at = TableReader::place(&block.table, "unit");
-            let mistake = Diagnostic::error("unit::dimension", message).at(at, "another unit");
-            out.push(mistake.help(format!("write a unit such as {}, or leave `unit` out", found.example())));
+            let diagnostic = Diagnostic::error("unit::dimension", message).at(at, "another unit");
+            out.push(diagnostic.help(format!("write a unit such as {}, or leave `unit` out", found.example())));
             return None;
         }
-        if let (Some(unit), Some(answer)) = (unit, made.answers.first_mut()) {
+        if let (Some(unit), Some(answer)) = (unit, made.outputs.first_mut()) {
             answer.2 = unit;
         }
         let varies = |expr: Expr| !self.graph.borrow().symbols(&[expr]).is_empty();
         if made.memory.iter().any(|(_, start, _)| varies(*start)) {
             let at = TableReader::place(&block.table, "initial");
-            let mistake =
+            let diagnostic =
                 Diagnostic::error("block::start", format!("{what}: what it starts with may vary")).at(at, "varies");
-            out.push(mistake.help("write it with numbers and parameters alone"));
+            out.push(diagnostic.help("write it with numbers and parameters alone"));
             return None;
         }
-        for (answer, _, dimension) in &made.answers {
+        for (answer, _, dimension) in &made.outputs {
             self.answer_symbol(outside_name(&block.name, answer), *dimension);
         }
         Some(made)
@@ -500,8 +500,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
     }
 
     /// Lets the residual of a monitor see sensors as they read, no number where one gives none: nothing else has a use for that.
-    fn take_as_read(&mut self, given: &mut Given) {
-        let residual = given.iter().filter(|(key, ..)| *key == "residual").map(|(_, _, (value, _))| *value);
+    fn take_as_read(&mut self, inputs: &mut BlockInputs) {
+        let residual = inputs.iter().filter(|(key, ..)| *key == "residual").map(|(_, _, (value, _))| *value);
         let residual: Vec<Expr> = residual.collect();
         let mut places = std::mem::take(&mut self.fresh);
         let graph = self.graph.borrow();
@@ -520,19 +520,19 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
                 continue;
             }
             let mut graph = self.graph.borrow_mut();
-            for (_, _, (value, _)) in given.iter_mut().filter(|(key, ..)| *key == "residual") {
+            for (_, _, (value, _)) in inputs.iter_mut().filter(|(key, ..)| *key == "residual") {
                 *value = graph.substitute(&[*value], &[(symbol, as_read)])[0];
             }
         }
     }
 
     fn read_outside(&mut self, outside: Outside) -> (Expr, Dimension) {
-        if let Some(known) = self.read.get(&outside.name) {
-            return *known;
+        if let Some(existing) = self.read.get(&outside.name) {
+            return *existing;
         }
         let found = (self.symbol(&outside.name, outside.dimension), outside.dimension);
         self.read.insert(outside.name.clone(), found);
-        if !self.outside.all(&outside.name).any(|known| *known == outside) {
+        if !self.outside.all(&outside.name).any(|existing| *existing == outside) {
             self.outside.push(outside.clone());
         }
         if matches!(outside.read, Read::Sensor(_)) {
@@ -546,7 +546,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         let (name, signal, place) = sensor;
         self.make(Source::Sensor(name, signal, place), out);
         let dimension = self.sensors.get(name)?.as_ref()?.dimension;
-        let answered = self.answers.contains_key(signal) || self.made.get(signal).is_some_and(Option::is_some);
+        let is_output = self.outputs.contains_key(signal) || self.made.get(signal).is_some_and(Option::is_some);
         let of_time = self.document.signals.get(signal).is_some_and(|signal| signal.formula.is_none());
         let outside = self.outside.get(signal).map(|outside| &outside.read);
         let block = self.of_name(signal).and_then(|block| self.made.get(block)?.as_ref());
@@ -561,7 +561,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             out.push(Diagnostic::error("sensor::signal", message).at(place.clone(), "has a sample time").help(help));
             return None;
         }
-        if !answered && !of_time && !matches!(outside, Some(Read::Source(_))) {
+        if !is_output && !of_time && !matches!(outside, Some(Read::Source(_))) {
             let (message, help) = match outside {
                 Some(_) => (
                     "it is no signal, but what moves or is measured",
@@ -588,7 +588,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             graph,
             reads: vec![(symbol, Read::Source(signal.to_string()))],
             memory: Vec::new(),
-            answers: vec![TaskAnswer {
+            outputs: vec![TaskAnswer {
                 name: name.to_string(),
                 dimension,
                 description: format!("reading of sensor {name}"),
@@ -616,30 +616,31 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         if found.reads.iter().any(needs_samples) {
             return;
         }
-        let (answers, reads) = (vec![(String::new(), found.value, found.dimension)], Arc::clone(&found.reads));
-        self.made.insert(&signal.name, Some(Made { period: None, answers, memory: Vec::new(), reads }));
+        let (outputs, reads) = (vec![(String::new(), found.value, found.dimension)], Arc::clone(&found.reads));
+        self.made.insert(&signal.name, Some(Made { period: None, outputs, memory: Vec::new(), reads }));
     }
 
-    fn mistake(&self, mut error: UnitError, text: &str, (place, what): (&Place, &str)) -> Diagnostic {
+    fn diagnostic(&self, mut error: UnitError, text: &str, (place, what): (&Place, &str)) -> Diagnostic {
         let at = place.part(text, error.span.clone());
         let name = text.get(error.span.clone()).unwrap_or_default().trim_matches('\'').to_string();
         if error.message.starts_with("there is no parameter") && !error.message.contains("behind a number") {
             error.code = "name::unknown";
             error.message = format!("there is no `{}` that a block can read", shortened(&name));
             let document = self.document;
-            let known = || {
+            let readable_names = || {
                 let signals = document.signals.iter().map(|signal| signal.name.as_str());
                 let blocks = document.blocks.iter().map(|block| block.name.as_str());
                 let parameters = document.parameters.iter().map(|parameter| parameter.name.as_str());
-                let answers = self.answers.keys().map(String::as_str);
+                let outputs = self.outputs.keys().map(String::as_str);
                 let outside = self.outside.iter().map(|outside| outside.name.as_str());
                 let sensors = document.signal_sensors().map(|(sensor, ..)| sensor);
-                outside.chain(sensors).chain(signals).chain(blocks).chain(answers).chain(parameters)
+                outside.chain(sensors).chain(signals).chain(blocks).chain(outputs).chain(parameters)
             };
-            let known_whole = known().find(|other| other.contains('-') && text.contains(*other));
-            error.help = Some(match nearest(&name, known()) {
-                _ if known_whole.is_some() => {
-                    let whole = known_whole.unwrap_or_default();
+            let declared_whole =
+                readable_names().find(|candidate| candidate.contains('-') && text.contains(*candidate));
+            error.help = Some(match nearest(&name, readable_names()) {
+                _ if declared_whole.is_some() => {
+                    let whole = declared_whole.unwrap_or_default();
                     format!("in an expression `-` is minus: write the name in quotes, `'{whole}'`")
                 }
                 Some(near) => format!("did you mean `{near}`?"),
@@ -656,13 +657,13 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
 
 impl Blocks<'_, '_, '_> {
     /// What is known of the answers of monitors and machines.
-    fn known(&self, graph: &Graph) -> Known {
-        let symbol = |name: &str| self.answers.get(name).and_then(|(expr, _)| graph.symbol_of(*expr));
-        let mut known = Known::default();
+    fn assumptions(&self, graph: &Graph) -> Assumptions {
+        let symbol = |name: &str| self.outputs.get(name).and_then(|(expr, _)| graph.symbol_of(*expr));
+        let mut assumptions = Assumptions::default();
         let mut one_of = |names: Vec<String>| {
             let symbols: Vec<Symbol> = names.iter().filter_map(|name| symbol(name)).collect();
-            known.not_negative(symbols.iter().copied());
-            known.bounded(&symbols, Rational::ONE);
+            assumptions.not_negative(symbols.iter().copied());
+            assumptions.bounded(&symbols, Rational::ONE);
         };
         for block in self.document.blocks.iter().filter(|block| block.kind.keyword == "monitor") {
             one_of(vec![block.name.clone()]);
@@ -671,23 +672,23 @@ impl Blocks<'_, '_, '_> {
             one_of(states.iter().map(|state| outside_name(name, state)).collect());
         }
         let counts = self.machines.iter().flat_map(|(name, ..)| [outside_name(name, "since"), outside_name(name, "")]);
-        known.not_negative(counts.filter_map(|name| symbol(&name)));
-        known
+        assumptions.not_negative(counts.filter_map(|name| symbol(&name)));
+        assumptions
     }
 
     /// Warns of transitions that overlap, and of those that are never taken.
     fn check_transitions(&self, out: &mut Vec<Diagnostic>) {
         let graph = self.graph.borrow();
-        let known = self.known(&graph);
+        let assumptions = self.assumptions(&graph);
         for (name, states, guards) in &self.machines {
-            overlaps::check(&format!("block `{}`", shortened(name)), (states, guards), (&graph, &known), out);
+            overlaps::check(&format!("block `{}`", shortened(name)), (states, guards), (&graph, &assumptions), out);
         }
     }
 }
 
 impl<'a> Blocks<'a, '_, '_> {
     /// What is known of answers by what they are: alarms and states from 0 to 1, counts from 0 on.
-    fn known_bounds(&self) -> BTreeMap<String, Interval> {
+    fn symbol_bounds(&self) -> BTreeMap<String, Interval> {
         let mut out = BTreeMap::new();
         let to = |high: f64| Interval { low: 0.0, high };
         out.extend(self.monitors.iter().map(|monitor| (monitor.name.clone(), to(1.0))));
@@ -705,8 +706,8 @@ impl<'a> Blocks<'a, '_, '_> {
             return;
         }
         let mut graph = self.graph.borrow().clone();
-        let own = self.known_bounds();
-        let symbol = |name: &str| self.answers.get(name).and_then(|(expr, _)| self.graph.borrow().symbol_of(*expr));
+        let own = self.symbol_bounds();
+        let symbol = |name: &str| self.outputs.get(name).and_then(|(expr, _)| self.graph.borrow().symbol_of(*expr));
         let bounds: HashMap<Symbol, Interval> =
             own.iter().filter_map(|(name, bound)| Some((symbol(name)?, *bound))).collect();
         let mut values = Substitution::default();
@@ -716,13 +717,13 @@ impl<'a> Blocks<'a, '_, '_> {
                 values.set(symbol, value);
             }
         }
-        let (known, noises) = (self.known(&graph), self.noises());
+        let (assumptions, noises) = (self.assumptions(&graph), self.noises());
         for monitor in &self.monitors {
             let what = format!("block `{}`", shortened(&monitor.name));
             let compared = values.of(&mut graph, &[monitor.residual, monitor.threshold]);
             let [residual, threshold] = compared[..] else { continue };
             let before = out.len();
-            monitors::check(&what, (monitor, [residual, threshold]), &mut graph, (&bounds, &known), out);
+            monitors::check(&what, (monitor, [residual, threshold]), &mut graph, (&bounds, &assumptions), out);
             if out.len() == before {
                 monitors::check_noise(&what, (monitor, [residual, threshold]), &mut graph, &noises, out);
             }
@@ -747,8 +748,8 @@ pub(super) fn unit_of(table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> O
         Ok((_, dimension)) => Some(dimension),
         Err(error) => {
             let message = format!("`unit` of {what}: {}", error.message);
-            let mistake = Diagnostic::error(error.code, message).at(place.clone(), "no unit");
-            out.push(mistake.help("write a unit such as \"N m\""));
+            let diagnostic = Diagnostic::error(error.code, message).at(place.clone(), "no unit");
+            out.push(diagnostic.help("write a unit such as \"N m\""));
             None
         }
     }
@@ -763,8 +764,10 @@ fn warn_of_growth(values: &Values, table: &Table, what: &str, out: &mut Vec<Diag
         "{what}: its pole at {}{beside} 1/s has a real part above zero: what it answers grows without end, whatever it reads",
         real.to_f64()
     );
-    let told = Diagnostic::warning("block::unstable", message).at(TableReader::place(table, "poles"), "grows");
-    out.push(told.help("check the sign: what decays has negative poles; leave it where a loop around it holds it"));
+    let diagnostic = Diagnostic::warning("block::unstable", message).at(TableReader::place(table, "poles"), "grows");
+    out.push(
+        diagnostic.help("check the sign: what decays has negative poles; leave it where a loop around it holds it"),
+    );
 }
 
 /// What breaks a circle.

@@ -73,16 +73,16 @@ impl<'a> Blocks<'a, '_, '_> {
     }
 
     /// All answers in the order of blocks, each with those that it follows from at once.
-    fn all_answers(&self) -> Vec<Ordered<'a>> {
+    fn all_outputs(&self) -> Vec<Ordered<'a>> {
         let graph = self.graph.borrow();
         let named: HashMap<Symbol, &str> = self
-            .answers
+            .outputs
             .iter()
             .filter_map(|(name, (expr, _))| Some((graph.symbol_of(*expr)?, name.as_str())))
             .collect();
         let made = self.made.iter().filter_map(|(block, made)| Some((*block, made.as_ref()?)));
-        let answers = made.flat_map(|(block, made)| made.answers.iter().map(move |answer| (block, answer)));
-        let mut all: Vec<Ordered<'a>> = answers
+        let outputs = made.flat_map(|(block, made)| made.outputs.iter().map(move |answer| (block, answer)));
+        let mut all: Vec<Ordered<'a>> = outputs
             .map(|(block, (answer, value, dimension))| Ordered {
                 block,
                 answer: answer.clone(),
@@ -102,14 +102,14 @@ impl<'a> Blocks<'a, '_, '_> {
 
     /// All answers, each behind those that it follows from at once. Circles are told.
     pub(super) fn order(&self, out: &mut Vec<Diagnostic>) -> Option<Vec<Ordered<'a>>> {
-        let all = self.all_answers();
+        let all = self.all_outputs();
         let places: HashMap<&str, usize> =
             all.iter().enumerate().map(|(k, answer)| (answer.name.as_str(), k)).collect();
         let period = |block: &str| self.made.get(block)?.as_ref().map(|made| &made.period);
         let needs = |answer: &Ordered<'_>| {
             // What another task answers stands still.
             let of_task = |name: &&String| {
-                self.of_name(name).and_then(period).is_some_and(|other| Some(other) == period(answer.block))
+                self.of_name(name).and_then(period).is_some_and(|candidate| Some(candidate) == period(answer.block))
             };
             let names = answer.at_once.iter().filter(of_task);
             names.filter_map(|name| places.get(name.as_str()).copied()).collect()
@@ -117,27 +117,28 @@ impl<'a> Blocks<'a, '_, '_> {
         let needs: Vec<Vec<usize>> = all.iter().map(needs).collect();
         let (order, circles) = in_order(&needs);
         for circle in &circles {
-            let answers: Vec<(&str, &str)> = circle.iter().map(|k| (all[*k].block, all[*k].name.as_str())).collect();
-            out.push(self.circle(&answers));
+            let outputs: Vec<(&str, &str)> = circle.iter().map(|k| (all[*k].block, all[*k].name.as_str())).collect();
+            out.push(self.circle(&outputs));
         }
         let mut all: Vec<Option<Ordered<'a>>> = all.into_iter().map(Some).collect();
         circles.is_empty().then(|| order.into_iter().filter_map(|k| all[k].take()).collect())
     }
 
     /// What is wrong with answers of blocks that follow from each other at once, with the signals between them where there are few.
-    fn circle(&self, answers: &[(&str, &str)]) -> Diagnostic {
+    fn circle(&self, outputs: &[(&str, &str)]) -> Diagnostic {
         let mut names: Vec<&str> = Vec::new();
-        for (k, (block, answer)) in answers.iter().enumerate() {
+        for (k, (block, answer)) in outputs.iter().enumerate() {
             names.push(answer);
-            if answers.len() <= MOST_WITH_SIGNALS {
-                names.extend(self.signals_between(block, answers[(k + 1) % answers.len()].1));
+            if outputs.len() <= MOST_WITH_SIGNALS {
+                names.extend(self.signals_between(block, outputs[(k + 1) % outputs.len()].1));
             }
         }
         let message = format!("blocks follow from each other at the same sample: {}", circle(&names));
-        let found = answers.first().and_then(|(block, _)| self.document.blocks.get(block));
-        let mistake = Diagnostic::error("block::circle", message);
-        let mistake = found.into_iter().fold(mistake, |told, block| told.at(block.place.clone(), "in a circle"));
-        mistake.help(BREAK_CIRCLE)
+        let found = outputs.first().and_then(|(block, _)| self.document.blocks.get(block));
+        let diagnostic = Diagnostic::error("block::circle", message);
+        let diagnostic =
+            found.into_iter().fold(diagnostic, |diagnostic, block| diagnostic.at(block.place.clone(), "in a circle"));
+        diagnostic.help(BREAK_CIRCLE)
     }
 
     /// The signals by way of which a block reads an answer, by the shortest way; none where it names it itself.
@@ -147,14 +148,14 @@ impl<'a> Blocks<'a, '_, '_> {
         let mut first = BTreeSet::new();
         block.table.values.values().for_each(|found| names_in(&found.value, &mut first));
         ways.push_back((Vec::new(), first));
-        let mut seen: BTreeSet<&'a str> = BTreeSet::new();
+        let mut visited: BTreeSet<&'a str> = BTreeSet::new();
         while let Some((way, names)) = ways.pop_front() {
             if names.contains(answer) {
                 return way;
             }
             for signal in names.iter().filter_map(|name| self.document.signals.get(name)) {
-                let Some(written) = signal.formula.as_ref().filter(|_| seen.insert(&signal.name)) else { continue };
-                let own = written.value.names().into_iter().map(String::from).collect();
+                let Some(formula) = signal.formula.as_ref().filter(|_| visited.insert(&signal.name)) else { continue };
+                let own = formula.value.names().into_iter().map(String::from).collect();
                 ways.push_back((way.iter().copied().chain([signal.name.as_str()]).collect(), own));
             }
         }
@@ -162,10 +163,15 @@ impl<'a> Blocks<'a, '_, '_> {
     }
 
     /// The blocks of one sample time, those in order, with what they read of others as from outside.
-    pub(super) fn task(&self, period: Option<Exact>, order: &[Ordered<'a>], stands: impl Fn(&str) -> bool) -> Task {
+    pub(super) fn task(
+        &self,
+        period: Option<Exact>,
+        order: &[Ordered<'a>],
+        keeps_symbol: impl Fn(&str) -> bool,
+    ) -> Task {
         let mut graph = self.graph.borrow().clone();
         let mut values = Substitution::default();
-        let (mut answers, mut steps): (Vec<TaskAnswer>, Vec<Step>) = (Vec::new(), Vec::new());
+        let (mut outputs, mut steps): (Vec<TaskAnswer>, Vec<Step>) = (Vec::new(), Vec::new());
         let mut places: HashMap<&str, usize> = HashMap::new();
         let of_period = |block: &str| self.made.get(block)?.as_ref().filter(|made| made.period == period);
         for Ordered { block, answer, name, value, dimension, at_once } in order {
@@ -173,8 +179,8 @@ impl<'a> Blocks<'a, '_, '_> {
             let of_block = self.document.blocks.get(block);
             let kind = of_block.map_or("expression", |block| block.kind.keyword);
             let value = values.of(&mut graph, &[*value])[0];
-            let symbol = self.answers.get(name).and_then(|(expr, _)| graph.symbol_of(*expr));
-            if let Some(symbol) = symbol.filter(|_| !stands(block)) {
+            let symbol = self.outputs.get(name).and_then(|(expr, _)| graph.symbol_of(*expr));
+            if let Some(symbol) = symbol.filter(|_| !keeps_symbol(block)) {
                 values.set(symbol, value);
             }
             let whose = kind.replace('_', " ");
@@ -185,7 +191,7 @@ impl<'a> Blocks<'a, '_, '_> {
             } else {
                 format!("{answer} of the {whose} {block}")
             };
-            answers.push(TaskAnswer { name: name.clone(), dimension: *dimension, description, value });
+            outputs.push(TaskAnswer { name: name.clone(), dimension: *dimension, description, value });
             let place = *places.entry(block).or_insert(steps.len());
             match steps.get_mut(place) {
                 Some(step) => step.at_once.extend(at_once.iter().cloned()),
@@ -207,7 +213,7 @@ impl<'a> Blocks<'a, '_, '_> {
             }
         }
         let exprs: Vec<Expr> =
-            answers.iter().map(|answer| answer.value).chain(memory.iter().map(|entry| entry.next)).collect();
+            outputs.iter().map(|answer| answer.value).chain(memory.iter().map(|entry| entry.next)).collect();
         let reads = self.reads_of(&graph, &exprs);
         let name = match &period {
             Some(period) => format!("blocks at {}", shown_quantity(period, Dimension::TIME)),
@@ -215,7 +221,7 @@ impl<'a> Blocks<'a, '_, '_> {
         };
         let moving = self.moving(&reads, &memory);
         let (names, lists) = (Vec::new(), Lists::default());
-        Task { name, period, graph, reads, memory, answers, moving, names, order: steps, lists }
+        Task { name, period, graph, reads, memory, outputs, moving, names, order: steps, lists }
     }
 
     /// What a law commands, with the blocks of its sample time that it needs.
@@ -228,19 +234,19 @@ impl<'a> Blocks<'a, '_, '_> {
         // What reads another sample time is read as the blocks have it: they computed before.
         let crosses = |name: &str| self.document.blocks.get(name).is_some_and(|block| block.kind.crosses);
         let mut task = self.task(period, order, crosses);
-        let symbol = |graph: &Graph, name: &str| self.answers.get(name).and_then(|(expr, _)| graph.symbol_of(*expr));
-        let inside = task.answers.iter().filter(|answer| !crosses(&answer.name));
-        let known: Vec<(Symbol, Expr)> =
+        let symbol = |graph: &Graph, name: &str| self.outputs.get(name).and_then(|(expr, _)| graph.symbol_of(*expr));
+        let inside = task.outputs.iter().filter(|answer| !crosses(&answer.name));
+        let substitutions: Vec<(Symbol, Expr)> =
             inside.filter_map(|answer| Some((symbol(&task.graph, &answer.name)?, answer.value))).collect();
-        task.answers = Vec::new();
+        task.outputs = Vec::new();
         let names: BTreeSet<String> = commands.iter().flat_map(|command| command.reads.iter().cloned()).collect();
         task.names = names.into_iter().collect();
         for Command { name, value, dimension, .. } in commands {
-            let value = task.graph.substitute(&[value], &known)[0];
-            task.answers.push(TaskAnswer { description: format!("command of {name}"), name, dimension, value });
+            let value = task.graph.substitute(&[value], &substitutions)[0];
+            task.outputs.push(TaskAnswer { description: format!("command of {name}"), name, dimension, value });
         }
         // What is remembered and needed, until nothing new is.
-        let mut exprs: Vec<Expr> = task.answers.iter().map(|answer| answer.value).collect();
+        let mut exprs: Vec<Expr> = task.outputs.iter().map(|answer| answer.value).collect();
         let places: HashMap<Symbol, usize> =
             task.memory.iter().enumerate().map(|(place, entry)| (entry.symbol, place)).collect();
         let mut memory: Vec<Option<Entry>> = std::mem::take(&mut task.memory).into_iter().map(Some).collect();
@@ -285,8 +291,8 @@ impl<'a> Blocks<'a, '_, '_> {
         for (block, made) in self.made.iter().filter_map(|(block, made)| Some((block, made.as_ref()?))) {
             let symbols = made.memory.iter().filter_map(|(own, _, next)| Some((graph.symbol_of(*own)?, *next)));
             stand_for.extend(symbols);
-            for (answer, value, _) in &made.answers {
-                let symbol = self.answers.get(&outside_name(block, answer));
+            for (answer, value, _) in &made.outputs {
+                let symbol = self.outputs.get(&outside_name(block, answer));
                 stand_for.extend(symbol.and_then(|(own, _)| Some((graph.symbol_of(*own)?, *value))));
             }
         }
@@ -300,12 +306,12 @@ impl<'a> Blocks<'a, '_, '_> {
             let symbol = graph.symbol_of(self.read.get(&outside.name)?.0)?;
             Some((symbol, outside.read.clone()))
         });
-        let others = self.answers.iter().filter_map(|(name, (expr, _))| {
+        let answers_read = self.outputs.iter().filter_map(|(name, (expr, _))| {
             let symbol = graph.symbol_of(*expr)?;
             Some((symbol, Read::Source(name.clone())))
         });
         let mut reads: Vec<_> =
-            outside.chain(others).filter(|(symbol, _)| used.binary_search(symbol).is_ok()).collect();
+            outside.chain(answers_read).filter(|(symbol, _)| used.binary_search(symbol).is_ok()).collect();
         reads.sort_by(|a, b| a.1.cmp(&b.1));
         reads
     }

@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use super::{
-    Blocks, Given, Made, Outside, Source, WrittenFormula, declared_answers, errors, outside_name, warn_of_growth,
+    BlockInputs, Blocks, FormulaExpr, Made, Outside, Source, declared_outputs, errors, outside_name, warn_of_growth,
 };
 use crate::block::List;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
@@ -13,7 +13,7 @@ use crate::element::Values;
 use crate::entries::Place;
 use crate::expr::{Expr, Graph, Named};
 use crate::model::document::BlockTable;
-use crate::model::overlaps::WrittenGuard;
+use crate::model::overlaps::TransitionGuard;
 use crate::names::{SignalName, circle};
 use crate::program::{KeyRule, Read};
 use crate::schema::{Kind, Placed, Scalar, Table, Value};
@@ -22,7 +22,7 @@ use crate::units::{Dimension, Expression};
 /// Why an expression is not written.
 pub(super) enum Stopped<'a> {
     /// It, or what it names, has a mistake, which was told.
-    Mistake,
+    Reported,
     /// It names what is to be written before.
     Needs(Source<'a>),
 }
@@ -41,7 +41,7 @@ struct KeyExpression<'a> {
 struct Open<'a> {
     source: Source<'a>,
     expressions: Vec<KeyExpression<'a>>,
-    written: Vec<(Expr, Dimension)>,
+    lowered: Vec<(Expr, Dimension)>,
     reads: BTreeSet<String>,
     /// Of a block.
     keys: Keys,
@@ -69,7 +69,7 @@ impl<'a> Blocks<'a, '_, '_> {
         while let Some(open) = stack.last_mut() {
             match self.write_on(open, out) {
                 Some(Stopped::Needs(source)) => stack.extend(self.begin(source, out)),
-                Some(Stopped::Mistake) => {
+                Some(Stopped::Reported) => {
                     let source = open.source;
                     stack.pop();
                     self.close(source, None);
@@ -116,7 +116,7 @@ impl<'a> Blocks<'a, '_, '_> {
         };
         match begun {
             Some((expressions, keys)) => {
-                Some(Open { source, expressions, written: Vec::new(), reads: BTreeSet::new(), keys })
+                Some(Open { source, expressions, lowered: Vec::new(), reads: BTreeSet::new(), keys })
             }
             None => {
                 self.close(source, None);
@@ -131,9 +131,9 @@ impl<'a> Blocks<'a, '_, '_> {
         self.waiting.remove(name);
         self.open.pop();
         let formula = || {
-            let Made { answers, reads, .. } = made.as_ref()?;
-            let (_, value, dimension) = answers.first()?;
-            Some(WrittenFormula { value: *value, dimension: *dimension, reads: Arc::clone(reads) })
+            let Made { outputs, reads, .. } = made.as_ref()?;
+            let (_, value, dimension) = outputs.first()?;
+            Some(FormulaExpr { value: *value, dimension: *dimension, reads: Arc::clone(reads) })
         };
         match source {
             Source::Block(_) => drop(self.made.insert(name, made)),
@@ -145,9 +145,9 @@ impl<'a> Blocks<'a, '_, '_> {
 
     /// Writes what can be written; why not the next one, else.
     fn write_on(&mut self, open: &mut Open<'a>, out: &mut Vec<Diagnostic>) -> Option<Stopped<'a>> {
-        while let Some(KeyExpression { read, place, what, .. }) = open.expressions.get(open.written.len()) {
+        while let Some(KeyExpression { read, place, what, .. }) = open.expressions.get(open.lowered.len()) {
             match self.expression(read, (place, what), &mut open.reads, out) {
-                Ok(found) => open.written.push(found),
+                Ok(found) => open.lowered.push(found),
                 Err(stopped) => return Some(stopped),
             }
         }
@@ -156,13 +156,13 @@ impl<'a> Blocks<'a, '_, '_> {
 
     /// What came of it when all expressions are written.
     fn finish(&mut self, open: Open<'a>, out: &mut Vec<Diagnostic>) -> Option<Made> {
-        let Open { source, expressions, written, reads, keys } = open;
+        let Open { source, expressions, lowered, reads, keys } = open;
         let reads = Arc::new(reads);
         match source {
-            Source::Block(block) => self.written(block, (expressions, written, reads), keys, out),
+            Source::Block(block) => self.lowered(block, (expressions, lowered, reads), keys, out),
             _ => {
-                let answers = written.into_iter().map(|(value, dimension)| (String::new(), value, dimension)).collect();
-                Some(Made { period: None, answers, memory: Vec::new(), reads })
+                let outputs = lowered.into_iter().map(|(value, dimension)| (String::new(), value, dimension)).collect();
+                Some(Made { period: None, outputs, memory: Vec::new(), reads })
             }
         }
     }
@@ -178,7 +178,7 @@ impl<'a> Blocks<'a, '_, '_> {
         loop {
             match self.expression(read, at, reads, out) {
                 Ok(found) => return Some(found),
-                Err(Stopped::Mistake) => return None,
+                Err(Stopped::Reported) => return None,
                 Err(Stopped::Needs(source)) => self.make(source, out),
             }
         }
@@ -200,14 +200,14 @@ impl<'a> Blocks<'a, '_, '_> {
         }
         for name in read.tables() {
             if self.document.tables.has(name) {
-                names.insert(name, Named::Table(self.functions.table_of(name, out).ok_or(Stopped::Mistake)?));
+                names.insert(name, Named::Table(self.functions.table_of(name, out).ok_or(Stopped::Reported)?));
             }
         }
-        let mut known = |_: &mut Graph, name: &str| names.get(name).cloned();
-        let written = self.graph.borrow_mut().written(read, &mut known);
-        match written {
+        let mut lookup = |_: &mut Graph, name: &str| names.get(name).cloned();
+        let lowered = self.graph.borrow_mut().lowered(read, &mut lookup);
+        match lowered {
             Ok(found) => {
-                let calls = self.graph.borrow_mut().calls(read, &mut known).unwrap_or_default();
+                let calls = self.graph.borrow_mut().calls(read, &mut lookup).unwrap_or_default();
                 for (name, at) in calls {
                     let table = match names.get(name.as_str()) {
                         Some(Named::Table(table)) => Some(Arc::clone(table)),
@@ -218,8 +218,8 @@ impl<'a> Blocks<'a, '_, '_> {
                 Ok(found)
             }
             Err(error) => {
-                out.push(self.mistake(error, read.text(), (place, what)));
-                Err(Stopped::Mistake)
+                out.push(self.diagnostic(error, read.text(), (place, what)));
+                Err(Stopped::Reported)
             }
         }
     }
@@ -246,10 +246,10 @@ impl<'a> Blocks<'a, '_, '_> {
                 return varying((found.value, found.dimension));
             }
             reads.insert(name.to_string());
-            if let Some(known) = self.read.get(name) {
-                return varying(*known);
+            if let Some(cached) = self.read.get(name) {
+                return varying(*cached);
             }
-            let function = self.functions.of_time_named(name, out).ok_or(Stopped::Mistake)?;
+            let function = self.functions.of_time_named(name, out).ok_or(Stopped::Reported)?;
             let dimension = function.dimension();
             self.used_functions.push((name.to_string(), function));
             let read = Read::Source(name.into());
@@ -267,7 +267,7 @@ impl<'a> Blocks<'a, '_, '_> {
             return varying(self.read_outside(outside));
         }
         if let Some(value) = self.reader.value_of(name, out) {
-            let (value, dimension) = value.ok_or(Stopped::Mistake)?;
+            let (value, dimension) = value.ok_or(Stopped::Reported)?;
             return Ok(Some(Named::Constant(value, dimension)));
         }
         if let Some((name, block)) = self.introduced.get_key_value(name) {
@@ -278,8 +278,8 @@ impl<'a> Blocks<'a, '_, '_> {
             return varying(self.read_outside(Outside { name: name.to_string(), read, dimension }));
         }
         // What is wrong with it, or with the table that introduces it, was reported.
-        let is_doubtful = document.introduces(name) || document.doubts.has(name) || document.doubts.has(head);
-        if is_doubtful { Err(Stopped::Mistake) } else { Ok(None) }
+        let is_doubtful = document.introduces(name) || document.suppressed.has(name) || document.suppressed.has(head);
+        if is_doubtful { Err(Stopped::Reported) } else { Ok(None) }
     }
 
     /// What a block answers by a name.
@@ -295,19 +295,21 @@ impl<'a> Blocks<'a, '_, '_> {
         if own.is_none() {
             reads.insert(name.to_string());
         }
-        if let Some((expr, dimension)) = own.or_else(|| self.answers.get(name)) {
+        if let Some((expr, dimension)) = own.or_else(|| self.outputs.get(name)) {
             return Ok(Some(Named::Varying(*expr, *dimension)));
         }
         match self.made.get(block.name.as_str()) {
-            Some(None) => Err(Stopped::Mistake),
+            Some(None) => Err(Stopped::Reported),
             Some(Some(_)) => Ok(None),
             None if !self.waiting.contains(block.name.as_str()) => Err(Stopped::Needs(Source::Block(block))),
             None if block.name == name => {
                 let message = format!("{what}: `{name}` follows from itself, so its unit is not known");
                 let at = place.part(read.text(), 0..read.text().len());
-                let mistake = Diagnostic::error("block::unit", message).at(at, "in a circle");
-                out.push(mistake.help(format!("state the unit of its answer: `unit = \"rad\"` in `[block.{name}]`")));
-                Err(Stopped::Mistake)
+                let diagnostic = Diagnostic::error("block::unit", message).at(at, "in a circle");
+                out.push(
+                    diagnostic.help(format!("state the unit of its answer: `unit = \"rad\"` in `[block.{name}]`")),
+                );
+                Err(Stopped::Reported)
             }
             // What a block does not answer is not known, also where it reads itself.
             None => Ok(None),
@@ -317,21 +319,21 @@ impl<'a> Blocks<'a, '_, '_> {
     /// What a formula or a sensor came to, which may follow from itself.
     fn needed(
         &self,
-        made: Option<&Option<WrittenFormula>>,
+        made: Option<&Option<FormulaExpr>>,
         source: Source<'a>,
         (read, place, what): (&Expression, &Place, &str),
         out: &mut Vec<Diagnostic>,
-    ) -> Result<WrittenFormula, Stopped<'a>> {
+    ) -> Result<FormulaExpr, Stopped<'a>> {
         let name = source.name();
         match made {
-            Some(made) => made.clone().ok_or(Stopped::Mistake),
+            Some(made) => made.clone().ok_or(Stopped::Reported),
             None if !self.waiting.contains(name) => Err(Stopped::Needs(source)),
             None => {
                 let first = self.open.iter().position(|open| *open == name).unwrap_or_default();
                 let message = format!("{what}: `{name}` follows from itself: {}", circle(&self.open[first..]));
                 let at = place.part(read.text(), 0..read.text().len());
                 out.push(Diagnostic::error("signal::circle", message).at(at, "in a circle").help(super::BREAK_CIRCLE));
-                Err(Stopped::Mistake)
+                Err(Stopped::Reported)
             }
         }
     }
@@ -344,8 +346,8 @@ impl<'a> Blocks<'a, '_, '_> {
     ) -> Option<Expression> {
         let what = format!("`signal` of sensor `{}`", shortened(sensor));
         let mut refuse = |message: &str, label: &str, help: &str| {
-            let told = Diagnostic::error("sensor::signal", format!("{what}: {message}"));
-            out.push(told.at(place.clone(), label).help(help));
+            let diagnostic = Diagnostic::error("sensor::signal", format!("{what}: {message}"));
+            out.push(diagnostic.at(place.clone(), label).help(help));
             None
         };
         let quoted = format!("'{}'", signal.trim_matches('\''));
@@ -377,69 +379,71 @@ impl<'a> Blocks<'a, '_, '_> {
         }
         let lists = self.lists(table, out);
         let mut own = Vec::new();
-        for (answer, dimension) in declared_answers(kind, &values, &lists) {
+        for (answer, dimension) in declared_outputs(kind, &values, &lists) {
             let outside = outside_name(name, &answer);
-            let (answered, _) = self.answer_symbol(outside.clone(), dimension);
+            let (symbol, _) = self.answer_symbol(outside.clone(), dimension);
             if kind.keyword == "observer" {
                 let moves = self.symbol(&outside, dimension);
                 self.states.insert(outside, (moves, dimension));
-                own.push([moves, answered]);
+                own.push([moves, symbol]);
             }
         }
         if let Some(dimension) = unit {
             self.answer_symbol(name.clone(), dimension);
         }
-        let ways = ways(table, values.words("states").unwrap_or_default(), &what, out);
+        let ways = ways(table, values.names("states").unwrap_or_default(), &what, out);
         Some(Keys { values, unit, lists, own, ways })
     }
 
     /// A block whose expressions are written; nothing if it has a mistake, which was told.
-    fn written(
+    fn lowered(
         &mut self,
         block: &'a BlockTable,
-        (expressions, written, reads): Expressions<'a>,
+        (expressions, lowered, reads): Expressions<'a>,
         Keys { values, unit, lists, own, ways }: Keys,
         out: &mut Vec<Diagnostic>,
     ) -> Option<Made> {
         let BlockTable { kind, name, place, table, .. } = block;
-        let (mut given, mut guards) = (Given::new(), Vec::new());
-        for (KeyExpression { key, name, place, what, .. }, found) in expressions.into_iter().zip(written) {
+        let (mut block_inputs, mut guards) = (BlockInputs::new(), Vec::new());
+        for (KeyExpression { key, name, place, what, .. }, found) in expressions.into_iter().zip(lowered) {
             match key {
                 WHEN => guards.push((number_of(found, (place, &what), out)?, place)),
-                _ => given.push((key, name.map(String::from), found)),
+                _ => block_inputs.push((key, name.map(String::from), found)),
             }
         }
         let guards = guards
             .into_iter()
             .zip(ways)
-            .map(|((when, place), way)| Some(WrittenGuard { transition: way?, when, place: place.clone() }));
-        let guards: Vec<WrittenGuard> = guards.collect::<Option<_>>()?;
+            .map(|((when, place), way)| Some(TransitionGuard { transition: way?, when, place: place.clone() }));
+        let guards: Vec<TransitionGuard> = guards.collect::<Option<_>>()?;
         if kind.keyword == "monitor" {
-            self.take_as_read(&mut given);
-            self.watch(name, table, &given);
+            self.take_as_read(&mut block_inputs);
+            self.watch(name, table, &block_inputs);
         }
         let table_name = values.word("table").filter(|_| kind.keyword == "table");
         let called = table_name.and_then(|name| self.functions.table_of(name, out));
         if let Some(name) = table_name.filter(|_| called.is_some()) {
             let inputs = ["input", "input_2"].into_iter();
-            let at = inputs.filter_map(|key| given.iter().find(|(other, ..)| *other == key)).map(|(_, _, (at, _))| *at);
+            let at = inputs
+                .filter_map(|key| block_inputs.iter().find(|(other, ..)| *other == key))
+                .map(|(_, _, (at, _))| *at);
             let at = at.collect();
             self.reads_table(name, called.clone(), at);
         }
         let period = values.exact("sample_time").cloned();
         if kind.keyword == "state_machine" {
-            self.machines.push((name, values.words("states").unwrap_or_default().to_vec(), guards.clone()));
+            self.machines.push((name, values.names("states").unwrap_or_default().to_vec(), guards.clone()));
         }
-        match self.wire(kind, (&values, period.clone(), called, lists), (given, guards, own)) {
-            Ok((answers, memory, rules)) => {
+        match self.wire(kind, (&values, period.clone(), called, lists), (block_inputs, guards, own)) {
+            Ok((outputs, memory, rules)) => {
                 self.rules.extend(rules.into_iter().map(|rule| KeyRule { block: block.name.clone(), ..rule }));
-                self.finished(block, Made { period, answers, memory, reads }, unit, out)
+                self.finished(block, Made { period, outputs, memory, reads }, unit, out)
             }
-            Err(mistake) => {
+            Err(key_error) => {
                 let what = format!("block `{}`", shortened(name));
-                let at = table.values.get(mistake.key).map_or(place, |value| &value.place);
-                let told = Diagnostic::error("block::key", format!("{what}: {}", mistake.message));
-                out.push(told.at(at.clone(), "").help(mistake.help));
+                let at = table.values.get(key_error.key).map_or(place, |value| &value.place);
+                let diagnostic = Diagnostic::error("block::key", format!("{what}: {}", key_error.message));
+                out.push(diagnostic.at(at.clone(), "").help(key_error.help));
                 None
             }
         }
@@ -498,8 +502,8 @@ fn ways(table: &Table, states: &[String], what: &str, out: &mut Vec<Diagnostic>)
     for (k, transition) in transitions(table).enumerate() {
         let mut number = |key: &'static str| {
             let Some(Placed { value: Value::Word(name), place }) = transition.values.get(key) else { return None };
-            let known = places.get(name.as_str()).copied();
-            if known.is_none() {
+            let target = places.get(name.as_str()).copied();
+            if target.is_none() {
                 let message =
                     format!("`{key}` of transition {} of {what}: there is no state `{}`", k + 1, shortened(name));
                 let help = match nearest(name, states.iter().map(String::as_str)) {
@@ -508,7 +512,7 @@ fn ways(table: &Table, states: &[String], what: &str, out: &mut Vec<Diagnostic>)
                 };
                 out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "unknown state").help(help));
             }
-            known
+            target
         };
         let ends = (number("from"), number("to"));
         if let Some(Placed { value: Value::Scalar(Scalar::Expression(_)), .. }) = transition.values.get(WHEN) {

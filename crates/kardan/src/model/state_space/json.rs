@@ -5,9 +5,9 @@ use std::ops::Range;
 
 use serde_json::value::RawValue;
 
-use super::given::{
-    Given, GivenMatrix, GivenNames, LastDigits, MATRICES, MOST, MOST_MISTAKES, NAMES, SAMPLE_TIMES, discrete, more,
-    sampled,
+use super::parsed::{
+    LastDigits, MATRICES, MAX_REPORTED, MOST, NAMES, ParsedMatrix, ParsedNames, ParsedSystem, SAMPLE_TIMES, discrete,
+    more, sampled,
 };
 use super::system::StateSpace;
 use crate::diagnostics::{Diagnostic, Lines, nearest, quoted, shortened};
@@ -16,7 +16,7 @@ use crate::num::{Matrix, Rational};
 use crate::units::parse_number;
 
 /// Keys that say something to the reader and nothing about the matrices; `kardan linearise` writes them.
-const TOLD: [&str; 9] =
+const METADATA_KEYS: [&str; 9] =
     ["schema", "name", "description", "units", "operating_point", "decimal", "side", "opposite_side", "notes"];
 
 /// Reads an object whose keys are the matrices.
@@ -36,15 +36,15 @@ pub(super) fn read_json(text: &str) -> Result<StateSpace, Vec<Diagnostic>> {
                 .help("write {\"A\": [[0, 1], [-2, -3]], \"B\": [0, 1], \"C\": [1, 0]}"),
         ]);
     }
-    let mut mistakes = Vec::new();
-    let mut given = Given::default();
-    let mut seen: BTreeMap<String, Range<usize>> = BTreeMap::new();
+    let mut diagnostics = Vec::new();
+    let mut parsed = ParsedSystem::default();
+    let mut first_spans: BTreeMap<String, Range<usize>> = BTreeMap::new();
     let mut unknown = 0;
     for (key_span, value) in json.members(&whole) {
         let key = json.string(&key_span);
-        if let Some(first) = seen.get(&key) {
+        if let Some(first) = first_spans.get(&key) {
             let message = format!("`{}` is given twice", shortened(&key));
-            mistakes.push(
+            diagnostics.push(
                 Diagnostic::error("state-space::duplicate", message)
                     .at(key_span, "again here")
                     .at(first.clone(), "first here")
@@ -52,29 +52,29 @@ pub(super) fn read_json(text: &str) -> Result<StateSpace, Vec<Diagnostic>> {
             );
             continue;
         }
-        seen.insert(key.clone(), key_span.clone());
+        first_spans.insert(key.clone(), key_span.clone());
         if let Some(name) = MATRICES.iter().find(|name| **name == key) {
-            given.matrices.insert(name, json.matrix(name, &value, &mut mistakes));
+            parsed.matrices.insert(name, json.matrix(name, &value, &mut diagnostics));
         } else if let Some(name) = NAMES.iter().find(|name| **name == key) {
-            given.names.insert(name, json.names(name, &value, &mut mistakes));
+            parsed.names.insert(name, json.names(name, &value, &mut diagnostics));
         } else if SAMPLE_TIMES.contains(&key.as_str()) {
             let time = parse_number(&text[value.clone()]).map_err(drop).and_then(|number| sampled(number.rational));
             match time {
                 _ if json.kind(&value) == "null" => {}
-                Ok(time) => given.sample_time = time,
-                Err(()) => mistakes.push(discrete(&key).at(key_span, "here")),
+                Ok(time) => parsed.sample_time = time,
+                Err(()) => diagnostics.push(discrete(&key).at(key_span, "here")),
             }
-        } else if !TOLD.contains(&key.as_str()) {
+        } else if !METADATA_KEYS.contains(&key.as_str()) {
             unknown += 1;
-            if unknown <= MOST_MISTAKES {
-                let keys = || MATRICES.into_iter().chain(NAMES).chain(SAMPLE_TIMES).chain(TOLD);
+            if unknown <= MAX_REPORTED {
+                let keys = || MATRICES.into_iter().chain(NAMES).chain(SAMPLE_TIMES).chain(METADATA_KEYS);
                 let help = did_you_mean(nearest(&key, keys()), || format!("known keys: {}", quoted(keys())));
                 let message = format!("unknown key `{}`", shortened(&key));
-                mistakes.push(Diagnostic::error("state-space::unknown", message).at(key_span, "here").help(help));
+                diagnostics.push(Diagnostic::error("state-space::unknown", message).at(key_span, "here").help(help));
             }
         }
     }
-    given.system(mistakes)
+    parsed.system(diagnostics)
 }
 
 fn syntax(text: &str, error: &serde_json::Error) -> Diagnostic {
@@ -187,9 +187,9 @@ impl Json<'_> {
         serde_json::from_str(raw).unwrap_or_else(|_| raw.trim_matches('"').to_string())
     }
 
-    fn matrix(&self, name: &str, value: &Range<usize>, mistakes: &mut Vec<Diagnostic>) -> Option<GivenMatrix> {
+    fn matrix(&self, name: &str, value: &Range<usize>, diagnostics: &mut Vec<Diagnostic>) -> Option<ParsedMatrix> {
         let mut refuse = |code, message: String, span: &Range<usize>, help: &str| {
-            mistakes.push(Diagnostic::error(code, message).at(span.clone(), "").help(help));
+            diagnostics.push(Diagnostic::error(code, message).at(span.clone(), "").help(help));
             None
         };
         let rows = match self.kind(value) {
@@ -208,30 +208,30 @@ impl Json<'_> {
         let lists = rows.iter().filter(|row| self.kind(row) == "a list").count();
         if lists == 0 {
             // One row, or a list of numbers; the caller of [`GivenMatrix`] knows what is meant.
-            self.wide(name, rows.len(), value, mistakes)?;
+            self.wide(name, rows.len(), value, diagnostics)?;
             let list = self.kind(value) == "a list" && !rows.is_empty();
             let columns = rows.len();
-            let (entries, digits) = self.entries(name, &[rows], value, list, mistakes)?;
+            let (entries, digits) = self.entries(name, &[rows], value, list, diagnostics)?;
             let height = usize::from(columns > 0);
             let matrix = Matrix::from_fn(height, columns, |_, j| entries[j].clone());
-            return Some(GivenMatrix { matrix, digits, list, span: Some(self.head(value)) });
+            return Some(ParsedMatrix { matrix, digits, list, span: Some(self.head(value)) });
         }
         if lists < rows.len() {
             let (number, row) = rows.iter().enumerate().find(|(_, row)| self.kind(row) != "a list")?;
             let message = format!("row {} of `{name}` is {}, not a list of numbers", number + 1, self.kind(row));
             return refuse("state-space::type", message, &self.head(row), "write one list per row: [[0, 1], [-2, -3]]");
         }
-        self.wide(name, rows.len(), value, mistakes)?;
+        self.wide(name, rows.len(), value, diagnostics)?;
         let cells: Vec<Vec<Range<usize>>> = rows.iter().map(|row| self.items(row)).collect();
         let columns = cells[0].len();
         let ragged: Vec<usize> = (1..rows.len()).filter(|i| cells[*i].len() != columns).collect();
-        for i in ragged.iter().take(MOST_MISTAKES) {
+        for i in ragged.iter().take(MAX_REPORTED) {
             let message = format!(
                 "row {} of `{name}` has {} entries, but row 1 has {columns}: all rows must be equally long",
                 i + 1,
                 cells[*i].len()
             );
-            mistakes.push(
+            diagnostics.push(
                 Diagnostic::error("state-space::ragged", message)
                     .at(self.head(&rows[*i]), "this row")
                     .at(self.head(&rows[0]), "row 1")
@@ -241,20 +241,20 @@ impl Json<'_> {
         if !ragged.is_empty() {
             return None;
         }
-        self.wide(name, columns, value, mistakes)?;
-        let (entries, digits) = self.entries(name, &cells, value, false, mistakes)?;
+        self.wide(name, columns, value, diagnostics)?;
+        let (entries, digits) = self.entries(name, &cells, value, false, diagnostics)?;
         let matrix = Matrix::from_fn(rows.len(), columns, |i, j| entries[i * columns + j].clone());
-        Some(GivenMatrix { matrix, digits, list: false, span: Some(self.head(value)) })
+        Some(ParsedMatrix { matrix, digits, list: false, span: Some(self.head(value)) })
     }
 
     /// Complains about too many rows or columns.
-    fn wide(&self, name: &str, count: usize, value: &Range<usize>, mistakes: &mut Vec<Diagnostic>) -> Option<()> {
+    fn wide(&self, name: &str, count: usize, value: &Range<usize>, diagnostics: &mut Vec<Diagnostic>) -> Option<()> {
         if count <= MOST {
             return Some(());
         }
         let message =
             format!("`{name}` has {count} rows or columns: at most {MOST} states, inputs or outputs are accepted");
-        mistakes.push(
+        diagnostics.push(
             Diagnostic::error("state-space::too-large", message)
                 .at(value.start..value.start + 1, "")
                 .help("exact answers of larger systems would take too long"),
@@ -269,7 +269,7 @@ impl Json<'_> {
         rows: &[Vec<Range<usize>>],
         value: &Range<usize>,
         list: bool,
-        mistakes: &mut Vec<Diagnostic>,
+        diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<(Vec<Rational>, LastDigits)> {
         let mut out = Vec::with_capacity(rows.iter().map(Vec::len).sum());
         let mut digits = LastDigits::default();
@@ -278,25 +278,25 @@ impl Json<'_> {
             for (j, span) in row.iter().enumerate() {
                 match self.entry(span) {
                     Ok(number) => {
-                        digits.add_written(self.text[span.clone()].trim_matches('"'), &number);
+                        digits.add_decimal(self.text[span.clone()].trim_matches('"'), &number);
                         out.push(number);
                     }
                     Err((code, reason, help)) => {
                         bad += 1;
-                        if bad <= MOST_MISTAKES {
+                        if bad <= MAX_REPORTED {
                             let place = match self.kind(value) {
                                 "a list" if list => format!("entry {} of `{name}`", j + 1),
                                 "a list" => format!("entry {} of row {} of `{name}`", j + 1, i + 1),
                                 _ => format!("`{name}`"),
                             };
-                            let mistake = Diagnostic::error(code, format!("{place}: {reason}"));
-                            mistakes.push(mistake.at(self.head(span), "here").help(help));
+                            let diagnostic = Diagnostic::error(code, format!("{place}: {reason}"));
+                            diagnostics.push(diagnostic.at(self.head(span), "here").help(help));
                         }
                     }
                 }
             }
         }
-        more(name, bad, Some(&(value.start..value.start + 1)), mistakes);
+        more(name, bad, Some(&(value.start..value.start + 1)), diagnostics);
         (bad == 0).then_some((out, digits))
     }
 
@@ -325,10 +325,10 @@ impl Json<'_> {
         Ok(number.rational)
     }
 
-    fn names(&self, key: &str, value: &Range<usize>, mistakes: &mut Vec<Diagnostic>) -> Option<GivenNames> {
+    fn names(&self, key: &str, value: &Range<usize>, diagnostics: &mut Vec<Diagnostic>) -> Option<ParsedNames> {
         let mut refuse = |message: String, span: Range<usize>| {
             let help = format!("write a list of texts: \"{key}\": [\"a\", \"b\"]");
-            mistakes.push(Diagnostic::error("state-space::names", message).at(span, "here").help(help));
+            diagnostics.push(Diagnostic::error("state-space::names", message).at(span, "here").help(help));
         };
         let start = value.start..value.start + 1;
         if self.kind(value) != "a list" {
@@ -345,6 +345,6 @@ impl Json<'_> {
             refuse(format!("name {} of `{key}` is {}, not a text", i + 1, self.kind(span)), span.start..span.start + 1);
             return None;
         }
-        Some(GivenNames { names: spans.iter().map(|span| self.string(span)).collect(), spans, span: Some(start) })
+        Some(ParsedNames { names: spans.iter().map(|span| self.string(span)).collect(), spans, span: Some(start) })
     }
 }

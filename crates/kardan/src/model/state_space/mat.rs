@@ -2,9 +2,9 @@
 
 use kardan_tables::read::mat5::{Array, Broken, Content, MatFile, Stored};
 
-use super::given::{
-    Given, GivenMatrix, GivenNames, LastDigits, MATRICES, MOST, MOST_MISTAKES, NAMES, SAMPLE_TIMES, discrete, more,
-    sampled,
+use super::parsed::{
+    LastDigits, MATRICES, MAX_REPORTED, MOST, NAMES, ParsedMatrix, ParsedNames, ParsedSystem, SAMPLE_TIMES, discrete,
+    more, sampled,
 };
 use super::system::StateSpace;
 use crate::diagnostics::{Diagnostic, quoted};
@@ -26,11 +26,11 @@ pub(super) fn read_mat(bytes: &[u8]) -> Result<StateSpace, Vec<Diagnostic>> {
     };
     let file = MatFile::open(bytes).map_err(broken)?;
     let arrays = file.arrays().map_err(broken)?;
-    let mut mistakes = Vec::new();
+    let mut diagnostics = Vec::new();
     let has_a = |arrays: &[Part<'_>]| arrays.iter().any(|(name, _)| name == "A");
     let variables: Vec<Part<'_>> = arrays.into_iter().map(|array| (array.name.clone(), array)).collect();
     if has_a(&variables) {
-        return given(&variables, "", &mut mistakes).system(mistakes);
+        return parsed(&variables, "", &mut diagnostics).system(diagnostics);
     }
     let systems: Vec<(&str, &[Part<'_>])> = variables
         .iter()
@@ -40,11 +40,11 @@ pub(super) fn read_mat(bytes: &[u8]) -> Result<StateSpace, Vec<Diagnostic>> {
         })
         .collect();
     match systems[..] {
-        [(name, fields)] => given(fields, &format!("{name}."), &mut mistakes).system(mistakes),
+        [(name, fields)] => parsed(fields, &format!("{name}."), &mut diagnostics).system(diagnostics),
         [] => {
             let names = quoted(variables.iter().map(|(name, _)| name.as_str()));
-            let there = if variables.is_empty() { "nothing".into() } else { format!("only {names}") };
-            let message = format!("there is no matrix `A` and no structure with a field `A` in the file, {there}");
+            let contents = if variables.is_empty() { "nothing".into() } else { format!("only {names}") };
+            let message = format!("there is no matrix `A` and no structure with a field `A` in the file, {contents}");
             let object = variables.iter().find(|(_, array)| matches!(array.content, Content::Other("a MATLAB object")));
             let help = match object {
                 Some((name, _)) => {
@@ -64,20 +64,20 @@ pub(super) fn read_mat(bytes: &[u8]) -> Result<StateSpace, Vec<Diagnostic>> {
     }
 }
 
-fn given(fields: &[Part<'_>], prefix: &str, mistakes: &mut Vec<Diagnostic>) -> Given {
-    let mut given = Given::default();
+fn parsed(fields: &[Part<'_>], prefix: &str, diagnostics: &mut Vec<Diagnostic>) -> ParsedSystem {
+    let mut parsed = ParsedSystem::default();
     for (name, array) in fields {
         if let Some(key) = MATRICES.iter().find(|key| *key == name) {
-            given.matrices.insert(key, matrix(&format!("{prefix}{name}"), array, mistakes));
+            parsed.matrices.insert(key, matrix(&format!("{prefix}{name}"), array, diagnostics));
         } else if let Some(key) = NAMES.iter().find(|key| *key == name) {
             let names = names(array);
             if names.is_none() {
                 let message = format!("`{prefix}{name}` is no list of names");
-                mistakes.push(
+                diagnostics.push(
                     Diagnostic::error("state-space::names", message).help("give a cell array of texts: {'a', 'b'}"),
                 );
             }
-            given.names.insert(key, names.map(|names| GivenNames { names, spans: Vec::new(), span: None }));
+            parsed.names.insert(key, names.map(|names| ParsedNames { names, spans: Vec::new(), span: None }));
         } else if SAMPLE_TIMES.contains(&name.as_str()) {
             let time = match &array.content {
                 Content::Full(numbers) if numbers.count() == 1 => {
@@ -87,17 +87,17 @@ fn given(fields: &[Part<'_>], prefix: &str, mistakes: &mut Vec<Diagnostic>) -> G
                 _ => None,
             };
             match time {
-                Some(Ok(time)) => given.sample_time = time,
-                _ => mistakes.push(discrete(&format!("{prefix}{name}"))),
+                Some(Ok(time)) => parsed.sample_time = time,
+                _ => diagnostics.push(discrete(&format!("{prefix}{name}"))),
             }
         }
     }
-    given
+    parsed
 }
 
-fn matrix(name: &str, array: &Array<&[u8]>, mistakes: &mut Vec<Diagnostic>) -> Option<GivenMatrix> {
+fn matrix(name: &str, array: &Array<&[u8]>, diagnostics: &mut Vec<Diagnostic>) -> Option<ParsedMatrix> {
     let mut refuse = |code, message: String, help: &str| {
-        mistakes.push(Diagnostic::error(code, message).help(help));
+        diagnostics.push(Diagnostic::error(code, message).help(help));
         None
     };
     let what = match &array.content {
@@ -154,14 +154,14 @@ fn matrix(name: &str, array: &Array<&[u8]>, mistakes: &mut Vec<Diagnostic>) -> O
     if bad.is_empty() {
         let mut digits = LastDigits::default();
         matrix.as_slice().iter().for_each(|value| digits.add_binary(value));
-        return Some(GivenMatrix { matrix, digits, list: false, span: None });
+        return Some(ParsedMatrix { matrix, digits, list: false, span: None });
     }
-    for (i, j, what) in bad.iter().take(MOST_MISTAKES) {
+    for (i, j, what) in bad.iter().take(MAX_REPORTED) {
         let message = format!("`{name}({}, {})` is {what}, not a finite number", i + 1, j + 1);
-        mistakes
+        diagnostics
             .push(Diagnostic::error("number::not-finite", message).help("every coefficient must be a finite number"));
     }
-    more(name, bad.len(), None, mistakes);
+    more(name, bad.len(), None, diagnostics);
     None
 }
 

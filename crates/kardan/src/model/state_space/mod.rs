@@ -1,8 +1,8 @@
 //! A linear system given by its matrices: `A`, `B`, `C`, `D` and possibly `E` in JSON or in a MAT file.
 
-mod given;
 mod json;
 mod mat;
+mod parsed;
 mod system;
 
 use json::read_json;
@@ -39,7 +39,7 @@ const FILE_LIMIT: usize = 1 << 30;
 /// All mistakes: what cannot be read, matrices that do not fit together, entries that are no finite
 /// numbers, more than 2000 states, inputs or outputs.
 pub fn read_state_space(bytes: &[u8]) -> Result<StateSpace, Vec<Diagnostic>> {
-    let one = |mistake| Err(vec![mistake]);
+    let one = |diagnostic| Err(vec![diagnostic]);
     if bytes.len() > FILE_LIMIT {
         let message =
             format!("the file is larger than {} MiB, too large for the matrices of a system", FILE_LIMIT >> 20);

@@ -4,18 +4,18 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::Machine;
-use super::bends::Bends;
+use super::connected_law::{Computer, ConnectedLaw, Setup};
 use super::expressions::{Found, Parts, Places, extend};
 use super::flow::Flow;
-use super::hold_kinds::Holds;
-use super::meshes::Meshes;
+use super::gear_losses::GearLosses;
+use super::jenkins_springs::JenkinsElements;
+use super::kinks::Kinks;
 use super::response::Response;
-use super::sharing::Sharing;
-use super::slider_springs::Sliders;
 use super::timed::Timed;
+use super::torque_distribution::TorqueDistribution;
+use super::unilateral_kinds::Unilaterals;
 use super::watched::WatchedRows;
-use super::wired::{Computer, Setup, Wired};
-use crate::assemble::{Along, Equations};
+use crate::assemble::{DirectionalTerm, Equations};
 use crate::equations::InputKind;
 use crate::equations::Measured;
 use crate::expr::Expr;
@@ -23,11 +23,11 @@ use crate::names::SignalName;
 use crate::num::{Cholesky, Matrix};
 use crate::program::Task;
 use crate::reduce::{Dynamics, Motion, Reduced, Work};
-use crate::simulate::clocked::Clocked;
 use crate::simulate::drive::Drive;
 use crate::simulate::friction::{BoxProblem, Mode};
+use crate::simulate::sampled_runtime::SampledRuntime;
 use crate::simulate::scenario::{Profile, Scenario, Source, SourceTarget};
-use crate::synthesis::{Law, LinearLaw, Running, Seen, TaskLaw, Told};
+use crate::synthesis::{ExportedSignal, Law, LawRuntime, LinearLaw, Observation, TaskLaw};
 
 /// What drives the inputs; `size` grows by their states.
 fn drives(equations: &Equations, scenario: &Scenario, size: &mut usize) -> Vec<Drive> {
@@ -37,7 +37,7 @@ fn drives(equations: &Equations, scenario: &Scenario, size: &mut usize) -> Vec<D
             *size - 1
         })
     };
-    let drive = |input: &Along<InputKind>| {
+    let drive = |input: &DirectionalTerm<InputKind>| {
         let motor = match &input.value {
             InputKind::Motor(motor) => motor.clone(),
             InputKind::Disturbance => Default::default(),
@@ -53,14 +53,14 @@ fn drives(equations: &Equations, scenario: &Scenario, size: &mut usize) -> Vec<D
 const ROUNDING: f64 = 1e-9;
 
 /// Whether what runs of a law is its linear part, tried at one point: a law may be another one than it says.
-fn is_linear(law: &mut Running, part: &LinearLaw, references: usize) -> bool {
+fn is_linear(law: &mut LawRuntime, part: &LinearLaw, references: usize) -> bool {
     let numbers = |count: usize, turn: usize| -> Vec<f64> {
         (0..count).map(|k| 0.1 * ((k * 7 + turn * 5) % 11) as f64 - 0.45).collect()
     };
     let (shafts, states) = (part.on_angles.columns(), part.states.columns());
     let (angles, speeds) = (numbers(shafts, 1), numbers(shafts, 2));
     let (references, own, torques) = (numbers(references, 3), numbers(states, 4), numbers(part.torques.columns(), 5));
-    let seen = Seen {
+    let observation = Observation {
         time: 0.0,
         angles: &angles,
         speeds: &speeds,
@@ -77,8 +77,8 @@ fn is_linear(law: &mut Running, part: &LinearLaw, references: usize) -> bool {
         })
     };
     let (mut commands, mut rates) = (vec![0.0; part.on_angles.rows()], vec![0.0; states]);
-    law.command(seen, &mut commands);
-    law.rates(seen, &torques, &mut rates);
+    law.command(observation, &mut commands);
+    law.rates(observation, &torques, &mut rates);
     let on_commands = [
         (&part.on_states, &own),
         (&part.on_angles, &angles),
@@ -109,7 +109,7 @@ fn source_of(name: &str, setup: &Setup<'_>) -> usize {
 }
 
 /// A law among the inputs and sources of a run; `size` grows by its states.
-fn wired(law: &Arc<dyn Law>, setup: &Setup<'_>, drives: &[Drive], size: &mut usize) -> Wired {
+fn connected_law(law: &Arc<dyn Law>, setup: &Setup<'_>, drives: &[Drive], size: &mut usize) -> ConnectedLaw {
     let (inputs, scenario) = (&setup.reduced.equations.inputs, setup.scenario);
     let input = |name: &String| inputs.iter().position(|i| i.element == *name).expect("a law commands inputs");
     let inputs: Vec<usize> = law.inputs().iter().map(input).collect();
@@ -119,19 +119,19 @@ fn wired(law: &Arc<dyn Law>, setup: &Setup<'_>, drives: &[Drive], size: &mut usi
     // A law with states may keep them from winding up at the limits.
     let winds_up = !law.states().is_empty() && limits.iter().any(Option::is_some);
     let computer = match law.clock() {
-        Some(clock) => Computer::Clocked(Box::new(Clocked::new(&**law, clock, setup.reduced, scenario))),
+        Some(clock) => Computer::SampledRuntime(Box::new(SampledRuntime::new(&**law, clock, setup.reduced, scenario))),
         None => {
             *size += law.states().len();
-            let linear = !law.bends() && law.friction_width().is_none() && !winds_up;
-            let (mut running, part) = (law.run(), linear.then(|| law.linear()));
-            match (part.filter(|part| is_linear(&mut running, part, references.len())), law.task()) {
+            let linear = !law.is_nonlinear() && law.friction_width().is_none() && !winds_up;
+            let (mut runtime, part) = (law.run(), linear.then(|| law.linear()));
+            match (part.filter(|part| is_linear(&mut runtime, part, references.len())), law.task()) {
                 (Some(part), _) => Computer::Linear(Box::new(part)),
-                (None, Some(task)) => Computer::Written(Arc::clone(task)),
-                (None, None) => Computer::Continuous(running),
+                (None, Some(task)) => Computer::Inlined(Arc::clone(task)),
+                (None, None) => Computer::Continuous(runtime),
             }
         }
     };
-    Wired {
+    ConnectedLaw {
         computer,
         reference_values: vec![0.0; references.len()],
         commands: vec![0.0; inputs.len()],
@@ -139,54 +139,54 @@ fn wired(law: &Arc<dyn Law>, setup: &Setup<'_>, drives: &[Drive], size: &mut usi
         states: first..*size,
         limits,
         inputs,
-        answers: Vec::new(),
-        told: told(&**law, scenario),
+        outputs: Vec::new(),
+        exported: exported(&**law, scenario),
         references,
         law: Arc::clone(law),
     }
 }
 
 /// The sources that are what a law tells blocks.
-fn told(law: &dyn Law, scenario: &Scenario) -> Vec<(usize, Told)> {
+fn exported(law: &dyn Law, scenario: &Scenario) -> Vec<(usize, ExportedSignal)> {
     let dotted =
-        |source: &Source| source.target == SourceTarget::Block && SignalName::new(&source.name).alone().is_none();
+        |source: &Source| source.target == SourceTarget::Block && SignalName::new(&source.name).unqualified().is_none();
     if law.clock().is_none() || !scenario.sources.iter().any(dotted) {
         return Vec::new();
     }
     let controller = law.describe().controller;
-    let numbered = |(name, told): (String, Told)| {
+    let numbered = |(name, exported): (String, ExportedSignal)| {
         let name = format!("{controller}.{name}");
-        Some((scenario.sources.iter().position(|source| source.name == name)?, told))
+        Some((scenario.sources.iter().position(|source| source.name == name)?, exported))
     };
-    law.tells().into_iter().filter_map(numbered).collect()
+    law.exported().into_iter().filter_map(numbered).collect()
 }
 
 /// A task of blocks: its answers are sources.
-fn task(task: &Arc<Task>, setup: &Setup<'_>) -> Wired {
+fn task(task: &Arc<Task>, setup: &Setup<'_>) -> ConnectedLaw {
     let law: Arc<dyn Law> = Arc::new(TaskLaw::new(task, setup.reduced));
     let source = |name: &str| source_of(name, setup);
     let clock = law.clock().expect("a task has a clock");
-    let answers: Vec<usize> = law.inputs().iter().map(|name| source(name)).collect();
+    let outputs: Vec<usize> = law.inputs().iter().map(|name| source(name)).collect();
     let references: Vec<usize> = law.references().iter().map(|reference| source(&reference.name)).collect();
-    Wired {
-        computer: Computer::Clocked(Box::new(Clocked::new(&*law, clock, setup.reduced, setup.scenario))),
+    ConnectedLaw {
+        computer: Computer::SampledRuntime(Box::new(SampledRuntime::new(&*law, clock, setup.reduced, setup.scenario))),
         reference_values: vec![0.0; references.len()],
-        commands: vec![0.0; answers.len()],
+        commands: vec![0.0; outputs.len()],
         torques: Vec::new(),
         states: 0..0,
-        limits: vec![None; answers.len()],
+        limits: vec![None; outputs.len()],
         inputs: Vec::new(),
-        answers,
-        told: Vec::new(),
+        outputs,
+        exported: Vec::new(),
         references,
         law,
     }
 }
 
 /// Blocks, which compute before what reads them, then the laws; `size` grows by their states.
-fn all_wired(setup: &Setup<'_>, drives: &[Drive], size: &mut usize) -> Vec<Wired> {
-    let mut all: Vec<Wired> = setup.scenario.tasks.iter().map(|one| task(one, setup)).collect();
-    all.extend(setup.laws.iter().map(|law| wired(law, setup, drives, size)));
+fn connected_laws(setup: &Setup<'_>, drives: &[Drive], size: &mut usize) -> Vec<ConnectedLaw> {
+    let mut all: Vec<ConnectedLaw> = setup.scenario.tasks.iter().map(|one| task(one, setup)).collect();
+    all.extend(setup.laws.iter().map(|law| connected_law(law, setup, drives, size)));
     all
 }
 
@@ -202,8 +202,8 @@ struct Compiled {
     work: Work,
     places: Places,
     timed: Timed,
-    bends: Bends,
-    meshes: Meshes,
+    kinks: Kinks,
+    gear_losses: GearLosses,
     moving: Vec<bool>,
 }
 
@@ -214,13 +214,14 @@ impl Compiled {
         (parts, states): (Parts<'_>, Range<usize>),
         also: impl FnOnce(&mut Motion, &Found) -> Vec<Expr>,
     ) -> Self {
-        let (mut places, mut timed, mut bends, mut meshes) = Default::default();
-        let mut moving = vec![false; reduced.equations.set_valued().count() + reduced.equations.kept.len()];
+        let (mut places, mut timed, mut kinks, mut gear_losses) = Default::default();
+        let mut moving =
+            vec![false; reduced.equations.set_valued().count() + reduced.equations.multiplier_constraints.len()];
         let (dynamics, work) = Dynamics::extended(reduced, |motion| {
-            let (mut extension, mut found, sources, leaps) = extend(motion, reduced, parts, states);
-            bends = Bends::new(motion, &leaps, (&extension, &found));
+            let (mut extension, mut found, sources, discontinuities) = extend(motion, reduced, parts, states);
+            kinks = Kinks::new(motion, &discontinuities, (&extension, &found));
             timed = Timed::new(motion, scenario, (&extension, &found), &sources);
-            meshes = Meshes::new(motion, reduced, &extension.inputs);
+            gear_losses = GearLosses::new(motion, reduced, &extension.inputs);
             if reduced.equations.prescribes() {
                 moving = motion.prescribed_directions(reduced);
             }
@@ -230,7 +231,7 @@ impl Compiled {
             places = found;
             extension
         });
-        Self { dynamics, work, places, timed, bends, meshes, moving }
+        Self { dynamics, work, places, timed, kinks, gear_losses, moving }
     }
 }
 
@@ -255,27 +256,27 @@ impl Machine {
     pub(in crate::simulate) fn finding(setup: Setup<'_>, also: impl FnOnce(&mut Motion, &Found) -> Vec<Expr>) -> Self {
         let (reduced, scenario) = (setup.reduced, setup.scenario);
         let (r, m) = (reduced.degrees_of_freedom(), reduced.equations.set_valued().count());
-        let kept = m..m + reduced.equations.kept.len();
+        let multiplier_constraints = m..m + reduced.equations.multiplier_constraints.len();
         let (inputs, mut size) = (reduced.equations.inputs.len(), 2 * r);
         let drives = drives(&reduced.equations, scenario, &mut size);
-        let laws = all_wired(&setup, &drives, &mut size);
+        let laws = connected_laws(&setup, &drives, &mut size);
         let flow = Flow::new(scenario, &mut size);
         let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();
         let parts =
             Parts { drives: &drives, laws: &laws, targets: &targets, signals: &scenario.signals, flow: flow.as_ref() };
-        let Compiled { dynamics, work, places, timed, bends, meshes, moving } =
+        let Compiled { dynamics, work, places, timed, kinks, gear_losses, moving } =
             Compiled::new(reduced, scenario, (parts, 2 * r..size), also);
-        let (sliders, holds) = (Sliders::new(reduced), Holds::new(&reduced.equations));
-        let bounds = holds.bounds(dynamics.breakaway_torques(), kept.len());
+        let (jenkins, unilaterals) = (JenkinsElements::new(reduced), Unilaterals::new(&reduced.equations));
+        let bounds = unilaterals.bounds(dynamics.breakaway_torques(), multiplier_constraints.len());
         let mut out = Self {
             relaxes: reduced.relaxation.is_some(),
-            directions: (0..m).filter(|k| !sliders.directions.contains(k) && !holds.only_presses(*k)).collect(),
-            sliders,
-            holds,
-            meshes,
+            directions: (0..m).filter(|k| !jenkins.directions.contains(k) && !unilaterals.only_presses(*k)).collect(),
+            jenkins,
+            unilaterals,
+            gear_losses,
             bounds,
-            own_laws: laws.iter().any(Wired::is_own),
-            held: vec![0.0; inputs],
+            own_laws: laws.iter().any(ConnectedLaw::is_own),
+            zoh_output: vec![0.0; inputs],
             places,
             laws,
             targets,
@@ -285,15 +286,19 @@ impl Machine {
             signals: scenario.signals.clone(),
             flow,
             timed,
-            bends,
+            kinks,
             modes: vec![Mode::Stick; m],
-            holding: if kept.is_empty() { Vec::with_capacity(r) } else { kept.clone().collect() },
+            holding: if multiplier_constraints.is_empty() {
+                Vec::with_capacity(r)
+            } else {
+                multiplier_constraints.clone().collect()
+            },
             following: Vec::with_capacity(m),
             turning: Vec::new(),
             moves: moving.contains(&true),
             moving,
             still: Vec::with_capacity(r),
-            stands: false,
+            at_rest: false,
             step_length: 0.0,
             step_speeds: vec![0.0; r],
             degrees_of_freedom: r,
@@ -303,15 +308,15 @@ impl Machine {
             applied: vec![0.0; inputs],
             force: vec![0.0; r],
             acceleration: vec![0.0; r],
-            weighted: vec![0.0; kept.end * r],
-            weighted_parts: vec![0..r; kept.end],
-            hold_matrix: vec![0.0; kept.end * kept.end],
-            hold_factor: Cholesky::new(0),
-            hold_torque: vec![0.0; kept.end],
-            hold_constant: false,
-            hold_known: false,
-            sharing_known: false,
-            sharing: Sharing::new(kept.end, r),
+            weighted: vec![0.0; multiplier_constraints.end * r],
+            weighted_parts: vec![0..r; multiplier_constraints.end],
+            active_matrix: vec![0.0; multiplier_constraints.end * multiplier_constraints.end],
+            active_factor: Cholesky::new(0),
+            active_torque: vec![0.0; multiplier_constraints.end],
+            active_constant: false,
+            active_known: false,
+            torque_distribution_known: false,
+            torque_distribution: TorqueDistribution::new(multiplier_constraints.end, r),
             box_problem: BoxProblem::new(m),
             contradiction: Vec::new(),
             response: Response::new(r),
@@ -319,15 +324,15 @@ impl Machine {
             resolved: None,
             jacobian: None,
             evaluated: 0,
-            scratch: vec![0.0; r.max(kept.end)],
-            friction_torques: vec![0.0; kept.end],
-            watched: WatchedRows::new(kept.len(), r),
-            kept: kept.clone(),
+            scratch: vec![0.0; r.max(multiplier_constraints.end)],
+            friction_torques: vec![0.0; multiplier_constraints.end],
+            watched: WatchedRows::new(multiplier_constraints.len(), r),
+            multiplier_constraints: multiplier_constraints.clone(),
             drives,
             dynamics,
             work,
         };
-        if !kept.is_empty() {
+        if !multiplier_constraints.is_empty() {
             out.prepare_holding();
         }
         out

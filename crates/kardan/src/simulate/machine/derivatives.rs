@@ -12,7 +12,7 @@ use crate::units::Dimension;
 impl Machine {
     /// Prepares derivatives of the rates; false where a law computes by itself at every instant.
     pub fn prepare_jacobian(&mut self, reduced: &Reduced) -> bool {
-        if self.own_laws || !self.meshes.is_empty() {
+        if self.own_laws || !self.gear_losses.is_empty() {
             return false;
         }
         let (r, states) = (self.degrees_of_freedom, self.size - 2);
@@ -20,16 +20,17 @@ impl Machine {
         let Self { drives, laws, targets, signals, flow, .. } = self;
         let parts = Parts { drives, laws, targets, signals, flow: flow.as_ref() };
         let (extension, places, ..) = extend(&mut motion, reduced, parts, 2 * r..states);
-        let mut given: Vec<Symbol> = motion.symbols.iter().chain(&extension.inputs).copied().collect();
+        let mut inputs: Vec<Symbol> = motion.symbols.iter().chain(&extension.inputs).copied().collect();
         let more = places.states.clone().map(|state| extension.inputs[state]);
         let by: Vec<Symbol> = motion.symbols.iter().copied().chain(more).collect();
         let mut symbols = |name: &str, count: usize| -> Vec<Expr> {
             let new = |k| motion.graph.new_symbol(format!("{name}.{k}"), Dimension::NONE);
             let new: Vec<Expr> = (0..count).map(new).collect();
-            given.extend(new.iter().filter_map(|symbol| motion.graph.symbol_of(*symbol)));
+            inputs.extend(new.iter().filter_map(|symbol| motion.graph.symbol_of(*symbol)));
             new
         };
-        let (accelerations, torques) = (symbols("acceleration", r), symbols("holding", self.kept.end));
+        let (accelerations, torques) =
+            (symbols("acceleration", r), symbols("holding", self.multiplier_constraints.end));
         let minus = Rational::from(-1);
         let output = |place: usize| (extension.outputs[place].1, Rational::ONE);
         let mut forces: Vec<_> = places.forces.clone().map(|place| vec![output(place)]).collect();
@@ -51,7 +52,7 @@ impl Machine {
             list.iter().map(|terms| motion.graph.sum(Rational::ZERO, terms)).collect()
         };
         let residuals = [sums(forces), sums(bias), rates];
-        self.jacobian = Some(Box::new(Jacobian::new(&mut motion, &given, &by, residuals)));
+        self.jacobian = Some(Box::new(Jacobian::new(&mut motion, &inputs, &by, residuals)));
         true
     }
 
@@ -69,39 +70,39 @@ impl Machine {
         let (r, states) = (self.degrees_of_freedom, self.size - 2);
         self.forces(time, state);
         self.accelerate();
-        let Jacobian { plan, native, memory, given, columns } = &mut *jacobian;
-        let motion = *given - r - self.kept.end;
+        let Jacobian { plan, native, memory, inputs, columns } = &mut *jacobian;
+        let motion = *inputs - r - self.multiplier_constraints.end;
         memory[..motion].copy_from_slice(&self.work.values()[..motion]);
         memory[motion..motion + r].copy_from_slice(&self.acceleration);
-        let torques = &mut memory[motion + r..*given];
+        let torques = &mut memory[motion + r..*inputs];
         torques.fill(0.0);
-        self.holding.iter().zip(&self.hold_torque).for_each(|(direction, torque)| torques[*direction] = *torque);
+        self.holding.iter().zip(&self.active_torque).for_each(|(direction, torque)| torques[*direction] = *torque);
         // What is no number is seen where it is used.
         let _ = match native {
             Some(native) => native.evaluate(memory),
             None => plan.block().evaluate(memory),
         };
         let nonzero = |row: &[f64]| row.iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect::<Vec<_>>();
-        let holds: Vec<Vec<(usize, f64)>> =
+        let active_rows: Vec<Vec<(usize, f64)>> =
             self.holding.iter().map(|k| nonzero(&self.work.friction_rows[k * r..(k + 1) * r])).collect();
-        out.clear(states + holds.len());
+        out.clear(states + active_rows.len());
         for i in (0..r).chain(2 * r..states) {
             out.mass(i, i, 1.0);
         }
         for i in 0..r {
             nonzero(&self.work.inertia[i * r..(i + 1) * r]).into_iter().for_each(|(j, x)| out.mass(r + i, r + j, x));
         }
-        for (a, hold) in holds.iter().enumerate() {
-            hold.iter().for_each(|(i, x)| out.mass(states + a, r + i, *x));
+        for (a, active_row) in active_rows.iter().enumerate() {
+            active_row.iter().for_each(|(i, x)| out.mass(states + a, r + i, *x));
         }
-        for (a, hold) in holds.iter().enumerate() {
-            hold.iter().for_each(|(i, x)| out.rate(r + i, states + a, -x));
+        for (a, active_row) in active_rows.iter().enumerate() {
+            active_row.iter().for_each(|(i, x)| out.rate(r + i, states + a, -x));
         }
         (0..r).for_each(|i| out.rate(i, r + i, 1.0));
         for &i in &self.still {
             [i, r + i].into_iter().for_each(|state| out.still(state));
         }
-        let mut place = vec![None; self.kept.end];
+        let mut place = vec![None; self.multiplier_constraints.end];
         self.holding.iter().enumerate().for_each(|(a, direction)| place[*direction] = Some(a));
         for (k, column) in columns.iter().enumerate() {
             column.rates.iter().for_each(|(row, value)| out.rate(2 * r + row, k, memory[*value]));

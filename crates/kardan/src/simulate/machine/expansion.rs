@@ -6,7 +6,7 @@
 
 use kardan_rt::functions::{powf, powi};
 
-use super::hold_kinds::{Holds, Kind};
+use super::unilateral_kinds::{Kind, Unilaterals};
 use crate::num::bracket;
 use crate::plan::PiecedSeries;
 use crate::simulate::drive::{Drive, Limit};
@@ -30,12 +30,12 @@ pub(super) struct Expansion {
     pub(super) rates: Vec<usize>,
     pub(super) friction_speeds: Vec<usize>,
     pub(super) commands: Vec<usize>,
-    /// Two for each hold: see [`HoldTerms::told`](super::hold_terms::HoldTerms::told).
-    pub(super) holds: Vec<usize>,
+    /// Two for each hold: see [`UnilateralTerms::counts`](super::unilateral_terms::UnilateralTerms::told).
+    pub(super) unilaterals: Vec<usize>,
     /// What the power of prescribed speeds has for one of each acceleration, and of the torque of each friction that holds.
     pub(super) power: [Vec<usize>; 2],
     /// Sliders, each with the place of its torque.
-    pub(super) sliders: Vec<(usize, usize)>,
+    pub(super) jenkins: Vec<(usize, usize)>,
     pub(super) scratch: Vec<f64>,
     /// Whether rows need values that follow from the states.
     pub(super) rows_follow: bool,
@@ -53,7 +53,7 @@ pub(super) struct Holding<'a> {
 pub(super) struct Watch<'a> {
     pub(super) modes: &'a [Mode],
     pub(super) holding: &'a [usize],
-    pub(super) holds: &'a Holds,
+    pub(super) unilaterals: &'a Unilaterals,
     pub(super) bounds: Bounds<'a>,
 }
 
@@ -103,19 +103,19 @@ impl Expansion {
         drives: &[Drive],
         (length, order): (f64, usize),
     ) -> Prospect {
-        let mut prospect = self.prospect_of_holds(watch, (length, order));
-        let Self { series, scratch, sliders, .. } = self;
-        let Watch { modes, holds, bounds, .. } = watch;
+        let mut prospect = self.unilateral_prospect(watch, (length, order));
+        let Self { series, scratch, jenkins, .. } = self;
+        let Watch { modes, unilaterals, bounds, .. } = watch;
         let scratch = &mut scratch[..order];
         let moving = modes.iter().zip(&self.friction_speeds).enumerate();
-        let moving = moving.filter(|(k, (mode, _))| **mode != Mode::Stick && holds.slips(*k));
+        let moving = moving.filter(|(k, (mode, _))| **mode != Mode::Stick && unilaterals.slips(*k));
         for (k, (mode, place)) in moving {
             // What begins to slip has no speed but rounding.
             let begin = mode.sign() * series.value(*place, 0);
             let rounding = if begin < 0.0 && -begin <= noise(k) { -begin } else { 0.0 };
             prospect = prospect.and(margin(scratch, length, series.of(*place), mode.sign(), rounding));
         }
-        for (k, place) in sliders.iter().filter(|(k, _)| modes[*k] == Mode::Stick) {
+        for (k, place) in jenkins.iter().filter(|(k, _)| modes[*k] == Mode::Stick) {
             // What has just stopped slipping stands at its limit but for rounding.
             let limit = bounds.forward[*k].max(series.value(*place, 0).abs());
             for sign in [1.0, -1.0] {
@@ -127,13 +127,13 @@ impl Expansion {
                 return Prospect::Unknown;
             }
             let Some(limit) = drive.limit else { continue };
-            let mut keep = |sign: f64, limit: f64| {
+            let mut watch_margin = |sign: f64, limit: f64| {
                 prospect = prospect.and(margin(scratch, length, series.of(*place), sign, limit));
             };
             match drive.limit_mode {
-                Limit::Inside => [1.0, -1.0].into_iter().for_each(|sign| keep(sign, limit)),
-                Limit::High => keep(1.0, -limit),
-                Limit::Low => keep(-1.0, -limit),
+                Limit::Inside => [1.0, -1.0].into_iter().for_each(|sign| watch_margin(sign, limit)),
+                Limit::High => watch_margin(1.0, -limit),
+                Limit::Low => watch_margin(-1.0, -limit),
             }
         }
         prospect
@@ -142,18 +142,18 @@ impl Expansion {
     /// Whether what holds stays within its limits, all others that follow from it without torques.
     pub(super) fn prospect_of_holding(&mut self, watch: &Watch<'_>, (length, order): (f64, usize)) -> Prospect {
         let Self { series, torques, counts, scratch, .. } = self;
-        let Watch { modes, holding, holds, bounds } = watch;
+        let Watch { modes, holding, unilaterals, bounds } = watch;
         let scratch = &mut scratch[..order];
         let mut prospect = Prospect::Stays;
         for (a, &k) in holding.iter().enumerate().filter(|(_, k)| **k < modes.len()) {
             let torque = || torques[a..].iter().step_by(counts[1]).copied();
-            if let Kind::Friction { at_rest } = holds.kind(k)
-                && let Some(hold) = k.checked_sub(holds.first)
+            if let Kind::Friction { at_rest } = unilaterals.kind(k)
+                && let Some(unilateral) = k.checked_sub(unilaterals.first)
             {
                 for sign in [1.0, -1.0] {
-                    let left = series.of(self.holds[2 * hold]).zip(torque());
-                    let left = left.map(|(most, torque)| at_rest * most + sign * torque);
-                    prospect = prospect.and(margin(scratch, length, left, 1.0, 0.0));
+                    let reserve = series.of(self.unilaterals[2 * unilateral]).zip(torque());
+                    let reserve = reserve.map(|(most, torque)| at_rest * most + sign * torque);
+                    prospect = prospect.and(margin(scratch, length, reserve, 1.0, 0.0));
                 }
                 continue;
             }
@@ -174,19 +174,19 @@ impl Expansion {
             return (Prospect::Leaves(0.0), length);
         }
         let scratch = &mut scratch[..order];
-        let mut known = length;
+        let mut kink_free = length;
         for (x, sign, more) in series.margins() {
             terms(scratch, 1.0, x, sign, more);
-            known = known_for(scratch, known, part);
+            kink_free = kink_free_length(scratch, kink_free, part);
         }
         let margins = series.margins();
         let found = margins.fold(Prospect::Stays, |found, (x, sign, more)| {
-            terms(scratch, known, x, sign, more);
+            terms(scratch, kink_free, x, sign, more);
             // What has no value is of no piece that is taken.
             let is_nothing = scratch.iter().all(|term| *term == 0.0) || scratch.iter().any(|term| !term.is_finite());
             if is_nothing { found } else { found.and(first_zero_within(scratch, 0.0, true)) }
         });
-        (found, known)
+        (found, kink_free)
     }
 
     /// Whether something has kinks.
@@ -201,11 +201,11 @@ impl Expansion {
         watch: &Watch<'_>,
         drives: &[Drive],
         values: &[f64],
-        held: &[f64],
+        active_torques: &[f64],
         (later, order): (f64, usize),
     ) -> f64 {
         let Self { series, torques, counts, .. } = self;
-        let Watch { modes, holding, holds, bounds } = watch;
+        let Watch { modes, holding, unilaterals, bounds } = watch;
         let apart = |coefficients: &mut dyn Iterator<Item = f64>, value: f64, limit: f64| {
             let (mut power, mut sum, mut size) = (1.0, 0.0, value.abs() + limit.abs() + ROUNDED);
             for coefficient in coefficients.take(order) {
@@ -219,47 +219,47 @@ impl Expansion {
         };
         let of_place = |place: usize, limit: f64| apart(&mut series.of(place), values[place], limit);
         let slipping = modes.iter().zip(&self.friction_speeds).enumerate();
-        let slipping = slipping.filter(|(k, (mode, _))| **mode != Mode::Stick && holds.slips(*k));
+        let slipping = slipping.filter(|(k, (mode, _))| **mode != Mode::Stick && unilaterals.slips(*k));
         let mut most = slipping.fold(0.0f64, |most, (_, (_, place))| most.max(of_place(*place, 0.0)));
         for (a, &k) in holding.iter().enumerate().filter(|(_, k)| **k < modes.len()) {
             let limits = [bounds.forward[k], bounds.backward[k]];
             if limits.iter().any(|limit| limit.is_finite()) {
                 let limit = limits.into_iter().filter(|limit| limit.is_finite()).fold(0.0, f64::max);
                 let own = &mut torques[a..].iter().step_by(counts[1]).copied();
-                most = most.max(apart(own, held[a], limit));
+                most = most.max(apart(own, active_torques[a], limit));
             }
         }
-        let places = self.holds.iter().map(|place| (*place, 0.0));
-        let sliders = self.sliders.iter().map(|(k, place)| (*place, bounds.forward[*k]));
+        let places = self.unilaterals.iter().map(|place| (*place, 0.0));
+        let jenkins = self.jenkins.iter().map(|(k, place)| (*place, bounds.forward[*k]));
         let limited = drives.iter().zip(&self.commands);
         let limited = limited.filter_map(|(drive, place)| Some((*place, drive.limit?)));
-        places.chain(sliders).chain(limited).fold(most, |most, (place, limit)| most.max(of_place(place, limit)))
+        places.chain(jenkins).chain(limited).fold(most, |most, (place, limit)| most.max(of_place(place, limit)))
     }
 
     /// Whether stops, cushions and locks keep their modes for so long.
-    fn prospect_of_holds(&mut self, watch: &Watch<'_>, (length, order): (f64, usize)) -> Prospect {
-        let Self { series, scratch, holds: told, .. } = self;
-        let Watch { modes, holds, .. } = watch;
+    fn unilateral_prospect(&mut self, watch: &Watch<'_>, (length, order): (f64, usize)) -> Prospect {
+        let Self { series, scratch, unilaterals: mode_inputs, .. } = self;
+        let Watch { modes, unilaterals, .. } = watch;
         let scratch = &mut scratch[..order];
         let mut prospect = Prospect::Stays;
-        for (hold, kind) in holds.kinds.iter().enumerate() {
-            let direction = holds.first + hold;
-            let [first, second] = [told[2 * hold], told[2 * hold + 1]];
-            let mut keep = |place: usize, sign: f64, limit: f64| {
+        for (unilateral, kind) in unilaterals.kinds.iter().enumerate() {
+            let direction = unilaterals.first + unilateral;
+            let [first, second] = [mode_inputs[2 * unilateral], mode_inputs[2 * unilateral + 1]];
+            let mut watch_margin = |place: usize, sign: f64, limit: f64| {
                 // What was left or touched just now stands beyond by rounding.
                 let begin = sign * series.value(place, 0) + limit;
                 let rounding = if begin < 0.0 && begin > -LEAST { -begin } else { 0.0 };
                 prospect = prospect.and(margin(scratch, length, series.of(place), sign, limit + rounding));
             };
             match (kind, modes[direction]) {
-                (Kind::Lock, _) if holds.engaged[hold] => keep(first, 1.0, -0.5),
-                (Kind::Lock, _) => keep(first, -1.0, 0.5),
-                (Kind::Stop { .. }, _) if !holds.engaged[hold] => keep(first, 1.0, 0.0),
-                (Kind::Cushion { .. }, Mode::Stick) => keep(first, 1.0, 0.0),
-                (Kind::Cushion { .. }, Mode::Forward) => keep(second, 1.0, 0.0),
+                (Kind::Lock, _) if unilaterals.engaged[unilateral] => watch_margin(first, 1.0, -0.5),
+                (Kind::Lock, _) => watch_margin(first, -1.0, 0.5),
+                (Kind::Stop { .. }, _) if !unilaterals.engaged[unilateral] => watch_margin(first, 1.0, 0.0),
+                (Kind::Cushion { .. }, Mode::Stick) => watch_margin(first, 1.0, 0.0),
+                (Kind::Cushion { .. }, Mode::Forward) => watch_margin(second, 1.0, 0.0),
                 (Kind::Cushion { .. }, Mode::Backward) => {
-                    keep(first, -1.0, 0.0);
-                    keep(second, -1.0, 0.0);
+                    watch_margin(first, -1.0, 0.0);
+                    watch_margin(second, -1.0, 0.0);
                 }
                 _ => {}
             }
@@ -268,7 +268,7 @@ impl Expansion {
     }
 
     /// Keeps the coefficients of order k of accelerations and torques.
-    pub(super) fn keep(&mut self, k: usize, accelerations: &[f64], torques: &[f64]) {
+    pub(super) fn store(&mut self, k: usize, accelerations: &[f64], torques: &[f64]) {
         let [r, m] = self.counts;
         self.accelerations[k * r..][..r].copy_from_slice(accelerations);
         self.torques[k * m..][..m].copy_from_slice(torques);
@@ -283,8 +283,8 @@ impl Expansion {
             series.value(place, 0) * of(k) + series.convolution(place, k, of)
         };
         let moved = of_accelerations.iter().enumerate().map(|(i, place)| all(*place, accelerations, *r, i));
-        let held = holding.iter().enumerate();
-        moved.sum::<f64>() + held.map(|(a, direction)| all(of_holding[*direction], torques, *m, a)).sum::<f64>()
+        let sticking = holding.iter().enumerate();
+        moved.sum::<f64>() + sticking.map(|(a, direction)| all(of_holding[*direction], torques, *m, a)).sum::<f64>()
     }
 
     /// Puts the forces of order k, less what lower orders take of them, and the bias along the directions that hold.
@@ -332,7 +332,7 @@ fn terms(scratch: &mut [f64], length: f64, coefficients: impl Iterator<Item = f6
 
 /// How long a step may be, at most a length, for the last two terms of a series to be within a part of all, and to fall: what is next to nothing
 /// here, as `exp(-x²)` from afar, may be large beyond where its series reach.
-fn known_for(coefficients: &[f64], mut length: f64, part: f64) -> f64 {
+fn kink_free_length(coefficients: &[f64], mut length: f64, part: f64) -> f64 {
     let order = coefficients.len();
     for _ in 0..SHORTENINGS {
         let (mut power, mut sum, mut earlier, mut last) = (1.0, 0.0, 0.0f64, 0.0f64);
@@ -474,7 +474,7 @@ mod tests {
     }
 
     #[test]
-    fn positive_polynomials_are_told_and_others_never() {
+    fn positive_polynomials_are_reported_and_others_never() {
         // (1 − s)² + 1/10, s(1 − s/2), 1: positive; each with a term that is left out next to nothing.
         for c in [vec![1.1, -2.0, 1.0, 0.0], vec![0.0, 1.0, -0.5, 0.0], vec![1.0, 0.0]] {
             assert!(is_positive(&c), "{c:?}");
@@ -496,27 +496,27 @@ mod tests {
             seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5
         };
-        let mut told = [0; 3];
+        let mut counts = [0; 3];
         for _ in 0..20_000 {
             let c: Vec<f64> = (0..7).map(|k| random() + if k == 0 { 0.5 } else { 0.0 }).collect();
             let at = |s: f64| c.iter().rev().fold(0.0, |sum, c| sum * s + c);
             let least = |to: f64| (0..=200).map(|k| at(to * f64::from(k) / 200.0)).fold(f64::INFINITY, f64::min);
             match first_zero(&c, 0.0) {
                 Prospect::Stays => {
-                    told[0] += 1;
+                    counts[0] += 1;
                     assert!(least(1.0) > 0.0, "{c:?}");
                 }
                 // Before the zero positive, just behind it no more.
                 Prospect::Leaves(s) => {
-                    told[1] += 1;
+                    counts[1] += 1;
                     assert!(least(s * (1.0 - 1e-9)) > 0.0 && at(s) <= 1e-15 && at(s + 1e-9) < 0.0, "{s}: {c:?}");
                 }
                 Prospect::Unknown => {
-                    told[2] += 1;
+                    counts[2] += 1;
                     assert!(c[0] < 0.0 || least(1.0) <= c[6].abs() + 1e-3, "{c:?}");
                 }
             }
         }
-        assert!(told[0] > 4000 && told[1] > 4000, "{told:?}");
+        assert!(counts[0] > 4000 && counts[1] > 4000, "{counts:?}");
     }
 }

@@ -3,15 +3,15 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::flow::{Flow, written};
-use super::hold_terms::HoldTerms;
-use super::mesh_terms::MeshTerms;
-use super::wired::{Computer, Wired};
-use crate::assemble::{Along, Equations, FrictionLaw};
+use super::connected_law::{Computer, ConnectedLaw};
+use super::flow::{Flow, task_outputs};
+use super::gear_loss_terms::GearLossTerms;
+use super::unilateral_terms::UnilateralTerms;
+use crate::assemble::{DirectionalTerm, Equations, FrictionLaw};
 use crate::equations::InputKind;
 use crate::expr::{Expr, Function, Graph, OfTime, Part, Pieces, Symbol};
 use crate::num::{Matrix, Rational, rational_from_f64};
-use crate::reduce::{Dynamics, Extension, KeptRate, Motion, Reduced, Relaxation, Work};
+use crate::reduce::{Dynamics, Extension, Motion, MultiplierTerms, Reduced, Relaxation, Work};
 use crate::simulate::drive::Drive;
 use crate::simulate::faults::{MotorFault, MotorFaultKind};
 use crate::simulate::scenario::{SourceSignal, SourceTarget};
@@ -25,7 +25,7 @@ pub(super) struct Places {
     /// Given: values of the sources.
     pub sources: Range<usize>,
     /// Given: commands of laws that compute for themselves, for each input.
-    pub held: Range<usize>,
+    pub zoh_output: Range<usize>,
     /// Given: of each input what its torque limit leaves of the command, a factor and an addend.
     pub limits: Range<usize>,
     /// Given: of each input whether its torque follows the command (1) or the rate limiter's state (0).
@@ -39,7 +39,7 @@ pub(super) struct Places {
     /// Given: of each motor whose torque sticks in the run that torque, zero while it does not.
     pub stuck: Range<usize>,
     /// Given with the start of a run: coefficients of the equations.
-    pub given: Range<usize>,
+    pub run_parameters: Range<usize>,
     /// Given of the time: of each source with a function of it whether it follows that (1) or is set from outside (0), parts of
     /// functions, the time itself.
     pub timed: Range<usize>,
@@ -57,13 +57,13 @@ pub(super) struct Places {
     /// Found: speeds along friction directions.
     pub friction_speeds: Range<usize>,
     /// Found: of each hold its torque where it does not hold, and two numbers that its modes depend on.
-    pub hold_torques: Range<usize>,
-    pub holds: Range<usize>,
+    pub unilateral_torques: Range<usize>,
+    pub unilaterals: Range<usize>,
     /// Found: of each mesh what it carries without accelerations and without what holds, for one of each acceleration, and for one of the torque of
     /// each friction and hold.
-    pub mesh_loads: Range<usize>,
-    pub mesh_by_acceleration: Range<usize>,
-    pub mesh_by_torque: Range<usize>,
+    pub gear_loads: Range<usize>,
+    pub gear_load_by_acceleration: Range<usize>,
+    pub gear_load_by_torque: Range<usize>,
     /// Found: the power of the inputs, and the loss.
     pub powers: Range<usize>,
     /// Found, where constraints prescribe speeds: what the power of these constraints has for one of each acceleration, and for one of the
@@ -71,13 +71,13 @@ pub(super) struct Places {
     pub power_of_accelerations: Range<usize>,
     pub power_of_holding: Range<usize>,
     /// Found: of each kept row what is to vanish of the angles and of the speeds.
-    pub kept_positions: Range<usize>,
-    pub kept_speeds: Range<usize>,
+    pub multiplier_positions: Range<usize>,
+    pub multiplier_speeds: Range<usize>,
     /// Found: of each slider the torque that its springs ask of it, and the speed that it would slip with alone.
-    pub slider_torques: Range<usize>,
-    pub slider_speeds: Range<usize>,
+    pub jenkins_torques: Range<usize>,
+    pub jenkins_speeds: Range<usize>,
     /// Found: numbers that vanish where something jumps or bends by the state.
-    pub bends: Range<usize>,
+    pub kinks: Range<usize>,
     /// Found: what else was asked for.
     pub also: Range<usize>,
 }
@@ -119,7 +119,7 @@ struct Loop<'a> {
 }
 
 impl Loop<'_> {
-    fn given(&mut self, names: impl Iterator<Item = String>) -> (Range<usize>, Vec<Expr>) {
+    fn run_parameters(&mut self, names: impl Iterator<Item = String>) -> (Range<usize>, Vec<Expr>) {
         let first = self.inputs.len();
         let symbol = |name: String| {
             let symbol = self.motion.graph.new_symbol(name, Dimension::NONE);
@@ -162,7 +162,7 @@ fn row(matrix: &Matrix<f64>, row: usize, x: &[Expr]) -> Vec<(Expr, Rational)> {
 /// What a loop is made of besides its plant.
 pub(super) struct Parts<'a> {
     pub drives: &'a [Drive],
-    pub laws: &'a [Wired],
+    pub laws: &'a [ConnectedLaw],
     pub targets: &'a [SourceTarget],
     pub signals: &'a [SourceSignal],
     pub flow: Option<&'a Flow>,
@@ -179,29 +179,29 @@ pub(super) fn extend(
     let equations = &reduced.equations;
     let mut all = Loop { motion, inputs: Vec::new(), outputs: Vec::new() };
     let mut places = Places::default();
-    let (states, sources, held, limits, follows, limiter_rates, senses, couplings);
+    let (states, sources, zoh_output, limits, follows, limiter_rates, senses, couplings);
     let of_inputs = |what: &'static str| equations.inputs.iter().map(move |input| format!("{}.{what}", input.element));
     let of_source = |(k, target): (usize, &SourceTarget)| match target {
         SourceTarget::Input(input) => equations.inputs[*input].element.clone(),
         SourceTarget::Reference | SourceTarget::Block => format!("reference.{k}"),
     };
     let limits_of = |name: String| [format!("{name}_factor"), name];
-    (places.states, states) = all.given(more_states.clone().map(|k| format!("state.{k}")));
-    (places.sources, sources) = all.given(targets.iter().enumerate().map(of_source));
-    (places.held, held) = all.given(of_inputs("held"));
-    (places.limits, limits) = all.given(of_inputs("limit").flat_map(limits_of));
-    (places.follows, follows) = all.given(of_inputs("follows"));
-    (places.limiter_rates, limiter_rates) = all.given(of_inputs("limiter_rate"));
+    (places.states, states) = all.run_parameters(more_states.clone().map(|k| format!("state.{k}")));
+    (places.sources, sources) = all.run_parameters(targets.iter().enumerate().map(of_source));
+    (places.zoh_output, zoh_output) = all.run_parameters(of_inputs("held"));
+    (places.limits, limits) = all.run_parameters(of_inputs("limit").flat_map(limits_of));
+    (places.follows, follows) = all.run_parameters(of_inputs("follows"));
+    (places.limiter_rates, limiter_rates) = all.run_parameters(of_inputs("limiter_rate"));
     (places.senses, senses) =
-        all.given(equations.set_valued().enumerate().map(|(k, (element, _))| format!("{element}.sense.{k}")));
+        all.run_parameters(equations.set_valued().enumerate().map(|(k, (element, _))| format!("{element}.sense.{k}")));
     let coupled = reduced.relaxation.iter().flat_map(Relaxation::coupled_slips);
-    (places.couplings, couplings) = all.given(coupled.map(|(i, j)| format!("coupling.{i}.{j}")));
+    (places.couplings, couplings) = all.run_parameters(coupled.map(|(i, j)| format!("coupling.{i}.{j}")));
     let sticking = equations.inputs.iter().zip(drives).filter(|(_, drive)| drive.sticks());
-    let (places_of_stuck, stuck) = all.given(sticking.map(|(input, _)| format!("{}.stuck", input.element)));
+    let (places_of_stuck, stuck) = all.run_parameters(sticking.map(|(input, _)| format!("{}.stuck", input.element)));
     places.stuck = places_of_stuck;
-    places.given = all.inputs.len()..all.inputs.len() + all.motion.given.len();
-    let given = all.motion.given.iter().filter_map(|(_, symbol)| all.motion.graph.symbol_of(*symbol));
-    all.inputs.extend(given);
+    places.run_parameters = all.inputs.len()..all.inputs.len() + all.motion.run_parameters.len();
+    let run_parameters = all.motion.run_parameters.iter().filter_map(|(_, symbol)| all.motion.graph.symbol_of(*symbol));
+    all.inputs.extend(run_parameters);
     let mut sources = with_signals(&mut all, &mut places, sources, signals);
     let zero = all.motion.graph.integer(0);
     let mut rates = vec![zero; more_states.len()];
@@ -210,20 +210,20 @@ pub(super) fn extend(
         let found = flow.write_into(all.motion, reduced, &mut sources, &states[own.clone()]);
         rates[own].copy_from_slice(&found);
     }
-    let commands = commands(&mut all, reduced, laws, targets, (&sources, &held, &states, more_states.start));
-    let given = (&commands[..], &limits[..], &follows[..], &limiter_rates[..]);
-    let meant = driven(&mut all, drives, given, (&states, more_states.start, &mut rates));
-    law_rates(&mut all, laws, (&meant, &sources, &states, more_states.start), &mut rates);
-    let torques = failing(&mut all, equations, drives, (&meant, &stuck));
+    let commands = commands(&mut all, reduced, laws, targets, (&sources, &zoh_output, &states, more_states.start));
+    let run_parameters = (&commands[..], &limits[..], &follows[..], &limiter_rates[..]);
+    let drive_efforts = driven(&mut all, drives, run_parameters, (&states, more_states.start, &mut rates));
+    law_rates(&mut all, laws, (&drive_efforts, &sources, &states, more_states.start), &mut rates);
+    let torques = failing(&mut all, equations, drives, (&drive_efforts, &stuck));
     let applied = rippled(&mut all, equations, drives, &torques);
-    let SetValued { torques: friction, mut speeds, holds } = set_valued(&mut all, reduced, &senses);
+    let SetValued { torques: friction, mut speeds, unilaterals } = set_valued(&mut all, reduced, &senses);
     let mut forces = forces(&mut all, &applied, &friction);
-    let sliders = relax(&mut all, &mut places, reduced, &mut forces, (&senses, &couplings), &mut speeds);
-    let meshes = MeshTerms::new(all.motion, reduced, &applied, &friction);
-    let mut powers = powers(&mut all, reduced, &applied, (&friction, &speeds, &holds));
-    let held = held_frictions(&mut all, reduced, (&friction, &senses), &sliders);
-    find_kept(&mut all, &mut places, (reduced, &applied, &held), &mut powers[0]);
-    if laws.iter().any(Wired::is_own) {
+    let jenkins = massless_rates(&mut all, &mut places, reduced, &mut forces, (&senses, &couplings), &mut speeds);
+    let gear_losses = GearLossTerms::new(all.motion, reduced, &applied, &friction);
+    let mut powers = powers(&mut all, reduced, &applied, (&friction, &speeds, &unilaterals));
+    let sliding = sliding_frictions(&mut all, reduced, (&friction, &senses), &jenkins);
+    find_multipliers(&mut all, &mut places, (reduced, &applied, &sliding), &mut powers[0]);
+    if laws.iter().any(ConnectedLaw::is_own) {
         places.read_sources = all.found("source", sources.clone());
     }
     places.commands = all.found("command", commands);
@@ -232,12 +232,12 @@ pub(super) fn extend(
     places.forces = all.found("force", forces);
     places.rates = all.found("rate", rates);
     places.friction_speeds = all.found("friction_speed", speeds);
-    find_holds(&mut all, &mut places, &holds);
-    find_meshes(&mut all, &mut places, meshes);
+    find_unilaterals(&mut all, &mut places, &unilaterals);
+    add_gear_loads(&mut all, &mut places, gear_losses);
     places.powers = all.found("power", powers.to_vec());
-    let leaps = find_bends(&mut all, &mut places);
+    let discontinuities = add_kinks(&mut all, &mut places);
     all.give_time(&mut places);
-    (Extension { inputs: all.inputs, outputs: all.outputs }, places, sources, leaps)
+    (Extension { inputs: all.inputs, outputs: all.outputs }, places, sources, discontinuities)
 }
 
 /// Torques of the inputs from their commands, with the rates of their states.
@@ -300,11 +300,11 @@ fn failing(
             let factor = all.motion.graph.sum(Rational::ONE, &[(more, Rational::ONE)]);
             *torque = all.motion.graph.multiply(factor, *torque);
         }
-        if let Some(held) = drive.sticks().then(|| stuck.next()).flatten() {
-            *torque = all.motion.graph.add(*torque, *held);
+        if let Some(stuck) = drive.sticks().then(|| stuck.next()).flatten() {
+            *torque = all.motion.graph.add(*torque, *stuck);
         }
         if let Some(damping) = braked {
-            let speed = speed_along(all, &input.row);
+            let speed = row_speed(all, &input.row);
             let braking = all.motion.graph.multiply(damping, speed);
             *torque = all.motion.graph.subtract(*torque, braking);
         }
@@ -327,7 +327,7 @@ fn fault_part(faults: &[MotorFault], what: &str, of: &dyn Fn(MotorFaultKind) -> 
     let time = graph.new_symbol("t".into(), Dimension::TIME);
     let name = format!("{}.{what}", faults.first()?.name);
     let symbol = graph.new_symbol(name.clone(), Dimension::NONE);
-    let part = Part { name, dimension: Dimension::NONE, pieces, told: false };
+    let part = Part { name, dimension: Dimension::NONE, pieces, reported: false };
     if windows.is_empty() {
         return None;
     }
@@ -336,7 +336,7 @@ fn fault_part(faults: &[MotorFault], what: &str, of: &dyn Fn(MotorFaultKind) -> 
 
 /// Torques with their ripples.
 fn rippled(all: &mut Loop<'_>, equations: &Equations, drives: &[Drive], torques: &[Expr]) -> Vec<Expr> {
-    let with = |((drive, torque), input): ((&Drive, &Expr), &Along<InputKind>)| match drive.ripple {
+    let with = |((drive, torque), input): ((&Drive, &Expr), &DirectionalTerm<InputKind>)| match drive.ripple {
         Some(ripple) => rippling(all, &input.row, *torque, ripple),
         None => *torque,
     };
@@ -364,7 +364,8 @@ fn with_signals(
     signals: &[SourceSignal],
 ) -> Vec<Expr> {
     let follows;
-    (places.follows_signal, follows) = all.given(signals.iter().map(|signal| format!("follows.{}", signal.source)));
+    (places.follows_signal, follows) =
+        all.run_parameters(signals.iter().map(|signal| format!("follows.{}", signal.source)));
     places.timed = places.follows_signal.clone();
     for (signal, follows) in signals.iter().zip(follows) {
         let value = all.motion.of_time(&signal.function);
@@ -379,36 +380,36 @@ fn with_signals(
 fn commands(
     all: &mut Loop<'_>,
     reduced: &Reduced,
-    laws: &[Wired],
+    laws: &[ConnectedLaw],
     targets: &[SourceTarget],
-    (sources, held, states, first): (&[Expr], &[Expr], &[Expr], usize),
+    (sources, zoh_output, states, first): (&[Expr], &[Expr], &[Expr], usize),
 ) -> Vec<Expr> {
-    let mut commands: Vec<Vec<Expr>> = vec![Vec::new(); held.len()];
+    let mut commands: Vec<Vec<Expr>> = vec![Vec::new(); zoh_output.len()];
     for (target, source) in targets.iter().zip(sources) {
         if let SourceTarget::Input(input) = target {
             commands[*input].push(*source);
         }
     }
-    for wired in laws {
-        let law = match &wired.computer {
+    for connected_law in laws {
+        let law = match &connected_law.computer {
             Computer::Linear(law) => law,
-            Computer::Written(task) => {
-                let (answers, _) = written(task, &wired.references, all.motion, reduced, (sources, &[]));
-                wired.inputs.iter().zip(answers).for_each(|(&input, answer)| commands[input].push(answer));
+            Computer::Inlined(task) => {
+                let (outputs, _) = task_outputs(task, &connected_law.references, all.motion, reduced, (sources, &[]));
+                connected_law.inputs.iter().zip(outputs).for_each(|(&input, answer)| commands[input].push(answer));
                 continue;
             }
-            Computer::Continuous(_) | Computer::Clocked(_) => {
-                wired.inputs.iter().for_each(|&input| {
-                    if !commands[input].contains(&held[input]) {
-                        commands[input].push(held[input]);
+            Computer::Continuous(_) | Computer::SampledRuntime(_) => {
+                connected_law.inputs.iter().for_each(|&input| {
+                    if !commands[input].contains(&zoh_output[input]) {
+                        commands[input].push(zoh_output[input]);
                     }
                 });
                 continue;
             }
         };
-        let own = &states[wired.states.start - first..wired.states.end - first];
-        let references: Vec<Expr> = wired.references.iter().map(|&source| sources[source]).collect();
-        for (i, &input) in wired.inputs.iter().enumerate() {
+        let own = &states[connected_law.states.start - first..connected_law.states.end - first];
+        let references: Vec<Expr> = connected_law.references.iter().map(|&source| sources[source]).collect();
+        for (i, &input) in connected_law.inputs.iter().enumerate() {
             let mut terms = row(&law.on_states, i, own);
             terms.extend(row(&law.on_angles, i, &all.motion.angles));
             terms.extend(row(&law.on_speeds, i, &all.motion.speeds));
@@ -427,15 +428,15 @@ fn commands(
 /// Rates of the states of linear laws.
 fn law_rates(
     all: &mut Loop<'_>,
-    laws: &[Wired],
+    laws: &[ConnectedLaw],
     (torques, sources, states, first): (&[Expr], &[Expr], &[Expr], usize),
     rates: &mut [Expr],
 ) {
-    for wired in laws {
-        let Computer::Linear(law) = &wired.computer else { continue };
-        let own = wired.states.start - first..wired.states.end - first;
-        let references: Vec<Expr> = wired.references.iter().map(|&source| sources[source]).collect();
-        let torques: Vec<Expr> = wired.inputs.iter().map(|&input| torques[input]).collect();
+    for connected_law in laws {
+        let Computer::Linear(law) = &connected_law.computer else { continue };
+        let own = connected_law.states.start - first..connected_law.states.end - first;
+        let references: Vec<Expr> = connected_law.references.iter().map(|&source| sources[source]).collect();
+        let torques: Vec<Expr> = connected_law.inputs.iter().map(|&input| torques[input]).collect();
         for (i, rate) in rates[own.clone()].iter_mut().enumerate() {
             let mut terms = row(&law.states, i, &states[own.clone()]);
             terms.extend(row(&law.angles, i, &all.motion.angles));
@@ -451,59 +452,60 @@ fn law_rates(
 struct SetValued {
     torques: Vec<Expr>,
     speeds: Vec<Expr>,
-    holds: Vec<HoldTerms>,
+    unilaterals: Vec<UnilateralTerms>,
 }
 
 /// Frictions, and behind them what else holds.
 fn set_valued(all: &mut Loop<'_>, reduced: &Reduced, senses: &[Expr]) -> SetValued {
     let equations = &reduced.equations;
     let (mut torques, mut speeds) = sliding(all, equations, senses);
-    let holds = equations.holds.iter().zip(&senses[torques.len()..]);
-    let holds: Vec<HoldTerms> = holds.map(|(hold, sense)| HoldTerms::new(all.motion, reduced, hold, *sense)).collect();
-    torques.extend(holds.iter().map(|hold| hold.torque));
-    speeds.extend(holds.iter().map(|hold| hold.speed));
-    SetValued { torques, speeds, holds }
+    let unilaterals = equations.unilaterals.iter().zip(&senses[torques.len()..]);
+    let unilaterals: Vec<UnilateralTerms> =
+        unilaterals.map(|(unilateral, sense)| UnilateralTerms::new(all.motion, reduced, unilateral, *sense)).collect();
+    torques.extend(unilaterals.iter().map(|unilateral| unilateral.torque));
+    speeds.extend(unilaterals.iter().map(|unilateral| unilateral.speed));
+    SetValued { torques, speeds, unilaterals }
 }
 
-fn find_holds(all: &mut Loop<'_>, places: &mut Places, holds: &[HoldTerms]) {
-    places.hold_torques = all.found("hold", holds.iter().map(|hold| hold.torque).collect());
-    places.holds = all.found("told", holds.iter().flat_map(|hold| hold.told).collect());
+fn find_unilaterals(all: &mut Loop<'_>, places: &mut Places, unilaterals: &[UnilateralTerms]) {
+    places.unilateral_torques = all.found("hold", unilaterals.iter().map(|unilateral| unilateral.torque).collect());
+    places.unilaterals = all.found("told", unilaterals.iter().flat_map(|unilateral| unilateral.mode_inputs).collect());
 }
 
 /// Expressions of some outputs whose zeros are places where they jump or bend: those of the time alone, and others.
-fn parted(graph: &mut Graph, outputs: &[Expr], given: &[Symbol]) -> [Vec<Expr>; 2] {
+fn split_kinks(graph: &mut Graph, outputs: &[Expr], run_parameters: &[Symbol]) -> [Vec<Expr>; 2] {
     let mut all = Vec::new();
     for output in outputs {
         all.extend(graph.kinks(*output));
     }
     all.sort();
     all.dedup();
-    let of_time = |kink: &Expr| graph.symbols(&[*kink]).iter().all(|symbol| given.contains(symbol));
+    let of_time = |kink: &Expr| graph.symbols(&[*kink]).iter().all(|symbol| run_parameters.contains(symbol));
     let varying = |kink: &Expr| !graph.symbols(&[*kink]).is_empty();
-    let (of_time, others) = all.into_iter().filter(varying).partition(of_time);
-    [of_time, others]
+    let (of_time, of_motion) = all.into_iter().filter(varying).partition(of_time);
+    [of_time, of_motion]
 }
 
 /// What vanishes where forces, rates, or what holds jump or bend; given back what does so by the time alone.
-fn find_bends(all: &mut Loop<'_>, places: &mut Places) -> Vec<Expr> {
-    let Places { forces, rates, commands, hold_torques, holds, .. } = &*places;
-    let outputs = [forces, rates, commands, hold_torques, holds].into_iter().cloned().flatten();
+fn add_kinks(all: &mut Loop<'_>, places: &mut Places) -> Vec<Expr> {
+    let Places { forces, rates, commands, unilateral_torques, unilaterals, .. } = &*places;
+    let outputs = [forces, rates, commands, unilateral_torques, unilaterals].into_iter().cloned().flatten();
     let outputs: Vec<Expr> = outputs.map(|output| all.outputs[output].1).collect();
-    let mut given = all.inputs[places.sources.clone()].to_vec();
-    given.extend_from_slice(&all.inputs[places.follows_signal.clone()]);
-    given.extend(all.motion.timed.symbols(&all.motion.graph));
-    let [of_time, of_state] = parted(&mut all.motion.graph, &outputs, &given);
-    places.bends = all.found("bend", of_state);
+    let mut time_symbols = all.inputs[places.sources.clone()].to_vec();
+    time_symbols.extend_from_slice(&all.inputs[places.follows_signal.clone()]);
+    time_symbols.extend(all.motion.timed.symbols(&all.motion.graph));
+    let [of_time, of_state] = split_kinks(&mut all.motion.graph, &outputs, &time_symbols);
+    places.kinks = all.found("bend", of_state);
     of_time
 }
 
-fn find_meshes(all: &mut Loop<'_>, places: &mut Places, meshes: MeshTerms) {
-    places.mesh_loads = all.found("carried", meshes.now);
-    places.mesh_by_acceleration = all.found("carried_by_acceleration", meshes.by_acceleration);
-    places.mesh_by_torque = all.found("carried_by_torque", meshes.by_torque);
+fn add_gear_loads(all: &mut Loop<'_>, places: &mut Places, gear_losses: GearLossTerms) {
+    places.gear_loads = all.found("carried", gear_losses.now);
+    places.gear_load_by_acceleration = all.found("carried_by_acceleration", gear_losses.by_acceleration);
+    places.gear_load_by_torque = all.found("carried_by_torque", gear_losses.by_torque);
 }
 
-fn speed_along(all: &mut Loop<'_>, row: &[(usize, Rational)]) -> Expr {
+fn row_speed(all: &mut Loop<'_>, row: &[(usize, Rational)]) -> Expr {
     let speed = all.motion.sum(row, |motion, shaft| motion.speeds[shaft]);
     all.motion.graph.group(speed)
 }
@@ -512,7 +514,7 @@ fn speed_along(all: &mut Loop<'_>, row: &[(usize, Rational)]) -> Expr {
 fn sliding(all: &mut Loop<'_>, equations: &Equations, senses: &[Expr]) -> (Vec<Expr>, Vec<Expr>) {
     let (mut torques, mut speeds) = (Vec::new(), Vec::new());
     for (term, sense) in equations.frictions.iter().zip(senses) {
-        let speed = speed_along(all, &term.row);
+        let speed = row_speed(all, &term.row);
         let FrictionLaw { torque, stribeck } = &term.value;
         let mut size = all.motion.exact(torque);
         if let Some(stribeck) = stribeck {
@@ -547,32 +549,32 @@ fn powers(
     all: &mut Loop<'_>,
     reduced: &Reduced,
     applied: &[Expr],
-    (friction, speeds, holds): (&[Expr], &[Expr], &[HoldTerms]),
+    (friction, speeds, unilaterals): (&[Expr], &[Expr], &[UnilateralTerms]),
 ) -> [Expr; 2] {
     let (equations, mut work, mut loss) = (&reduced.equations, Vec::new(), Vec::new());
     for (input, torque) in equations.inputs.iter().zip(applied) {
-        let speed = speed_along(all, &input.row);
+        let speed = row_speed(all, &input.row);
         work.push(all.motion.graph.multiply(*torque, speed));
     }
     for (law, torque) in equations.laws.iter().zip(all.motion.laws.clone()) {
-        let speed = speed_along(all, &law.row);
+        let speed = row_speed(all, &law.row);
         work.push(all.motion.graph.multiply(torque, speed));
     }
     for damper in &equations.dampers {
         let speed = all.motion.sum(&damper.row, |motion, shaft| motion.speeds[shaft]);
         let (speed, coefficient) = (all.motion.graph.group(speed), all.motion.exact(&damper.value));
         let lost = all.motion.graph.product(&[(coefficient, 1), (speed, 2)]);
-        loss.push(all.motion.left_of(reduced, &damper.element, lost));
+        loss.push(all.motion.scaled_by_fault(reduced, &damper.element, lost));
     }
-    for (torque, speed) in friction.iter().zip(speeds).take(friction.len() - holds.len()) {
+    for (torque, speed) in friction.iter().zip(speeds).take(friction.len() - unilaterals.len()) {
         loss.push(all.motion.graph.multiply(*torque, *speed));
     }
-    loss.extend(holds.iter().map(|hold| hold.loss));
+    loss.extend(unilaterals.iter().map(|unilateral| unilateral.loss));
     [all.sum(&work), all.sum(&loss)]
 }
 
 /// Speeds with motions without inertia, also along the frictions of those that slip in these modes; gives the torques of sliders.
-fn relax(
+fn massless_rates(
     all: &mut Loop<'_>,
     places: &mut Places,
     reduced: &Reduced,
@@ -580,37 +582,37 @@ fn relax(
     slipping: (&[Expr], &[Expr]),
     speeds: &mut [Expr],
 ) -> Vec<Expr> {
-    all.motion.relax(reduced, forces, slipping);
+    all.motion.massless_rates(reduced, forces, slipping);
     for slip in reduced.relaxation.iter().flat_map(|relaxation| &relaxation.slips) {
-        speeds[slip.friction] = speed_along(all, &reduced.equations.frictions[slip.friction].row);
+        speeds[slip.friction] = row_speed(all, &reduced.equations.frictions[slip.friction].row);
     }
-    let [torques, alone] = all.motion.sliders(reduced);
-    places.slider_torques = all.found("slider", torques.clone());
-    places.slider_speeds = all.found("slip", alone);
+    let [torques, slip_speeds] = all.motion.jenkins(reduced);
+    places.jenkins_torques = all.found("slider", torques.clone());
+    places.jenkins_speeds = all.found("slip", slip_speeds);
     torques
 }
 
 /// Torques of frictions where they do not hold, and those of sliders where they do too.
-fn held_frictions(
+fn sliding_frictions(
     all: &mut Loop<'_>,
     reduced: &Reduced,
     (friction, senses): (&[Expr], &[Expr]),
-    slider_torques: &[Expr],
+    jenkins_torques: &[Expr],
 ) -> Vec<Expr> {
-    let mut held = friction.to_vec();
+    let mut sliding = friction.to_vec();
     let slips = reduced.relaxation.iter().flat_map(|relaxation| &relaxation.slips);
-    for (slip, torque) in slips.zip(slider_torques) {
+    for (slip, torque) in slips.zip(jenkins_torques) {
         let graph = &mut all.motion.graph;
         let slides = graph.product(&[(senses[slip.friction], 2)]);
         let sticks = graph.sum(Rational::ONE, &[(slides, Rational::from(-1))]);
         let torque = graph.multiply(sticks, *torque);
-        held[slip.friction] = graph.add(friction[slip.friction], torque);
+        sliding[slip.friction] = graph.add(friction[slip.friction], torque);
     }
-    held
+    sliding
 }
 
 /// What is found of constraints that prescribe speeds, and of kept rows; adds the power of the former to that of the inputs.
-fn find_kept(
+fn find_multipliers(
     all: &mut Loop<'_>,
     places: &mut Places,
     (reduced, applied, friction): (&Reduced, &[Expr], &[Expr]),
@@ -623,12 +625,12 @@ fn find_kept(
         places.power_of_holding = all.found("power_of_holding", holding);
     }
     let zero = all.motion.graph.integer(0);
-    let kept = |all: &Loop<'_>, of: &dyn Fn(&KeptRate) -> Option<Expr>| -> Vec<Expr> {
-        all.motion.kept.iter().map(|row| of(row).unwrap_or(zero)).collect()
+    let terms_of = |all: &Loop<'_>, of: &dyn Fn(&MultiplierTerms) -> Option<Expr>| -> Vec<Expr> {
+        all.motion.multiplier_constraints.iter().map(|row| of(row).unwrap_or(zero)).collect()
     };
-    let (positions, speeds) = (kept(all, &|row| row.position), kept(all, &|row| row.speed));
-    places.kept_positions = all.found("kept_position", positions);
-    places.kept_speeds = all.found("kept_speed", speeds);
+    let (positions, speeds) = (terms_of(all, &|row| row.position), terms_of(all, &|row| row.speed));
+    places.multiplier_positions = all.found("kept_position", positions);
+    places.multiplier_speeds = all.found("kept_speed", speeds);
 }
 
 /// The power of constraints that prescribe speeds, `uᵀτ_c` with `τ_c = H (K q̈_r + k) + D q̇ + S q + friction − laws − F τ`: its part without
@@ -644,7 +646,7 @@ fn prescribed_power(all: &mut Loop<'_>, reduced: &Reduced, applied: &[Expr], fri
         let (speed, inertia) = (carried(all, &body.row), all.motion.exact(&body.value));
         let bias = all.motion.sum(&body.row, |motion, k| motion.bias[k]);
         now.push(product(all, &[inertia, speed, bias]));
-        for (i, entry) in all.motion.along(&body.row) {
+        for (i, entry) in all.motion.reduced_row(&body.row) {
             accelerations[i].push(product(all, &[inertia, speed, entry]));
         }
     }
@@ -667,8 +669,11 @@ fn prescribed_power(all: &mut Loop<'_>, reduced: &Reduced, applied: &[Expr], fri
     for (speed, torque) in holding.iter().zip(friction) {
         now.push(product(all, &[*speed, *torque]));
     }
-    for k in 0..all.motion.kept.len() {
-        let (speed, rate) = (all.motion.along_kept(k, |motion, shaft| motion.carried[shaft]), all.motion.kept[k].rate);
+    for k in 0..all.motion.multiplier_constraints.len() {
+        let (speed, rate) = (
+            all.motion.along_multiplier(k, |motion, shaft| motion.carried[shaft]),
+            all.motion.multiplier_constraints[k].rate,
+        );
         holding.push(all.motion.graph.subtract(speed, rate));
     }
     [now, accelerations.iter().map(|terms| all.sum(terms)).collect(), holding]

@@ -16,7 +16,7 @@ pub(super) struct Flow {
     pub task: Arc<Task>,
     /// Numbers of the sources that they read, and of those that they answer.
     reads: Vec<usize>,
-    answers: Vec<usize>,
+    outputs: Vec<usize>,
     /// Where their states are.
     pub states: Range<usize>,
 }
@@ -33,10 +33,10 @@ impl Flow {
             Read::Source(name) => Some(number(name)),
             _ => None,
         });
-        let (reads, answers) = (reads.collect(), task.answers.iter().map(|answer| number(&answer.name)).collect());
+        let (reads, outputs) = (reads.collect(), task.outputs.iter().map(|answer| number(&answer.name)).collect());
         let states = *size..*size + task.memory.len();
         *size = states.end;
-        Some(Self { task, reads, answers, states })
+        Some(Self { task, reads, outputs, states })
     }
 
     /// Written into a loop with these states: their answers become sources. Gives the rates of the states.
@@ -48,17 +48,17 @@ impl Flow {
         states: &[Expr],
     ) -> Vec<Expr> {
         let task = &*self.task;
-        let (answers, rates) = written(task, &self.reads, motion, reduced, (sources, states));
-        let named = task.answers.iter().zip(&answers).map(|(answer, value)| (answer.name.clone(), *value)).collect();
+        let (outputs, rates) = task_outputs(task, &self.reads, motion, reduced, (sources, states));
+        let named = task.outputs.iter().zip(&outputs).map(|(answer, value)| (answer.name.clone(), *value)).collect();
         motion.answer(named);
-        self.answers.iter().zip(answers).for_each(|(&source, answer)| sources[source] = answer);
+        self.outputs.iter().zip(outputs).for_each(|(&source, answer)| sources[source] = answer);
         rates
     }
 }
 
 /// The answers of a task at every instant and the rates of what it remembers, among the expressions of a motion; `reads`: the sources that it reads, in
 /// their order.
-pub(super) fn written(
+pub(super) fn task_outputs(
     task: &Task,
     reads: &[usize],
     motion: &mut Motion,
@@ -66,7 +66,7 @@ pub(super) fn written(
     (sources, states): (&[Expr], &[Expr]),
 ) -> (Vec<Expr>, Vec<Expr>) {
     let mut reads = reads.iter();
-    let mut known: Vec<(Symbol, Expr)> = Vec::new();
+    let mut substitutions: Vec<(Symbol, Expr)> = Vec::new();
     let coordinate = |name: &String| reduced.coordinate(name).expect("a task reads coordinates of its model");
     for (symbol, read) in &task.reads {
         let value = match read {
@@ -76,16 +76,16 @@ pub(super) fn written(
             Read::Source(_) => sources[*reads.next().expect("a number for each")],
             Read::Sensor(name) | Read::AsRead(name) => measured(motion, reduced, name),
         };
-        known.push((*symbol, value));
+        substitutions.push((*symbol, value));
     }
-    known.extend(task.memory.iter().map(|entry| entry.symbol).zip(states.iter().copied()));
+    substitutions.extend(task.memory.iter().map(|entry| entry.symbol).zip(states.iter().copied()));
     let mut copied = |value: Expr| {
-        let value = motion.graph.copied(&task.graph, value, &known);
+        let value = motion.graph.copied(&task.graph, value, &substitutions);
         motion.graph.group(value)
     };
-    let answers = task.answers.iter().map(|answer| copied(answer.value)).collect();
+    let outputs = task.outputs.iter().map(|answer| copied(answer.value)).collect();
     let rates = task.memory.iter().map(|entry| copied(entry.next)).collect();
-    (answers, rates)
+    (outputs, rates)
 }
 
 /// What an ideal sensor reads.

@@ -1,8 +1,8 @@
 //! Forces and accelerations in one set of modes.
 
 use super::Machine;
+use super::connected_law::{Computer, observation};
 use super::expressions::read;
-use super::wired::{Computer, seen};
 use crate::num::dot;
 use crate::simulate::drive::Drive;
 use crate::simulate::friction::Mode;
@@ -42,26 +42,37 @@ impl Machine {
     pub(super) fn give_loop(&mut self, time: f64, state: &[f64]) {
         let r = self.degrees_of_freedom;
         self.set_sources(time);
-        self.held.fill(0.0);
+        self.zoh_output.fill(0.0);
         if self.own_laws {
             self.timed.find_sources(&self.sources, time, state);
             self.give_time(time, state);
             self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
         }
         // Blocks command nothing.
-        for wired in self.laws.iter_mut().filter(|wired| !wired.inputs.is_empty()) {
-            match &mut wired.computer {
-                Computer::Linear(_) | Computer::Written(_) => continue,
-                Computer::Clocked(clocked) => wired.commands.copy_from_slice(&clocked.held),
+        for connected_law in self.laws.iter_mut().filter(|connected_law| !connected_law.inputs.is_empty()) {
+            match &mut connected_law.computer {
+                Computer::Linear(_) | Computer::Inlined(_) => continue,
+                Computer::SampledRuntime(sampled_runtime) => {
+                    connected_law.commands.copy_from_slice(&sampled_runtime.zoh_output)
+                }
                 Computer::Continuous(law) => {
-                    for (value, &source) in wired.reference_values.iter_mut().zip(&wired.references) {
+                    for (value, &source) in connected_law.reference_values.iter_mut().zip(&connected_law.references) {
                         *value = self.timed.values[source];
                     }
-                    let seen = seen(time, &self.work.kinematics, &wired.reference_values, &state[wired.states.clone()]);
-                    law.command(seen, &mut wired.commands);
+                    let observation = observation(
+                        time,
+                        &self.work.kinematics,
+                        &connected_law.reference_values,
+                        &state[connected_law.states.clone()],
+                    );
+                    law.command(observation, &mut connected_law.commands);
                 }
             }
-            wired.inputs.iter().zip(&wired.commands).for_each(|(&input, command)| self.held[input] += command);
+            connected_law
+                .inputs
+                .iter()
+                .zip(&connected_law.commands)
+                .for_each(|(&input, command)| self.zoh_output[input] += command);
         }
         self.give(time, state);
     }
@@ -70,13 +81,13 @@ impl Machine {
     pub(super) fn forces(&mut self, time: f64, state: &[f64]) -> bool {
         self.give_loop(time, state);
         let regular = self.update(state);
-        self.meshes.torques.fill(0.0);
+        self.gear_losses.torques.fill(0.0);
         let Self { dynamics, work, places, .. } = self;
         read(dynamics, work, &places.commands, &mut self.commands);
         read(dynamics, work, &places.torques, &mut self.torques);
         read(dynamics, work, &places.applied, &mut self.applied);
         read(dynamics, work, &places.forces, &mut self.force);
-        if self.holds.changes {
+        if self.unilaterals.changes {
             self.find_bounds();
         }
         regular
@@ -94,7 +105,7 @@ impl Machine {
         self.give_time(time, state);
         let Self { dynamics, work, places, .. } = self;
         work.give(dynamics, places.sources.start, self.sources.iter().copied());
-        work.give(dynamics, places.held.start, self.held.iter().copied());
+        work.give(dynamics, places.zoh_output.start, self.zoh_output.iter().copied());
         work.give(dynamics, places.limits.start, self.drives.iter().flat_map(Drive::leaves));
         work.give(dynamics, places.follows.start, self.drives.iter().map(Drive::follows));
         work.give(dynamics, places.limiter_rates.start, self.drives.iter().map(Drive::limiter_rate));
@@ -102,7 +113,7 @@ impl Machine {
         work.give(dynamics, places.stuck.start, stuck);
         work.give(dynamics, places.senses.start, self.modes.iter().map(|mode| mode.sign()));
         if !places.couplings.is_empty() {
-            work.give(dynamics, places.couplings.start, self.sliders.couplings.iter().copied());
+            work.give(dynamics, places.couplings.start, self.jenkins.couplings.iter().copied());
         }
     }
 
@@ -117,7 +128,7 @@ impl Machine {
 
     /// The same where speeds along what holds or slips are prescribed.
     pub(super) fn give_prescribed(&mut self, time: f64, state: &[f64]) {
-        if self.moves || !self.sliders.directions.is_empty() {
+        if self.moves || !self.jenkins.directions.is_empty() {
             self.give_time(time, state);
         }
     }
@@ -127,20 +138,20 @@ impl Machine {
         if !self.holding.is_empty() {
             self.factor_holding();
         }
-        if self.meshes.is_empty() {
-            self.accelerate_held();
+        if self.gear_losses.is_empty() {
+            self.accelerate_constrained();
         } else {
-            self.load_meshes();
+            self.load_gears();
         }
     }
 
     /// The same with the factors that are known.
-    pub(super) fn accelerate_held(&mut self) {
+    pub(super) fn accelerate_constrained(&mut self) {
         let count = self.holding.len();
-        if self.stands {
+        if self.at_rest {
             // Nothing moves: with all speeds zero, every acceleration bias vanishes too.
             self.acceleration.fill(0.0);
-            self.hold_torques_of_force();
+            self.active_torques_of_force();
             return;
         }
         self.acceleration.copy_from_slice(&self.force);
@@ -149,18 +160,18 @@ impl Machine {
             return;
         }
         for a in 0..count {
-            self.hold_torque[a] = self.hold_defect(a);
+            self.active_torque[a] = self.active_defect(a);
         }
-        self.hold_factor.solve(&mut self.hold_torque[..count]);
-        self.scratch[..count].copy_from_slice(&self.hold_torque[..count]);
+        self.active_factor.solve(&mut self.active_torque[..count]);
+        self.scratch[..count].copy_from_slice(&self.active_torque[..count]);
         self.take_from_acceleration();
         // One refinement keeps the sticking speeds at zero to the last bits.
         for a in 0..count {
-            self.scratch[a] = self.hold_defect(a);
+            self.scratch[a] = self.active_defect(a);
         }
-        self.hold_factor.solve(&mut self.scratch[..count]);
+        self.active_factor.solve(&mut self.scratch[..count]);
         for a in 0..count {
-            self.hold_torque[a] += self.scratch[a];
+            self.active_torque[a] += self.scratch[a];
         }
         self.take_from_acceleration();
         for &i in &self.still {
@@ -169,9 +180,9 @@ impl Machine {
     }
 
     /// Acceleration along a holding direction.
-    fn hold_defect(&self, a: usize) -> f64 {
+    fn active_defect(&self, a: usize) -> f64 {
         let k = self.holding[a];
-        self.dynamics.along_friction(k, &self.acceleration, &self.work) + self.work.friction_bias[k]
+        self.dynamics.friction_component(k, &self.acceleration, &self.work) + self.work.friction_bias[k]
     }
 
     /// Takes what torques along the holding directions (in `scratch`) do from the accelerations.
@@ -186,10 +197,10 @@ impl Machine {
 
     /// `weighted = H⁻¹ Gᵀ` and the factor of `G H⁻¹ Gᵀ` over the holding directions; where neither depends on the position, once.
     pub(super) fn factor_holding(&mut self) {
-        if self.hold_constant && self.hold_known {
+        if self.active_constant && self.active_known {
             return;
         }
-        self.hold_known = true;
+        self.active_known = true;
         let (r, count) = (self.degrees_of_freedom, self.holding.len());
         for a in 0..count {
             let k = self.holding[a];
@@ -202,19 +213,20 @@ impl Machine {
         for a in 0..count {
             let weighted = &self.weighted[a * r..(a + 1) * r];
             for b in 0..count {
-                self.hold_matrix[a * count + b] = self.dynamics.along_friction(self.holding[b], weighted, &self.work);
+                self.active_matrix[a * count + b] =
+                    self.dynamics.friction_component(self.holding[b], weighted, &self.work);
             }
         }
-        self.hold_factor.factor(&self.hold_matrix[..count * count]);
+        self.active_factor.factor(&self.active_matrix[..count * count]);
     }
 
     /// Holding torques when everything stands still: `Gᵀ λ = force`.
-    pub(super) fn hold_torques_of_force(&mut self) {
+    pub(super) fn active_torques_of_force(&mut self) {
         let (r, count) = (self.degrees_of_freedom, self.holding.len());
         for a in 0..count {
-            self.hold_torque[a] = dot(&self.weighted[a * r..(a + 1) * r], &self.force);
+            self.active_torque[a] = dot(&self.weighted[a * r..(a + 1) * r], &self.force);
         }
-        self.hold_factor.solve(&mut self.hold_torque[..count]);
+        self.active_factor.solve(&mut self.active_torque[..count]);
     }
 
     /// The right-hand side in the current modes.
@@ -232,24 +244,31 @@ impl Machine {
         }
         out[r..2 * r].copy_from_slice(&self.acceleration);
         read(&self.dynamics, &self.work, &self.places.rates, &mut out[2 * r..self.size - 2]);
-        for wired in self.laws.iter_mut().filter(|wired| wired.is_own() && !wired.states.is_empty()) {
-            for (torque, &input) in wired.torques.iter_mut().zip(&wired.inputs) {
+        for connected_law in
+            self.laws.iter_mut().filter(|connected_law| connected_law.is_own() && !connected_law.states.is_empty())
+        {
+            for (torque, &input) in connected_law.torques.iter_mut().zip(&connected_law.inputs) {
                 *torque = self.torques[input];
             }
-            let seen = seen(time, &self.work.kinematics, &wired.reference_values, &state[wired.states.clone()]);
-            if let Computer::Continuous(law) = &mut wired.computer {
-                law.rates(seen, &wired.torques, &mut out[wired.states.clone()]);
+            let observation = observation(
+                time,
+                &self.work.kinematics,
+                &connected_law.reference_values,
+                &state[connected_law.states.clone()],
+            );
+            if let Computer::Continuous(law) = &mut connected_law.computer {
+                law.rates(observation, &connected_law.torques, &mut out[connected_law.states.clone()]);
             }
         }
         read(&self.dynamics, &self.work, &self.places.powers, &mut out[self.size - 2..]);
-        for (k, torque) in self.meshes.losses() {
+        for (k, torque) in self.gear_losses.losses() {
             out[self.size - 1] += torque * self.dynamics.friction_speed(k, &self.work);
         }
-        if let Some(direction) = self.meshes.without_motion() {
-            self.meshes.lost = Some(direction);
+        if let Some(direction) = self.gear_losses.without_motion() {
+            self.gear_losses.lost = Some(direction);
             out.fill(f64::NAN);
         }
-        if self.meshes.undefined.is_some() {
+        if self.gear_losses.undefined.is_some() {
             out.fill(f64::NAN);
         }
         if !self.places.power_of_holding.is_empty() || !self.places.power_of_accelerations.is_empty() {
@@ -259,12 +278,12 @@ impl Machine {
 
     /// What the power of constraints that prescribe speeds has of the accelerations and of the friction that holds, W.
     fn prescribed_power(&self) -> f64 {
-        let holding = self.holding.iter().copied().zip(self.hold_torque.iter().copied());
-        self.prescribed_work(&self.acceleration, holding.chain(self.meshes.losses()))
+        let holding = self.holding.iter().copied().zip(self.active_torque.iter().copied());
+        self.prescribed_work(&self.acceleration, holding.chain(self.gear_losses.losses()))
     }
 
     /// The work of constraints that prescribe speeds for changes of speeds and impulses along directions, J; of accelerations and torques its power.
-    pub(super) fn prescribed_work(&self, change: &[f64], along: impl Iterator<Item = (usize, f64)>) -> f64 {
+    pub(super) fn prescribed_work(&self, change: &[f64], impulses: impl Iterator<Item = (usize, f64)>) -> f64 {
         if self.places.power_of_accelerations.is_empty() && self.places.power_of_holding.is_empty() {
             return 0.0;
         }
@@ -272,7 +291,7 @@ impl Machine {
         let first = self.places.power_of_accelerations.start;
         let accelerations: f64 = change.iter().enumerate().map(|(i, change)| of(first + i) * change).sum();
         let first = self.places.power_of_holding.start;
-        accelerations + along.map(|(k, impulse)| of(first + k) * impulse).sum::<f64>()
+        accelerations + impulses.map(|(k, impulse)| of(first + k) * impulse).sum::<f64>()
     }
 
     /// Everything that outputs are read from: accelerations, motor torques, friction torques, at one point.
@@ -285,22 +304,23 @@ impl Machine {
     /// The same at the point whose rates were found last.
     pub fn observe_here(&mut self) {
         for (k, mode) in self.modes.iter().enumerate() {
-            self.friction_torques[k] = match k.checked_sub(self.holds.first) {
-                Some(hold) => self.work.more(&self.dynamics, self.places.hold_torques.start + hold),
+            self.friction_torques[k] = match k.checked_sub(self.unilaterals.first) {
+                Some(unilateral) => self.work.more(&self.dynamics, self.places.unilateral_torques.start + unilateral),
                 None => {
                     let speed = self.dynamics.friction_speed(k, &self.work);
                     mode.sign() * self.dynamics.sliding_torque(k, speed)
                 }
             };
         }
-        for (k, torque) in self.meshes.losses() {
+        for (k, torque) in self.gear_losses.losses() {
             self.friction_torques[k] = torque;
         }
-        for (slider, &k) in self.sliders.directions.iter().enumerate().filter(|(_, k)| self.modes[**k] == Mode::Stick) {
-            self.friction_torques[k] = self.slider_torque(slider);
+        for (jenkins, &k) in self.jenkins.directions.iter().enumerate().filter(|(_, k)| self.modes[**k] == Mode::Stick)
+        {
+            self.friction_torques[k] = self.jenkins_torque(jenkins);
         }
         for a in 0..self.holding.len() {
-            self.friction_torques[self.holding[a]] = self.hold_torque[a];
+            self.friction_torques[self.holding[a]] = self.active_torque[a];
         }
         if !self.following.is_empty() {
             self.split_friction();
@@ -311,10 +331,10 @@ impl Machine {
     /// directions.
     pub fn not_finite(&mut self, time: f64, state: &[f64], names: (&[String], &[String], &[String])) -> Option<String> {
         let regular = self.forces(time, state);
-        self.meshes.undefined = None;
+        self.gear_losses.undefined = None;
         let mut from = self.dynamics.plan().plan.not_finite(self.work.values());
         let mut what = self.value_not_finite(regular, names);
-        if let Some((direction, operation)) = self.meshes.explain() {
+        if let Some((direction, operation)) = self.gear_losses.explain() {
             (from, what) = (operation, Some(format!("the `loss` of `{}` is NaN", names.2[direction])));
         }
         let what = what?;
@@ -343,7 +363,7 @@ impl Machine {
                 return Some(format!("the {what} of {} is {}", inputs[input], values[input]));
             }
         }
-        if let Some(what) = self.hold_not_finite(frictions) {
+        if let Some(what) = self.unilateral_not_finite(frictions) {
             return Some(what);
         }
         let sliding = |k: &usize| !self.work.more(&self.dynamics, self.places.friction_speeds.start + k).is_finite();

@@ -1,8 +1,8 @@
 //! Which friction directions stick, which slip, and how.
 
 use super::Machine;
-use super::hold_kinds::{Kind, Met};
-use super::sharing::{Holding, Sharing};
+use super::torque_distribution::{Holding, TorqueDistribution};
+use super::unilateral_kinds::{Kind, RestEvents};
 use crate::num::{Cholesky, dot};
 use crate::simulate::friction::{Bounds, Mode, NOISE, OUTSIDE, Span};
 
@@ -12,7 +12,7 @@ const ROUNDING: f64 = 1e-12;
 const MOVED: f64 = 1e-9;
 /// Part of the motion within the step that coming to rest may take away at the instant found; more means that coefficients
 /// cancel, and nothing came to rest. The one is some units in the last place of the time over the step, the other about 1.
-const TAKEN: f64 = 1e-3;
+const REMOVED_SHARE: f64 = 1e-3;
 /// Part of a direction that is left beside kept rows, squared, that counts as none: the square of what the place of an event is known to.
 const VANISHED: f64 = 1e-12;
 
@@ -20,14 +20,14 @@ impl Machine {
     /// Shares the holding torque among sticking directions that depend on each other: the smallest torques relative to
     /// what each direction can hold at rest where that suffices, else those of the convex problem.
     pub(super) fn split_friction(&mut self) {
-        if self.share_holds(1.0 + 1e-9) {
-            let Sharing { sticking, torques, .. } = &self.sharing;
+        if self.share_active(1.0 + 1e-9) {
+            let TorqueDistribution { sticking, torques, .. } = &self.torque_distribution;
             sticking.iter().zip(torques).for_each(|(&k, torque)| self.friction_torques[k] = *torque);
             return;
         }
-        let loaded = if self.meshes.is_empty() { None } else { self.shared_torques() };
+        let loaded = if self.gear_losses.is_empty() { None } else { self.shared_torques() };
         let (sticking, torques) = loaded.unwrap_or_else(|| {
-            let sticking = self.sharing.sticking.clone();
+            let sticking = self.torque_distribution.sticking.clone();
             let (_, torques) = self.solve_box(&sticking);
             (sticking, torques)
         });
@@ -38,32 +38,32 @@ impl Machine {
 
     /// Whether the sticking directions hold with the smallest torques relative to what each can hold, none above that times `most`.
     /// Needs the torques of the holding directions.
-    fn share_holds(&mut self, most: f64) -> bool {
+    fn share_active(&mut self, most: f64) -> bool {
         self.factor_holding();
-        if !self.prepare_sharing() {
+        if !self.prepare_torque_distribution() {
             return false;
         }
         let c = &self.bounds[0];
-        let determined = self.sharing.share(&self.hold_torque[..self.holding.len()], c);
-        let Sharing { sticking, torques, .. } = &self.sharing;
+        let determined = self.torque_distribution.share(&self.active_torque[..self.holding.len()], c);
+        let TorqueDistribution { sticking, torques, .. } = &self.torque_distribution;
         determined && sticking.iter().zip(torques).all(|(&k, torque)| torque.abs() <= c[k] * most)
     }
 
     /// Whether the sticking directions share their torque in the same way at all positions, which is prepared then.
     pub(super) fn shares_evenly(&mut self) -> bool {
-        self.hold_constant && self.prepare_sharing()
+        self.active_constant && self.prepare_torque_distribution()
     }
 
-    fn prepare_sharing(&mut self) -> bool {
+    fn prepare_torque_distribution(&mut self) -> bool {
         // What teeth hold depends on how they share.
-        if !self.shares_by_size() || !self.meshes.is_empty() {
+        if !self.shares_by_size() || !self.gear_losses.is_empty() {
             return false;
         }
         let c = &self.bounds[0];
-        if !(self.hold_constant && self.sharing_known && !self.holds.changes) {
-            let holding = Holding { directions: &self.holding, weighted: &self.weighted, factor: &self.hold_factor };
-            self.sharing.prepare(&holding, &self.work.friction_rows, c);
-            self.sharing_known = true;
+        if !(self.active_constant && self.torque_distribution_known && !self.unilaterals.changes) {
+            let holding = Holding { directions: &self.holding, weighted: &self.weighted, factor: &self.active_factor };
+            self.torque_distribution.prepare(&holding, &self.work.friction_rows, c);
+            self.torque_distribution_known = true;
         }
         true
     }
@@ -72,13 +72,13 @@ impl Machine {
     ///
     /// A direction that depends on sticking ones sticks with them, so that modes never contradict the kinematics.
     pub(super) fn decide(&mut self, resting: &[usize]) -> Vec<Mode> {
-        if self.meshes.is_empty() { self.decide_with_bounds(resting) } else { self.decide_loaded(resting) }
+        if self.gear_losses.is_empty() { self.decide_with_bounds(resting) } else { self.decide_loaded(resting) }
     }
 
     /// The same with the bounds that are known.
     pub(super) fn decide_with_bounds(&mut self, resting: &[usize]) -> Vec<Mode> {
-        let (accelerations, _) = self.solve_box(&self.with_kept(resting));
-        let mut modes: Vec<Mode> = accelerations[self.kept.len()..]
+        let (accelerations, _) = self.solve_box(&self.with_multipliers(resting));
+        let mut modes: Vec<Mode> = accelerations[self.multiplier_constraints.len()..]
             .iter()
             .map(|acceleration| match acceleration {
                 a if *a > 0.0 => Mode::Forward,
@@ -87,14 +87,14 @@ impl Machine {
             })
             .collect();
         // Where none depends on the others, whatever accelerates slips.
-        let dependent = self.kept.len() + resting.len() > self.holding.len();
+        let dependent = self.multiplier_constraints.len() + resting.len() > self.holding.len();
         if dependent && modes.contains(&Mode::Stick) && modes.iter().any(|mode| *mode != Mode::Stick) {
             let sticking = resting.iter().zip(&modes).filter(|(_, mode)| **mode == Mode::Stick).map(|(&k, _)| k);
-            let mut standing = self.with_kept(&sticking.collect::<Vec<_>>());
-            standing.retain(|&k| !self.moving[k]);
-            let span = self.span(&standing);
+            let mut sticking_rows = self.with_multipliers(&sticking.collect::<Vec<_>>());
+            sticking_rows.retain(|&k| !self.moving[k]);
+            let span = self.span(&sticking_rows);
             for (&k, mode) in resting.iter().zip(&mut modes) {
-                let depends = || span.left(self.metric_row(k)) <= OUTSIDE && !self.is_carried(k);
+                let depends = || span.rejected(self.metric_row(k)) <= OUTSIDE && !self.is_carried(k);
                 if *mode != Mode::Stick && !self.moving[k] && depends() {
                     *mode = Mode::Stick;
                 }
@@ -104,8 +104,8 @@ impl Machine {
     }
 
     /// Kept rows, which always hold, and other directions.
-    fn with_kept(&self, others: &[usize]) -> Vec<usize> {
-        self.kept.clone().chain(others.iter().copied()).collect()
+    fn with_multipliers(&self, further: &[usize]) -> Vec<usize> {
+        self.multiplier_constraints.clone().chain(further.iter().copied()).collect()
     }
 
     /// The convex problem over the directions given, all at rest: accelerations along them and their torques.
@@ -161,14 +161,14 @@ impl Machine {
         // Directions have few entries.
         let entries = |&k: &usize| row(k).iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect::<Vec<_>>();
         let sparse: Vec<Vec<(usize, f64)>> = directions.iter().map(entries).collect();
-        let along = |weighted: &[f64], row: &[(usize, f64)]| row.iter().map(|(i, x)| weighted[*i] * x).sum::<f64>();
-        let w = (0..m * m).map(|i| along(&weighted[i / m * r..(i / m + 1) * r], &sparse[i % m])).collect();
+        let row_dot = |weighted: &[f64], row: &[(usize, f64)]| row.iter().map(|(i, x)| weighted[*i] * x).sum::<f64>();
+        let w = (0..m * m).map(|i| row_dot(&weighted[i / m * r..(i / m + 1) * r], &sparse[i % m])).collect();
         (weighted, w)
     }
 
     /// Whether anything holds that [`Machine::breaks_away`] evaluates.
     pub fn may_break_away(&self) -> bool {
-        !(self.holding.is_empty() && self.sliders.directions.is_empty() && !self.holds.has_locks)
+        !(self.holding.is_empty() && self.jenkins.directions.is_empty() && !self.unilaterals.has_locks)
     }
 
     /// Whether the sticking directions can no longer hold at this point.
@@ -177,25 +177,25 @@ impl Machine {
             return false;
         }
         self.evaluate(time, state);
-        self.leave_rest().is_some() || self.a_slider_leaves() || self.a_lock_turns()
+        self.leave_rest().is_some() || self.any_jenkins_slips() || self.a_lock_turns()
     }
 
     /// What the directions at rest do at the point last evaluated, if they do not all go on resting. Decides where an event is looked for
     /// and where it happens, so that both agree to the last bit.
     fn leave_rest(&mut self) -> Option<Vec<(usize, Mode)>> {
         let bounds = self.bounds();
-        if self.holding.iter().zip(&self.hold_torque).all(|(&k, torque)| bounds.hold(k, *torque)) {
+        if self.holding.iter().zip(&self.active_torque).all(|(&k, torque)| bounds.contains(k, *torque)) {
             return if self.moves_on() { self.leaving() } else { None };
         }
-        if !self.following.is_empty() && self.share_holds(1.0 - 1e-12) {
+        if !self.following.is_empty() && self.share_active(1.0 - 1e-12) {
             // Torques within their bounds that hold everything: there is no acceleration.
             return None;
         }
-        if !self.meshes.is_empty() && !self.following.is_empty() && self.shared_torques().is_some() {
+        if !self.gear_losses.is_empty() && !self.following.is_empty() && self.shared_torques().is_some() {
             return None;
         }
         if self.following.is_empty()
-            && self.meshes.is_empty()
+            && self.gear_losses.is_empty()
             && let Some(leaving) = self.one_leaves()
         {
             return leaving.map(|leaving| vec![leaving]);
@@ -237,32 +237,32 @@ impl Machine {
     fn one_leaves(&mut self) -> Option<Option<(usize, Mode)>> {
         let (r, count) = (self.degrees_of_freedom, self.holding.len());
         let bounds = Bounds { forward: &self.bounds[0], backward: &self.bounds[1] };
-        let holds = |(k, torque): (&usize, &f64)| bounds.hold(*k, *torque);
-        let mut beyond = (0..count).filter(|&a| !holds((&self.holding[a], &self.hold_torque[a])));
+        let within_bounds = |(k, torque): (&usize, &f64)| bounds.contains(*k, *torque);
+        let mut beyond = (0..count).filter(|&a| !within_bounds((&self.holding[a], &self.active_torque[a])));
         let Some(a) = beyond.next() else { return Some(None) };
         if beyond.next().is_some() {
             return None;
         }
-        let (k, torque) = (self.holding[a], self.hold_torque[a]);
+        let (k, torque) = (self.holding[a], self.active_torque[a]);
         let most = bounds.of(k, torque);
         let z = &mut self.scratch[..count];
         z.fill(0.0);
         z[a] = 1.0;
-        self.hold_factor.solve(z);
+        self.active_factor.solve(z);
         let acceleration = (torque.abs() - most) / z[a];
         let mut free = self.force.clone();
         self.work.factor.solve(&mut free);
         let row = &self.work.friction_rows[k * r..(k + 1) * r];
         let terms: f64 = row.iter().zip(&free).map(|(g, x)| (g * x).abs()).sum();
-        let of_others =
-            self.hold_matrix[a * count..(a + 1) * count].iter().zip(self.holding.iter().zip(&self.hold_torque));
+        let coupling_terms =
+            self.active_matrix[a * count..(a + 1) * count].iter().zip(self.holding.iter().zip(&self.active_torque));
         // What is not bounded counts with what it does.
         let size = |k: usize, torque: f64| {
             let most = bounds.forward[k].max(bounds.backward[k]);
             if most.is_finite() { most } else { torque.abs() }
         };
-        let of_others = of_others.map(|(w, (&k, &torque))| (w * size(k, torque)).abs());
-        let scale = terms + self.work.friction_bias[k].abs() + of_others.sum::<f64>();
+        let coupling_terms = coupling_terms.map(|(w, (&k, &torque))| (w * size(k, torque)).abs());
+        let scale = terms + self.work.friction_bias[k].abs() + coupling_terms.sum::<f64>();
         if !acceleration.is_finite() || z[a] <= 0.0 {
             return None;
         }
@@ -270,10 +270,10 @@ impl Machine {
             return Some(None);
         }
         let change = acceleration * torque.signum();
-        let mut others =
-            (0..count).filter(|&b| b != a).map(|b| (&self.holding[b], self.hold_torque[b] - change * z[b]));
-        others
-            .all(|(k, torque)| holds((k, &torque)))
+        let mut candidates =
+            (0..count).filter(|&b| b != a).map(|b| (&self.holding[b], self.active_torque[b] - change * z[b]));
+        candidates
+            .all(|(k, torque)| within_bounds((k, &torque)))
             .then_some(Some((k, if torque > 0.0 { Mode::Forward } else { Mode::Backward })))
     }
 
@@ -300,28 +300,28 @@ impl Machine {
         }
         let frictions = out.len();
         let shared = self.room_beside_teeth();
-        for (&k, torque) in self.holding.iter().zip(&self.hold_torque).filter(|(k, _)| **k < frictions) {
+        for (&k, torque) in self.holding.iter().zip(&self.active_torque).filter(|(k, _)| **k < frictions) {
             out[k] = shared.unwrap_or_else(|| self.room_of(k, *torque));
         }
         self.lock_margins().for_each(|(k, margin)| out[k] = margin);
-        self.slider_rooms().for_each(|(k, room)| out[k] = room);
+        self.jenkins_margins().for_each(|(k, room)| out[k] = room);
     }
 
     /// [`Machine::margins_here`] of one direction.
     pub fn margin_here(&mut self, direction: usize) -> f64 {
-        if let Some((_, room)) = self.slider_rooms().find(|(k, _)| *k == direction) {
+        if let Some((_, room)) = self.jenkins_margins().find(|(k, _)| *k == direction) {
             return room;
         }
         if let Some((_, margin)) = self.lock_margins().find(|(k, _)| *k == direction) {
             return margin;
         }
         let Some(a) = self.holding.iter().position(|k| *k == direction) else { return self.slip_margin(direction) };
-        self.room_beside_teeth().unwrap_or_else(|| self.room_of(direction, self.hold_torque[a]))
+        self.room_beside_teeth().unwrap_or_else(|| self.room_of(direction, self.active_torque[a]))
     }
 
     /// What those that stick have left together where they share torques with teeth, whose limits follow from how they share.
     fn room_beside_teeth(&mut self) -> Option<f64> {
-        (!self.meshes.is_empty() && !self.following.is_empty()).then(|| self.shared_room())
+        (!self.gear_losses.is_empty() && !self.following.is_empty()).then(|| self.shared_room())
     }
 
     /// How far a slipping direction is from standing still at a time and a state, rad/s: negative beyond.
@@ -334,32 +334,32 @@ impl Machine {
 
     /// How far the sticking directions are from their limits at a state, as a part of those: negative beyond. Where they share torques,
     /// with the smallest torques that hold, which is less than what holds at best.
-    pub fn hold_room(&mut self, time: f64, state: &[f64]) -> f64 {
+    pub fn active_reserve(&mut self, time: f64, state: &[f64]) -> f64 {
         self.evaluate(time, state);
-        self.hold_room_here()
+        self.active_reserve_here()
     }
 
-    /// [`Self::hold_room`] at the point last evaluated.
-    pub fn hold_room_here(&mut self) -> f64 {
+    /// [`Self::active_reserve`] at the point last evaluated.
+    pub fn active_reserve_here(&mut self) -> f64 {
         if !self.following.is_empty() {
-            self.share_holds(1.0);
+            self.share_active(1.0);
         }
         let beside_teeth = self.room_beside_teeth();
-        let shared = self.sharing.sticking.iter().zip(&self.sharing.torques);
-        let alone = self.holding.iter().zip(&self.hold_torque);
+        let shared = self.torque_distribution.sticking.iter().zip(&self.torque_distribution.torques);
+        let uncoupled = self.holding.iter().zip(&self.active_torque);
         let least = |room: f64, (&k, torque): (&usize, &f64)| room.min(self.room_of(k, *torque));
         let room = match beside_teeth {
             Some(room) => room,
-            None if self.following.is_empty() => alone.fold(1.0, least),
+            None if self.following.is_empty() => uncoupled.fold(1.0, least),
             None => shared.fold(1.0, least),
         };
-        let rooms = self.slider_rooms().chain(self.lock_margins());
+        let rooms = self.jenkins_margins().chain(self.lock_margins());
         rooms.fold(room, |least, (_, room)| least.min(room))
     }
 
     pub(in crate::simulate) fn slip_margin(&self, direction: usize) -> f64 {
-        if direction >= self.holds.first {
-            return self.hold_margin(direction);
+        if direction >= self.unilaterals.first {
+            return self.unilateral_margin(direction);
         }
         match self.modes[direction] {
             Mode::Stick => f64::INFINITY,
@@ -372,17 +372,17 @@ impl Machine {
         out.clear();
         let r = self.degrees_of_freedom;
         let turns = self.may_turn();
-        if self.holds.is_empty() && !turns && !self.modes.iter().any(|mode| *mode != Mode::Stick) {
+        if self.unilaterals.is_empty() && !turns && !self.modes.iter().any(|mode| *mode != Mode::Stick) {
             return;
         }
         self.give_prescribed(time, state);
         self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
         let against = |this: &Self, k: usize| {
             // Stops and cushions turn where gaps and what presses tell.
-            let slips = if this.holds.slips(k) { this.modes[k].sign() } else { 0.0 };
+            let slips = if this.unilaterals.slips(k) { this.modes[k].sign() } else { 0.0 };
             -slips * this.dynamics.friction_speed(k, &this.work)
         };
-        out.extend((0..self.modes.len()).filter(|&k| against(self, k) > 0.0 || self.hold_turns(k)));
+        out.extend((0..self.modes.len()).filter(|&k| against(self, k) > 0.0 || self.contact_changes(k)));
         if out.is_empty() && !turns {
             return;
         }
@@ -391,9 +391,9 @@ impl Machine {
         let noise = |k: usize| {
             let of_terms = || NOISE * self.dynamics.friction_terms(k, &self.step_speeds, &self.work);
             let own = self.noise_of_slip(k).unwrap_or_else(of_terms);
-            if self.kept.is_empty() { own } else { own.max(self.noise_of_rows(k)) }
+            if self.multiplier_constraints.is_empty() { own } else { own.max(self.noise_of_rows(k)) }
         };
-        out.retain(|&k| against(self, k) > noise(k) || self.hold_turns(k));
+        out.retain(|&k| against(self, k) > noise(k) || self.contact_changes(k));
         if turns {
             out.extend(self.carried_along());
         }
@@ -414,8 +414,8 @@ impl Machine {
     fn noise_of_rows(&self, k: usize) -> f64 {
         let r = self.degrees_of_freedom;
         let sizes = &self.step_speeds;
-        let along = |row: &[f64]| row.iter().zip(sizes).map(|(x, size)| x.abs() * size).sum::<f64>();
-        let momenta = self.work.inertia.chunks_exact(r.max(1)).map(along);
+        let row_dot = |row: &[f64]| row.iter().zip(sizes).map(|(x, size)| x.abs() * size).sum::<f64>();
+        let momenta = self.work.inertia.chunks_exact(r.max(1)).map(row_dot);
         // |g v| ≤ |g| |v| in the metric of the inertia.
         let size = momenta.zip(sizes).map(|(momentum, size)| momentum * size).sum::<f64>().sqrt();
         let row = self.metric_row(k);
@@ -440,41 +440,48 @@ impl Machine {
         let mut events = Vec::new();
         self.contradiction.clear();
         self.settle_drives(time, state, everything, input_names, &mut events);
-        let met = self.meet(time, state, (crossing, everything), names, &mut events);
+        let rest_events = self.meet(time, state, (crossing, everything), names, &mut events);
         if !self.contradiction.is_empty() {
             return events;
         }
         if !everything
-            && !self.holds.struck
-            && met.crossing.is_empty()
+            && !self.unilaterals.struck
+            && rest_events.crossing.is_empty()
             && self.modes.iter().all(|mode| *mode != Mode::Stick)
         {
             // Nothing is at rest, and nothing comes to rest.
             return events;
         }
-        self.choose_modes(time, state, met, everything);
+        self.choose_modes(time, state, rest_events, everything);
         self.leave_stops();
         if !everything {
             let changed = before.iter().zip(&self.modes).zip(names).enumerate().filter(|(_, ((was, is), _))| was != is);
-            let told = changed.filter(|(k, _)| self.may_rest(*k) || !self.holds.slips(*k));
-            events
-                .extend(told.filter_map(|(k, ((_, is), name))| Some(format!("{name} {}", self.holds.words(k, *is)?))));
+            let reported = changed.filter(|(k, _)| self.may_rest(*k) || !self.unilaterals.slips(*k));
+            events.extend(reported.filter_map(|(k, ((_, is), name))| {
+                Some(format!("{name} {}", self.unilaterals.describe_mode(k, *is)?))
+            }));
         }
         events
     }
 
     /// The modes of [`Self::settle`], with the speeds that vanish in them.
-    fn choose_modes(&mut self, time: f64, state: &mut [f64], Met { crossing, resting }: Met, everything: bool) {
+    fn choose_modes(
+        &mut self,
+        time: f64,
+        state: &mut [f64],
+        RestEvents { crossing, resting }: RestEvents,
+        everything: bool,
+    ) {
         self.evaluate(time, state);
-        if self.settle_sliders(&crossing, everything) {
+        if self.decide_jenkins_modes(&crossing, everything) {
             self.evaluate(time, state);
         }
-        let crossing: Vec<usize> = crossing.into_iter().filter(|k| !self.sliders.directions.contains(k)).collect();
+        let crossing: Vec<usize> = crossing.into_iter().filter(|k| !self.jenkins.directions.contains(k)).collect();
         if !everything && crossing.is_empty() && resting.is_none() {
             if let Some(modes) = self.leave_rest() {
                 self.stop_along_holding(state);
                 modes.into_iter().for_each(|(k, mode)| self.modes[k] = mode);
-                self.hold_those_that_stick();
+                self.activate_sticking();
             }
             return;
         }
@@ -496,8 +503,8 @@ impl Machine {
         let may = |k: &usize| !resting.contains(k) && !passing.contains(k) && self.may_rest(*k) && !self.is_outside(*k);
         let mut dependent: Vec<usize> = self.directions.iter().copied().filter(may).collect();
         if !dependent.is_empty() {
-            let span = self.span(&self.with_kept(&resting));
-            dependent.retain(|&k| span.left(self.metric_row(k)) <= OUTSIDE);
+            let span = self.span(&self.with_multipliers(&resting));
+            dependent.retain(|&k| span.rejected(self.metric_row(k)) <= OUTSIDE);
             // What kept rows alone carry where the motion has come need not rest.
             dependent.retain(|&k| !self.is_carried(k));
             if self.moves {
@@ -506,7 +513,7 @@ impl Machine {
                 dependent.retain(|k| rests.contains(k));
             }
         }
-        let alone = dependent.is_empty() && self.following.is_empty();
+        let uncoupled = dependent.is_empty() && self.following.is_empty();
         resting.extend(dependent);
         resting.sort_unstable();
         self.stop_along_holding(state);
@@ -514,9 +521,9 @@ impl Machine {
             self.modes[k] = Mode::Stick;
         }
         self.forces(time, state);
-        let leaving = if alone {
+        let leaving = if uncoupled {
             self.accelerate();
-            if self.meshes.is_empty() { self.one_leaves() } else { None }
+            if self.gear_losses.is_empty() { self.one_leaves() } else { None }
         } else {
             None
         };
@@ -527,13 +534,13 @@ impl Machine {
                 resting.iter().zip(modes).for_each(|(&k, mode)| self.modes[k] = mode);
             }
         }
-        self.hold_those_that_stick();
+        self.activate_sticking();
         // What rests because others do has lost its speed to rounding alone.
         let r = self.degrees_of_freedom;
         self.still.iter().for_each(|&i| state[r + i] = 0.0);
     }
 
-    pub(super) fn hold_those_that_stick(&mut self) {
+    pub(super) fn activate_sticking(&mut self) {
         let sticking = self.sticking();
         self.choose_holding(&sticking);
     }
@@ -546,7 +553,7 @@ impl Machine {
     /// A direction slips the way that it moves.
     pub(super) fn slip_with_speed(&mut self, k: usize) {
         let speed = self.dynamics.friction_speed(k, &self.work);
-        let back = speed < 0.0 && matches!(self.holds.kind(k), Kind::Friction { .. } | Kind::Mesh);
+        let back = speed < 0.0 && matches!(self.unilaterals.kind(k), Kind::Friction { .. } | Kind::GearLoss);
         self.modes[k] = if back { Mode::Backward } else { Mode::Forward };
     }
 
@@ -565,14 +572,14 @@ impl Machine {
         let r = self.degrees_of_freedom;
         self.factor_holding();
         let count = self.holding.len();
-        let along = |&k: &usize| match k.checked_sub(self.kept.start) {
-            Some(row) => self.work.more(&self.dynamics, self.places.kept_speeds.start + row),
+        let component = |&k: &usize| match k.checked_sub(self.multiplier_constraints.start) {
+            Some(row) => self.work.more(&self.dynamics, self.places.multiplier_speeds.start + row),
             None if self.moving[k] => self.dynamics.friction_speed(k, &self.work),
             None => dot(&self.work.friction_rows[k * r..(k + 1) * r], &state[r..2 * r]),
         };
-        let mut lambda: Vec<f64> = self.holding.iter().map(along).collect();
-        self.hold_factor.solve(&mut lambda);
-        if self.stands {
+        let mut lambda: Vec<f64> = self.holding.iter().map(component).collect();
+        self.active_factor.solve(&mut lambda);
+        if self.at_rest {
             state[r..2 * r].fill(0.0);
         } else {
             for a in 0..count {
@@ -589,7 +596,7 @@ impl Machine {
     /// Whether a direction reverses because its coefficients cancel at this angle, while the drive moves on: to bring it to
     /// rest would take away motion, not the rounding of an instant. Needs the accelerations of the modes so far.
     pub(super) fn passes(&self, k: usize) -> bool {
-        if self.is_carried(k) && self.kept.clone().any(|row| self.dynamics.friction_varies(row)) {
+        if self.is_carried(k) && self.multiplier_constraints.clone().any(|row| self.dynamics.friction_varies(row)) {
             return true;
         }
         if !self.dynamics.friction_varies(k) {
@@ -600,18 +607,19 @@ impl Machine {
         let mut change = row.to_vec();
         self.work.factor.solve(&mut change);
         let factor = self.dynamics.friction_speed(k, &self.work) / dot(row, &change);
-        let (mut taken, mut there) = (0.0, 0.0);
+        let (mut removed, mut expected_change) = (0.0, 0.0);
         for ((change, size), acceleration) in change.iter().zip(&self.step_speeds).zip(&self.acceleration) {
             let change = (factor * change).abs();
-            taken += change * change;
-            there += change * (size + self.step_length * acceleration.abs());
+            removed += change * change;
+            expected_change += change * (size + self.step_length * acceleration.abs());
         }
-        taken > TAKEN * there || factor.is_nan()
+        removed > REMOVED_SHARE * expected_change || factor.is_nan()
     }
 
     /// Whether kept rows alone leave nothing of a direction where the motion has come.
     fn is_carried(&self, k: usize) -> bool {
-        !self.kept.is_empty() && self.span(&self.with_kept(&[])).left(self.metric_row(k)) <= VANISHED
+        !self.multiplier_constraints.is_empty()
+            && self.span(&self.with_multipliers(&[])).rejected(self.metric_row(k)) <= VANISHED
     }
 
     /// Names of sticking directions whose torques are not unique.
@@ -626,10 +634,10 @@ impl Machine {
         for &f in &self.following {
             let row = &self.work.friction_rows[f * r..(f + 1) * r];
             let mut shares: Vec<f64> = (0..count).map(|a| dot(&self.weighted[a * r..(a + 1) * r], row)).collect();
-            self.hold_factor.solve(&mut shares);
+            self.active_factor.solve(&mut shares);
             let largest = shares.iter().fold(0.0f64, |max, x| max.max(x.abs()));
             let mut with = (0..count).filter(|&a| shares[a].abs() > 1e-9 * largest).map(|a| self.holding[a]);
-            let with: Vec<usize> = with.by_ref().filter(|k| !self.kept.contains(k)).collect();
+            let with: Vec<usize> = with.by_ref().filter(|k| !self.multiplier_constraints.contains(k)).collect();
             // What kept rows alone hold, they hold whatever its friction is.
             if largest > 0.0 && !with.is_empty() {
                 out.push(f);
@@ -657,56 +665,56 @@ impl Machine {
         let mut weighted = row.to_vec();
         self.work.factor.solve(&mut weighted);
         let own = dot(row, &weighted);
-        let along = |&a: &usize| self.dynamics.along_friction(a, &weighted, &self.work);
-        let right: Vec<f64> = self.holding.iter().map(along).collect();
+        let component = |&a: &usize| self.dynamics.friction_component(a, &weighted, &self.work);
+        let right: Vec<f64> = self.holding.iter().map(component).collect();
         let mut shares = right.clone();
-        self.hold_factor.solve(&mut shares);
+        self.active_factor.solve(&mut shares);
         dot(&right, &shares) < 0.5 * own
     }
 
     /// The span of directions, built from independent ones: kept rows, then the clearest first.
     pub(super) fn span(&self, directions: &[usize]) -> Span {
-        let kept = directions.iter().filter(|k| self.kept.contains(k)).count();
-        Span::new(directions.iter().map(|&k| (k, self.metric_row(k))), kept, self.degrees_of_freedom)
+        let multiplier_count = directions.iter().filter(|k| self.multiplier_constraints.contains(k)).count();
+        Span::new(directions.iter().map(|&k| (k, self.metric_row(k))), multiplier_count, self.degrees_of_freedom)
     }
 
     /// Memory for the holding directions, of which nothing is known yet.
     pub(super) fn prepare_holding(&mut self) {
-        self.hold_factor = Cholesky::new(self.holding.len());
-        self.sharing.choose(&self.holding, &self.following);
-        (self.hold_known, self.sharing_known) = (false, false);
-        self.response.iter_mut().for_each(|response| response.known = false);
-        let sticking = self.sharing.sticking.iter();
-        self.hold_constant =
+        self.active_factor = Cholesky::new(self.holding.len());
+        self.torque_distribution.choose(&self.holding, &self.following);
+        (self.active_known, self.torque_distribution_known) = (false, false);
+        self.response.iter_mut().for_each(|response| response.valid = false);
+        let sticking = self.torque_distribution.sticking.iter();
+        self.active_constant =
             self.dynamics.has_constant_inertia() && sticking.copied().all(|k| !self.dynamics.friction_varies(k));
     }
 
     /// Chooses independent directions among kept rows and those given, and notes which coordinates stand still.
     pub(super) fn choose_holding(&mut self, sticking: &[usize]) {
         let r = self.degrees_of_freedom;
-        let all = self.with_kept(sticking);
+        let all = self.with_multipliers(sticking);
         let sticking = all.as_slice();
         // Some of those that are independent wherever they are, with one that certainly is no combination of them.
-        let known = self.hold_constant && self.following.is_empty();
+        let is_constant = self.active_constant && self.following.is_empty();
         let mut new = sticking.iter().filter(|k| !self.holding.contains(k));
         let all = self.holding.len() < sticking.len() && self.holding.iter().all(|k| sticking.contains(k));
         match (new.next(), new.next()) {
-            (None, _) if known => self.holding.retain(|k| sticking.contains(k)),
-            (Some(&one), None) if known && all && self.is_outside(one) => self.holding.push(one),
+            (None, _) if is_constant => self.holding.retain(|k| sticking.contains(k)),
+            (Some(&one), None) if is_constant && all && self.is_outside(one) => self.holding.push(one),
             _ => self.holding = self.span(sticking).members,
         }
-        let follows = |k: &usize| !self.holding.contains(k) && !self.kept.contains(k);
+        let follows = |k: &usize| !self.holding.contains(k) && !self.multiplier_constraints.contains(k);
         self.following = sticking.iter().copied().filter(follows).collect();
         self.prepare_holding();
         self.still.clear();
-        self.stands = r > 0 && self.holding.len() == r && self.holding.iter().all(|&k| !self.moving[k]);
-        if self.stands {
+        self.at_rest = r > 0 && self.holding.len() == r && self.holding.iter().all(|&k| !self.moving[k]);
+        if self.at_rest {
             self.still.extend(0..r);
         } else {
             self.find_still(sticking);
         }
         self.turning.clear();
-        if !self.kept.is_empty() && !self.stands {
+        if !self.multiplier_constraints.is_empty() && !self.at_rest {
             let may = |k: &&usize| !self.moving[**k] && self.is_carried(**k);
             self.turning = self.following.iter().filter(may).copied().collect();
         }
@@ -716,18 +724,18 @@ impl Machine {
     /// Coordinates that stand still because of what sticks: those along which one direction is at every position, and those that follow from
     /// directions that do not turn.
     fn find_still(&mut self, sticking: &[usize]) {
-        let rests = |k: &usize| !self.moving[*k] && !self.kept.contains(k);
+        let rests = |k: &usize| !self.moving[*k] && !self.multiplier_constraints.contains(k);
         let fixed = |k: &usize| rests(k) && !self.dynamics.friction_varies(*k);
         let only = |k: usize| self.dynamics.only_entry(k, &self.work);
         // Every sticking direction is at rest, whether it holds or follows; beside kept rows, which may turn, what holds and what follows from
         // that alone.
         let own: Vec<usize> = self.holding.iter().copied().filter(fixed).collect();
-        let alone = self.kept.is_empty() && own.iter().all(|&k| only(k).is_some());
-        let span = if alone { None } else { Some(self.span(&own)) };
+        let uncoupled = self.multiplier_constraints.is_empty() && own.iter().all(|&k| only(k).is_some());
+        let span = if uncoupled { None } else { Some(self.span(&own)) };
         let stays = |k: &usize| {
-            self.kept.is_empty()
+            self.multiplier_constraints.is_empty()
                 || self.holding.contains(k)
-                || span.as_ref().is_some_and(|span| fixed(k) && span.left(self.metric_row(*k)) <= OUTSIDE)
+                || span.as_ref().is_some_and(|span| fixed(k) && span.rejected(self.metric_row(*k)) <= OUTSIDE)
         };
         let still = sticking.iter().copied().filter(|k| rests(k) && stays(k)).filter_map(only);
         let mut still: Vec<usize> = still.collect();
@@ -740,7 +748,7 @@ impl Machine {
                 unit.fill(0.0);
                 unit[i] = 1.0;
                 self.work.factor.half_solve(&mut unit);
-                if span.left(unit.clone()) <= OUTSIDE {
+                if span.rejected(unit.clone()) <= OUTSIDE {
                     still.push(i);
                 }
             }

@@ -16,7 +16,7 @@ pub(super) struct Jacobian {
     pub(super) native: Option<Native<f64>>,
     pub(super) memory: Vec<f64>,
     /// Inputs of the plan: those of the rates, accelerations, torques of friction directions.
-    pub(super) given: usize,
+    pub(super) inputs: usize,
     pub(super) columns: Vec<Column>,
 }
 
@@ -31,25 +31,25 @@ pub(super) struct Column {
 
 impl Jacobian {
     /// Derivatives of the expressions of a loop. The residuals are those of forces, of the directions of friction, and the rates.
-    pub(super) fn new(motion: &mut Motion, given: &[Symbol], states: &[Symbol], residuals: [Vec<Expr>; 3]) -> Self {
+    pub(super) fn new(motion: &mut Motion, inputs: &[Symbol], states: &[Symbol], residuals: [Vec<Expr>; 3]) -> Self {
         let mut outputs: Vec<(String, Expr)> = Vec::new();
         let mut columns: Vec<Column> = states.iter().map(|_| Column::default()).collect();
         let [forces, bias, rates] = &residuals;
         let kinds = [("force", forces), ("bias", bias), ("rate", rates)];
         // For each state what depends on it: else the work would grow with the square of the size.
-        let mut wanted: Vec<Vec<(usize, usize)>> = vec![Vec::new(); states.len()];
+        let mut entries: Vec<Vec<(usize, usize)>> = vec![Vec::new(); states.len()];
         for (kind, (_, exprs)) in kinds.iter().enumerate() {
             for (k, expr) in exprs.iter().enumerate() {
                 for symbol in motion.graph.symbols(&[*expr]) {
                     if let Some(state) = states.iter().position(|state| *state == symbol) {
-                        wanted[state].push((kind, k));
+                        entries[state].push((kind, k));
                     }
                 }
             }
         }
-        for ((state, wanted), column) in states.iter().zip(wanted).zip(&mut columns) {
-            let exprs: Vec<Expr> = wanted.iter().map(|(kind, k)| kinds[*kind].1[*k]).collect();
-            for ((kind, k), slope) in wanted.into_iter().zip(motion.graph.derivatives(&exprs, *state)) {
+        for ((state, entries), column) in states.iter().zip(entries).zip(&mut columns) {
+            let exprs: Vec<Expr> = entries.iter().map(|(kind, k)| kinds[*kind].1[*k]).collect();
+            for ((kind, k), slope) in entries.into_iter().zip(motion.graph.derivatives(&exprs, *state)) {
                 if motion.graph.is_zero(slope) {
                     continue;
                 }
@@ -58,13 +58,13 @@ impl Jacobian {
                 outputs.push((format!("{}.{k}.{}", kinds[kind].0, motion.graph.name(*state).0), slope));
             }
         }
-        let plan = compile(&motion.graph, given, &outputs).expect("all that residuals depend on is given");
+        let plan = compile(&motion.graph, inputs, &outputs).expect("all that residuals depend on is given");
         for column in &mut columns {
             for list in [&mut column.forces, &mut column.bias, &mut column.rates] {
                 list.iter_mut().for_each(|(_, output)| *output = plan.place(*output));
             }
         }
         let native = Native::new(&plan.block());
-        Self { memory: plan.memory(), native, plan, given: given.len(), columns }
+        Self { memory: plan.memory(), native, plan, inputs: inputs.len(), columns }
     }
 }

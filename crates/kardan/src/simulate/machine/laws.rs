@@ -1,18 +1,21 @@
 //! What laws do in a run: their starts, their samples, and what the scenario tells them.
 
 use super::Machine;
-use super::wired::{Computer, Wired};
+use super::connected_law::{Computer, ConnectedLaw};
 use crate::expr::Part;
-use crate::simulate::clocked::Clocked;
-use crate::simulate::counts::{Met, Turned};
+use crate::simulate::counts::{EncoderReading, FlippedReading};
+use crate::simulate::sampled_runtime::SampledRuntime;
 use crate::simulate::scenario::Profile;
 
 impl Machine {
     /// Whether the whole loop is linear between the breakpoints of the scenario, and nothing in it ever changes its mode: no friction,
     /// no limit, no ripple, no law that bends or has a clock.
     pub fn is_linear(&self) -> bool {
-        let linear =
-            |wired: &Wired| wired.clocked().is_none() && !wired.law.bends() && wired.law.friction_width().is_none();
+        let linear = |connected_law: &ConnectedLaw| {
+            connected_law.sampled_runtime().is_none()
+                && !connected_law.law.is_nonlinear()
+                && connected_law.law.friction_width().is_none()
+        };
         self.dynamics.is_linear()
             && self.flow.is_none()
             && self.modes.is_empty()
@@ -24,13 +27,13 @@ impl Machine {
 
     /// The shortest time between two samples of a law, s; infinite without such laws.
     pub(in crate::simulate) fn shortest_period(&self) -> f64 {
-        let clocks = self.laws.iter().filter_map(|wired| wired.law.clock());
+        let clocks = self.laws.iter().filter_map(|connected_law| connected_law.law.clock());
         clocks.map(|clock| clock.period).fold(f64::INFINITY, f64::min)
     }
 
     /// From a time on a source has one value, whatever the scenario says.
     pub(in crate::simulate) fn take_over(&mut self, source: usize, from: f64, value: f64) {
-        self.profiles[source].hold(from, value);
+        self.profiles[source].set_constant(from, value);
         self.timed.take_over(source);
     }
 
@@ -50,8 +53,8 @@ impl Machine {
     }
 
     /// Parts of functions of time that step or bend at a time, where a run tells of that.
-    pub(in crate::simulate) fn told_at(&self, time: f64) -> impl Iterator<Item = &Part> {
-        self.timed.told(time)
+    pub(in crate::simulate) fn reported_at(&self, time: f64) -> impl Iterator<Item = &Part> {
+        self.timed.reported(time)
     }
 
     /// What is given of the time, at a time of the segment.
@@ -67,44 +70,51 @@ impl Machine {
         }
         self.update(state);
         let kinematics = &self.work.kinematics;
-        for wired in &mut self.laws {
-            match &mut wired.computer {
-                Computer::Clocked(clocked) => {
-                    clocked.start(&*wired.law, &kinematics.angles, &kinematics.speeds);
-                    for (source, told) in &wired.told {
-                        self.profiles[*source].hold(0.0, clocked.told(*told));
+        for connected_law in &mut self.laws {
+            match &mut connected_law.computer {
+                Computer::SampledRuntime(sampled_runtime) => {
+                    sampled_runtime.start(&*connected_law.law, &kinematics.angles, &kinematics.speeds);
+                    for (source, exported) in &connected_law.exported {
+                        self.profiles[*source].set_constant(0.0, sampled_runtime.exported(*exported));
                     }
                 }
-                Computer::Linear(_) | Computer::Written(_) | Computer::Continuous(_) => {
-                    wired.law.start(&kinematics.angles, &kinematics.speeds, &mut state[wired.states.clone()])
-                }
+                Computer::Linear(_) | Computer::Inlined(_) | Computer::Continuous(_) => connected_law.law.start(
+                    &kinematics.angles,
+                    &kinematics.speeds,
+                    &mut state[connected_law.states.clone()],
+                ),
             }
         }
     }
 
     /// Notes from now on what the sensors of sampled laws meet that count; some readings come out otherwise.
-    pub(in crate::simulate) fn note_counts(&mut self, turned: &[Turned]) {
+    pub(in crate::simulate) fn note_counts(&mut self, flipped: &[FlippedReading]) {
         self.laws
             .iter_mut()
-            .filter_map(Wired::clocked_mut)
-            .fold(0, |first, clocked| clocked.note_counts(first, turned));
+            .filter_map(ConnectedLaw::sampled_runtime_mut)
+            .fold(0, |first, sampled_runtime| sampled_runtime.note_counts(first, flipped));
     }
 
     /// What they met.
-    pub(in crate::simulate) fn met(&mut self) -> Vec<Met> {
-        self.laws.iter_mut().filter_map(Wired::clocked_mut).flat_map(Clocked::met).collect()
+    pub(in crate::simulate) fn encoder_readings(&mut self) -> Vec<EncoderReading> {
+        self.laws
+            .iter_mut()
+            .filter_map(ConnectedLaw::sampled_runtime_mut)
+            .flat_map(SampledRuntime::encoder_readings)
+            .collect()
     }
 
     /// The next instant at which a sampled law reads, computes or changes its torques, s; infinite if there is none.
     pub(in crate::simulate) fn next_tick(&self) -> f64 {
-        let clocks = self.laws.iter().filter_map(Wired::clocked);
-        clocks.map(Clocked::next_time).fold(f64::INFINITY, f64::min)
+        let clocks = self.laws.iter().filter_map(ConnectedLaw::sampled_runtime);
+        clocks.map(SampledRuntime::next_time).fold(f64::INFINITY, f64::min)
     }
 
     /// What happened to the sampled laws, in sentences.
     pub(in crate::simulate) fn notes_of_laws(&self) -> Vec<String> {
-        let sampled = self.laws.iter().filter_map(|wired| Some((wired, wired.clocked()?)));
-        sampled.flat_map(|(wired, clocked)| clocked.notes(&*wired.law)).collect()
+        let sampled =
+            self.laws.iter().filter_map(|connected_law| Some((connected_law, connected_law.sampled_runtime()?)));
+        sampled.flat_map(|(connected_law, sampled_runtime)| sampled_runtime.notes(&*connected_law.law)).collect()
     }
 
     /// Lets sampled laws do what is due at a time.
@@ -114,21 +124,28 @@ impl Machine {
         self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
         self.set_sources(time);
         self.timed.find_sources(&self.sources, time, state);
-        for wired in &mut self.laws {
-            let Computer::Clocked(clocked) = &mut wired.computer else { continue };
-            for (value, &source) in wired.reference_values.iter_mut().zip(&wired.references) {
+        for connected_law in &mut self.laws {
+            let Computer::SampledRuntime(sampled_runtime) = &mut connected_law.computer else { continue };
+            for (value, &source) in connected_law.reference_values.iter_mut().zip(&connected_law.references) {
                 *value = self.timed.values[source];
             }
             let model = (&self.dynamics, &self.work);
-            clocked.advance(time, &*wired.law, &wired.reference_values, model, &wired.limits);
-            if wired.answers.is_empty() && wired.told.is_empty() {
+            sampled_runtime.advance(
+                time,
+                &*connected_law.law,
+                &connected_law.reference_values,
+                model,
+                &connected_law.limits,
+            );
+            if connected_law.outputs.is_empty() && connected_law.exported.is_empty() {
                 continue;
             }
-            let answers = wired.answers.iter().copied().zip(clocked.held.iter().copied());
-            let told = wired.told.iter().map(|(source, told)| (*source, clocked.told(*told)));
-            for (source, value) in answers.chain(told) {
+            let outputs = connected_law.outputs.iter().copied().zip(sampled_runtime.zoh_output.iter().copied());
+            let exported =
+                connected_law.exported.iter().map(|(source, exported)| (*source, sampled_runtime.exported(*exported)));
+            for (source, value) in outputs.chain(exported) {
                 self.lines[source] = (value, 0.0, time);
-                self.profiles[source].hold(time, value);
+                self.profiles[source].set_constant(time, value);
                 self.sources[source] = value + 0.0;
                 self.timed.answer(source, value);
             }

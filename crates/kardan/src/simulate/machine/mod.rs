@@ -1,7 +1,6 @@
 //! The closed loop as a differential equation in one set of modes, and the decisions between modes.
 
-mod abreast;
-mod bends;
+mod connected_law;
 mod construction;
 mod derivatives;
 mod expansion;
@@ -9,57 +8,58 @@ mod expressions;
 mod flow;
 mod forces;
 mod friction_modes;
-mod hold_kinds;
-mod hold_terms;
-mod holds;
+mod gear_loads;
+mod gear_loss_modes;
+mod gear_loss_terms;
+mod gear_losses;
 mod jacobian;
-mod kept;
+mod jenkins;
+mod jenkins_springs;
+mod kinks;
 mod laws;
-mod leaps;
-mod mesh_loads;
-mod mesh_modes;
-mod mesh_terms;
-mod meshes;
 mod motor_modes;
+mod multiplier_constraints;
 mod resolution;
 mod resolved;
 mod response;
 mod series;
-mod sharing;
-mod slider_springs;
-mod sliders;
+mod simd_taylor;
+mod time_discontinuities;
 mod timed;
+mod torque_distribution;
+mod unilateral_kinds;
+mod unilateral_terms;
+mod unilaterals;
 mod watched;
-mod wired;
 
-pub(super) use abreast::{Abreast, Lane};
+pub use connected_law::Setup;
 pub use expansion::Prospect;
 pub use expressions::Found;
-pub(super) use hold_kinds::Unfit;
-pub(super) use leaps::Leap;
-pub use wired::Setup;
+pub(super) use simd_taylor::{Lane, SimdTaylor};
+pub(super) use time_discontinuities::Discontinuity;
+pub(super) use unilateral_kinds::Unfit;
 
 use std::ops::Range;
 
 use super::drive::Drive;
 use super::friction::{BoxProblem, Mode};
 use super::scenario::{Profile, SourceSignal, SourceTarget};
-use crate::num::{Cholesky, Keeper};
+use crate::num::{Cholesky, StateArchive};
 use crate::reduce::{Dynamics, Work};
-use bends::Bends;
+use connected_law::{Computer, ConnectedLaw};
 use expansion::Expansion;
 use expressions::Places;
 use flow::Flow;
-use hold_kinds::Holds;
+use gear_losses::GearLosses;
 use jacobian::Jacobian;
-use meshes::Meshes;
+use jenkins_springs::JenkinsElements;
+use kinks::Kinks;
 use resolved::Resolved;
 use response::Response;
-use sharing::Sharing;
-use slider_springs::Sliders;
 use timed::Timed;
+use torque_distribution::TorqueDistribution;
+use unilateral_kinds::Unilaterals;
 use watched::WatchedRows;
-use wired::{Computer, Wired};
 
 /// The closed loop: plant, motors, laws and sources, with the current modes.
 ///
@@ -70,13 +70,13 @@ pub struct Machine {
     /// Whether motions without inertia are states of first order.
     relaxes: bool,
     /// Frictions of motions without inertia, and all other directions.
-    sliders: Sliders,
+    jenkins: JenkinsElements,
     directions: Vec<usize>,
-    laws: Vec<Wired>,
+    laws: Vec<ConnectedLaw>,
     /// Whether any of them computes by itself at every instant.
     own_laws: bool,
     /// What such laws and those with a clock command.
-    held: Vec<f64>,
+    zoh_output: Vec<f64>,
     /// Where the inputs and outputs of the loop's expressions are.
     places: Places,
     drives: Vec<Drive>,
@@ -91,12 +91,12 @@ pub struct Machine {
     /// What else is given of the time.
     timed: Timed,
     /// Where it jumps or bends.
-    bends: Bends,
+    kinks: Kinks,
     pub(super) modes: Vec<Mode>,
     /// What holds one way or at times, and the largest torques against motion forward and backward of all directions, N m.
-    holds: Holds,
+    unilaterals: Unilaterals,
     /// Teeth that rub.
-    meshes: Meshes,
+    gear_losses: GearLosses,
     bounds: [Vec<f64>; 2],
     /// Independent directions among those that stick.
     holding: Vec<usize>,
@@ -109,7 +109,7 @@ pub struct Machine {
     moves: bool,
     /// Reduced coordinates that stand still exactly, and whether all do.
     still: Vec<usize>,
-    stands: bool,
+    at_rest: bool,
     /// The step of the integrator that modes are looked at in: its length, s, and the largest size of each reduced speed
     /// at its two ends, rad/s.
     step_length: f64,
@@ -128,14 +128,14 @@ pub struct Machine {
     /// H⁻¹ g of each holding direction, row by row, and which part of each row is not zero.
     weighted: Vec<f64>,
     weighted_parts: Vec<Range<usize>>,
-    hold_matrix: Vec<f64>,
-    hold_factor: Cholesky,
-    hold_torque: Vec<f64>,
-    /// Whether `weighted` and `hold_factor` are the same at every position, and known.
-    hold_constant: bool,
-    hold_known: bool,
-    sharing_known: bool,
-    sharing: Sharing,
+    active_matrix: Vec<f64>,
+    active_factor: Cholesky,
+    active_torque: Vec<f64>,
+    /// Whether `weighted` and `active_factor` are the same at every position, and known.
+    active_constant: bool,
+    active_known: bool,
+    torque_distribution_known: bool,
+    torque_distribution: TorqueDistribution,
     box_problem: BoxProblem,
     /// Directions that contradicted each other in the last decision about modes.
     contradiction: Vec<usize>,
@@ -151,7 +151,7 @@ pub struct Machine {
     /// Evaluations of the equations so far.
     evaluated: u64,
     /// Numbers of the kept rows among the directions: behind the frictions.
-    pub(super) kept: Range<usize>,
+    pub(super) multiplier_constraints: Range<usize>,
     /// What is looked at of them from step to step.
     watched: WatchedRows,
     pub(super) friction_torques: Vec<f64>,
@@ -159,39 +159,39 @@ pub struct Machine {
 
 impl Machine {
     /// Everything that the motion to come depends on, besides the state itself.
-    pub(in crate::simulate) fn keep(&mut self, keeper: &mut Keeper<'_>) {
+    pub(in crate::simulate) fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         for mode in &mut self.modes {
             let mut number = *mode as usize;
-            keeper.count(&mut number);
+            archive.count(&mut number);
             *mode = [Mode::Stick, Mode::Forward, Mode::Backward][number.min(2)];
         }
         for list in [&mut self.holding, &mut self.following, &mut self.turning, &mut self.still] {
-            keeper.counts(list);
+            archive.counts(list);
         }
-        keeper.flag(&mut self.stands);
-        self.holds.keep(keeper);
-        self.watched.keep(keeper);
+        archive.flag(&mut self.at_rest);
+        self.unilaterals.archive_state(archive);
+        self.watched.archive_state(archive);
         self.prepare_holding();
-        self.couple_sliders();
-        keeper.number(&mut self.step_length);
-        for list in [&mut self.step_speeds, &mut self.hold_torque, &mut self.sources, &mut self.commands] {
-            keeper.numbers(list);
+        self.couple_jenkins();
+        archive.number(&mut self.step_length);
+        for list in [&mut self.step_speeds, &mut self.active_torque, &mut self.sources, &mut self.commands] {
+            archive.numbers(list);
         }
         for (value, slope, start) in &mut self.lines {
-            [value, slope, start].into_iter().for_each(|x| keeper.number(x));
+            [value, slope, start].into_iter().for_each(|x| archive.number(x));
         }
-        self.profiles.iter_mut().for_each(|profile| profile.keep(keeper));
-        self.timed.keep(keeper);
-        self.drives.iter_mut().for_each(|drive| drive.keep(keeper));
+        self.profiles.iter_mut().for_each(|profile| profile.archive_state(archive));
+        self.timed.archive_state(archive);
+        self.drives.iter_mut().for_each(|drive| drive.archive_state(archive));
         self.find_what_rests();
-        for wired in &mut self.laws {
-            for list in [&mut wired.reference_values, &mut wired.commands, &mut wired.torques] {
-                keeper.numbers(list);
+        for connected_law in &mut self.laws {
+            for list in [&mut connected_law.reference_values, &mut connected_law.commands, &mut connected_law.torques] {
+                archive.numbers(list);
             }
-            match &mut wired.computer {
-                Computer::Linear(_) | Computer::Written(_) => {}
-                Computer::Continuous(law) => law.keep(keeper),
-                Computer::Clocked(clocked) => clocked.keep(keeper),
+            match &mut connected_law.computer {
+                Computer::Linear(_) | Computer::Inlined(_) => {}
+                Computer::Continuous(law) => law.archive_state(archive),
+                Computer::SampledRuntime(sampled_runtime) => sampled_runtime.archive_state(archive),
             }
         }
     }
@@ -203,7 +203,7 @@ impl Machine {
 
     /// Number of set-valued directions of the model.
     pub(in crate::simulate) fn set_valued(&self) -> usize {
-        self.kept.start
+        self.multiplier_constraints.start
     }
 
     /// Degrees of freedom.

@@ -1,8 +1,8 @@
 //! Which motors are at a limit.
 
 use super::Machine;
-use super::wired::Wired;
-use crate::results::MotorStrain;
+use super::connected_law::ConnectedLaw;
+use crate::results::MotorLoad;
 use crate::simulate::drive::{Drive, Limit, Rate};
 use crate::simulate::faults::MotorFaultKind;
 use crate::simulate::scenario::SourceTarget;
@@ -18,7 +18,7 @@ impl Machine {
             drive
                 .faults
                 .iter()
-                .any(|fault| fault.kind == MotorFaultKind::Stuck && fault.holds(time) && fault.at == time)
+                .any(|fault| fault.kind == MotorFaultKind::Stuck && fault.is_active(time) && fault.at == time)
         };
         if !self.drives.iter().any(begins) {
             return;
@@ -33,9 +33,9 @@ impl Machine {
     /// Torque limits of motors whose supply is low from a time on.
     pub(super) fn enter_faults(&mut self, time: f64) {
         for drive in self.drives.iter_mut().filter(|drive| !drive.faults.is_empty()) {
-            let low = drive.faults.iter().find(|fault| fault.holds(time)).map(|fault| fault.kind);
-            let left = if let Some(MotorFaultKind::Undervoltage(part)) = low { part } else { 1.0 };
-            drive.limit = drive.full_limit.map(|limit| left * limit);
+            let low = drive.faults.iter().find(|fault| fault.is_active(time)).map(|fault| fault.kind);
+            let voltage_share = if let Some(MotorFaultKind::Undervoltage(part)) = low { part } else { 1.0 };
+            drive.limit = drive.full_limit.map(|limit| voltage_share * limit);
             if low != Some(MotorFaultKind::Stuck) {
                 drive.stuck = 0.0;
             }
@@ -59,18 +59,18 @@ impl Machine {
         for k in 0..self.drives.len() {
             let (drive, command) = (&self.drives[k], self.commands[k]);
             let slack = 1e-13 * drive.limit.unwrap_or(0.0);
-            let limit_left = match (drive.limit, drive.limit_mode) {
+            let leaves_limit = match (drive.limit, drive.limit_mode) {
                 (None, _) => false,
                 (Some(limit), Limit::Inside) => command.abs() > limit + slack,
                 (Some(limit), Limit::High) => command < limit - slack,
                 (Some(limit), Limit::Low) => command > -limit + slack,
             };
-            let rate_left = match (drive.rate_state, drive.rate_mode) {
+            let leaves_rate_limit = match (drive.rate_state, drive.rate_mode) {
                 (None, _) | (Some(_), Rate::Follow) => false,
                 (Some(place), Rate::Rise) => drive.limited(command) < state[place],
                 (Some(place), Rate::Fall) => drive.limited(command) > state[place],
             };
-            if limit_left || rate_left {
+            if leaves_limit || leaves_rate_limit {
                 out.push(k);
             }
         }
@@ -97,10 +97,11 @@ impl Machine {
     pub(super) fn limits_meet_steps(&self) -> bool {
         let steps = |input: usize| {
             let mut own = self.targets.iter().zip(&self.profiles).enumerate();
-            self.laws.iter().all(|wired| wired.clocked().is_some() || !wired.inputs.contains(&input))
-                && own.all(|(source, (target, profile))| {
-                    *target != SourceTarget::Input(input) || profile.is_level() && !self.timed.follows(source)
-                })
+            self.laws.iter().all(|connected_law| {
+                connected_law.sampled_runtime().is_some() || !connected_law.inputs.contains(&input)
+            }) && own.all(|(source, (target, profile))| {
+                *target != SourceTarget::Input(input) || profile.is_level() && !self.timed.follows(source)
+            })
         };
         self.drives.iter().enumerate().all(|(input, drive)| drive.limit.is_none() || steps(input))
     }
@@ -109,7 +110,9 @@ impl Machine {
     pub(super) fn command_rests(&self, input: usize) -> bool {
         let sources = self.targets.iter().zip(&self.lines).enumerate();
         let mut own = sources.filter(|(_, (target, _))| **target == SourceTarget::Input(input));
-        self.laws.iter().all(|wired| wired.clocked().is_some() || !wired.inputs.contains(&input))
+        self.laws
+            .iter()
+            .all(|connected_law| connected_law.sampled_runtime().is_some() || !connected_law.inputs.contains(&input))
             && own.all(|(source, (_, line))| line.1 == 0.0 && !self.timed.follows(source))
     }
 
@@ -131,28 +134,32 @@ impl Machine {
         self.commands.iter().zip(&before).map(|(after, before)| (after - before) / step).collect()
     }
 
-    /// What a run up to a time asked of the motors that have limits; `asked` gives the largest torque asked of one.
-    pub(in crate::simulate) fn strains(
+    /// What a run up to a time asked of the motors that have limits; `demand` gives the largest torque asked of one.
+    pub(in crate::simulate) fn motor_loads(
         &self,
         (names, units): (&[String], &[&'static str]),
         end: f64,
-        asked: impl Fn(&str) -> f64,
-    ) -> Vec<MotorStrain> {
+        demand: impl Fn(&str) -> f64,
+    ) -> Vec<MotorLoad> {
         let limited = |(_, drive): &(&String, &Drive)| drive.limit.is_some() || drive.rate.is_some();
-        let strain = |(k, (name, drive)): (usize, (&String, &Drive))| {
-            let commands = |wired: &&Wired| wired.inputs.contains(&k);
-            MotorStrain {
+        let motor_load = |(k, (name, drive)): (usize, (&String, &Drive))| {
+            let commands = |connected_law: &&ConnectedLaw| connected_law.inputs.contains(&k);
+            MotorLoad {
                 motor: name.clone(),
                 unit: units[k],
-                controller: self.laws.iter().find(commands).map(|wired| wired.law.describe().controller),
+                controller: self
+                    .laws
+                    .iter()
+                    .find(commands)
+                    .map(|connected_law| connected_law.law.describe().controller),
                 torque_limit: drive.limit,
                 rate_limit: drive.rate,
-                asked: asked(name),
+                demand: demand(name),
                 at_torque_limit: drive.at_limit.until(end),
                 at_rate_limit: drive.at_rate_limit.until(end),
             }
         };
-        names.iter().zip(&self.drives).enumerate().filter(|(_, both)| limited(both)).map(strain).collect()
+        names.iter().zip(&self.drives).enumerate().filter(|(_, both)| limited(both)).map(motor_load).collect()
     }
 
     pub(super) fn settle_drives(
@@ -209,8 +216,8 @@ impl Machine {
             }
         }
         for k in 0..self.drives.len() {
-            let held = self.command_rests(k);
-            self.drives[k].note_limits(time, self.commands[k], held);
+            let resting = self.command_rests(k);
+            self.drives[k].note_limits(time, self.commands[k], resting);
         }
     }
 

@@ -1,7 +1,7 @@
 //! Whether a step resolves the loop: how far the arguments of its operations move, and what those can do that it does not resolve.
 
 use super::Machine;
-use super::bends::along;
+use super::kinks::line_range;
 use super::resolved::Resolved;
 use crate::expr::Interval;
 use crate::plan::Resolution;
@@ -31,15 +31,20 @@ impl Machine {
         let places = &self.places;
         let forces: Vec<usize> = of(&places.forces).collect();
         let rates: Vec<usize> = of(&places.rates).chain(of(&places.powers)).collect();
-        let others =
-            [&places.friction_speeds, &places.commands, &places.slider_torques, &places.holds, &places.read_sources];
-        let meshes = [&places.mesh_loads, &places.mesh_by_acceleration, &places.mesh_by_torque];
+        let outputs = [
+            &places.friction_speeds,
+            &places.commands,
+            &places.jenkins_torques,
+            &places.unilaterals,
+            &places.read_sources,
+        ];
+        let gear_losses = [&places.gear_loads, &places.gear_load_by_acceleration, &places.gear_load_by_torque];
         let motion =
             [inertia, friction_rows, friction_bias].into_iter().flatten().map(|(_, output)| plan.place(*output));
-        let others: Vec<usize> =
-            others.into_iter().chain(meshes).flat_map(of).chain(motion).chain(also.iter().copied()).collect();
-        let wanted: Vec<usize> = [&forces, &rates, &others].into_iter().flatten().copied().collect();
-        let resolution = Resolution::new(plan, &wanted, |input| self.is_steady_input(input));
+        let outputs: Vec<usize> =
+            outputs.into_iter().chain(gear_losses).flat_map(of).chain(motion).chain(also.iter().copied()).collect();
+        let outputs: Vec<usize> = [&forces, &rates, &outputs].into_iter().flatten().copied().collect();
+        let resolution = Resolution::new(plan, &outputs, |input| self.is_steady_input(input));
         let arguments: Vec<usize> = resolution.arguments().collect();
         let (inputs, r) = (plan.inputs.len(), self.degrees_of_freedom);
         self.resolved = (!resolution.is_empty()).then(|| {
@@ -47,7 +52,7 @@ impl Machine {
                 resolution,
                 forces,
                 rates,
-                others,
+                outputs,
                 noted: vec![(f64::INFINITY, f64::NEG_INFINITY); plan.block().memory()],
                 arguments,
                 inputs: vec![Interval::point(0.0); inputs],
@@ -110,7 +115,7 @@ impl Machine {
         mut state: impl FnMut(f64, &mut [f64]),
         tolerances: (f64, &[f64]),
     ) -> f64 {
-        let (mut open, mut known) = (vec![(from, to, 0)], from);
+        let (mut open, mut resolved) = (vec![(from, to, 0)], from);
         while let Some((low, high, halvings)) = open.pop() {
             let middle = low + 0.5 * (high - low);
             for (time, out) in [low, middle, high].into_iter().zip(&mut *between) {
@@ -118,12 +123,12 @@ impl Machine {
             }
             let [begin, centre, end] = &*between;
             match self.hidden((low, high), [begin, centre, end], tolerances) {
-                Hidden::Negligible => known = high,
-                Hidden::Resolved if known == from && high == to => return to,
+                Hidden::Negligible => resolved = high,
+                Hidden::Resolved if resolved == from && high == to => return to,
                 Hidden::Unknown if halvings < HALVINGS => {
                     open.extend([(middle, high, halvings + 1), (low, middle, halvings + 1)]);
                 }
-                Hidden::Resolved | Hidden::Unknown => return if known > from { known } else { high },
+                Hidden::Resolved | Hidden::Unknown => return if resolved > from { resolved } else { high },
             }
         }
         to
@@ -158,7 +163,7 @@ impl Machine {
         }
         let first = 2 * r;
         for (k, line) in self.lines.iter().enumerate() {
-            out[first + places.sources.start + k] = along(*line, span);
+            out[first + places.sources.start + k] = line_range(*line, span);
         }
         out[first + places.timed.start..].iter_mut().zip(self.timed.between(span)).for_each(|(out, own)| *out = own);
     }
@@ -166,7 +171,7 @@ impl Machine {
     /// Whether what is not resolved changes no rate and nothing that is read by more than a part of the tolerances.
     fn is_negligible(
         &self,
-        Resolved { resolution, forces, rates, others, column, accelerations, .. }: &mut Resolved,
+        Resolved { resolution, forces, rates, outputs, column, accelerations, .. }: &mut Resolved,
         (length, states): (f64, [&[f64]; 3]),
         (relative, absolute): (f64, &[f64]),
     ) -> bool {
@@ -195,11 +200,11 @@ impl Machine {
             let speed = accelerations[i] * length;
             speed <= allowed(r + i) && speed * length <= allowed(i)
         });
-        let held = (0..r).filter(|i| self.still.contains(i));
+        let still_rows = (0..r).filter(|i| self.still.contains(i));
         let mut rest = rates.iter().enumerate();
-        let holds = held.into_iter().all(|i| effect(forces[i]) <= relative * (1.0 + values[forces[i]].abs()));
-        fits && holds
+        let within = still_rows.into_iter().all(|i| effect(forces[i]) <= relative * (1.0 + values[forces[i]].abs()));
+        fits && within
             && rest.all(|(k, place)| effect(*place) * length <= allowed(2 * r + k))
-            && others.iter().all(|place| effect(*place) <= PART * relative * (1.0 + values[*place].abs()))
+            && outputs.iter().all(|place| effect(*place) <= PART * relative * (1.0 + values[*place].abs()))
     }
 }

@@ -9,7 +9,7 @@ pub(super) struct Resolved {
     /// Forces, rates of the states behind the speeds with the powers, and what else is read of the plan.
     pub forces: Vec<usize>,
     pub rates: Vec<usize>,
-    pub others: Vec<usize>,
+    pub outputs: Vec<usize>,
     /// The places of arguments, and of each place the range of its values in the evaluations of a step.
     pub arguments: Vec<usize>,
     pub noted: Vec<(f64, f64)>,

@@ -3,7 +3,7 @@
 use crate::num::{Cholesky, dot};
 
 /// Up to so many coordinates a product takes less time than factors.
-const FEW: usize = 6;
+const MAX_COORDINATES: usize = 6;
 
 /// `[a; λ] = M [f; b]` with `H a = f − Gᵀλ` and `G a + b = 0`.
 pub(super) struct Response {
@@ -11,8 +11,8 @@ pub(super) struct Response {
     /// Coordinates, and directions that hold.
     counts: [usize; 2],
     /// Whether it is that of the present modes, at every position.
-    pub(super) known: bool,
-    given: Vec<f64>,
+    pub(super) valid: bool,
+    right_side: Vec<f64>,
     found: Vec<f64>,
 }
 
@@ -20,13 +20,13 @@ impl Response {
     /// Memory for so many coordinates; nothing where there are more than few.
     pub(super) fn new(r: usize) -> Option<Self> {
         let most = 2 * r;
-        let (matrix, given, found) = (vec![0.0; most * most], vec![0.0; most], vec![0.0; most]);
-        (r <= FEW).then_some(Self { matrix, counts: [r, 0], known: false, given, found })
+        let (matrix, right_side, found) = (vec![0.0; most * most], vec![0.0; most], vec![0.0; most]);
+        (r <= MAX_COORDINATES).then_some(Self { matrix, counts: [r, 0], valid: false, right_side, found })
     }
 
     /// Finds M from the factors of H and of `S = G H⁻¹ Gᵀ` and from `W = H⁻¹ Gᵀ` (a row for each direction); coordinates that stand still have
     /// no acceleration: `a = (H⁻¹ − W S⁻¹ Wᵀ) f − W S⁻¹ b`, `λ = S⁻¹ (Wᵀ f + b)`.
-    pub(super) fn find(&mut self, inertia: &Cholesky, weighted: &[f64], hold: &Cholesky, still: &[usize]) {
+    pub(super) fn find(&mut self, inertia: &Cholesky, weighted: &[f64], active: &Cholesky, still: &[usize]) {
         let r = self.counts[0];
         let count = weighted.len() / r.max(1);
         let n = r + count;
@@ -36,7 +36,7 @@ impl Response {
             let (above, below) = self.found[..n].split_at_mut(r);
             // The torques of a unit force, or of a unit bias.
             (0..count).for_each(|a| below[a] = if j < r { row(a)[j] } else { f64::from(a == j - r) });
-            hold.solve(below);
+            active.solve(below);
             above.fill(0.0);
             if j < r {
                 above[j] = 1.0;
@@ -54,10 +54,13 @@ impl Response {
     pub(super) fn apply(&mut self, force: &[f64], bias: impl Iterator<Item = f64>) -> [&[f64]; 2] {
         let [r, count] = self.counts;
         let n = r + count;
-        self.given[..r].copy_from_slice(force);
-        self.given[r..n].iter_mut().zip(bias).for_each(|(given, bias)| *given = bias);
-        let given = &self.given[..n];
-        self.found.iter_mut().zip(self.matrix.chunks_exact(n.max(1))).for_each(|(found, row)| *found = dot(row, given));
+        self.right_side[..r].copy_from_slice(force);
+        self.right_side[r..n].iter_mut().zip(bias).for_each(|(right_side, bias)| *right_side = bias);
+        let right_side = &self.right_side[..n];
+        self.found
+            .iter_mut()
+            .zip(self.matrix.chunks_exact(n.max(1)))
+            .for_each(|(found, row)| *found = dot(row, right_side));
         let (accelerations, torques) = self.found[..n].split_at(r);
         [accelerations, torques]
     }

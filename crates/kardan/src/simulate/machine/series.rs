@@ -5,8 +5,8 @@ use std::ops::Range;
 use super::Machine;
 use super::expansion::{Expansion, Holding, Prospect, Watch};
 use super::expressions::Places;
-use super::hold_kinds::Kind;
-use super::sharing;
+use super::torque_distribution;
+use super::unilateral_kinds::Kind;
 use crate::plan::PiecedSeries;
 use crate::reduce::MotionPlan;
 use crate::simulate::friction::NOISE;
@@ -25,7 +25,7 @@ const MORE: f64 = 10.0;
 impl Machine {
     /// See there.
     pub(super) fn by_position(&self) -> ByPosition {
-        let (r, m) = (self.degrees_of_freedom, self.kept.end);
+        let (r, m) = (self.degrees_of_freedom, self.multiplier_constraints.end);
         let MotionPlan { plan, inertia, friction_rows, friction_bias, .. } = self.dynamics.plan();
         let mut rows = vec![Vec::new(); m];
         friction_rows.iter().for_each(|(entry, output)| rows[entry / r].push((entry % r, plan.place(*output))));
@@ -37,10 +37,19 @@ impl Machine {
 
     /// Whether an input of the plan stays as it is within a step.
     pub(super) fn is_steady_input(&self, input: usize) -> bool {
-        let Places { held, limits, follows, limiter_rates, senses, couplings, given, follows_signal, .. } =
-            &self.places;
+        let Places {
+            zoh_output,
+            limits,
+            follows,
+            limiter_rates,
+            senses,
+            couplings,
+            run_parameters,
+            follows_signal,
+            ..
+        } = &self.places;
         let own = input.wrapping_sub(2 * self.degrees_of_freedom);
-        [held, limits, follows, limiter_rates, senses, couplings, given, follows_signal]
+        [zoh_output, limits, follows, limiter_rates, senses, couplings, run_parameters, follows_signal]
             .into_iter()
             .any(|places| places.contains(&own))
     }
@@ -48,24 +57,25 @@ impl Machine {
     /// Prepares series up to an order, also of the angles and of the speeds of some shafts; false where a law computes by itself at every
     /// instant, or teeth lose.
     pub fn prepare_series(&mut self, order: usize, shafts: &[Vec<usize>; 2]) -> bool {
-        let (r, m) = (self.degrees_of_freedom, self.kept.end);
+        let (r, m) = (self.degrees_of_freedom, self.multiplier_constraints.end);
         let MotionPlan { plan, angles, speeds, inertia, friction_rows, friction_bias, more, .. } = self.dynamics.plan();
         let steady = |input: usize| self.is_steady_input(input);
-        let Places { forces, rates, powers, friction_speeds, commands, slider_torques, holds, .. } = &self.places;
+        let Places { forces, rates, powers, friction_speeds, commands, jenkins_torques, unilaterals, .. } =
+            &self.places;
         let Places { power_of_accelerations, power_of_holding, .. } = &self.places;
         let prescribed = [power_of_accelerations, power_of_holding];
-        let extended = [forces, rates, powers, friction_speeds, commands, slider_torques, holds];
+        let extended = [forces, rates, powers, friction_speeds, commands, jenkins_torques, unilaterals];
         let extended = extended.into_iter().chain(prescribed).cloned().flatten();
         let motion = [inertia, friction_rows, friction_bias].into_iter().flatten();
         let rows = [angles, speeds].into_iter().zip(shafts);
         let rows = rows.flat_map(|(list, shafts)| list.iter().filter(|(shaft, _)| shafts.contains(shaft)));
-        let wanted =
+        let outputs =
             extended.map(|output| more.start + output).chain(motion.chain(rows.clone()).map(|(_, output)| *output));
         let rows_follow = rows.clone().next().is_some();
-        let wanted: Vec<usize> = wanted.map(|output| plan.place(output)).collect();
+        let outputs: Vec<usize> = outputs.map(|output| plan.place(output)).collect();
         let read: Vec<usize> = rows.map(|(_, output)| plan.place(*output)).collect();
-        let able = !self.own_laws && self.meshes.is_empty();
-        let series = able.then(|| PiecedSeries::new(plan, order, &wanted, steady));
+        let able = !self.own_laws && self.gear_losses.is_empty();
+        let series = able.then(|| PiecedSeries::new(plan, order, &outputs, steady));
         let found = |places: &Range<usize>| -> Vec<usize> {
             places.clone().map(|output| plan.place(more.start + output)).collect()
         };
@@ -83,9 +93,9 @@ impl Machine {
             rates: found(&self.places.rates).into_iter().chain(found(&self.places.powers)).collect(),
             friction_speeds: found(&self.places.friction_speeds),
             commands: found(&self.places.commands),
-            holds: found(&self.places.holds),
+            unilaterals: found(&self.places.unilaterals),
             power: prescribed.map(found),
-            sliders: self.sliders.directions.iter().copied().zip(found(&self.places.slider_torques)).collect(),
+            jenkins: self.jenkins.directions.iter().copied().zip(found(&self.places.jenkins_torques)).collect(),
             scratch: vec![0.0; stride],
             rows_follow,
             friction_bias: vec![0.0; m],
@@ -123,43 +133,55 @@ impl Machine {
         let speeds = &self.work.values()[r..2 * r];
         let of_terms = |k: usize| NOISE * self.dynamics.friction_terms(k, speeds, &self.work);
         let noise = |k: usize| self.noise_of_slip(k).unwrap_or_else(|| of_terms(k));
-        let watch = Watch { modes: &self.modes, holding: &self.holding, holds: &self.holds, bounds: self.bounds() };
+        let watch =
+            Watch { modes: &self.modes, holding: &self.holding, unilaterals: &self.unilaterals, bounds: self.bounds() };
         let prospect = expansion.prospect(&watch, noise, &self.drives, (length, order));
-        let held = expansion.prospect_of_holding(&watch, (length, order));
+        let of_active = expansion.prospect_of_holding(&watch, (length, order));
         self.expansion = Some(expansion);
-        if held == Prospect::Stays || self.following.is_empty() {
-            return prospect.and(held);
+        if of_active == Prospect::Stays || self.following.is_empty() {
+            return prospect.and(of_active);
         }
         // What follows may take a part.
-        if prospect != Prospect::Unknown && self.shares_for((length, order)) { prospect } else { prospect.and(held) }
+        if prospect != Prospect::Unknown && self.shares_for((length, order)) {
+            prospect
+        } else {
+            prospect.and(of_active)
+        }
     }
 
     /// Whether the directions that stick, which do not turn, certainly share the torques that hold for so long.
     fn shares_for(&mut self, (length, order): (f64, usize)) -> bool {
-        let Self { expansion: Some(expansion), holding, bounds, sharing, work, holds, .. } = self else { return false };
+        let Self { expansion: Some(expansion), holding, bounds, torque_distribution, work, unilaterals, .. } = self
+        else {
+            return false;
+        };
         let Expansion { series, rows, torques, counts, .. } = &**expansion;
         let keeps = |place: usize| series.of(place).take(order).skip(1).all(|x| x == 0.0);
         let turns = |k: &usize| rows[*k].iter().any(|(_, place)| !keeps(*place));
         let uneven = |k: &usize| bounds[0][*k] != bounds[1][*k];
-        if self.moves || !self.meshes.is_empty() || sharing.sticking.iter().any(|k| turns(k) || uneven(k)) {
+        if self.moves
+            || !self.gear_losses.is_empty()
+            || torque_distribution.sticking.iter().any(|k| turns(k) || uneven(k))
+        {
             return false;
         }
         // What has no limit may take more than all others.
         let most = bounds[0].iter().chain(&torques[..holding.len()]).filter(|x| x.is_finite());
         let most = MORE * most.fold(0.0, |most: f64, x| most.max(x.abs()));
         let sizes: Vec<f64> = bounds[0].iter().map(|bound| if bound.is_finite() { *bound } else { most }).collect();
-        let own = sharing::Holding { directions: holding, weighted: &self.weighted, factor: &self.hold_factor };
-        sharing.prepare(&own, &work.friction_rows, &sizes);
-        self.sharing_known = false;
+        let own =
+            torque_distribution::Holding { directions: holding, weighted: &self.weighted, factor: &self.active_factor };
+        torque_distribution.prepare(&own, &work.friction_rows, &sizes);
+        self.torque_distribution_known = false;
         let term = |k: usize, a: usize| torques[k * counts[1] + a];
-        let limit = |direction: usize, k: usize| match direction.checked_sub(holds.first) {
-            Some(hold) if let Some(Kind::Friction { at_rest }) = holds.kinds.get(hold) => {
-                at_rest * series.value(expansion.holds[2 * hold], k)
+        let limit = |direction: usize, k: usize| match direction.checked_sub(unilaterals.first) {
+            Some(unilateral) if let Some(Kind::Friction { at_rest }) = unilaterals.kinds.get(unilateral) => {
+                at_rest * series.value(expansion.unilaterals[2 * unilateral], k)
             }
             _ if k == 0 => bounds[0][direction],
             _ => 0.0,
         };
-        sharing.stays(holding.len(), &sizes, (length, order), term, limit)
+        torque_distribution.stays(holding.len(), &sizes, (length, order), term, limit)
     }
 
     /// Where what has kinks takes another of its pieces, within a step of that length from the last expansion whose highest order was `order`, as a part
@@ -183,16 +205,17 @@ impl Machine {
     /// their terms.
     pub fn difference_of_series(&mut self, later: f64, order: usize) -> f64 {
         let Some(expansion) = self.expansion.take() else { return 0.0 };
-        let watch = Watch { modes: &self.modes, holding: &self.holding, holds: &self.holds, bounds: self.bounds() };
-        let found = expansion.difference(&watch, &self.drives, self.work.values(), &self.hold_torque, (later, order));
+        let watch =
+            Watch { modes: &self.modes, holding: &self.holding, unilaterals: &self.unilaterals, bounds: self.bounds() };
+        let found = expansion.difference(&watch, &self.drives, self.work.values(), &self.active_torque, (later, order));
         self.expansion = Some(expansion);
         found
     }
 
     /// Whether modes may depend on what no state feels: on the time, or on expressions of their own.
     pub fn is_blind(&self) -> bool {
-        let told = |kind: &Kind| matches!(kind, Kind::Lock | Kind::Friction { .. });
-        !self.modes.is_empty() && (self.timed.moves() || self.holds.kinds.iter().any(told))
+        let switches = |kind: &Kind| matches!(kind, Kind::Lock | Kind::Friction { .. });
+        !self.modes.is_empty() && (self.timed.moves() || self.unilaterals.kinds.iter().any(switches))
     }
 
     /// Where the series of angle and speed of a shaft are; `None` where they are not found by the plan.
@@ -242,19 +265,19 @@ impl Machine {
             }
         }
         expansion.friction_bias.copy_from_slice(&self.work.friction_bias);
-        if let Some(response) = self.response.as_mut().filter(|response| !response.known) {
+        if let Some(response) = self.response.as_mut().filter(|response| !response.valid) {
             let count = self.holding.len();
             let weighted = &self.weighted[..count * self.degrees_of_freedom];
-            response.find(&self.work.factor, weighted, &self.hold_factor, &self.still);
-            response.known = self.dynamics.has_constant_inertia() && self.hold_constant;
+            response.find(&self.work.factor, weighted, &self.active_factor, &self.still);
+            response.valid = self.dynamics.has_constant_inertia() && self.active_constant;
         }
-        expansion.keep(0, &self.acceleration, &self.hold_torque);
+        expansion.store(0, &self.acceleration, &self.active_torque);
     }
 
     fn next_coefficients(&mut self, k: usize, expansion: &mut Expansion, x: &mut [f64]) {
         let (r, size, per) = (self.degrees_of_freedom, self.size, 1.0 / (k + 1) as f64);
-        let (known, next) = x.split_at_mut((k + 1) * size);
-        let (now, next) = (&known[k * size..], &mut next[..size]);
+        let (computed, next) = x.split_at_mut((k + 1) * size);
+        let (now, next) = (&computed[k * size..], &mut next[..size]);
         expansion.series.set(0, k, &now[..size - 2]);
         expansion.series.advance(k);
         let holding = Holding { directions: &self.holding, bias: &mut self.work.friction_bias };
@@ -264,11 +287,11 @@ impl Machine {
                 let bias = self.holding.iter().map(|&direction| self.work.friction_bias[direction]);
                 let [accelerations, torques] = response.apply(&self.force, bias);
                 self.acceleration.copy_from_slice(accelerations);
-                self.hold_torque[..torques.len()].copy_from_slice(torques);
+                self.active_torque[..torques.len()].copy_from_slice(torques);
             }
-            None => self.accelerate_held(),
+            None => self.accelerate_constrained(),
         }
-        expansion.keep(k, &self.acceleration, &self.hold_torque);
+        expansion.store(k, &self.acceleration, &self.active_torque);
         for i in 0..r {
             next[i] = now[r + i] * per;
             next[r + i] = self.acceleration[i] * per;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use kardan_rt::Operator;
 
 use crate::expr::{Domain, Expr, Interval, Intervals, Part, polynomial};
-use crate::num::Keeper;
+use crate::num::StateArchive;
 use crate::plan::{Plan, compile};
 use crate::reduce::{Extension, Motion};
 use crate::simulate::scenario::Scenario;
@@ -41,7 +41,7 @@ pub(super) struct Timed {
     /// Whether all functions are straight lines between breakpoints.
     pub affine: bool,
     /// What is given: who follows, parts, the time.
-    given: Vec<f64>,
+    current: Vec<f64>,
     /// Values of the sources, of their lines and what is given; nothing if no source has a function.
     plan: Option<(Plan, Vec<f64>)>,
     /// What they were found to be last.
@@ -86,7 +86,7 @@ impl Timed {
             sources,
             flows,
             affine: scenario.signals.iter().all(|signal| signal.function.is_affine()),
-            given: vec![0.0; places.timed.len()],
+            current: vec![0.0; places.timed.len()],
             plan,
             values: vec![0.0; values.len()],
         }
@@ -94,7 +94,7 @@ impl Timed {
 
     /// Whether nothing depends on the time.
     pub fn is_empty(&self) -> bool {
-        self.given.is_empty()
+        self.current.is_empty()
     }
 
     /// Takes the pieces of all parts that hold from a time on.
@@ -115,19 +115,19 @@ impl Timed {
     }
 
     /// Parts that a run tells of and that have a breakpoint at a time.
-    pub fn told(&self, time: f64) -> impl Iterator<Item = &Part> {
+    pub fn reported(&self, time: f64) -> impl Iterator<Item = &Part> {
         let begins = move |part: &&Part| {
             let starts = part.pieces.starts();
             let first = starts.partition_point(|start| *start < time - SAME * time);
             starts.get(first).is_some_and(|start| *start <= time + SAME * time)
         };
-        self.parts.iter().map(|part| &**part).filter(|part| part.told).filter(begins)
+        self.parts.iter().map(|part| &**part).filter(|part| part.reported).filter(begins)
     }
 
     /// What is given at a time of the segment.
     pub fn at(&mut self, time: f64) -> &[f64] {
         let count = self.follows.len();
-        let (follows, later) = self.given.split_at_mut(count);
+        let (follows, later) = self.current.split_at_mut(count);
         follows.copy_from_slice(&self.follows);
         for (value, (start, coefficients)) in later.iter_mut().zip(&self.now) {
             *value = polynomial(coefficients, time - start);
@@ -139,7 +139,7 @@ impl Timed {
         for (value, (_, answer)) in rest.iter_mut().skip(usize::from(self.time)).zip(&self.blocks) {
             *value = *answer;
         }
-        &self.given
+        &self.current
     }
 
     /// The values of what is given over an interval of time of the segment.
@@ -170,9 +170,9 @@ impl Timed {
         self.at(time);
         let Some((plan, memory)) = &mut self.plan else { return self.values.copy_from_slice(lines) };
         memory[..lines.len()].copy_from_slice(lines);
-        memory[lines.len()..][..self.given.len()].copy_from_slice(&self.given);
+        memory[lines.len()..][..self.current.len()].copy_from_slice(&self.current);
         if self.flows {
-            let first = lines.len() + self.given.len();
+            let first = lines.len() + self.current.len();
             // Behind the states stand work and loss.
             memory[first..][..state.len() - 2].copy_from_slice(&state[..state.len() - 2]);
         }
@@ -230,12 +230,12 @@ impl Timed {
         own.for_each(|(_, follows)| *follows = 0.0);
     }
 
-    pub fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        keeper.numbers(&mut self.follows);
-        self.blocks.iter_mut().for_each(|(_, answer)| keeper.number(answer));
+    pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        archive.numbers(&mut self.follows);
+        self.blocks.iter_mut().for_each(|(_, answer)| archive.number(answer));
         for (start, coefficients) in &mut self.now {
-            keeper.number(start);
-            keeper.numbers(coefficients);
+            archive.number(start);
+            archive.numbers(coefficients);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Whether kept rows become dependent along a motion.
 
-use crate::num::Keeper;
+use crate::num::StateArchive;
 
 /// The determinant of the kept rows over as many coordinates: those in which it was largest where it was last looked at. It changes its sign where
 /// the rows become dependent along the motion, and where another choice of coordinates would do, which the pivots tell apart.
@@ -20,10 +20,10 @@ impl WatchedRows {
         Self { columns: (0..columns).collect(), matrix: vec![0.0; rows * columns], sign: 0.0, least: 0.0 }
     }
 
-    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        keeper.counts(&mut self.columns);
-        keeper.number(&mut self.sign);
-        keeper.number(&mut self.least);
+    pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        archive.counts(&mut self.columns);
+        archive.number(&mut self.sign);
+        archive.number(&mut self.least);
     }
 
     /// The sign of the determinant and the smallest pivot; with `choose` over the coordinates with the largest pivots, else over those chosen.

@@ -2,7 +2,7 @@
 
 use std::ops::{AddAssign, Mul};
 
-use crate::num::{Keeper, SparseLu, SparseOrder};
+use crate::num::{SparseLu, SparseOrder, StateArchive};
 
 /// What is integrated.
 pub(in crate::simulate) trait Equations {
@@ -76,31 +76,31 @@ impl Descriptor {
         self.clear(n);
         self.still = still;
         (0..n).for_each(|i| self.mass(i, i, 1.0));
-        let (mut there, mut rates, mut evaluations) = (state.to_vec(), slope.to_vec(), 0);
+        let (mut perturbed, mut rates, mut evaluations) = (state.to_vec(), slope.to_vec(), 0);
         for (column, size) in sizes.into_iter().enumerate() {
             for change in [CHANGE * size, -CHANGE * size] {
-                there[column] = state[column] + change;
-                equations.rates(time, &there, &mut rates);
+                perturbed[column] = state[column] + change;
+                equations.rates(time, &perturbed, &mut rates);
                 evaluations += 1;
                 if rates[..n].iter().all(|rate| rate.is_finite()) {
                     break;
                 }
             }
-            let change = there[column] - state[column];
+            let change = perturbed[column] - state[column];
             for row in 0..n {
                 self.rate(row, column, (rates[row] - slope[row]) / change);
             }
-            there[column] = state[column];
+            perturbed[column] = state[column];
         }
         evaluations
     }
 
-    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) -> bool {
+    pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) -> bool {
         let [mut rows, mut columns]: [Vec<usize>; 2] =
             [self.places.iter().map(|(i, _)| *i).collect(), self.places.iter().map(|(_, j)| *j).collect()];
-        [&mut self.size, &mut self.mass].into_iter().for_each(|count| keeper.count(count));
-        [&mut rows, &mut columns, &mut self.still].into_iter().for_each(|list| keeper.counts(list));
-        keeper.numbers(&mut self.values);
+        [&mut self.size, &mut self.mass].into_iter().for_each(|count| archive.count(count));
+        [&mut rows, &mut columns, &mut self.still].into_iter().for_each(|list| archive.counts(list));
+        archive.numbers(&mut self.values);
         let inside = |list: &[usize]| list.iter().all(|i| *i < self.size);
         let fits = rows.len() == columns.len() && rows.len() == self.values.len() && self.mass <= rows.len();
         let fits = fits && inside(&rows) && inside(&columns) && inside(&self.still);
@@ -111,9 +111,9 @@ impl Descriptor {
     /// The derivatives of the rates of n states by each of them, row by row; no numbers where they are not determined.
     pub(in crate::simulate) fn solve(&self, n: usize, out: &mut [f64]) {
         let entries = self.places.iter().zip(&self.values).enumerate();
-        let (known, rates): (Vec<_>, Vec<_>) = entries.partition(|(k, (place, _))| *k < self.mass || place.1 >= n);
-        let places: Vec<(usize, usize)> = known.iter().map(|(_, (place, _))| **place).collect();
-        let numbers: Vec<f64> = known.iter().map(|(k, (_, x))| if *k < self.mass { **x } else { -**x }).collect();
+        let (present, rates): (Vec<_>, Vec<_>) = entries.partition(|(k, (place, _))| *k < self.mass || place.1 >= n);
+        let places: Vec<(usize, usize)> = present.iter().map(|(_, (place, _))| **place).collect();
+        let numbers: Vec<f64> = present.iter().map(|(k, (_, x))| if *k < self.mass { **x } else { -**x }).collect();
         let (order, mut factors) = (SparseOrder::new(self.size, &places), SparseLu::default());
         let order = order.filter(|order| factors.factor(order, &numbers));
         let Some(order) = order else { return out.fill(f64::NAN) };

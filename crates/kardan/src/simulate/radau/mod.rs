@@ -16,7 +16,7 @@ use kardan_rt::functions::{exp, ln, powi};
 
 use super::dop853::{Counts, StepError};
 use super::rounding::Rounding;
-use crate::num::{Keeper, max_or_nan};
+use crate::num::{StateArchive, max_or_nan};
 pub(super) use equations::{Descriptor, Equations};
 use newton::Systems;
 use tableau::{Tableau, tableau};
@@ -26,7 +26,7 @@ const SAFETY: f64 = 0.9;
 /// A step grows or shrinks by no more.
 const GROWTH: (f64, f64) = (0.125, 8.0);
 /// Steps that would grow by less keep their length, and their factors.
-const KEPT: (f64, f64) = (1.0, 1.2);
+const SAME_STEP: (f64, f64) = (1.0, 1.2);
 /// Convergence that is so fast that the next step takes the same Jacobian.
 const FAST: f64 = 1e-3;
 /// Where the iteration ends, in tolerances.
@@ -54,14 +54,14 @@ pub(super) struct Radau {
     split: Vec<f64>,
     rates: Vec<f64>,
     /// What is added to the last step so that its polynomial leaves with the slope, times the length; and to the trial.
-    bend: Vec<f64>,
-    trial_bend: Vec<f64>,
+    correction: Vec<f64>,
+    trial_correction: Vec<f64>,
     /// Whether no step was made since the start.
     started: bool,
     /// Whether the Jacobian is that at the state.
     fresh: bool,
     /// Whether there is a Jacobian at all, and whether the increments are those of a step that ends at the state.
-    known: bool,
+    jacobian_valid: bool,
     goes_on: bool,
     /// The length that the factors are for; 0: there are none.
     factored: f64,
@@ -92,11 +92,11 @@ impl Radau {
             trial: stages.clone(),
             split: stages.clone(),
             rates: stages,
-            bend: zero.clone(),
-            trial_bend: zero.clone(),
+            correction: zero.clone(),
+            trial_correction: zero.clone(),
             started: true,
             fresh: false,
-            known: false,
+            jacobian_valid: false,
             goes_on: false,
             factored: 0.0,
             systems: Systems::new(implicit, tableau),
@@ -110,19 +110,19 @@ impl Radau {
         }
     }
 
-    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
+    pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         for time in [&mut self.previous_time, &mut self.time, &mut self.next, &mut self.factored] {
-            keeper.number(time);
+            archive.number(time);
         }
-        let Self { previous, state, slope, increments, bend, .. } = self;
-        [previous, state, slope, increments, bend].into_iter().for_each(|list| keeper.numbers(list));
-        let Self { started, fresh, known, goes_on, .. } = self;
-        [started, fresh, known, goes_on].into_iter().for_each(|flag| keeper.flag(flag));
+        let Self { previous, state, slope, increments, correction, .. } = self;
+        [previous, state, slope, increments, correction].into_iter().for_each(|list| archive.numbers(list));
+        let Self { started, fresh, jacobian_valid, goes_on, .. } = self;
+        [started, fresh, jacobian_valid, goes_on].into_iter().for_each(|flag| archive.flag(flag));
         let Counts { accepted, rejected, evaluations } = &mut self.counts;
-        [accepted, rejected, evaluations].into_iter().for_each(|count| keeper.word(count));
-        self.rounding.keep(keeper);
-        if !self.systems.keep(keeper) {
-            (self.known, self.factored) = (false, 0.0);
+        [accepted, rejected, evaluations].into_iter().for_each(|count| archive.word(count));
+        self.rounding.archive_state(archive);
+        if !self.systems.archive_state(archive) {
+            (self.jacobian_valid, self.factored) = (false, 0.0);
         }
         if self.factored > 0.0 {
             self.factor(self.factored);
@@ -136,7 +136,7 @@ impl Radau {
         (self.time, self.previous_time) = (time, time);
         equations.rates(time, state, &mut self.slope);
         self.counts.evaluations += 1;
-        (self.fresh, self.known, self.goes_on) = (false, false, false);
+        (self.fresh, self.jacobian_valid, self.goes_on) = (false, false, false);
         (self.factored, self.next, self.started) = (0.0, 0.0, true);
     }
 
@@ -154,7 +154,7 @@ impl Radau {
         if self.next == 0.0 {
             self.next = self.starting_step(room, equations);
         }
-        if !self.known {
+        if !self.jacobian_valid {
             self.take_jacobian(equations);
         }
         let least = (16.0 * f64::EPSILON * self.time.abs()).max(f64::MIN_POSITIVE);
@@ -206,13 +206,13 @@ impl Radau {
                 continue;
             }
             self.accept(if whole { until } else { self.time + h }, equations);
-            let kept = rate < FAST;
-            if !kept {
+            let reused = rate < FAST;
+            if !reused {
                 self.take_jacobian(equations);
             }
-            let keep = KEPT.0 <= growth && growth <= KEPT.1;
+            let same_step = SAME_STEP.0 <= growth && growth <= SAME_STEP.1;
             // A step that was cut short says only that a longer one may do.
-            let proposed = if keep { h } else { h * growth };
+            let proposed = if same_step { h } else { h * growth };
             self.next = if whole { self.next.max(proposed) } else { proposed };
             return Ok(());
         }
@@ -232,8 +232,8 @@ impl Radau {
         (self.previous_time, self.time) = (self.time, end);
         std::mem::swap(&mut self.increments, &mut self.trial);
         match self.started {
-            true => std::mem::swap(&mut self.bend, &mut self.trial_bend),
-            false => self.bend.fill(0.0),
+            true => std::mem::swap(&mut self.correction, &mut self.trial_correction),
+            false => self.correction.fill(0.0),
         }
         let last = self.tableau.stages - 1;
         self.previous.copy_from_slice(&self.state);
@@ -250,7 +250,7 @@ impl Radau {
         let sizes = absolute.iter().zip(&*state).map(|(absolute, x)| x.abs().max(absolute / *relative));
         let evaluations = systems.linearise((*time, state, slope), sizes, equations);
         self.counts.evaluations += evaluations;
-        (self.fresh, self.known, self.factored) = (true, true, 0.0);
+        (self.fresh, self.jacobian_valid, self.factored) = (true, true, 0.0);
     }
 
     fn factor(&mut self, h: f64) {
@@ -277,8 +277,8 @@ impl Radau {
             if iteration > 1 {
                 let now = change / before;
                 rate = if iteration == 2 { now } else { (now * rate).sqrt() };
-                let left = (self.most_iterations() - iteration) as i32;
-                if rate >= 0.99 || rate / (1.0 - rate) * change * powi(rate, left) > 1.0 {
+                let remaining = (self.most_iterations() - iteration) as i32;
+                if rate >= 0.99 || rate / (1.0 - rate) * change * powi(rate, remaining) > 1.0 {
                     // Where rounding alone is left, nothing gets better.
                     return (change <= ROUNDING).then_some((iteration, rate));
                 }
@@ -302,8 +302,8 @@ impl Radau {
             for i in 0..s {
                 tableau.weights(1.0 + tableau.nodes[i] * h / last, weights);
                 for (trial, increments) in trial.chunks_exact_mut(s).zip(increments.chunks_exact(s)) {
-                    let there: f64 = increments.iter().zip(&*weights).map(|(z, w)| z * w).sum();
-                    trial[i] = there - increments[s - 1];
+                    let extrapolated: f64 = increments.iter().zip(&*weights).map(|(z, w)| z * w).sum();
+                    trial[i] = extrapolated - increments[s - 1];
                 }
             }
         } else {
@@ -320,12 +320,12 @@ impl Radau {
     fn evaluate(&mut self, h: f64, equations: &mut impl Equations) {
         let Self { tableau, state, trial, rates, work, .. } = self;
         let (s, size) = (tableau.stages, state.len());
-        let (there, slope) = work.split_at_mut(size);
+        let (trial_state, slope) = work.split_at_mut(size);
         for i in 0..s {
-            for ((there, x), trial) in there.iter_mut().zip(&*state).zip(trial.chunks_exact(s)) {
-                *there = x + trial[i];
+            for ((trial_state, x), trial) in trial_state.iter_mut().zip(&*state).zip(trial.chunks_exact(s)) {
+                *trial_state = x + trial[i];
             }
-            equations.rates(self.time + tableau.nodes[i] * h, there, slope);
+            equations.rates(self.time + tableau.nodes[i] * h, trial_state, slope);
             rates.chunks_exact_mut(s).zip(&*slope).for_each(|(rates, slope)| rates[i] = *slope);
         }
         self.counts.evaluations += s as u64;
@@ -393,9 +393,13 @@ impl Radau {
             return found;
         }
         let mut work = std::mem::take(&mut self.work);
-        let (there, slope) = work.split_at_mut(self.state.len());
-        there.iter_mut().zip(&self.state).zip(&self.error).for_each(|((there, x), error)| *there = x + error);
-        equations.rates(self.time, there, slope);
+        let (trial_state, slope) = work.split_at_mut(self.state.len());
+        trial_state
+            .iter_mut()
+            .zip(&self.state)
+            .zip(&self.error)
+            .for_each(|((trial_state, x), error)| *trial_state = x + error);
+        equations.rates(self.time, trial_state, slope);
         self.counts.evaluations += 1;
         let found = self.estimate(h, Some(slope));
         self.work = work;
@@ -404,7 +408,7 @@ impl Radau {
 
     /// `((γ/h) I − J)⁻¹ (f + (γ/h) Σ e_i z_i)`, with f at the begin or that given; in the first step without J.
     fn estimate(&mut self, h: f64, slope: Option<&[f64]>) -> f64 {
-        let Self { tableau, implicit, trial, trial_bend, error, .. } = self;
+        let Self { tableau, implicit, trial, trial_correction, error, .. } = self;
         let (s, per) = (tableau.stages, tableau.real / h);
         let slope = slope.unwrap_or(&self.slope);
         for ((error, trial), slope) in error.iter_mut().zip(trial.chunks_exact(s)).zip(slope) {
@@ -413,7 +417,7 @@ impl Radau {
         }
         let unfiltered = if self.started {
             // The slope less that of the polynomial.
-            trial_bend.iter_mut().zip(&*error).for_each(|(bend, error)| *bend = h * error);
+            trial_correction.iter_mut().zip(&*error).for_each(|(correction, error)| *correction = h * error);
             0
         } else {
             self.systems.solve(&mut error[..*implicit]);
@@ -439,12 +443,17 @@ impl Radau {
             self;
         let (n, per, time) = (*implicit, tableau.real / h, *time);
         let moved = &mut work[..state.len()];
-        counts.evaluations += 2 * rounding.measure(state, |there, change| {
-            equations.rates(time, there, change);
+        counts.evaluations += 2 * rounding.measure(state, |perturbed, change| {
+            equations.rates(time, perturbed, change);
             change.iter_mut().zip(&*slope).for_each(|(change, slope)| *change -= slope);
             systems.solve(&mut change[..n]);
-            there.iter_mut().zip(&*state).zip(&*change).take(n).for_each(|((there, x), change)| *there = x + change);
-            equations.rates(time, there, moved);
+            perturbed
+                .iter_mut()
+                .zip(&*state)
+                .zip(&*change)
+                .take(n)
+                .for_each(|((perturbed, x), change)| *perturbed = x + change);
+            equations.rates(time, perturbed, moved);
             for k in n..change.len() {
                 change[k] = (change[k].abs() + (moved[k] - slope[k]).abs()) / per;
             }
@@ -468,11 +477,15 @@ impl Radau {
         };
         let (size, speed) = (norm(&|i| state[i]), norm(&|i| slope[i]));
         let euler = if size >= 1e-5 && speed >= 1e-5 { 0.01 * size / speed } else { 1e-6 }.min(room);
-        let (there, slope_there) = work.split_at_mut(state.len());
-        there.iter_mut().zip(&*state).zip(&*slope).for_each(|((there, x), slope)| *there = x + euler * slope);
-        equations.rates(self.time + euler, there, slope_there);
+        let (trial_state, trial_slope) = work.split_at_mut(state.len());
+        trial_state
+            .iter_mut()
+            .zip(&*state)
+            .zip(&*slope)
+            .for_each(|((trial_state, x), slope)| *trial_state = x + euler * slope);
+        equations.rates(self.time + euler, trial_state, trial_slope);
         self.counts.evaluations += 1;
-        let curvature = norm(&|i| slope_there[i] - slope[i]) / euler;
+        let curvature = norm(&|i| trial_slope[i] - slope[i]) / euler;
         if !curvature.is_finite() || !speed.is_finite() {
             return euler;
         }
@@ -492,8 +505,8 @@ impl Radau {
         self.previous.copy_from_slice(&self.state);
         (self.previous_time, self.time) = (self.time, until);
         self.increments.fill(0.0);
-        self.bend.fill(0.0);
-        (self.fresh, self.known, self.goes_on) = (false, false, false);
+        self.correction.fill(0.0);
+        (self.fresh, self.jacobian_valid, self.goes_on) = (false, false, false);
         self.counts.accepted += 1;
     }
 
@@ -506,10 +519,10 @@ impl Radau {
         }
         let mut weights = [0.0; 7];
         let weights = &mut weights[..s];
-        let bend = self.tableau.weights((time - self.previous_time) / length, weights);
-        let known = self.previous.iter().zip(self.increments.chunks_exact(s)).zip(&self.bend);
-        for (out, ((x, z), own)) in out.iter_mut().zip(known) {
-            *out = x + z.iter().zip(&*weights).fold(bend * own, |sum, (z, w)| sum + z * w);
+        let correction = self.tableau.weights((time - self.previous_time) / length, weights);
+        let terms = self.previous.iter().zip(self.increments.chunks_exact(s)).zip(&self.correction);
+        for (out, ((x, z), own)) in out.iter_mut().zip(terms) {
+            *out = x + z.iter().zip(&*weights).fold(correction * own, |sum, (z, w)| sum + z * w);
         }
     }
 

@@ -5,7 +5,7 @@ use faer::c64;
 
 use super::equations::{Descriptor, Equations};
 use super::tableau::Tableau;
-use crate::num::{Keeper, SparseLu, SparseOrder};
+use crate::num::{SparseLu, SparseOrder, StateArchive};
 
 /// The systems with their memory: factors of `σ E − A`.
 pub(super) struct Systems {
@@ -60,8 +60,8 @@ impl Systems {
     }
 
     /// Keeps the derivatives; false if what was put back does not fit.
-    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) -> bool {
-        self.descriptor.keep(keeper)
+    pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) -> bool {
+        self.descriptor.archive_state(archive)
     }
 
     /// Factors all systems for steps of one length; false if one is singular or not finite.

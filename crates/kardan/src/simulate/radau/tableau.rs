@@ -145,10 +145,11 @@ impl Tableau {
                 }
             }
         }
-        let others = |i: usize| (0..s).filter(move |j| *j != i);
-        let denominators = (0..s).map(|i| others(i).map(|j| nodes[i] - nodes[j]).product::<f64>() * nodes[i]).collect();
+        let other_nodes = |i: usize| (0..s).filter(move |j| *j != i);
+        let denominators =
+            (0..s).map(|i| other_nodes(i).map(|j| nodes[i] - nodes[j]).product::<f64>() * nodes[i]).collect();
         // A quadrature of order s that has the weight 1/real at 0 differs from the solution's by −ℓ_i(0)/real at the nodes.
-        let at_zero = |i: usize| others(i).map(|j| nodes[j] / (nodes[j] - nodes[i])).product::<f64>();
+        let at_zero = |i: usize| other_nodes(i).map(|j| nodes[j] / (nodes[j] - nodes[i])).product::<f64>();
         let weights: Vec<f64> = (0..s).map(|i| -at_zero(i) / real).collect();
         let error: Vec<f64> = (0..s).map(|j| (0..s).map(|i| weights[i] * inverted[i * s + j]).sum()).collect();
         let amplification = error.iter().fold(1.0, |sum, e| sum + e.abs());
@@ -160,8 +161,8 @@ impl Tableau {
     /// there and has the slope 1 at 0.
     pub fn weights(&self, part: f64, out: &mut [f64]) -> f64 {
         for (i, out) in out.iter_mut().enumerate() {
-            let others = self.nodes.iter().enumerate().filter(|(j, _)| *j != i);
-            *out = others.fold(part, |product, (_, node)| product * (part - node)) / self.denominators[i];
+            let other_nodes = self.nodes.iter().enumerate().filter(|(j, _)| *j != i);
+            *out = other_nodes.fold(part, |product, (_, node)| product * (part - node)) / self.denominators[i];
         }
         self.nodes.iter().fold(part, |product, node| product * (node - part) / node)
     }
@@ -204,8 +205,8 @@ mod tests {
         for tableau in &TABLEAUS {
             let mut weights = vec![0.0; tableau.stages];
             for part in [-0.3, 0.0, 0.1, 0.7, 1.0, 1.4] {
-                let bend = tableau.weights(part, &mut weights);
-                assert!(part != 0.0 || bend == 0.0);
+                let correction = tableau.weights(part, &mut weights);
+                assert!(part != 0.0 || correction == 0.0);
                 let cubic: f64 = weights.iter().zip(&tableau.nodes).map(|(w, c)| w * c * c * c).sum();
                 assert!((cubic - part * part * part).abs() < 1e-12, "{} {part}", tableau.stages);
             }

@@ -1,7 +1,7 @@
 //! Where formulas of what rubs or holds have no value, or would drive: there a run ends.
 
-use super::words::{is_undefined, undefined};
-use super::{Outcome, RunningLoop, failed};
+use super::undefined_value::{is_undefined, undefined};
+use super::{Outcome, RunLoop, failed};
 use crate::simulate::machine::Unfit;
 
 /// Torques and losses above less than nothing by so much are rounding, N m.
@@ -12,7 +12,7 @@ const FAR: f64 = 1e-9;
 /// The least time that these are parts of, s.
 const BEGIN: f64 = 1e-3;
 
-impl RunningLoop {
+impl RunLoop {
     /// Ends the run at the first time of the last step at which a formula of what rubs or holds has no value or is negative. Evaluates the end of
     /// the step.
     pub(super) fn end_where_unfit(&mut self) -> Result<(), Outcome> {
@@ -33,7 +33,7 @@ impl RunningLoop {
             }
         }
         self.solver.interpolate(high, &mut self.state);
-        let cause = self.unfit_in_words(found, high);
+        let cause = self.describe_failure(found, high);
         if low > from {
             // Within a step the states are less accurate than at its end.
             let shortened = self.solver.shorten(&mut self.machine, low, &mut self.looked);
@@ -46,11 +46,11 @@ impl RunningLoop {
     }
 
     /// Why the run ends at a time, where the state stands.
-    fn unfit_in_words(&mut self, (direction, unfit): (usize, Unfit), time: f64) -> String {
-        let (name, is_mesh) = (self.names[direction].clone(), self.machine.is_mesh(direction));
-        let unit = if self.machine.unit_along(direction) == "m" { "N" } else { "N m" };
+    fn describe_failure(&mut self, (direction, unfit): (usize, Unfit), time: f64) -> String {
+        let (name, is_gear_loss) = (self.names[direction].clone(), self.machine.is_gear_loss(direction));
+        let unit = if self.machine.unit_of_direction(direction) == "m" { "N" } else { "N m" };
         match unfit {
-            Unfit::Negative if is_mesh => format!(
+            Unfit::Negative if is_gear_loss => format!(
                 "the `loss` of `{name}` becomes negative, and teeth do not drive: keep it at zero or above, such as by max(0 {unit}, ...)"
             ),
             Unfit::Negative => format!(
@@ -65,7 +65,7 @@ impl RunningLoop {
     }
 
     /// What is no finite number where the integration stands, or else what has no value just beyond, where no step goes.
-    pub(super) fn not_finite_there(&mut self, at: f64) -> Option<String> {
+    pub(super) fn nonfinite_signal(&mut self, at: f64) -> Option<String> {
         let names = (&self.shafts[..], &self.input_names[..], &self.names[..]);
         if let Some(what) = self.machine.not_finite(at, &self.state, names) {
             return Some(what);

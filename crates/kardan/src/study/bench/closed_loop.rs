@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{BenchRun, BenchSettings, prepare_bench, prepare_without};
+use super::{BenchRun, BenchSettings, prepare_bench, prepare_excluding};
 use crate::assemble::Equations;
 use crate::diagnostics::Diagnostic;
 use crate::equations::Measured;
@@ -35,7 +35,7 @@ struct Job {
     /// What the progress calls it.
     label: String,
     /// Names whose values are those of the model.
-    without: Vec<String>,
+    removed: Vec<String>,
     sampling: bool,
     friction: bool,
     /// Whether the study can do without it.
@@ -65,19 +65,19 @@ pub fn closed_loop(
     settings: &BenchSettings,
     progress: &dyn Progress,
 ) -> Result<ClosedLoop, Vec<Diagnostic>> {
-    let asked = match &settings.run {
+    let control_name = match &settings.run {
         BenchRun::Control(name) => Some(name.as_str()),
         BenchRun::Excitation => None,
     };
-    let control = bench_controller(project, asked, settings.variant.as_deref())?;
+    let control = bench_controller(project, control_name, settings.variant.as_deref())?;
     let prepared = project.prepared();
     let settings = BenchSettings { run: BenchRun::Control(control.clone()), ..settings.clone() };
     let first = prepare_bench(project, &settings)?;
-    let meant = |variant: &&PreparedVariant| match &settings.variant {
+    let is_chosen = |variant: &&PreparedVariant| match &settings.variant {
         Some(name) => variant.name == *name,
         None => variant.model.controls.iter().any(|one| one.name == control),
     };
-    let variants: Vec<&PreparedVariant> = prepared.all().filter(meant).collect();
+    let variants: Vec<&PreparedVariant> = prepared.all().filter(is_chosen).collect();
     let kinds = kinds(first.truth(), !first.plant().equations.frictions.is_empty());
     let jobs: Vec<Job> = variants.iter().flat_map(|variant| jobs(&variant.name, first.truth(), &kinds)).collect();
     let runs = jobs.par_iter().enumerate().map(|(number, job)| run(project, &settings, number, job, progress));
@@ -94,7 +94,7 @@ pub fn closed_loop(
     let mut experiments = Vec::new();
     for variant in variants {
         let (simulated, measured) = (runs.next().flatten(), runs.next().flatten());
-        let others: Vec<Option<Run>> = runs.by_ref().take(2 * kinds.len()).collect();
+        let variations: Vec<Option<Run>> = runs.by_ref().take(2 * kinds.len()).collect();
         let (Some(simulated), Some(measured)) = (simulated, measured) else { continue };
         let events = &variant.scenario.events;
         let always = !variant.scenario.signals.is_empty();
@@ -102,7 +102,7 @@ pub fn closed_loop(
             |t: f64| always || events.iter().any(|event| (event.at..=event.at + event.over + transient).contains(&t));
         let pair = Pair { equations, simulated: &simulated, measured: &measured, moving: &moving };
         let responses =
-            design.channels.iter().filter_map(|one| pair.response(&one.output, &one.reference, &kinds, &others));
+            design.channels.iter().filter_map(|one| pair.response(&one.output, &one.reference, &kinds, &variations));
         let responses = responses.collect();
         experiments.push(Experiment { name: variant.name.clone(), responses, simulated, measured });
     }
@@ -134,20 +134,20 @@ pub fn bench_controller(
     name: Option<&str>,
     variant: Option<&str>,
 ) -> Result<String, Vec<Diagnostic>> {
-    if project.mistakes().iter().any(super::is_error) {
-        return Err(project.mistakes().to_vec());
+    if project.diagnostics().iter().any(super::is_error) {
+        return Err(project.diagnostics().to_vec());
     }
     let mut variants = project.prepared().variants.clone();
     if variant.is_some() {
         let settings = BenchSettings { variant: variant.map(String::from), ..BenchSettings::default() };
-        let number = super::choose(&variants, &settings).map_err(|mistake| vec![*mistake])?;
+        let number = super::choose(&variants, &settings).map_err(|diagnostic| vec![*diagnostic])?;
         variants = vec![variants.swap_remove(number)];
     }
     let first = variants.iter().find_map(|variant| variant.model.controls.first());
     match (name, first) {
         (Some(name), _) => {
             let settings = BenchSettings { run: BenchRun::Control(name.into()), ..BenchSettings::default() };
-            super::choose(&variants, &settings).map(|_| name.into()).map_err(|mistake| vec![*mistake])
+            super::choose(&variants, &settings).map(|_| name.into()).map_err(|diagnostic| vec![*diagnostic])
         }
         (None, Some(first)) => Ok(first.name.clone()),
         (None, None) => Err(vec![
@@ -167,8 +167,8 @@ fn kinds(truth: &[TrueValue], friction: bool) -> Vec<Kind> {
     for value in truth {
         let (what, compliant) = difference(value);
         let list = if compliant { &mut soft } else { &mut rest };
-        match list.iter_mut().find(|known| known.what == what) {
-            Some(known) => known.names.push(value.name.clone()),
+        match list.iter_mut().find(|group| group.what == what) {
+            Some(group) => group.names.push(value.name.clone()),
             None => list.push(Kind { what, names: vec![value.name.clone()], ..Kind::default() }),
         }
     }
@@ -204,10 +204,10 @@ fn difference(value: &TrueValue) -> (String, bool) {
 /// The simulation, the bench, then for each difference the simulation with it alone and the bench without it.
 fn jobs(variant: &str, truth: &[TrueValue], kinds: &[Kind]) -> Vec<Job> {
     let all: Vec<String> = truth.iter().map(|value| value.name.clone()).collect();
-    let job = |label: String, without: Vec<String>, sampling, friction, optional| Job {
+    let job = |label: String, removed: Vec<String>, sampling, friction, optional| Job {
         variant: variant.into(),
         label,
-        without,
+        removed,
         sampling,
         friction,
         optional,
@@ -217,8 +217,8 @@ fn jobs(variant: &str, truth: &[TrueValue], kinds: &[Kind]) -> Vec<Job> {
         job(format!("{variant}, bench"), Vec::new(), true, true, false),
     ];
     for Kind { what, names, sampling, friction } in kinds {
-        let others = all.iter().filter(|name| !names.contains(name)).cloned().collect();
-        out.push(job(format!("{variant}, {what} alone"), others, *sampling, *friction, true));
+        let excluded_values = all.iter().filter(|name| !names.contains(name)).cloned().collect();
+        out.push(job(format!("{variant}, {what} alone"), excluded_values, *sampling, *friction, true));
         out.push(job(format!("{variant}, without {what}"), names.clone(), !*sampling, !*friction, true));
     }
     out
@@ -232,18 +232,18 @@ fn run(
     progress: &dyn Progress,
 ) -> Result<Option<Run>, Vec<Diagnostic>> {
     let settings = BenchSettings { variant: Some(job.variant.clone()), ..settings.clone() };
-    let mut bench = match prepare_without(project, &settings, &job.without) {
+    let mut bench = match prepare_excluding(project, &settings, &job.removed) {
         Ok(bench) => bench,
         // Some values may make no plant without others.
         Err(_) if job.optional => return Ok(None),
-        Err(mistakes) => return Err(mistakes),
+        Err(diagnostics) => return Err(diagnostics),
     };
     bench.continuous = !job.sampling;
     if !job.friction {
         bench.plant.equations.frictions.clear();
     }
     progress.advance(number, &job.label, 0.0);
-    let mut run = bench.log_within(0, progress.most_steps(), &mut |part| {
+    let mut run = bench.log_limited(0, progress.most_steps(), &mut |part| {
         progress.advance(number, &job.label, part);
         progress.stop()
     });
@@ -283,11 +283,11 @@ impl Pair<'_> {
         distances.fold((0.0, 0.0), |most: (f64, f64), now| if now.0 > most.0 { now } else { most })
     }
 
-    fn response(&self, output: &str, reference: &str, kinds: &[Kind], others: &[Option<Run>]) -> Option<Response> {
+    fn response(&self, output: &str, reference: &str, kinds: &[Kind], variations: &[Option<Run>]) -> Option<Response> {
         let signal = shown(self.equations, output);
         let of = |run: &Run| run.series.signal(&signal).map(|found| found.values.clone());
         let (one, two) = (of(self.simulated)?, of(self.measured)?);
-        let wanted = self.simulated.series.signal(reference).map(|found| found.values.clone()).unwrap_or_default();
+        let desired = self.simulated.series.signal(reference).map(|found| found.values.clone()).unwrap_or_default();
         let settled = |values: &[f64], run: &Run| {
             let time = &run.series.time;
             let begin = (1.0 - LAST) * time.last().copied().unwrap_or(0.0);
@@ -299,10 +299,10 @@ impl Pair<'_> {
             let whole = run.as_ref().filter(|run| run.outcome == Outcome::Completed);
             whole.and_then(of).map(|values| self.apart(&one, &values).0)
         };
-        let differences = kinds.iter().zip(others.chunks_exact(2)).map(|(kind, runs)| Difference {
+        let differences = kinds.iter().zip(variations.chunks_exact(2)).map(|(kind, runs)| Difference {
             what: kind.what.clone(),
-            alone: left(&runs[0]),
-            without: left(&runs[1]),
+            added: left(&runs[0]),
+            removed: left(&runs[1]),
         });
         let (distance, distance_at) = self.apart(&one, &two);
         Some(Response {
@@ -310,7 +310,7 @@ impl Pair<'_> {
             reference: reference.into(),
             physical: self.simulated.series.signal(&signal).map_or(Physical::Angle, |found| found.physical),
             settled: Compared { simulation: settled(&one, self.simulated), bench: settled(&two, self.measured) },
-            farthest: Compared { simulation: self.apart(&one, &wanted).0, bench: self.apart(&two, &wanted).0 },
+            farthest: Compared { simulation: self.apart(&one, &desired).0, bench: self.apart(&two, &desired).0 },
             distance,
             distance_at,
             differences: differences.collect(),

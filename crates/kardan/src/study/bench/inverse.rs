@@ -61,9 +61,9 @@ impl Inverse {
             self.force[i] = dot(&self.work.inertia[i * r..(i + 1) * r], acceleration) - self.work.passive[i];
         }
         for k in 0..self.dynamics.friction_count() {
-            let along = self.dynamics.friction_speed(k, &self.work);
-            if along.abs() > REST {
-                let torque = self.dynamics.friction_torques()[k].copysign(along);
+            let slip_speed = self.dynamics.friction_speed(k, &self.work);
+            if slip_speed.abs() > REST {
+                let torque = self.dynamics.friction_torques()[k].copysign(slip_speed);
                 let row = &self.work.friction_rows[k * r..(k + 1) * r];
                 self.force.iter_mut().zip(row).for_each(|(force, g)| *force += torque * g);
             }
@@ -88,7 +88,7 @@ impl Inverse {
     }
 
     /// Whether torques keep to a part of the limits.
-    pub fn within(&self, torques: &[f64], part: f64) -> bool {
+    pub fn within_limits(&self, torques: &[f64], part: f64) -> bool {
         let fits = |(torque, limit): (&f64, &Option<f64>)| limit.is_none_or(|limit| torque.abs() <= part * limit);
         torques.iter().zip(&self.limits).all(fits)
     }

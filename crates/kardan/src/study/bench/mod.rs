@@ -30,10 +30,10 @@ use crate::names::{self, unknown_name};
 use crate::num::Random;
 use crate::reduce::{Kinematics, Reduced, reduce};
 use crate::results::{Bench, BenchPlan, Run, Series, Signal, TrueValue};
-use crate::schema::{Given, Kind, Named, Quantity, Value};
+use crate::schema::{EntryValue, Kind, Named, Quantity, Value};
 use crate::simulate::{Faults, Recorded, Scenario, Setup, Tolerance, signal_names, simulate};
 use crate::synthesis::Law;
-use plan::{Planner, Refusal, Tour};
+use plan::{MotionSequence, Planner, Refusal};
 use servo::{Servo, ServoLaw, encoders};
 use spec::Spec;
 use truth::Truth;
@@ -98,7 +98,7 @@ pub struct PreparedBench {
     plant: Reduced,
     truth: Vec<TrueValue>,
     plan: Option<BenchPlan>,
-    tour: Option<Tour>,
+    sequence: Option<MotionSequence>,
     motors: Vec<usize>,
     scenario: Scenario,
     columns: Vec<Column>,
@@ -166,11 +166,11 @@ impl PreparedBench {
         let log = |&k: &u64| {
             let (number, name) = (usize::try_from(k).unwrap_or(usize::MAX), self.log_name(k));
             progress.advance(number, &name, 0.0);
-            let heard = &mut |fraction| {
+            let report_fraction = &mut |fraction| {
                 progress.advance(number, &name, fraction);
                 progress.stop()
             };
-            let log = self.log_within(k, progress.most_steps(), heard);
+            let log = self.log_limited(k, progress.most_steps(), report_fraction);
             progress.advance(number, &name, 1.0);
             log
         };
@@ -183,36 +183,36 @@ impl PreparedBench {
     ///
     /// `progress` is told the fraction done, and gives a reason if the run is to end.
     pub fn log(&self, repetition: u64, progress: &mut dyn FnMut(f64) -> Option<String>) -> Run {
-        self.log_within(repetition, self.tolerance.most_steps, progress)
+        self.log_limited(repetition, self.tolerance.most_steps, progress)
     }
 
-    fn log_within(&self, repetition: u64, most_steps: usize, progress: &mut dyn FnMut(f64) -> Option<String>) -> Run {
+    fn log_limited(&self, repetition: u64, most_steps: usize, progress: &mut dyn FnMut(f64) -> Option<String>) -> Run {
         let seed = self.seed.wrapping_add(repetition);
         let mut scenario = Scenario { seed, ..self.scenario.clone() };
-        let course = self.tour.as_ref().map(|tour| Arc::new(tour.course(seed).0));
-        if let Some(course) = &course {
-            let (samples, rate) = (course.samples(), (1.0 / self.period).round());
+        let trajectory = self.sequence.as_ref().map(|sequence| Arc::new(sequence.trajectory(seed).0));
+        if let Some(trajectory) = &trajectory {
+            let (samples, rate) = (trajectory.samples(), (1.0 / self.period).round());
             let whole = 1.0 / rate == self.period;
             let time = |k: usize| if whole { k as f64 / rate } else { k as f64 * self.period };
             (scenario.duration, scenario.times) = (time(samples - 1), (0..samples).map(time).collect());
         }
-        if self.free && course.is_some() {
+        if self.free && trajectory.is_some() {
             let model = &self.nominal.reduced;
             let mut random = Random::named(seed, "start");
             let start: Vec<f64> = model.coordinates.iter().map(|_| std::f64::consts::TAU * random.unit()).collect();
             scenario.position = angles_at(model, &start, &self.plant);
         }
-        let servo: Vec<Arc<dyn Law>> = match course {
-            Some(course) => {
+        let servo: Vec<Arc<dyn Law>> = match trajectory {
+            Some(trajectory) => {
                 let model = &self.nominal.reduced;
-                let (servo, _) = Servo::new(model, &self.motors, course, self.period, self.bandwidth);
+                let (servo, _) = Servo::new(model, &self.motors, trajectory, self.period, self.bandwidth);
                 vec![Arc::new(ServoLaw(servo))]
             }
             None => Vec::new(),
         };
         let laws = match servo[..] {
             [] if self.continuous => &self.nominal.designed[..],
-            [] => &self.nominal.running,
+            [] => &self.nominal.implemented,
             _ => &servo,
         };
         let tolerance = Tolerance { most_steps, ..self.tolerance };
@@ -238,7 +238,7 @@ impl PreparedBench {
             figures: Vec::new(),
             notes: result.notes,
             warnings: result.warnings,
-            strains: result.strains,
+            motor_loads: result.motor_loads,
             effort: result.effort,
             accuracy: None,
         }
@@ -250,21 +250,21 @@ impl PreparedBench {
 /// # Errors
 /// As [`bench()`].
 pub fn prepare_bench(project: &Project, settings: &BenchSettings) -> Result<PreparedBench, Vec<Diagnostic>> {
-    prepare_without(project, settings, &[])
+    prepare_excluding(project, settings, &[])
 }
 
 /// The same with a plant in which the values of these names are those of the model.
-fn prepare_without(
+fn prepare_excluding(
     project: &Project,
     settings: &BenchSettings,
-    without: &[String],
+    removed: &[String],
 ) -> Result<PreparedBench, Vec<Diagnostic>> {
-    let (document, prepared, mut out) = (project.read().0, project.prepared(), project.mistakes().to_vec());
+    let (document, prepared, mut out) = (project.read().0, project.prepared(), project.diagnostics().to_vec());
     let fails = |out: &Vec<Diagnostic>| out.iter().any(is_error);
     if fails(&out) {
         return Err(out);
     }
-    let chosen = choose(&prepared.variants, settings).map_err(|mistake| vec![*mistake])?;
+    let chosen = choose(&prepared.variants, settings).map_err(|diagnostic| vec![*diagnostic])?;
     let nominal = Arc::clone(&prepared.variants[chosen]);
     let own = document.variant_settings().swap_remove(chosen).settings;
     let mut spec = Spec::read(document, &own, &mut out);
@@ -278,13 +278,13 @@ fn prepare_without(
             Some(plan) => spec.plan = plan,
             None => {
                 let message = format!("there is no plan `{}`", shortened(plan));
-                let help = unknown_name(plan, ExcitationPlan::WORDS.iter().copied());
+                let help = unknown_name(plan, ExcitationPlan::NAMES.iter().copied());
                 out.push(Diagnostic::error("bench::plan", message).help(help));
             }
         }
     }
     let mut notes = Vec::new();
-    let truth = Truth::new(document, without);
+    let truth = Truth::new(document, removed);
     let truth = true_values(truth, document, &own, &spec, settings, &mut notes, &mut out);
     let plant = if fails(&out) { None } else { true_plant(&truth, &own, &nominal.reduced, &mut out) };
     let Some(plant) = plant.filter(|_| !fails(&out)) else { return Err(out) };
@@ -300,7 +300,7 @@ fn prepare_without(
         model: prepared.name.clone(),
         truth: truth.values,
         plan: None,
-        tour: None,
+        sequence: None,
         scenario: nominal.scenario.clone(),
         columns: Vec::new(),
         seed: spec.seed,
@@ -376,17 +376,17 @@ fn true_values(
             }
         };
     };
-    let mut mistakes = Vec::new();
-    let read = value(&Kind::Overrides, "the true values", &Entry::from(given.written()), &mut mistakes);
+    let mut diagnostics = Vec::new();
+    let read = value(&Kind::Overrides, "the true values", &Entry::from(given.raw()), &mut diagnostics);
     let entries = match read.map(|read| read.value) {
         Some(Value::Map(entries)) => entries,
         _ => Vec::new(),
     };
-    let truth = truth.given(document, own, &entries, &mut mistakes);
-    out.extend(mistakes.into_iter().map(|mistake| Diagnostic {
-        message: format!("the true values that are given: {}", mistake.message),
+    let truth = truth.given(document, own, &entries, &mut diagnostics);
+    out.extend(diagnostics.into_iter().map(|diagnostic| Diagnostic {
+        message: format!("the true values that are given: {}", diagnostic.message),
         labels: Vec::new(),
-        ..mistake
+        ..diagnostic
     }));
     truth
 }
@@ -401,10 +401,10 @@ fn true_values(
 /// # Errors
 /// What is not TOML, or no such table, or other values than quantities in it; places lie in this text.
 pub fn read_truth(text: &str) -> Result<Named, Vec<Diagnostic>> {
-    let (entries, mistakes) = syntax(text);
-    if !mistakes.is_empty() {
+    let (entries, diagnostics) = syntax(text);
+    if !diagnostics.is_empty() {
         let of = |d: Diagnostic| Diagnostic { message: format!("the file with the true values: {}", d.message), ..d };
-        return Err(mistakes.into_iter().map(of).collect());
+        return Err(diagnostics.into_iter().map(of).collect());
     }
     let table = entries.table("bench").and_then(|bench| bench.get("truth"));
     table.and_then(Named::read).ok_or_else(|| {
@@ -419,7 +419,7 @@ pub fn read_truth(text: &str) -> Result<Named, Vec<Diagnostic>> {
 }
 
 /// True values of a bench as they are given to another.
-pub fn given_truth(values: &[TrueValue]) -> Named {
+pub fn truth_table(values: &[TrueValue]) -> Named {
     let one = |value: &TrueValue| {
         (value.name.clone(), Quantity::from(format!("{:?} {}", value.value, value.unit).trim_end().to_string()))
     };
@@ -428,18 +428,18 @@ pub fn given_truth(values: &[TrueValue]) -> Named {
 
 /// The plant in explicit form, with the coordinates of the model as far as it has them.
 fn true_plant(truth: &Truth, own: &[Setting], model: &Reduced, out: &mut Vec<Diagnostic>) -> Option<Reduced> {
-    let (plant, mistakes) = truth.document.model_with(&truth.settings(own), Some(&[]));
-    let mut wrong: Vec<Diagnostic> = mistakes.into_iter().filter(is_error).collect();
+    let (plant, diagnostics) = truth.document.model_with(&truth.settings(own), Some(&[]));
+    let mut wrong: Vec<Diagnostic> = diagnostics.into_iter().filter(is_error).collect();
     let mut found = None;
     if wrong.is_empty() {
         let equations = assemble(&plant.all_coordinates, &plant.terms);
         let reduced = reduce(equations.clone(), None).map(|free| {
             let mut names = model.coordinate_names();
             let more = free.degrees_of_freedom().saturating_sub(names.len());
-            let others: Vec<String> =
+            let missing: Vec<String> =
                 equations.coordinates.iter().filter(|name| !names.contains(name)).cloned().collect();
             // A spring in place of a constraint frees one shaft after the other.
-            for name in others {
+            for name in missing {
                 if names.len() == model.degrees_of_freedom() + more {
                     break;
                 }
@@ -460,9 +460,9 @@ fn true_plant(truth: &Truth, own: &[Setting], model: &Reduced, out: &mut Vec<Dia
         }
     }
     let good = wrong.is_empty();
-    out.extend(wrong.into_iter().map(|mistake| Diagnostic {
-        message: format!("the plant with its true values: {}", mistake.message),
-        ..mistake
+    out.extend(wrong.into_iter().map(|diagnostic| Diagnostic {
+        message: format!("the plant with its true values: {}", diagnostic.message),
+        ..diagnostic
     }));
     found.filter(|_| good)
 }
@@ -480,7 +480,7 @@ impl PreparedBench {
     fn excite(&mut self, document: &Document, spec: &Spec, out: &mut Vec<Diagnostic>) {
         let model = &self.nominal.reduced;
         let all = coefficients(model);
-        let mut planner = Planner { reduced: model, motors: &self.motors, spec, wanted: Vec::new() };
+        let mut planner = Planner { reduced: model, motors: &self.motors, spec, coefficients: Vec::new() };
         let determinable = planner.determinable(&all);
         for name in &spec.parameters {
             let found: Vec<_> = all.iter().filter(|one| one.name == name.value).cloned().collect();
@@ -491,13 +491,13 @@ impl PreparedBench {
                     format!("`parameters` of `[bench]`: the model has no coefficient `{}`", shortened(&name.value));
                 out.push(Diagnostic::error("name::unknown", message).at(name.place.clone(), "not known").help(help));
             }
-            planner.wanted.extend(found);
+            planner.coefficients.extend(found);
         }
         if out.iter().any(is_error) {
             return;
         }
         match planner.plan(&all) {
-            Ok((plan, tour)) => {
+            Ok((plan, sequence)) => {
                 self.scenario = Scenario {
                     duration: plan.duration,
                     times: Vec::new(),
@@ -513,15 +513,15 @@ impl PreparedBench {
                     position: vec![0.0; self.plant.degrees_of_freedom()],
                     speed: vec![0.0; self.plant.degrees_of_freedom()],
                 };
-                let course = Arc::new(tour.course(spec.seed).0);
-                let (_, complete) = Servo::new(model, &self.motors, course, spec.period, spec.bandwidth);
+                let trajectory = Arc::new(sequence.trajectory(spec.seed).0);
+                let (_, complete) = Servo::new(model, &self.motors, trajectory, spec.period, spec.bandwidth);
                 if !complete {
                     let note =
                         "The encoders do not tell all coordinates: the servo loops read their angles as they are.";
                     self.notes.push(note.into());
                 }
                 self.scenario.position = angles_at(model, &vec![0.0; model.degrees_of_freedom()], &self.plant);
-                (self.plan, self.tour) = (Some(plan), Some(tour));
+                (self.plan, self.sequence) = (Some(plan), Some(sequence));
                 self.tolerance.relative = self.tolerance.relative.max(TOLERANCE);
                 self.tolerance.absolute = self.tolerance.absolute.max(1e-2 * TOLERANCE);
             }
@@ -533,7 +533,7 @@ impl PreparedBench {
     }
 
     fn choose_columns(&mut self, document: &Document, spec: &Spec, excited: bool, out: &mut Vec<Diagnostic>) {
-        let known = signal_names(&self.plant, &self.scenario);
+        let declared = signal_names(&self.plant, &self.scenario);
         let equations = &self.plant.equations;
         let readings: Vec<(String, String)> = encoders(&self.plant)
             .into_iter()
@@ -544,7 +544,7 @@ impl PreparedBench {
         let motor = |k: usize| names::Quantity::Torque.of(&equations.inputs[k].element);
         let mut names: Vec<String> = spec.signals.iter().map(|name| name.value.clone()).collect();
         if names.is_empty() && !excited {
-            names = known.iter().map(|(name, _)| name.clone()).collect();
+            names = declared.iter().map(|(name, _)| name.clone()).collect();
         }
         if names.is_empty() {
             names = readings.iter().map(|(angle, _)| angle.clone()).collect();
@@ -561,12 +561,12 @@ impl PreparedBench {
         for name in names {
             let reading = readings.iter().find(|(angle, _)| excited && *angle == name);
             let signal = reading.map_or(&name, |(_, reading)| reading);
-            if known.iter().all(|(known, _)| known != signal) {
-                let names = || known.iter().map(|(name, _)| name.as_str());
+            if declared.iter().all(|(declared, _)| declared != signal) {
+                let names = || declared.iter().map(|(name, _)| name.as_str());
                 let help = unknown_name(&name, names());
-                let place = spec.signals.iter().find(|known| known.value == name);
-                let place =
-                    place.map_or_else(|| TableReader::place(&document.bench, "signals"), |known| known.place.clone());
+                let place = spec.signals.iter().find(|declared| declared.value == name);
+                let place = place
+                    .map_or_else(|| TableReader::place(&document.bench, "signals"), |declared| declared.place.clone());
                 let message = format!("`signals` of `[bench]`: there is no signal `{}`", shortened(&name));
                 out.push(Diagnostic::error("name::unknown", message).at(place, "not a signal").help(help));
                 continue;

@@ -21,7 +21,7 @@ const MOST_CANDIDATES: usize = 20_000;
 /// Sections of sines or steps that are drawn for each one that is chosen.
 const DRAWS: usize = 6;
 /// Samples of a section between two that are looked at for limits and information.
-const STRIDE: usize = 5;
+const SAMPLE_STEP: usize = 5;
 /// Parts of a plan, where the file does not tell.
 const POINTS: usize = 16;
 /// Least speed of a shaft with friction at a constant speed, as a part of its limit, where the file gives none.
@@ -33,14 +33,14 @@ const SINES: (f64, usize) = (4.0, 5);
 
 /// A motion, sample by sample: reduced coordinates (rad), speeds, accelerations. The speed is linear between two samples.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Course {
+pub(super) struct Trajectory {
     degrees_of_freedom: usize,
     positions: Vec<f64>,
     speeds: Vec<f64>,
     accelerations: Vec<f64>,
 }
 
-impl Course {
+impl Trajectory {
     fn new(degrees_of_freedom: usize, period: f64, speeds: Vec<f64>) -> Self {
         let mut positions = vec![0.0; speeds.len()];
         let mut accelerations = vec![0.0; speeds.len()];
@@ -66,7 +66,7 @@ impl Course {
 }
 
 /// The parts of a plan in the order in which they are played.
-pub(super) struct Tour {
+pub(super) struct MotionSequence {
     degrees_of_freedom: usize,
     period: f64,
     legs: Vec<Leg>,
@@ -75,13 +75,13 @@ pub(super) struct Tour {
 /// Speeds on the way, sample by sample, and then those held for so many samples; neither repeats the sample before.
 struct Leg {
     way: Vec<f64>,
-    held: usize,
+    dwell_samples: usize,
 }
 
-impl Tour {
+impl MotionSequence {
     /// The motion, and of each part the samples between which it is measured. Constant speeds are held longer by a random part, so that
     /// what comes back with each turn of a shaft is not in step from one speed to the next.
-    pub fn course(&self, seed: u64) -> (Course, Vec<(usize, usize)>) {
+    pub fn trajectory(&self, seed: u64) -> (Trajectory, Vec<(usize, usize)>) {
         let r = self.degrees_of_freedom;
         let mut random = Random::named(seed, "holds");
         let mut speeds = vec![0.0; r];
@@ -91,18 +91,19 @@ impl Tour {
             speeds.extend(&leg.way);
             let last = speeds[speeds.len() - r..].to_vec();
             let from = speeds.len() / r - 1;
-            let held = (leg.held as f64 * (1.0 + BEYOND * random.unit())).round() as usize;
-            (0..held).for_each(|_| speeds.extend(&last));
-            parts.push((if leg.held > 0 { from } else { begin }, speeds.len() / r - 1));
+            let dwell_samples = (leg.dwell_samples as f64 * (1.0 + BEYOND * random.unit())).round() as usize;
+            (0..dwell_samples).for_each(|_| speeds.extend(&last));
+            parts.push((if leg.dwell_samples > 0 { from } else { begin }, speeds.len() / r - 1));
         }
         // The last way leads to rest.
         parts.pop();
-        (Course::new(r, self.period, speeds), parts)
+        (Trajectory::new(r, self.period, speeds), parts)
     }
 
     /// The longest that a motion can take, s.
     fn longest(&self) -> f64 {
-        let samples = |leg: &Leg| (leg.way.len() / self.degrees_of_freedom) as f64 + leg.held as f64 * (1.0 + BEYOND);
+        let samples =
+            |leg: &Leg| (leg.way.len() / self.degrees_of_freedom) as f64 + leg.dwell_samples as f64 * (1.0 + BEYOND);
         self.legs.iter().map(samples).sum::<f64>() * self.period
     }
 }
@@ -138,7 +139,7 @@ pub(super) struct Planner<'a> {
     pub motors: &'a [usize],
     pub spec: &'a Spec,
     /// Coefficients to be told; empty: all that can be.
-    pub wanted: Vec<Coefficient>,
+    pub coefficients: Vec<Coefficient>,
 }
 
 impl Planner<'_> {
@@ -150,8 +151,8 @@ impl Planner<'_> {
     pub fn determinable(&self, all: &[Coefficient]) -> Vec<Coefficient> {
         let lost = undetermined(self.reduced, all, &[], self.excitation());
         let determined = |column: usize| lost.iter().all(|row| Scalar::is_zero(&row[column]));
-        let kept = all.iter().enumerate().filter(|(column, _)| determined(*column));
-        kept.map(|(_, one)| one.clone()).collect()
+        let selected = all.iter().enumerate().filter(|(column, _)| determined(*column));
+        selected.map(|(_, one)| one.clone()).collect()
     }
 
     fn dwell(&self) -> f64 {
@@ -183,7 +184,7 @@ impl Planner<'_> {
         let equations = &self.reduced.equations;
         let slides =
             |shaft: usize| equations.frictions.iter().any(|term| matches!(&term.row[..], [(s, _)] if *s == shaft));
-        let own = |(shaft, name): (usize, &String)| match self.spec.least_speeds.iter().find(|(known, _)| known == name)
+        let own = |(shaft, name): (usize, &String)| match self.spec.least_speeds.iter().find(|(other, _)| other == name)
         {
             Some((_, speed)) => *speed,
             None if limits[shaft].is_finite() && slides(shaft) => LEAST * limits[shaft],
@@ -196,7 +197,7 @@ impl Planner<'_> {
     fn levels(&self, coordinate: usize, limits: &[f64]) -> Vec<f64> {
         let shaft = self.reduced.coordinates[coordinate];
         let name = &self.reduced.equations.coordinates[shaft];
-        let listed = self.spec.speeds.iter().filter(|(known, _)| known == name).map(|(_, speed)| *speed);
+        let listed = self.spec.speeds.iter().filter(|(other, _)| other == name).map(|(_, speed)| *speed);
         let mut listed: Vec<f64> = listed.collect();
         listed.dedup();
         if listed.is_empty() {
@@ -207,16 +208,18 @@ impl Planner<'_> {
     }
 
     /// The plan and the motion.
-    pub fn plan(&self, all: &[Coefficient]) -> Result<(BenchPlan, Tour), Refusal> {
+    pub fn plan(&self, all: &[Coefficient]) -> Result<(BenchPlan, MotionSequence), Refusal> {
         let period = self.spec.period;
-        let wanted = if self.wanted.is_empty() { self.determinable(all) } else { self.wanted.clone() };
-        let lost = undetermined(self.reduced, &wanted, &[], self.excitation());
+        let coefficients =
+            if self.coefficients.is_empty() { self.determinable(all) } else { self.coefficients.clone() };
+        let lost = undetermined(self.reduced, &coefficients, &[], self.excitation());
         let mixed = |column: &usize| lost.iter().any(|row| !Scalar::is_zero(&row[*column]));
-        let mixed: Vec<String> = (0..wanted.len()).filter(mixed).map(|column| wanted[column].name.clone()).collect();
-        if !mixed.is_empty() || wanted.is_empty() {
+        let mixed: Vec<String> =
+            (0..coefficients.len()).filter(mixed).map(|column| coefficients[column].name.clone()).collect();
+        if !mixed.is_empty() || coefficients.is_empty() {
             return Err(Refusal::Undetermined(mixed));
         }
-        let mut rating = Rating::new(self, &wanted)?;
+        let mut rating = Rating::new(self, &coefficients)?;
         let limits = self.limits();
         if let Some(&free) = self.reduced.coordinates.iter().find(|&&shaft| limits[shaft].is_infinite()) {
             return Err(Refusal::NoLimit(self.reduced.equations.coordinates[free].clone()));
@@ -240,28 +243,28 @@ impl Planner<'_> {
         let (log_det, errors) = expected_errors(&found).ok_or(Refusal::Singular)?;
         let whole = information(&blocks, 0..blocks.len());
         let share = count as f64 / blocks.len() as f64;
-        let p = wanted.len() as f64;
+        let p = coefficients.len() as f64;
         let undesigned = expected_errors(&whole).map_or(f64::NEG_INFINITY, |found| found.0) + p * ln(share);
-        let (tour, mut points) = self.play(&mut rating, &candidates, &selection.chosen, &limits)?;
-        if tour.longest() > self.spec.duration {
-            return Err(Refusal::TooLong(tour.longest()));
+        let (sequence, mut points) = self.play(&mut rating, &candidates, &selection.chosen, &limits)?;
+        if sequence.longest() > self.spec.duration {
+            return Err(Refusal::TooLong(sequence.longest()));
         }
-        let (course, parts) = tour.course(self.spec.seed);
+        let (trajectory, parts) = sequence.trajectory(self.spec.seed);
         for (point, (from, until)) in points.iter_mut().zip(parts) {
             (point.from, point.until) = (from as f64 * period, until as f64 * period);
         }
-        let duration = (course.samples() - 1) as f64 * period;
+        let duration = (trajectory.samples() - 1) as f64 * period;
         let parameter = |(one, error): (&Coefficient, f64)| PlannedParameter {
             name: one.name.clone(),
             nominal: one.value,
             unit: one.kind.unit(self.domain(one)).into(),
             standard_error: (self.spec.torque_noise > 0.0).then_some(error),
         };
-        let known = all.iter().filter(|one| wanted.iter().all(|other| other.name != one.name));
+        let fixed = all.iter().filter(|one| coefficients.iter().all(|candidate| candidate.name != one.name));
         let plan = BenchPlan {
             kind: self.spec.plan.into(),
-            known: known.map(|one| one.name.clone()).collect(),
-            parameters: wanted.iter().zip(errors).map(parameter).collect(),
+            fixed: fixed.map(|one| one.name.clone()).collect(),
+            parameters: coefficients.iter().zip(errors).map(parameter).collect(),
             shafts: self.reduced.equations.coordinates.clone(),
             motors: self.motors.iter().map(|&k| self.reduced.equations.inputs[k].element.clone()).collect(),
             points,
@@ -271,7 +274,7 @@ impl Planner<'_> {
             gain: exp((log_det - undesigned) / p),
             duration,
         };
-        Ok((plan, tour))
+        Ok((plan, sequence))
     }
 
     /// How many parts are chosen.
@@ -292,11 +295,11 @@ impl Planner<'_> {
         let weight = (self.dwell() / self.spec.period).floor().max(1.0).sqrt();
         let mut out = Vec::new();
         for number in 0..looked {
-            let mut left = number;
+            let mut index = number;
             let mut speeds = vec![0.0; r];
             for i in (0..r).rev() {
-                speeds[i] = levels[i][left % levels[i].len()];
-                left /= levels[i].len();
+                speeds[i] = levels[i][index % levels[i].len()];
+                index /= levels[i].len();
             }
             let rest = vec![0.0; r];
             let creeps = |rating: &Rating| {
@@ -344,16 +347,16 @@ impl Planner<'_> {
     }
 
     fn section(&self, rating: &mut Rating, speeds: &[f64], limits: &[f64]) -> Option<Candidate> {
-        let course = Course::new(self.reduced.degrees_of_freedom(), self.spec.period, speeds.to_vec());
+        let trajectory = Trajectory::new(self.reduced.degrees_of_freedom(), self.spec.period, speeds.to_vec());
         let mut largest = vec![0.0; self.motors.len()];
         let mut rows = Vec::new();
-        for sample in (0..course.samples()).step_by(STRIDE) {
-            let (position, speed, acceleration) = course.at(sample);
+        for sample in (0..trajectory.samples()).step_by(SAMPLE_STEP) {
+            let (position, speed, acceleration) = trajectory.at(sample);
             if !rating.keeps(position, speed, acceleration, limits) {
                 return None;
             }
             largest.iter_mut().zip(&rating.torques).for_each(|(largest, x)| *largest = x.abs().max(*largest));
-            rating.rows(position, speed, acceleration, (STRIDE as f64).sqrt(), &mut rows);
+            rating.rows(position, speed, acceleration, (SAMPLE_STEP as f64).sqrt(), &mut rows);
         }
         let rows = block(&rows, rating.columns());
         Some(Candidate { speeds: speeds.to_vec(), rows, torques: largest })
@@ -366,31 +369,32 @@ impl Planner<'_> {
         candidates: &[Candidate],
         chosen: &[usize],
         limits: &[f64],
-    ) -> Result<(Tour, Vec<BenchPoint>), Refusal> {
+    ) -> Result<(MotionSequence, Vec<BenchPoint>), Refusal> {
         let (r, period) = (self.reduced.degrees_of_freedom(), self.spec.period);
         let constant = self.spec.plan == ExcitationPlan::ConstantSpeeds;
         let dwell = ((self.dwell() / period).round() as usize).max(1);
-        let mut left: Vec<usize> = chosen.to_vec();
-        let mut tour = Tour { degrees_of_freedom: r, period, legs: Vec::new() };
+        let mut unplanned: Vec<usize> = chosen.to_vec();
+        let mut sequence = MotionSequence { degrees_of_freedom: r, period, legs: Vec::new() };
         let mut points = Vec::new();
         let mut now = vec![0.0; r];
-        while !left.is_empty() {
+        while !unplanned.is_empty() {
             // The nearest one next, so that ramps are short.
             let far = |k: usize| -> f64 {
                 let scaled = |i: usize| (candidates[k].speeds[i] - now[i]) / limits[self.reduced.coordinates[i]];
                 if constant { (0..r).map(|i| powi(scaled(i), 2)).sum() } else { 0.0 }
             };
-            let best = (0..left.len()).min_by(|&a, &b| far(left[a]).total_cmp(&far(left[b]))).unwrap_or(0);
-            let candidate = &candidates[left.remove(best)];
+            let best =
+                (0..unplanned.len()).min_by(|&a, &b| far(unplanned[a]).total_cmp(&far(unplanned[b]))).unwrap_or(0);
+            let candidate = &candidates[unplanned.remove(best)];
             if constant {
                 let way = self.ramp(rating, &now, &candidate.speeds, limits)?;
                 now.clone_from(&candidate.speeds);
-                tour.legs.push(Leg { way, held: dwell });
+                sequence.legs.push(Leg { way, dwell_samples: dwell });
             } else {
-                tour.legs.push(Leg { way: candidate.speeds.clone(), held: 0 });
+                sequence.legs.push(Leg { way: candidate.speeds.clone(), dwell_samples: 0 });
             }
-            if tour.longest() > self.spec.duration {
-                return Err(Refusal::TooLong(tour.longest()));
+            if sequence.longest() > self.spec.duration {
+                return Err(Refusal::TooLong(sequence.longest()));
             }
             points.push(BenchPoint {
                 from: 0.0,
@@ -399,8 +403,8 @@ impl Planner<'_> {
                 torques: candidate.torques.clone(),
             });
         }
-        tour.legs.push(Leg { way: self.ramp(rating, &now, &vec![0.0; r], limits)?, held: 0 });
-        Ok((tour, points))
+        sequence.legs.push(Leg { way: self.ramp(rating, &now, &vec![0.0; r], limits)?, dwell_samples: 0 });
+        Ok((sequence, points))
     }
 
     /// A straight ramp of the speeds, as long as the torques need.
@@ -439,7 +443,7 @@ struct Rating {
 }
 
 impl Rating {
-    fn new(planner: &Planner<'_>, wanted: &[Coefficient]) -> Result<Self, Refusal> {
+    fn new(planner: &Planner<'_>, coefficients: &[Coefficient]) -> Result<Self, Refusal> {
         let (reduced, motors) = (planner.reduced, planner.motors);
         let r = reduced.degrees_of_freedom();
         let mut inverse = Inverse::new(reduced, motors);
@@ -458,7 +462,7 @@ impl Rating {
             return Err(Refusal::NotDriven);
         }
         let inputs = reduced.equations.inputs.len();
-        let regressor = Regressor::new(reduced, wanted, &[], 1e-9);
+        let regressor = Regressor::new(reduced, coefficients, &[], 1e-9);
         let columns = regressor.columns();
         let noise = planner.spec.torque_noise;
         Ok(Self {
@@ -484,7 +488,7 @@ impl Rating {
         let driven = self.inverse.torques(position, speed, acceleration, &mut torques);
         let slow = |(w, limit): (&f64, &f64)| w.abs() <= limit * (1.0 + 1e-9);
         let fits = driven
-            && self.inverse.within(&torques, TORQUE)
+            && self.inverse.within_limits(&torques, TORQUE)
             && self.inverse.work.kinematics.speeds.iter().zip(limits).all(slow);
         self.torques = torques;
         fits
@@ -555,10 +559,10 @@ fn steps(samples: usize, ramp: usize, random: &mut Random) -> Vec<f64> {
     while out.len() + 2 * ramp < samples {
         let size = 0.3 + 0.7 * random.unit();
         let next = if random.below(2) == 0 { size } else { -size };
-        let hold = 1 + random.below(2 * ramp as u64) as usize;
-        let hold = hold.min(samples - 2 * ramp - out.len());
+        let dwell_samples = 1 + random.below(2 * ramp as u64) as usize;
+        let dwell_samples = dwell_samples.min(samples - 2 * ramp - out.len());
         out.extend((0..ramp).map(|k| now + (next - now) * k as f64 / ramp as f64));
-        out.extend(std::iter::repeat_n(next, hold));
+        out.extend(std::iter::repeat_n(next, dwell_samples));
         now = next;
     }
     out.truncate(samples - ramp);
@@ -585,11 +589,11 @@ mod tests {
 
     /// The speed is linear between samples: the position is the exact integral.
     #[test]
-    fn a_course_integrates_its_speed() {
-        let course = Course::new(1, 0.1, (0..=10).map(f64::from).collect());
-        let (position, speed, acceleration) = course.at(10);
+    fn a_trajectory_integrates_its_speed() {
+        let trajectory = Trajectory::new(1, 0.1, (0..=10).map(f64::from).collect());
+        let (position, speed, acceleration) = trajectory.at(10);
         assert!((position[0] - 5.0).abs() < 1e-12 && speed[0] == 10.0 && acceleration[0] == 0.0);
-        assert!((course.at(3).2[0] - 10.0).abs() < 1e-12 && course.at(99).0 == position);
-        assert!((course.at(5).0[0] - 1.25).abs() < 1e-12);
+        assert!((trajectory.at(3).2[0] - 10.0).abs() < 1e-12 && trajectory.at(99).0 == position);
+        assert!((trajectory.at(5).0[0] - 1.25).abs() < 1e-12);
     }
 }

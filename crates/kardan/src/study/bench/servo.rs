@@ -5,14 +5,14 @@ use std::sync::Arc;
 use kardan_rt::functions::exp;
 
 use super::inverse::Inverse;
-use super::plan::Course;
+use super::plan::Trajectory;
 use crate::analysis::OutputSignal;
 use crate::equations::Measured;
 use crate::names::Quantity;
-use crate::num::{Cholesky, Keeper, Matrix, dot};
+use crate::num::{Cholesky, Matrix, StateArchive, dot};
 use crate::reduce::{Kinematics, Reduced};
 use crate::results::Design;
-use crate::synthesis::{Block, Clock, Law, LinearLaw, Reference, Seen};
+use crate::synthesis::{Block, Clock, Law, LinearLaw, Observation, Reference};
 
 /// Poles of the filter that finds speeds from encoder readings, in bandwidths of the loop.
 const FILTER: f64 = 10.0;
@@ -34,7 +34,7 @@ pub(super) struct Servo {
     shafts: Vec<usize>,
     period: f64,
     bandwidth: f64,
-    course: Arc<Course>,
+    trajectory: Arc<Trajectory>,
     inverse: Inverse,
     sample: usize,
     /// Where the plan begins.
@@ -42,7 +42,7 @@ pub(super) struct Servo {
     position: Vec<f64>,
     speed: Vec<f64>,
     integral: Vec<f64>,
-    asked: Vec<f64>,
+    commanded: Vec<f64>,
     measured: Vec<f64>,
     planned: Vec<f64>,
 }
@@ -63,7 +63,13 @@ pub(super) fn encoders(reduced: &Reduced) -> Vec<(String, usize)> {
 impl Servo {
     /// For a model; the plant may have more coordinates, its shafts are the same. The second value tells whether the encoders suffice:
     /// else the loops read the angles of the coordinates as they are.
-    pub fn new(reduced: &Reduced, motors: &[usize], course: Arc<Course>, period: f64, bandwidth: f64) -> (Self, bool) {
+    pub fn new(
+        reduced: &Reduced,
+        motors: &[usize],
+        trajectory: Arc<Trajectory>,
+        period: f64,
+        bandwidth: f64,
+    ) -> (Self, bool) {
         let r = reduced.degrees_of_freedom();
         let mut kinematics = Kinematics::new(reduced);
         kinematics.update(&vec![0.0; r], &vec![0.0; r]);
@@ -89,7 +95,7 @@ impl Servo {
             shafts,
             period,
             bandwidth,
-            course,
+            trajectory,
             inverse: Inverse::new(reduced, motors),
             sample: 0,
             start: vec![0.0; r],
@@ -97,7 +103,7 @@ impl Servo {
             position: vec![0.0; r],
             speed: vec![0.0; r],
             integral: vec![0.0; r],
-            asked: vec![0.0; r],
+            commanded: vec![0.0; r],
         };
         (servo, complete)
     }
@@ -164,21 +170,22 @@ impl Law for ServoLaw {
 }
 
 impl Block for Servo {
-    fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        keeper.count(&mut self.sample);
+    fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        archive.count(&mut self.sample);
         for list in [&mut self.start, &mut self.position, &mut self.speed, &mut self.integral] {
-            keeper.numbers(list);
+            archive.numbers(list);
         }
     }
 
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) -> bool {
+    fn command(&mut self, observation: Observation<'_>, out: &mut [f64]) -> bool {
         let r = self.speed.len();
         let readings = self.measured.len();
         for k in 0..readings {
-            let read = if self.shafts.is_empty() { seen.readings[k] } else { seen.angles[self.shafts[k]] };
+            let read =
+                if self.shafts.is_empty() { observation.readings[k] } else { observation.angles[self.shafts[k]] };
             self.measured[k] = read - self.offsets[k];
         }
-        let (at, rates, accelerations) = self.course.at(self.sample);
+        let (at, rates, accelerations) = self.trajectory.at(self.sample);
         self.sample += 1;
         let decay = exp(-FILTER * self.bandwidth * self.period);
         let (on_position, on_speed) = (1.0 - decay * decay, (1.0 - decay) * (1.0 - decay) / self.period);
@@ -194,13 +201,13 @@ impl Block for Servo {
             self.position[i] = predicted + on_position * error;
             self.speed[i] += self.period * accelerations[i] + on_speed * error;
             let away = self.planned[i] - self.position[i];
-            self.asked[i] = accelerations[i]
+            self.commanded[i] = accelerations[i]
                 + 3.0 * w * (rates[i] - self.speed[i])
                 + 3.0 * w * w * away
                 + w * w * w * self.integral[i];
         }
-        self.inverse.torques(&self.planned, rates, &self.asked, out);
-        let free = self.inverse.within(out, 1.0);
+        self.inverse.torques(&self.planned, rates, &self.commanded, out);
+        let free = self.inverse.within_limits(out, 1.0);
         for i in 0..r {
             if free {
                 self.integral[i] += self.period * (self.planned[i] - self.position[i]);

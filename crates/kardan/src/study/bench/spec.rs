@@ -6,7 +6,7 @@ use crate::model::tables::ExcitationPlan;
 use crate::model::{Document, Instance, Setting, TableReader};
 use crate::names::unknown_name;
 use crate::schema::{Placed, Sign, Table, Value};
-use crate::study::read::{of_dimension, quantity, read_word, read_words};
+use crate::study::read::{of_dimension, quantity, read_names, read_word};
 use crate::study::scenario::whole;
 use crate::units::Dimension;
 
@@ -87,8 +87,8 @@ impl Spec {
             period,
             seed,
             plan: read_word(table, "plan").and_then(ExcitationPlan::of).unwrap_or(ExcitationPlan::ConstantSpeeds),
-            parameters: read_words(table, "parameters").to_vec(),
-            signals: read_words(table, "signals").to_vec(),
+            parameters: read_names(table, "parameters").to_vec(),
+            signals: read_names(table, "signals").to_vec(),
             speed_limits,
             least_speeds,
             speeds,
@@ -152,7 +152,7 @@ impl BenchTable<'_> {
             let moves = |e: &&Instance| matches!(e.kind.keyword, "shaft" | "mass");
             let bodies = || self.document.elements.iter().filter(moves);
             let Some(body) = bodies().find(|body| body.name == name.value) else {
-                if !self.document.doubts.has(&name.value) {
+                if !self.document.suppressed.has(&name.value) {
                     let help = unknown_name(&name.value, bodies().map(|body| body.name.as_str()));
                     self.out.push(
                         Diagnostic::error("name::unknown", format!("{label}: there is no such shaft or mass"))

@@ -16,7 +16,7 @@ pub(super) struct Truth {
     pub document: Document,
     pub values: Vec<TrueValue>,
     /// Names that stay as the model has them.
-    without: Vec<String>,
+    removed: Vec<String>,
 }
 
 /// An entry of `truth`: name and value.
@@ -24,8 +24,8 @@ pub(super) type Entry = (Placed<String>, Placed<Scalar>);
 
 impl Truth {
     /// The plant is the model but for what is set yet; some names stay so.
-    pub fn new(document: &Document, without: &[String]) -> Self {
-        Self { document: document.clone(), values: Vec::new(), without: without.to_vec() }
+    pub fn new(document: &Document, removed: &[String]) -> Self {
+        Self { document: document.clone(), values: Vec::new(), removed: removed.to_vec() }
     }
 
     /// The values that are given.
@@ -53,14 +53,16 @@ impl Truth {
         let reader = TableReader::new(document, settings);
         for (number, element) in document.elements.iter().enumerate() {
             for field in element.kind.fields {
-                let Kind::Quantity(dimension, sign) = field.kind.along(element.table.along_masses) else { continue };
+                let Kind::Quantity(dimension, sign) = field.kind.for_translation(element.table.translational) else {
+                    continue;
+                };
                 let source = if field.name == "breakaway" { "friction" } else { field.name };
-                let Some(written) = element.table.values.get(field.name) else { continue };
-                let Value::Scalar(scalar) = &written.value else { continue };
+                let Some(entry) = element.table.values.get(field.name) else { continue };
+                let Value::Scalar(scalar) = &entry.value else { continue };
                 if !["inertia", "damping", "friction"].contains(&source) {
                     continue;
                 }
-                let scalar = Placed { value: scalar.clone(), place: written.place.clone() };
+                let scalar = Placed { value: scalar.clone(), place: entry.place.clone() };
                 let Some((value, _)) = reader.scalar(&scalar, None, "", &mut Vec::new()) else { continue };
                 let name = format!("{}.{}", element.name, field.name);
                 let draw = 2.0 * Random::named(seed, &format!("{}.{source}", element.name)).unit() - 1.0;
@@ -76,7 +78,7 @@ impl Truth {
     }
 
     fn set(&mut self, settings: &[Setting], name: &str, place: &Target, value: Exact) {
-        if self.without.iter().any(|other| other == name) {
+        if self.removed.iter().any(|candidate| candidate == name) {
             return;
         }
         let reader = TableReader::new(&self.document, settings);
@@ -87,9 +89,9 @@ impl Truth {
                 (Some(set.map_or(&parameter.value, |set| &set.value).to_f64()), parameter.dimension)
             }
             Target::Key { element, field, dimension, .. } => {
-                let written = self.document.elements[*element].table.values.get(field.name);
-                let scalar = written.and_then(|written| match &written.value {
-                    Value::Scalar(scalar) => Some(Placed { value: scalar.clone(), place: written.place.clone() }),
+                let entry = self.document.elements[*element].table.values.get(field.name);
+                let scalar = entry.and_then(|entry| match &entry.value {
+                    Value::Scalar(scalar) => Some(Placed { value: scalar.clone(), place: entry.place.clone() }),
                     _ => None,
                 });
                 let nominal = scalar.and_then(|scalar| reader.scalar(&scalar, None, "", &mut Vec::new()));
@@ -111,7 +113,7 @@ impl Truth {
                     (looked_up.expression, looked_up.value) = (None, value.clone());
                 }
                 let table = &mut self.document.elements[*element].table;
-                let place = table.values.get(field.name).map_or(table.place.clone(), |written| written.place.clone());
+                let place = table.values.get(field.name).map_or(table.place.clone(), |entry| entry.place.clone());
                 let value = Value::Scalar(Scalar::Literal(value, *dimension));
                 table.values.insert(field.name, Placed { value, place });
             }
@@ -143,7 +145,7 @@ fn numeric(field: &Field) -> Option<(Dimension, Sign)> {
 fn find(document: &Document, name: &Placed<String>, label: &str, out: &mut Vec<Diagnostic>) -> Option<Target> {
     let mut wrong = |message: String, help: String| {
         let head = SignalName::new(&name.value).element;
-        if !document.doubts.has(head) {
+        if !document.suppressed.has(head) {
             out.push(
                 Diagnostic::error("name::unknown", format!("{label}: {message}"))
                     .at(name.place.clone(), "not known")
@@ -194,7 +196,7 @@ fn read(
         Target::Key { dimension, sign, .. } => (*dimension, *sign),
     };
     let value = of_dimension(&reader, scalar, (dimension, sign), label, out)?;
-    let (fits, wanted) = match sign {
+    let (fits, rule) = match sign {
         Sign::Any => (true, ""),
         Sign::NonNegative => (value.signum() >= 0, "zero or more"),
         Sign::Positive => (value.signum() > 0, "more than zero"),
@@ -205,7 +207,7 @@ fn read(
         return Some(value);
     }
     out.push(
-        Diagnostic::error("number::sign", format!("{label} must be {wanted}, found {}", value.to_f64()))
+        Diagnostic::error("number::sign", format!("{label} must be {rule}, found {}", value.to_f64()))
             .at(scalar.place.clone(), "out of range")
             .help("the plant must be one that could be built"),
     );

@@ -88,7 +88,7 @@ impl Quantity {
 
 /// A channel that is read.
 #[derive(Debug, Clone)]
-pub(super) struct Wired {
+pub(super) struct MappedChannel {
     pub group: usize,
     pub channel: usize,
     pub quantity: Quantity,
@@ -110,17 +110,17 @@ fn domain_of(model: &Model, coordinate: &str) -> Domain {
 }
 
 /// What the first coordinate of a direction is.
-fn domain_along(model: &Model, along: &Direction) -> Domain {
-    along.entries.first().map_or(Domain::Rotation, |(name, _)| domain_of(model, name))
+fn domain_of_direction(model: &Model, direction: &Direction) -> Domain {
+    direction.entries.first().map_or(Domain::Rotation, |(name, _)| domain_of(model, name))
 }
 
 /// The quantity that a signal means, and the step of its sensor (rad), if it has one.
 pub(super) fn quantity_of(signal: &str, model: &Model) -> Option<(Quantity, Option<f64>)> {
     let name = SignalName::new(signal);
-    let (head, asked) = (name.alone()?, name.quantity());
+    let (head, quantity) = (name.unqualified()?, name.quantity());
     if model.all_coordinates.iter().any(|shaft| shaft == head) {
         let (shaft, domain) = (head.to_string(), domain_of(model, head));
-        match asked {
+        match quantity {
             Some(names::Quantity::Angle | names::Quantity::Position) => {
                 return Some((Quantity::Angle(shaft, domain), None));
             }
@@ -131,8 +131,8 @@ pub(super) fn quantity_of(signal: &str, model: &Model) -> Option<(Quantity, Opti
         }
     }
     model.terms.iter().filter(|named| named.element == head).find_map(|named| match &named.term {
-        Term::Input { along, .. } if name.is(names::Quantity::Torque) || name.is(names::Quantity::Force) => {
-            Some((Quantity::Torque(head.to_string(), domain_along(model, along)), None))
+        Term::Input { direction, .. } if name.is(names::Quantity::Torque) || name.is(names::Quantity::Force) => {
+            Some((Quantity::Torque(head.to_string(), domain_of_direction(model, direction)), None))
         }
         Term::Output(sensor) if name.word.is_none() || reads(name, &sensor.measured) => match &sensor.measured {
             Measured::Angle(shaft) => {
@@ -159,7 +159,7 @@ pub(super) fn signals(model: &Model) -> Vec<String> {
     let motion = |shaft: &String| domain_of(model, shaft).motion().map(|quantity| quantity.of(shaft));
     let shafts = model.all_coordinates.iter().flat_map(motion);
     let inputs = model.terms.iter().filter_map(|named| match &named.term {
-        Term::Input { along, .. } => Some(domain_along(model, along).effort().of(&named.element)),
+        Term::Input { direction, .. } => Some(domain_of_direction(model, direction).effort().of(&named.element)),
         _ => None,
     });
     shafts.chain(inputs).collect()
@@ -174,20 +174,22 @@ pub(super) fn wire_by_name(
     model: &Model,
     file: &str,
     groups: &[Group],
-    wired: &mut Vec<Wired>,
+    mapped: &mut Vec<MappedChannel>,
     out: &mut Vec<Diagnostic>,
 ) {
     for (group, own) in groups.iter().enumerate() {
         for (channel, named) in own.channels.iter().enumerate() {
             // In MAT files names cannot have points: wg_motor_tau.
             let pointed = named.name.rsplit_once('_').map(|(head, tail)| format!("{head}.{tail}"));
-            let known = quantity_of(&named.name, model).or_else(|| quantity_of(&pointed?, model));
-            let Some((quantity, _)) = known else { continue };
-            if wired.iter().any(|other| other.quantity == quantity) {
+            let matched = quantity_of(&named.name, model).or_else(|| quantity_of(&pointed?, model));
+            let Some((quantity, _)) = matched else { continue };
+            if mapped.iter().any(|candidate| candidate.quantity == quantity) {
                 continue;
             }
             match unit_factor(&named.unit, &quantity) {
-                Ok(factor) => wired.push(Wired { group, channel, quantity, factor, zero_samples: 0, noise: None }),
+                Ok(factor) => {
+                    mapped.push(MappedChannel { group, channel, quantity, factor, zero_samples: 0, noise: None })
+                }
                 Err(why) => out.push(
                     Diagnostic::error(
                         "unit::dimension",
@@ -245,8 +247,8 @@ pub(super) fn find(groups: &[Group], name: Option<&str>, number: Option<usize>) 
             own.channels.iter().position(|channel| same(&channel.name)).map(|channel| (group, channel))
         })
     };
-    let known = groups.iter().enumerate().find_map(|(group, own)| own.channel(name).map(|channel| (group, channel)));
-    known.or_else(|| place(&|other| other.trim().eq_ignore_ascii_case(name.trim())))
+    let matched = groups.iter().enumerate().find_map(|(group, own)| own.channel(name).map(|channel| (group, channel)));
+    matched.or_else(|| place(&|other| other.trim().eq_ignore_ascii_case(name.trim())))
 }
 
 /// A table `[[log.NAME.channel]]`, for a file.
@@ -261,7 +263,7 @@ pub(super) struct Channel<'a, 'd> {
 
 impl Channel<'_, '_> {
     /// The channel of the file that is meant, with what it measures.
-    pub fn wire(&self, model: &Model, out: &mut Vec<Diagnostic>) -> Option<Wired> {
+    pub fn wire(&self, model: &Model, out: &mut Vec<Diagnostic>) -> Option<MappedChannel> {
         let signal = read_word(self.table, "signal")?;
         let Some((quantity, _)) = quantity_of(signal, model) else {
             let all = signals(model);
@@ -281,7 +283,7 @@ impl Channel<'_, '_> {
         };
         let factor = number(self.table, "factor", self.reader, out).unwrap_or(1.0) * by_unit;
         let zero_samples = number(self.table, "zero_samples", self.reader, out).unwrap_or(0.0) as usize;
-        Some(Wired { group, channel, quantity, factor, zero_samples, noise })
+        Some(MappedChannel { group, channel, quantity, factor, zero_samples, noise })
     }
 
     /// Group and channel that `column` or `number` means.
@@ -305,10 +307,11 @@ impl Channel<'_, '_> {
             let near = name.and_then(|name| nearest(name, all.iter().copied()));
             let columns = || format!("the file has {} columns: {}", all.len(), quoted(all.iter().copied().take(24)));
             let help = did_you_mean(near, columns);
-            let asked = name.map_or_else(|| format!("number {}", number.unwrap_or(0)), |name| format!("`{name}`"));
+            let column_text =
+                name.map_or_else(|| format!("number {}", number.unwrap_or(0)), |name| format!("`{name}`"));
             let key = if name.is_some() { "column" } else { "number" };
             out.push(
-                Diagnostic::error("log::no-column", format!("{what}: `{file}` has no column {asked}"))
+                Diagnostic::error("log::no-column", format!("{what}: `{file}` has no column {column_text}"))
                     .at(TableReader::place(table, key), "not in the file")
                     .help(help),
             );

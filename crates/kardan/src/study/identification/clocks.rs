@@ -1,6 +1,6 @@
 //! How the time of each group of a log is known.
 
-use super::channels::{Wired, find};
+use super::channels::{MappedChannel, find};
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::model::TableReader;
 use crate::names::did_you_mean;
@@ -25,7 +25,7 @@ const USUAL: [&str; 5] = ["time", "t", "timestamp", "time [s]", "time (s)"];
 pub(super) fn clocks(
     table: &Table,
     groups: &[Group],
-    wired: &[Wired],
+    mapped: &[MappedChannel],
     file: &str,
     reader: &TableReader<'_>,
     out: &mut Vec<Diagnostic>,
@@ -46,7 +46,7 @@ pub(super) fn clocks(
     }
     let mut timeless = Vec::new();
     let clock = |(number, group): (usize, &Group)| {
-        if !wired.iter().any(|one| one.group == number) {
+        if !mapped.iter().any(|one| one.group == number) {
             return None;
         }
         let clock = time_channel(group, named)

@@ -2,14 +2,14 @@
 
 use kardan_rt::functions::powi;
 
-use super::asked::{Asked, CandidateSpec, Method, asked};
 use super::extra::{ExtraTerm, Law, law_parameters};
-use super::fitting::{Chosen, fit_options, unseen};
+use super::fitting::{Chosen, cross_validated, fit_options};
 use super::laws::silence_law;
 use super::plant::{Plant, columns, plant_without};
+use super::request::{CandidateSpec, FitRequest, Method, request};
 use super::rows::{Material, rows, settled};
 use super::settings::IdentifySettings;
-use super::wanted::Wanted;
+use super::unknowns::UnknownParameter;
 use crate::assemble::CoefficientKind as Kind;
 use crate::diagnostics::Diagnostic;
 use crate::identify::{Samples, Where};
@@ -21,7 +21,7 @@ use crate::study::Progress;
 pub(super) struct Whole<'a> {
     pub document: &'a Document,
     pub settings: &'a [Setting],
-    pub asked: &'a Asked,
+    pub request: &'a FitRequest,
     pub plant: &'a Plant,
     pub chosen: &'a Chosen,
 }
@@ -32,9 +32,9 @@ pub(super) fn compare(
     material: &Material<'_>,
     progress: &dyn Progress,
 ) -> Result<Vec<Candidate>, Vec<Diagnostic>> {
-    let specs = match whole.asked.candidates.as_slice() {
-        [] => usual_candidates(whole.asked),
-        given => given.to_vec(),
+    let specs = match whole.request.candidates.as_slice() {
+        [] => usual_candidates(whole.request),
+        list => list.to_vec(),
     };
     let mut out = Vec::new();
     let count = specs.len();
@@ -52,14 +52,14 @@ pub(super) fn compare(
 }
 
 /// Without friction, without damping, and with each of the extra terms: models that differ.
-fn usual_candidates(asked: &Asked) -> Vec<CandidateSpec> {
-    let laws = law_parameters(&asked.extras);
+fn usual_candidates(request: &FitRequest) -> Vec<CandidateSpec> {
+    let laws = law_parameters(&request.extras);
     let names = |kinds: &[Kind]| -> Vec<String> {
-        let kept = asked.wanted.iter().filter(|one| kinds.contains(&one.keys[0].1)).map(|one| one.name.clone());
-        kept.chain(laws.iter().cloned()).collect()
+        let retained = request.unknowns.iter().filter(|one| kinds.contains(&one.keys[0].1)).map(|one| one.name.clone());
+        retained.chain(laws.iter().cloned()).collect()
     };
-    let all: Vec<String> = asked.wanted.iter().map(|one| one.name.clone()).chain(laws.iter().cloned()).collect();
-    let mut extras: Vec<String> = asked.declared.iter().map(|extra| extra.term.clone()).collect();
+    let all: Vec<String> = request.unknowns.iter().map(|one| one.name.clone()).chain(laws.iter().cloned()).collect();
+    let mut extras: Vec<String> = request.declared.iter().map(|extra| extra.term.clone()).collect();
     extras.dedup();
     let spec = |name: String, parameters: Vec<String>, extras: Vec<String>| CandidateSpec { name, parameters, extras };
     let mut specs = vec![
@@ -71,57 +71,63 @@ fn usual_candidates(asked: &Asked) -> Vec<CandidateSpec> {
     if extras.len() > 1 {
         specs.push(spec("with all extra terms".into(), all, extras));
     }
-    let mut seen = Vec::new();
+    let mut sets = Vec::new();
     specs.retain(|spec| {
         let own = (spec.parameters.clone(), spec.extras.clone());
-        let new = !seen.contains(&own);
-        seen.push(own);
+        let new = !sets.contains(&own);
+        sets.push(own);
         new && !spec.parameters.is_empty()
     });
     specs
 }
 
 /// What is asked for by a candidate.
-fn asked_by(spec: &CandidateSpec, whole: &Whole<'_>, material: &Material<'_>) -> Result<Asked, Vec<Diagnostic>> {
-    let mut mistakes = Vec::new();
-    let given = IdentifySettings { parameters: spec.parameters.clone(), ..IdentifySettings::default() };
-    let mut own = asked(whole.document, &whole.plant.model, whole.settings, &given, &mut mistakes);
+fn candidate_request(
+    spec: &CandidateSpec,
+    whole: &Whole<'_>,
+    material: &Material<'_>,
+) -> Result<FitRequest, Vec<Diagnostic>> {
+    let mut diagnostics = Vec::new();
+    let options = IdentifySettings { parameters: spec.parameters.clone(), ..IdentifySettings::default() };
+    let mut own = request(whole.document, &whole.plant.model, whole.settings, &options, &mut diagnostics);
     for name in &spec.extras {
         if !own.declared.iter().any(|extra| extra.is(name)) {
             let message = format!("candidate `{}`: there is no extra term `{name}`", spec.name);
-            mistakes.push(Diagnostic::error("name::unknown", message).help("declare it as `[[identification.extra]]`"));
+            diagnostics
+                .push(Diagnostic::error("name::unknown", message).help("declare it as `[[identification.extra]]`"));
         }
     }
-    if !mistakes.is_empty() {
-        return Err(mistakes);
+    if !diagnostics.is_empty() {
+        return Err(diagnostics);
     }
     let laws = own.extras.into_iter().filter(|extra| matches!(extra.law, Law::Parameter { .. }));
     let laws: Vec<ExtraTerm> = laws.collect();
     own.extras = own.declared.iter().filter(|extra| spec.extras.iter().any(|name| extra.is(name))).cloned().collect();
     own.extras.extend(laws);
-    own.tell_recordings(whole.plant, material);
-    own.loss = whole.asked.loss;
+    own.split_by_recording(whole.plant, material);
+    own.loss = whole.request.loss;
     own.nonnegative.retain(|name| spec.parameters.contains(name) || spec.extras.contains(name));
     Ok(own)
 }
 
 /// A candidate with its error. The windows and their covariances are those of the whole model, so that all predict the same on one scale.
 fn judged(spec: CandidateSpec, whole: &Whole<'_>, material: &Material<'_>) -> Result<Candidate, Vec<Diagnostic>> {
-    let (own, method) = (asked_by(&spec, whole, material)?, whole.chosen.method);
+    let (own, method) = (candidate_request(&spec, whole, material)?, whole.chosen.method);
     // What is not among its parameters is left out of the model, not taken from the file.
-    let silent: Vec<&Wanted> = whole.asked.wanted.iter().filter(|one| !spec.parameters.contains(&one.name)).collect();
+    let silent: Vec<&UnknownParameter> =
+        whole.request.unknowns.iter().filter(|one| !spec.parameters.contains(&one.name)).collect();
     let mut trial = plant_without(whole.plant, &silent);
-    for name in law_parameters(&whole.asked.extras).iter().filter(|name| !spec.parameters.contains(name)) {
+    for name in law_parameters(&whole.request.extras).iter().filter(|name| !spec.parameters.contains(name)) {
         silence_law(&mut trial.reduced.equations, name);
     }
     let columns = columns(&trial, &own, method);
     let mut rows = rows(&trial, &own, &columns, material);
-    keep_places(&mut rows.samples, &whole.chosen.built.samples);
+    align_places(&mut rows.samples, &whole.chosen.built.samples);
     let samples = match method {
         Method::Steady => settled(&rows, &own, material.window),
         Method::Dynamic => rows.samples,
     };
-    let (predicted, folds) = unseen(&samples, method, &fit_options(&own, &columns, method));
+    let (predicted, folds) = cross_validated(&samples, method, &fit_options(&own, &columns, method));
     let mut candidate = Candidate {
         name: spec.name,
         parameters: spec.parameters.into_iter().chain(spec.extras).collect(),
@@ -138,28 +144,28 @@ fn judged(spec: CandidateSpec, whole: &Whole<'_>, material: &Material<'_>) -> Re
 fn choose_simplest(candidates: &mut [Candidate]) {
     let errors = candidates.iter().filter_map(|one| one.error).filter(|error| error.mean.is_finite());
     let Some(best) = errors.min_by(|a, b| a.mean.total_cmp(&b.mean)) else { return };
-    let within = |one: &&mut Candidate| one.error.is_some_and(|error| error.mean <= best.mean + best.spread);
-    if let Some(simplest) = candidates.iter_mut().filter(within).min_by_key(|one| one.parameters.len()) {
+    let is_close = |one: &&mut Candidate| one.error.is_some_and(|error| error.mean <= best.mean + best.spread);
+    if let Some(simplest) = candidates.iter_mut().filter(is_close).min_by_key(|one| one.parameters.len()) {
         simplest.chosen = true;
     }
 }
 
 /// Keeps the samples at the places of others, which are in order, with the covariances of those.
-pub(super) fn keep_places(samples: &mut Samples, others: &Samples) {
-    let mut kept = Vec::new();
+pub(super) fn align_places(samples: &mut Samples, reference: &Samples) {
+    let mut retained = Vec::new();
     let mut covariance = Vec::new();
     let mut from = 0;
     for (k, place) in samples.places.iter().enumerate() {
         let key = |one: &Where| (one.log, one.section, one.time);
-        while others.places.get(from).is_some_and(|other| key(other) < key(place)) {
+        while reference.places.get(from).is_some_and(|candidate| key(candidate) < key(place)) {
             from += 1;
         }
-        if others.places.get(from) == Some(place) {
-            kept.push(k..k + 1);
-            covariance.extend_from_slice(others.covariance(from));
+        if reference.places.get(from) == Some(place) {
+            retained.push(k..k + 1);
+            covariance.extend_from_slice(reference.covariance(from));
         }
     }
-    *samples = samples.averaged(&kept);
+    *samples = samples.averaged(&retained);
     samples.covariance = covariance;
 }
 

@@ -1,10 +1,10 @@
 //! Teeth whose losses depend on what they carry: where they are cut, so that the logs tell what that is.
 
-use super::asked::Asked;
 use super::extra::{ExtraTerm, Law, law_parameters};
-use crate::assemble::{Along, CoefficientKind as Kind};
+use super::request::FitRequest;
+use crate::assemble::{CoefficientKind as Kind, DirectionalTerm};
 use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::{Hold, Mesh};
+use crate::equations::{GearLoss, UnilateralConstraint};
 use crate::identify::{Coefficient, Teeth};
 use crate::model::Document;
 use crate::num::{Matrix, Rational, Scalar, echelon, rational_to_f64};
@@ -16,19 +16,19 @@ use crate::schema::Table;
 pub(super) struct Cut {
     pub teeth: Teeth,
     /// Coefficients that are sought and enter as the file gives them.
-    pub as_given: Vec<String>,
+    pub load_independent: Vec<String>,
     /// Whether what they carry is all that the logs tell besides what is sought: then any loss fits.
     pub explains_itself: bool,
 }
 
 /// Whether teeth rub only so that there is a direction.
-fn hardly(mesh: &Mesh) -> bool {
-    mesh.loss.is_none() && [&mesh.forth, &mesh.back].iter().all(|part| part.to_f64().abs() < 1e-8)
+fn is_lossless(gear: &GearLoss) -> bool {
+    gear.loss.is_none() && [&gear.forth, &gear.back].iter().all(|part| part.to_f64().abs() < 1e-8)
 }
 
 /// The teeth of all meshes in order; of some why they cannot be cut.
 pub(super) fn cuts(balance: &Balance<'_>) -> Vec<Result<Cut, String>> {
-    balance.reduced.equations.meshes().map(|(hold, mesh)| balance.cut(hold, mesh)).collect()
+    balance.reduced.equations.gear_losses().map(|(unilateral, gear)| balance.cut(unilateral, gear)).collect()
 }
 
 /// What a cut follows from.
@@ -41,7 +41,7 @@ pub(super) struct Balance<'a> {
     pub torques: &'a [Option<usize>],
     /// What is sought.
     pub sought: &'a [Coefficient],
-    pub asked: &'a Asked,
+    pub request: &'a FitRequest,
 }
 
 /// A condition on the motion of a cut: a row over the shafts, and what it is to give.
@@ -50,15 +50,15 @@ type Condition = (Row, Rational);
 type Row = Vec<(usize, Rational)>;
 
 impl Balance<'_> {
-    fn cut(&self, hold: &Along<Hold>, mesh: &Mesh) -> Result<Cut, String> {
+    fn cut(&self, unilateral: &DirectionalTerm<UnilateralConstraint>, gear: &GearLoss) -> Result<Cut, String> {
         let equations = &self.reduced.equations;
         if !Kinematics::new(self.reduced).is_constant() {
             return Err("ratios of the model change with the angle".into());
         }
-        let first = hold.row.iter().find(|(_, x)| *x > Rational::ZERO).map(|(body, _)| *body);
+        let first = unilateral.row.iter().find(|(_, x)| *x > Rational::ZERO).map(|(body, _)| *body);
         let entry =
             |row: &[(usize, Rational)]| row.iter().find(|(body, _)| Some(*body) == first).map(|(_, x)| x.clone());
-        let own = equations.constraints.iter().position(|one| one.element == hold.element);
+        let own = equations.constraints.iter().position(|one| one.element == unilateral.element);
         let own = own.ok_or("a spring stands in place of their constraint")?;
         let lever = entry(&equations.constraints[own].row).ok_or("their constraint does not hold their first body")?;
         let mut conditions: Vec<Condition> = vec![(equations.constraints[own].row.clone(), lever)];
@@ -66,18 +66,18 @@ impl Balance<'_> {
         conditions
             .extend(equations.constraints.iter().enumerate().filter(|(k, _)| *k != own).map(|(_, one)| zero(&one.row)));
         conditions.extend(self.unmeasured.iter().map(|&k| zero(&equations.inputs[k].row)));
-        let others = equations.meshes().filter(|(other, _)| other.element != hold.element);
-        conditions.extend(others.map(|(other, _)| zero(&other.row)));
-        if mesh.loss.is_some() {
-            conditions.push(zero(&hold.row));
+        let unknown_loads = equations.gear_losses().filter(|(other, _)| other.element != unilateral.element);
+        conditions.extend(unknown_loads.map(|(other, _)| zero(&other.row)));
+        if gear.loss.is_some() {
+            conditions.push(zero(&unilateral.row));
         }
         let n = equations.coordinates.len();
         let mut motion = solution(&conditions, n).ok_or_else(|| {
             let names = self.unmeasured.iter().map(|&k| equations.inputs[k].element.as_str());
             format!("what they carry follows from no torque in the logs ({} are not there)", quoted(names))
         })?;
-        let mut as_given: Vec<String> = Vec::new();
-        let mut wish = |row: &[(usize, Rational)], motion: &mut Vec<Rational>| {
+        let mut load_independent: Vec<String> = Vec::new();
+        let mut try_condition = |row: &[(usize, Rational)], motion: &mut Vec<Rational>| {
             conditions.push(zero(row));
             match solution(&conditions, n) {
                 Some(found) => *motion = found,
@@ -85,25 +85,28 @@ impl Balance<'_> {
             }
         };
         for (name, rows) in self.unknown() {
-            rows.iter().for_each(|row| wish(row, &mut motion));
-            if rows.iter().any(|row| !along(row, &motion).is_zero()) {
-                as_given.push(name);
+            rows.iter().for_each(|row| try_condition(row, &mut motion));
+            if rows.iter().any(|row| !row_dot(row, &motion).is_zero()) {
+                load_independent.push(name);
             }
         }
-        wish(&hold.row, &mut motion);
-        let sought =
-            self.asked.extras.iter().any(|one| one.element == hold.element && matches!(one.law, Law::Teeth { .. }));
-        let known = !sought && !hardly(mesh);
-        let [forth, back] = [&mesh.forth, &mesh.back].map(|part| if known { part.to_f64() } else { 0.0 });
-        let loss = mesh.loss.as_ref().map(|loss| LawTorques::new(self.reduced, &[loss.as_ref()], &[], &[]));
+        try_condition(&unilateral.row, &mut motion);
+        let sought = self
+            .request
+            .extras
+            .iter()
+            .any(|one| one.element == unilateral.element && matches!(one.law, Law::Teeth { .. }));
+        let fixed = !sought && !is_lossless(gear);
+        let [forth, back] = [&gear.forth, &gear.back].map(|part| if fixed { part.to_f64() } else { 0.0 });
+        let loss = gear.loss.as_ref().map(|loss| LawTorques::new(self.reduced, &[loss.as_ref()], &[], &[]));
         let teeth = Teeth {
-            row: hold.row_f64(),
+            row: unilateral.row_f64(),
             cut: motion.iter().map(rational_to_f64).collect(),
-            known: [forth, back],
+            fixed: [forth, back],
             loss: loss.transpose().map_err(|_| "their loss is not known")?,
             rest_speed: 0.0,
         };
-        Ok(Cut { teeth, as_given, explains_itself: !self.has_reference(&motion) })
+        Ok(Cut { teeth, load_independent, explains_itself: !self.has_reference(&motion) })
     }
 
     /// How a play is cut, whose torque is that of an input that nobody measured; and what of that which is sought enters its torque.
@@ -113,8 +116,8 @@ impl Balance<'_> {
         let row = &equations.inputs[input].row;
         let mut conditions: Vec<Condition> = vec![(row.clone(), Rational::ONE)];
         conditions.extend(equations.constraints.iter().map(|one| zero(&one.row)));
-        let others = self.unmeasured.iter().filter(|&&k| k != input);
-        conditions.extend(others.map(|&k| zero(&equations.inputs[k].row)));
+        let unknown_loads = self.unmeasured.iter().filter(|&&k| k != input);
+        conditions.extend(unknown_loads.map(|&k| zero(&equations.inputs[k].row)));
         let n = equations.coordinates.len();
         let mut motion = solution(&conditions, n).filter(|_| Kinematics::new(self.reduced).is_constant())?;
         let unknown = self.unknown();
@@ -125,12 +128,12 @@ impl Balance<'_> {
                 None => drop(conditions.pop()),
             }
         }
-        let enters = |rows: &[Row]| rows.iter().any(|row| !along(row, &motion).is_zero());
+        let enters = |rows: &[Row]| rows.iter().any(|row| !row_dot(row, &motion).is_zero());
         let entering = unknown.iter().filter(|(_, rows)| enters(rows)).map(|(name, _)| name.clone()).collect();
         let teeth = Teeth {
             row: equations.inputs[input].row_f64(),
             cut: motion.iter().map(rational_to_f64).collect(),
-            known: [0.0; 2],
+            fixed: [0.0; 2],
             loss: None,
             rest_speed: 0.0,
         };
@@ -149,8 +152,8 @@ impl Balance<'_> {
         let rows = |one: &Coefficient| one.terms.iter().map(|&term| row(one.kind, term)).collect();
         let mut out: Vec<_> = self.sought.iter().map(|one| (one.name.clone(), rows(one))).collect();
         for law in &equations.laws {
-            let open = |name: &&String| law.value.names.iter().any(|(other, _)| other == *name);
-            if let Some(name) = law_parameters(&self.asked.extras).iter().find(open) {
+            let open = |name: &&String| law.value.names.iter().any(|(candidate, _)| candidate == *name);
+            if let Some(name) = law_parameters(&self.request.extras).iter().find(open) {
                 out.push((name.clone(), vec![law.row.clone()]));
             }
         }
@@ -165,28 +168,28 @@ impl Balance<'_> {
             let column = |j: usize| row.iter().fold(Rational::ZERO, |sum, (k, x)| sum.plus(&x.times(&basis[(*k, j)])));
             (0..basis.columns()).any(|j| !column(j).is_zero())
         };
-        let apart = |row: &[(usize, Rational)]| along(row, motion).is_zero() && moves(row);
+        let apart = |row: &[(usize, Rational)]| row_dot(row, motion).is_zero() && moves(row);
         let sought =
             |kind: Kind, term: usize| self.sought.iter().any(|one| one.kind == kind && one.terms.contains(&term));
-        let open = law_parameters(&self.asked.extras);
-        let known =
+        let open = law_parameters(&self.request.extras);
+        let fixed =
             |kind: Kind, term: usize, zero: bool, row: &[(usize, Rational)]| !zero && !sought(kind, term) && apart(row);
-        equations.inertias.iter().enumerate().any(|(k, one)| known(Kind::Inertia, k, one.value.is_zero(), &one.row))
+        equations.inertias.iter().enumerate().any(|(k, one)| fixed(Kind::Inertia, k, one.value.is_zero(), &one.row))
             || equations
                 .dampers
                 .iter()
                 .enumerate()
-                .any(|(k, one)| known(Kind::Damping, k, one.value.is_zero(), &one.row))
+                .any(|(k, one)| fixed(Kind::Damping, k, one.value.is_zero(), &one.row))
             || equations
                 .springs
                 .iter()
                 .enumerate()
-                .any(|(k, one)| known(Kind::Stiffness, k, one.value.stiffness.is_zero(), &one.row))
+                .any(|(k, one)| fixed(Kind::Stiffness, k, one.value.stiffness.is_zero(), &one.row))
             || equations
                 .frictions
                 .iter()
                 .enumerate()
-                .any(|(k, one)| known(Kind::Friction, k, one.value.torque.is_zero(), &one.row))
+                .any(|(k, one)| fixed(Kind::Friction, k, one.value.torque.is_zero(), &one.row))
             || equations.inputs.iter().zip(self.torques).any(|(one, slot)| slot.is_some() && apart(&one.row))
             || equations
                 .laws
@@ -195,7 +198,7 @@ impl Balance<'_> {
     }
 }
 
-fn along(row: &[(usize, Rational)], of: &[Rational]) -> Rational {
+fn row_dot(row: &[(usize, Rational)], of: &[Rational]) -> Rational {
     row.iter().fold(Rational::ZERO, |sum, (k, x)| sum.plus(&x.times(&of[*k])))
 }
 
@@ -219,10 +222,10 @@ pub(super) fn cut_of_play(balance: &Balance<'_>, input: usize) -> Option<(Teeth,
 /// What stands in the way of terms of teeth, and what is to be said of others.
 pub(super) fn check_teeth(balance: &Balance<'_>) -> Result<Vec<String>, Vec<Diagnostic>> {
     let mut notes = Vec::new();
-    let asked = balance.asked;
-    for ((hold, mesh), cut) in balance.reduced.equations.meshes().zip(cuts(balance)) {
-        let element = &hold.element;
-        let own = asked.extras.iter().find(|one| one.element == *element && matches!(one.law, Law::Teeth { .. }));
+    let request = balance.request;
+    for ((unilateral, gear), cut) in balance.reduced.equations.gear_losses().zip(cuts(balance)) {
+        let element = &unilateral.element;
+        let own = request.extras.iter().find(|one| one.element == *element && matches!(one.law, Law::Teeth { .. }));
         match (cut, own) {
             (Err(why), Some(own)) => {
                 let message = format!("what the teeth of `{element}` lose cannot be found: {why}");
@@ -239,12 +242,12 @@ pub(super) fn check_teeth(balance: &Balance<'_>) -> Result<Vec<String>, Vec<Diag
                     own.term
                 ))]);
             }
-            (_, None) if hardly(mesh) => {}
+            (_, None) if is_lossless(gear) => {}
             (Err(why), None) => notes.push(format!("the teeth of {element} are taken as lossless: {why}")),
-            (Ok(cut), _) if !cut.as_given.is_empty() => notes.push(format!(
+            (Ok(cut), _) if !cut.load_independent.is_empty() => notes.push(format!(
                 "what the teeth of {element} carry is computed with {} as the file gives them, which is exact to first order only: write what \
                  was found into the file (`--write`) and identify again until nothing changes",
-                quoted(cut.as_given.iter().map(String::as_str))
+                quoted(cut.load_independent.iter().map(String::as_str))
             )),
             _ => {}
         }
@@ -255,32 +258,32 @@ pub(super) fn check_teeth(balance: &Balance<'_>) -> Result<Vec<String>, Vec<Diag
 /// Teeth for a regressor; those that cannot be cut lose nothing.
 pub(super) fn teeth(balance: &Balance<'_>) -> Vec<Teeth> {
     let n = balance.reduced.equations.coordinates.len();
-    let none = || Teeth { row: Vec::new(), cut: vec![0.0; n], known: [0.0; 2], loss: None, rest_speed: 0.0 };
+    let none = || Teeth { row: Vec::new(), cut: vec![0.0; n], fixed: [0.0; 2], loss: None, rest_speed: 0.0 };
     cuts(balance).into_iter().map(|cut| cut.map_or_else(|_| none(), |cut| cut.teeth)).collect()
 }
 
 /// Teeth of all elements that have some, and of which the file does not say what they lose.
 pub(super) fn teeth_to_try(document: &Document) -> Vec<ExtraTerm> {
-    let given = |key: &str, table: &Table| table.values.contains_key(key);
+    let has_key = |key: &str, table: &Table| table.values.contains_key(key);
     let own = document.elements.iter().filter(|one| {
         let table = &one.table;
         let has = one.kind.fields.iter().any(|field| field.name == "efficiency");
-        has && ["efficiency", "loss", "backlash", "stiffness", "curve"].iter().all(|key| !given(key, table))
+        has && ["efficiency", "loss", "backlash", "stiffness", "curve"].iter().all(|key| !has_key(key, table))
     });
     own.flat_map(|one| ExtraTerm::teeth(&one.name)).collect()
 }
 
 /// Terms of teeth that the logs can tell. What they carry must follow from the motion: a measured torque brings along all that the balance does not
 /// explain, and the loss would explain it by itself.
-pub(super) fn teeth_that_tell(balance: &Balance<'_>) -> Vec<Vec<ExtraTerm>> {
-    let all = balance.reduced.equations.meshes().zip(cuts(balance));
+pub(super) fn identifiable_teeth(balance: &Balance<'_>) -> Vec<Vec<ExtraTerm>> {
+    let all = balance.reduced.equations.gear_losses().zip(cuts(balance));
     let inputs = &balance.reduced.equations.inputs;
     let of_torque = |cut: &Cut| {
         inputs
             .iter()
             .any(|input| input.row_f64().iter().map(|(shaft, x)| x * cut.teeth.cut[*shaft]).sum::<f64>() != 0.0)
     };
-    let tells = |cut: &Cut| !cut.explains_itself && !of_torque(cut);
-    let tell = all.filter(|((_, mesh), cut)| hardly(mesh) && cut.as_ref().is_ok_and(tells));
-    tell.map(|((hold, _), _)| ExtraTerm::teeth(&hold.element).to_vec()).collect()
+    let is_identifiable = |cut: &Cut| !cut.explains_itself && !of_torque(cut);
+    let identifiable = all.filter(|((_, gear), cut)| is_lossless(gear) && cut.as_ref().is_ok_and(is_identifiable));
+    identifiable.map(|((unilateral, _), _)| ExtraTerm::teeth(&unilateral.element).to_vec()).collect()
 }

@@ -135,7 +135,7 @@ impl ExtraTerm {
     }
 
     /// How a model file declares it, along coordinates of a domain.
-    pub fn written(&self, domain: Domain) -> String {
+    pub fn file_entry(&self, domain: Domain) -> String {
         let own = |kind: &str, more: &str| {
             let key = match self.law {
                 Law::Offset => "torque",
@@ -171,7 +171,7 @@ pub(super) fn law_parameters(extras: &[ExtraTerm]) -> Vec<String> {
 
 /// The terms that the file declares, column by column.
 pub(super) fn declared_terms(document: &Document, model: &Model, out: &mut Vec<Diagnostic>) -> Vec<ExtraTerm> {
-    let Some(Value::Tables(tables)) = document.identification.values.get("extra").map(|given| &given.value) else {
+    let Some(Value::Tables(tables)) = document.identification.values.get("extra").map(|entry| &entry.value) else {
         return Vec::new();
     };
     let mut terms: Vec<ExtraTerm> = Vec::new();
@@ -179,7 +179,7 @@ pub(super) fn declared_terms(document: &Document, model: &Model, out: &mut Vec<D
         let what = format!("entry {} of `[[identification.extra]]`", k + 1);
         let columns = Declared { document, model, table, what: &what }.columns(out);
         let Some(first) = columns.first() else { continue };
-        if terms.iter().any(|other| other.term == first.term) {
+        if terms.iter().any(|candidate| candidate.term == first.term) {
             out.push(
                 Diagnostic::error("name::duplicate", format!("{what}: there are two terms `{}`", first.term))
                     .at(table.place.clone(), "again here")
@@ -237,12 +237,12 @@ impl Declared<'_> {
         let element = self.element(direction, out);
         let torque = self.element("torque", out);
         let own = |word: &str, law: Law| vec![ExtraTerm::new(&element, word, law)];
-        let along_masses = self
+        let translational = self
             .document
             .elements
             .iter()
-            .any(|one| one.name == element && (one.kind.keyword == "mass" || one.table.along_masses));
-        let domain = if along_masses { Domain::Translation } else { Domain::Rotation };
+            .any(|one| one.name == element && (one.kind.keyword == "mass" || one.table.translational));
+        let domain = if translational { Domain::Translation } else { Domain::Rotation };
         let mut number = |key: &str, dimension: Dimension| {
             quantity(
                 &TableReader::new(self.document, &[]),
@@ -318,18 +318,18 @@ impl Declared<'_> {
             _ => matches!(keyword, "shaft" | "mass" | "spring_damper"),
         };
         let all = self.document.elements.iter();
-        let known: Vec<&str> = match key {
+        let names: Vec<&str> = match key {
             "torque" => all.map(|e| e.name.as_str()).filter(|name| is_input(name)).collect(),
             _ => all.filter(|e| fits(e.kind.keyword)).map(|e| e.name.as_str()).collect(),
         };
-        if !known.contains(&name) {
+        if !names.contains(&name) {
             let (what, label) = match key {
                 "torque" => ("motor or disturbance", "no such input"),
                 "spring" => ("spring_damper", "no such spring"),
                 "teeth" => ("gear, harmonic_drive, rack_and_pinion or screw", "no such teeth"),
                 _ => ("shaft, mass or spring_damper", "no such element"),
             };
-            let help = did_you_mean(nearest(name, known.iter().copied()), || "name one of the model".into());
+            let help = did_you_mean(nearest(name, names.iter().copied()), || "name one of the model".into());
             out.push(
                 Diagnostic::error("name::unknown", format!("{}: there is no {what} `{}`", self.what, shortened(name)))
                     .at(TableReader::place(self.table, key), label)
@@ -371,7 +371,7 @@ pub(super) fn with_recordings(
     logs: &[String],
     senses: &dyn Fn(&str) -> Vec<[bool; 2]>,
 ) -> (Vec<ExtraTerm>, Vec<String>) {
-    let (mut out, mut left) = (Vec::new(), Vec::new());
+    let (mut out, mut notes) = (Vec::new(), Vec::new());
     for extra in extras {
         if extra.law != Law::Recordings {
             out.push(extra.clone());
@@ -380,9 +380,9 @@ pub(super) fn with_recordings(
         let ways = senses(&extra.element);
         let before = out.len();
         for way in [[true, true], [true, false], [false, true]] {
-            let alike: Vec<usize> = (0..ways.len()).filter(|&k| ways[k] == way).collect();
-            let Some((&last, others)) = alike.split_last() else { continue };
-            out.extend(others.iter().map(|&recording| ExtraTerm {
+            let same_sense: Vec<usize> = (0..ways.len()).filter(|&k| ways[k] == way).collect();
+            let Some((&last, earlier)) = same_sense.split_last() else { continue };
+            out.extend(earlier.iter().map(|&recording| ExtraTerm {
                 name: format!("{}_{}", extra.term, recording + 1),
                 law: Law::Recording { recording, last },
                 remark: format!("{} from the mean", logs[recording]),
@@ -391,10 +391,10 @@ pub(super) fn with_recordings(
         }
         out[before..].sort_by_key(|one| if let Law::Recording { recording, .. } = one.law { recording } else { 0 });
         if out.len() == before {
-            left.push(format!("{} is left out: no two logs turned the same way", extra.term));
+            notes.push(format!("{} is left out: no two logs turned the same way", extra.term));
         }
     }
-    (out, left)
+    (out, notes)
 }
 
 /// The extra columns of the equations; `harmonics` are those measured, in their order.
@@ -424,7 +424,7 @@ pub(super) fn extra_columns(equations: &Equations, extras: &[ExtraTerm], harmoni
             Law::Ripple(own) => Extra::Ripple { friction: friction(), harmonic: harmonic(own) },
             Law::Offset => Extra::Offset { input: input(&extra.element) },
             Law::Teeth { back } => {
-                let place = equations.meshes().position(|(hold, _)| hold.element == extra.element);
+                let place = equations.gear_losses().position(|(unilateral, _)| unilateral.element == extra.element);
                 Extra::Teeth { teeth: place.expect("every such term has teeth"), back: *back }
             }
             Law::Parameter { .. } => {

@@ -1,19 +1,19 @@
 //! A fit with what was fitted.
 
-use super::asked::Asked;
 use super::plant::{Columns, Plant};
 use super::plays::Play;
+use super::request::FitRequest;
 use crate::identify::{Fit, Samples};
 
 pub(super) struct Fitted<'a> {
     pub plant: &'a Plant,
-    pub asked: &'a Asked,
+    pub request: &'a FitRequest,
     pub columns: &'a Columns,
     /// The samples of the fit.
     pub samples: &'a Samples,
     pub fit: &'a Fit,
     /// Predictions without having seen, sample by sample, row by row.
-    pub unseen: Option<&'a [f64]>,
+    pub cross_validated: Option<&'a [f64]>,
     pub method: &'a str,
     pub window: f64,
     /// Standard deviations of a window's angles, speeds and accelerations.
@@ -24,10 +24,10 @@ pub(super) struct Fitted<'a> {
 impl Fitted<'_> {
     /// Names of the columns of the fit, then of the Stribeck speeds.
     pub fn column_names(&self) -> Vec<String> {
-        let kept = self.columns.kept.iter().map(|(k, _)| self.columns.asked[*k].name.clone());
-        let extras = self.asked.extras.iter().map(|extra| extra.name.clone());
-        let speeds = self.asked.extras.iter().filter(|extra| extra.shape().is_some());
-        kept.chain(extras).chain(speeds.map(|extra| format!("{}.stribeck_speed", extra.element))).collect()
+        let identifiable = self.columns.identifiable.iter().map(|(k, _)| self.columns.coefficients[*k].name.clone());
+        let extras = self.request.extras.iter().map(|extra| extra.name.clone());
+        let speeds = self.request.extras.iter().filter(|extra| extra.shape().is_some());
+        identifiable.chain(extras).chain(speeds.map(|extra| format!("{}.stribeck_speed", extra.element))).collect()
     }
 
     /// The unit of a row of the balance by its name.

@@ -1,9 +1,9 @@
 //! Which samples of the logs are fitted, and how.
 
-use super::asked::{Asked, Method};
 use super::extra::{ExtraTerm, Law};
 use super::fitted::short;
 use super::plant::{Columns, Plant, columns};
+use super::request::{FitRequest, Method};
 use super::rows::{Built, Material, rows, settled};
 use crate::assemble::CoefficientKind as Kind;
 use crate::diagnostics::Diagnostic;
@@ -30,11 +30,11 @@ pub(super) struct Chosen {
 }
 
 impl Chosen {
-    fn by(method: Method, plant: &Plant, asked: &Asked, material: &Material<'_>) -> Self {
-        let columns = columns(plant, asked, method);
-        let built = rows(plant, asked, &columns, material);
+    fn by(method: Method, plant: &Plant, request: &FitRequest, material: &Material<'_>) -> Self {
+        let columns = columns(plant, request, method);
+        let built = rows(plant, request, &columns, material);
         let samples = match method {
-            Method::Steady => settled(&built, asked, material.window),
+            Method::Steady => settled(&built, request, material.window),
             Method::Dynamic => built.samples.clone(),
         };
         Self { method, columns, built, samples, notes: Vec::new(), warnings: Vec::new() }
@@ -51,25 +51,25 @@ impl Chosen {
     pub fn fit(&self, options: &FitOptions) -> Result<Fit, Vec<Diagnostic>> {
         let all: Vec<usize> = (0..self.samples.len()).collect();
         let finite = |fit: &Fit| {
-            let known = |(x, error): (&f64, &f64)| x.is_finite() && !(error.is_nan() && *x != 0.0);
-            fit.scale.is_finite() && fit.values.iter().zip(&fit.standard_errors).all(known)
+            let is_determined = |(x, error): (&f64, &f64)| x.is_finite() && !(error.is_nan() && *x != 0.0);
+            fit.scale.is_finite() && fit.values.iter().zip(&fit.standard_errors).all(is_determined)
         };
         fit(&self.samples, &all, options).filter(finite).ok_or_else(|| vec![too_large()])
     }
 }
 
 /// Chooses between segments of constant speed and everything, where nobody has, and makes the rows.
-pub(super) fn choose(plant: &Plant, asked: &Asked, material: &Material<'_>) -> Result<Chosen, Vec<Diagnostic>> {
-    let by = |method: Method| Chosen::by(method, plant, asked, material);
-    let needed = |chosen: &Chosen| chosen.columns.kept.len() + 2 * asked.extras.len();
+pub(super) fn choose(plant: &Plant, request: &FitRequest, material: &Material<'_>) -> Result<Chosen, Vec<Diagnostic>> {
+    let by = |method: Method| Chosen::by(method, plant, request, material);
+    let needed = |chosen: &Chosen| chosen.columns.identifiable.len() + 2 * request.extras.len();
     let enough = |chosen: &Chosen, samples: &Samples| samples.len() * samples.rows > needed(chosen);
     let over_angle = |extra: &ExtraTerm| matches!(extra.law, Law::Parameter { over_angle: true, .. });
-    let inertial = asked.wanted.iter().any(|one| matches!(one.keys[0].1, Kind::Inertia | Kind::Stiffness))
-        || asked.extras.iter().any(over_angle);
-    let mut chosen = by(asked.method.unwrap_or(if inertial { Method::Dynamic } else { Method::Steady }));
+    let inertial = request.unknowns.iter().any(|one| matches!(one.keys[0].1, Kind::Inertia | Kind::Stiffness))
+        || request.extras.iter().any(over_angle);
+    let mut chosen = by(request.method.unwrap_or(if inertial { Method::Dynamic } else { Method::Steady }));
     let plenty = chosen.samples.len() * chosen.samples.rows >= PLENTY * needed(&chosen)
         && chosen.samples.windows.iter().sum::<usize>() >= chosen.built.samples.len() / RARE;
-    let free = asked.method.is_none() && chosen.method == Method::Steady;
+    let free = request.method.is_none() && chosen.method == Method::Steady;
     if free && !plenty && enough(&chosen, &chosen.built.samples) {
         let note = format!(
             "the logs have {} segments of constant speed, few for {} parameters: everything is used, with filtered derivatives \
@@ -80,7 +80,7 @@ pub(super) fn choose(plant: &Plant, asked: &Asked, material: &Material<'_>) -> R
         chosen = by(Method::Dynamic);
         chosen.notes.push(note);
     }
-    if chosen.columns.kept.is_empty() && asked.extras.is_empty() {
+    if chosen.columns.identifiable.is_empty() && request.extras.is_empty() {
         let message = "none of the parameters asked for can be told by a log of this kind";
         let help = match chosen.method {
             Method::Steady => "at constant speed nothing accelerates: use `--method dynamic`",
@@ -94,22 +94,26 @@ pub(super) fn choose(plant: &Plant, asked: &Asked, material: &Material<'_>) -> R
     Ok(chosen)
 }
 
-pub(super) fn fit_options(asked: &Asked, columns: &Columns, method: Method) -> FitOptions {
-    let nonnegative = |name: &String| asked.nonnegative.contains(name);
-    let kept = columns.kept.iter().map(|(k, _)| nonnegative(&columns.asked[*k].name));
+pub(super) fn fit_options(request: &FitRequest, columns: &Columns, method: Method) -> FitOptions {
+    let nonnegative = |name: &String| request.nonnegative.contains(name);
+    let identifiable = columns.identifiable.iter().map(|(k, _)| nonnegative(&columns.coefficients[*k].name));
     FitOptions {
-        loss: asked.loss,
-        nonnegative: kept
-            .chain(asked.extras.iter().map(|extra| nonnegative(&extra.name) || nonnegative(&extra.term)))
+        loss: request.loss,
+        nonnegative: identifiable
+            .chain(request.extras.iter().map(|extra| nonnegative(&extra.name) || nonnegative(&extra.term)))
             .collect(),
-        shapes: asked.extras.iter().map(|extra| extra.shape().map(|(shape, _)| shape)).collect(),
-        speeds: asked.extras.iter().map(|extra| extra.shape().and_then(|(_, speed)| speed)).collect(),
+        shapes: request.extras.iter().map(|extra| extra.shape().map(|(shape, _)| shape)).collect(),
+        speeds: request.extras.iter().map(|extra| extra.shape().and_then(|(_, speed)| speed)).collect(),
         serial: method == Method::Dynamic,
     }
 }
 
 /// What fits that have not seen a sample predict of it, sample by sample, row by row; and the fold of each sample.
-pub(super) fn unseen(samples: &Samples, method: Method, options: &FitOptions) -> (Option<Vec<f64>>, Vec<usize>) {
+pub(super) fn cross_validated(
+    samples: &Samples,
+    method: Method,
+    options: &FitOptions,
+) -> (Option<Vec<f64>>, Vec<usize>) {
     let all: Vec<usize> = (0..samples.len()).collect();
     let folds = folds(samples, method);
     (cross_validate(samples, &all, &folds, options), folds)

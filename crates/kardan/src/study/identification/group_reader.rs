@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use kardan_rt::functions::{cos, sin};
 
-use super::channels::Wired;
+use super::channels::MappedChannel;
 use super::clocks::Clock;
 use crate::identify::{Reading, Windows};
 use crate::results::LogRead;
@@ -39,7 +39,7 @@ impl Timing {
     }
 
     /// Times and readings of a block in SI.
-    pub fn to_si(self, block: &mut Block, channels: &[&Wired]) {
+    pub fn to_si(self, block: &mut Block, channels: &[&MappedChannel]) {
         for (column, channel) in block.columns[self.first_column()..].iter_mut().zip(channels) {
             if channel.factor != 1.0 {
                 column.iter_mut().for_each(|x| *x *= channel.factor);
@@ -84,8 +84,8 @@ impl Missing {
 
     /// Whether a channel is slower than others: it has numbers in less than half of the rows, and hardly ever in two that follow each other.
     fn is_slower(&self, rows: u64) -> bool {
-        let there = rows - self.none;
-        there > 0 && 2 * there <= rows && self.adjacent as f64 <= ADJACENT * there as f64
+        let present = rows - self.none;
+        present > 0 && 2 * present <= rows && self.adjacent as f64 <= ADJACENT * present as f64
     }
 }
 
@@ -131,7 +131,7 @@ impl GroupReader {
         timing: Timing,
         block: &Block,
         windows: Windows,
-        channels: &[&Wired],
+        channels: &[&MappedChannel],
         (slots, harmonics): (Vec<usize>, Vec<(usize, f64, bool)>),
     ) -> Self {
         Self {
@@ -158,16 +158,16 @@ impl GroupReader {
 
     /// Subtracts from channels the mean of their first samples.
     fn zero(&mut self, columns: &mut [Vec<f64>]) {
-        for ((count, taken, mean), column) in self.zeros.iter_mut().zip(columns) {
+        for ((count, samples, mean), column) in self.zeros.iter_mut().zip(columns) {
             if *count == 0 {
                 continue;
             }
             for x in column.iter().filter(|x| x.is_finite()) {
-                if *taken >= *count as f64 {
+                if *samples >= *count as f64 {
                     break;
                 }
-                *taken += 1.0;
-                *mean += (x - *mean) / *taken;
+                *samples += 1.0;
+                *mean += (x - *mean) / *samples;
             }
             column.iter_mut().for_each(|x| *x -= *mean);
         }
@@ -223,7 +223,7 @@ impl GroupReader {
             parts.iter_mut().zip(&columns).for_each(|(part, column)| *part = &column[from..to]);
             let (section, own) = (self.section, &self.slots);
             self.windows.add(&times[from..to], &parts, &mut |k, readings| {
-                keep(windows, section, k, slots, own, readings);
+                store_window(windows, section, k, slots, own, readings);
             });
             from = to;
             if from < rows {
@@ -234,7 +234,7 @@ impl GroupReader {
                         let row = self.rows + from as u64 + 1;
                         remarks.push(format!("the clock jumps back by {:.3} s at row {row} ({t:.3} s)", self.last - t));
                     }
-                    self.windows.finish(&mut |k, readings| keep(windows, section, k, slots, own, readings));
+                    self.windows.finish(&mut |k, readings| store_window(windows, section, k, slots, own, readings));
                     self.section += 1;
                     self.last = f64::NEG_INFINITY;
                 } else {
@@ -266,9 +266,9 @@ impl GroupReader {
     /// Ends the windows, and tells what is wrong with the clock.
     pub fn finish(&mut self, slots: usize, windows: &mut SlotWindows, read: &mut LogRead) {
         let remarks = &mut read.remarks;
-        let mut doubts: Vec<String> = read.clock.take().into_iter().collect();
+        let mut clock_issues: Vec<String> = read.clock.take().into_iter().collect();
         let (section, own) = (self.section, &self.slots);
-        self.windows.finish(&mut |k, readings| keep(windows, section, k, slots, own, readings));
+        self.windows.finish(&mut |k, readings| store_window(windows, section, k, slots, own, readings));
         if self.gaps > MOST_REMARKS {
             remarks.push(format!("{} gaps in all", self.gaps));
         }
@@ -276,14 +276,14 @@ impl GroupReader {
             remarks.push(format!("{} jumps of the clock in all", self.jumps));
         }
         if self.jumps > 0 {
-            doubts.push(format!(
+            clock_issues.push(format!(
                 "jumps back {}",
                 if self.jumps == 1 { "once".into() } else { format!("{} times", self.jumps) }
             ));
         }
         // Milliseconds or nanoseconds that nobody called so.
         if self.first.abs() > LATE || self.step >= SLOW {
-            doubts.push("may not be in seconds".into());
+            clock_issues.push("may not be in seconds".into());
             remarks.push(format!(
                 "the clock begins at {:.6} s with a row every {:.3e} s: if its numbers are no seconds, say so with `time_unit` in \
                  `[log.NAME]`",
@@ -291,14 +291,21 @@ impl GroupReader {
             ));
         }
         if self.repeated > 0 {
-            doubts.push(format!("stands still or is missing in {} rows", self.repeated));
+            clock_issues.push(format!("stands still or is missing in {} rows", self.repeated));
             remarks.push(format!("{} rows repeat the time of the row before, or have none: left out", self.repeated));
         }
-        read.clock = (!doubts.is_empty()).then(|| doubts.join(", "));
+        read.clock = (!clock_issues.is_empty()).then(|| clock_issues.join(", "));
     }
 }
 
-fn keep(windows: &mut SlotWindows, section: usize, number: i64, slots: usize, own: &[usize], readings: &[Reading]) {
+fn store_window(
+    windows: &mut SlotWindows,
+    section: usize,
+    number: i64,
+    slots: usize,
+    own: &[usize],
+    readings: &[Reading],
+) {
     let row = windows.entry((section, number)).or_insert_with(|| vec![Reading::MISSING; slots]);
     own.iter().zip(readings).for_each(|(&slot, reading)| row[slot] = *reading);
 }

@@ -33,15 +33,15 @@ pub(super) fn law_terms(
             before: set.to_f64(),
             over_angle: over_angle(first) || laws.any(|(_, law)| over_angle(law)),
         };
-        let others = other_uses(document, name);
-        if others.is_empty() {
+        let further_uses = further_uses_of(document, name);
+        if further_uses.is_empty() {
             let own = ExtraTerm { name: name.clone(), term: name.clone(), ..ExtraTerm::new(element, "", law) };
-            if terms.iter().all(|other| other.name != *name) {
+            if terms.iter().all(|candidate| candidate.name != *name) {
                 terms.push(own);
             }
             return false;
         }
-        let message = format!("the parameter `{name}` stands in the law of `{element}` and in {} too", quoted(others.iter().map(String::as_str)));
+        let message = format!("the parameter `{name}` stands in the law of `{element}` and in {} too", quoted(further_uses.iter().map(String::as_str)));
         out.push(Diagnostic::error("identify::parameter", message).help(
             "what is found of a law must stand in laws of torques alone: give the law a parameter of its own, or take this one out of \
              `parameters`",
@@ -53,14 +53,14 @@ pub(super) fn law_terms(
 
 /// The value of a parameter in a formula, if it stands there.
 fn constant<'a>(formula: &'a Formula, name: &str) -> Option<&'a Exact> {
-    formula.names.iter().find_map(|(other, meaning)| match meaning {
-        Meaning::Constant(value, _) if other == name => Some(value),
+    formula.names.iter().find_map(|(candidate, meaning)| match meaning {
+        Meaning::Constant(value, _) if candidate == name => Some(value),
         _ => None,
     })
 }
 
 /// Where a parameter stands besides laws of torques.
-fn other_uses(document: &Document, name: &str) -> Vec<String> {
+fn further_uses_of(document: &Document, name: &str) -> Vec<String> {
     let in_expression = |expression: &Expression| expression.names().contains(&name);
     let in_scalar = |scalar: &Scalar| match scalar {
         Scalar::Parameter(other) => other == name,
@@ -73,7 +73,7 @@ fn other_uses(document: &Document, name: &str) -> Vec<String> {
         _ => false,
     };
     let uses = |owner: &str, table: &Table| -> Vec<String> {
-        let used = table.values.iter().filter(|(_, given)| in_value(&given.value));
+        let used = table.values.iter().filter(|(_, entry)| in_value(&entry.value));
         used.map(|(key, _)| format!("{owner}.{key}")).collect()
     };
     let mut out: Vec<String> = Vec::new();

@@ -1,10 +1,10 @@
 //! Parameters from measured logs: what the file asks for, the logs read, the samples fitted, and what was found said.
 
-mod asked;
 mod channels;
 mod clocks;
 mod compare;
 mod cutting;
+mod entry_removal;
 mod extra;
 mod fitted;
 mod fitting;
@@ -19,33 +19,33 @@ mod plays;
 mod reading;
 mod recordings;
 mod redundant;
+mod request;
 mod rows;
 mod settings;
 mod stream;
 mod suggest;
 mod summary;
-mod taken_out;
-mod wanted;
+mod unknowns;
 mod ways;
-mod written;
+mod write_values;
 
-use asked::asked;
 use compare::{Whole, compare};
 use cutting::teeth_to_try;
 use extra::with_harmonics;
 use fitted::Fitted;
-use fitting::{choose, fit_options, unseen};
+use fitting::{choose, cross_validated, fit_options};
 use laws::with_harmonics_of_laws;
 use open_logs::OpenLogs;
 use plant::plant;
 use plays::Play;
 use redundant::contradictions;
+use request::request;
 use rows::Material;
 pub use settings::{IdentifySettings, LogFile};
 use suggest::{suggest, with_all_harmonics};
 use summary::summary;
-use ways::tell_ways;
-pub use written::written;
+use ways::drop_unused_directions;
+pub use write_values::write_values;
 
 use super::prepare::is_error;
 use super::{Part, Progress, Project};
@@ -110,10 +110,10 @@ fn of_project(
     settings: &IdentifySettings,
     progress: &dyn Progress,
 ) -> Result<Identification, Vec<Diagnostic>> {
-    let (document, mistakes) = project.read();
-    let mistakes: Vec<Diagnostic> = mistakes.iter().filter(|one| is_error(one)).cloned().collect();
-    if !mistakes.is_empty() {
-        return Err(mistakes);
+    let (document, diagnostics) = project.read();
+    let diagnostics: Vec<Diagnostic> = diagnostics.iter().filter(|one| is_error(one)).cloned().collect();
+    if !diagnostics.is_empty() {
+        return Err(diagnostics);
     }
     if files.is_empty() {
         return Err(vec![
@@ -122,40 +122,40 @@ fn of_project(
         ]);
     }
     let set = variant(document, settings.variant.as_deref())?;
-    let (model, mut mistakes) = document.model_with(&set, Some(&[]));
-    mistakes.retain(is_error);
-    let mut asked = asked(document, &model, &set, settings, &mut mistakes);
-    if !mistakes.is_empty() {
-        return Err(mistakes);
+    let (model, mut diagnostics) = document.model_with(&set, Some(&[]));
+    diagnostics.retain(is_error);
+    let mut request = request(document, &model, &set, settings, &mut diagnostics);
+    if !diagnostics.is_empty() {
+        return Err(diagnostics);
     }
     let mut logs = OpenLogs::open(document, &model, files)?;
-    let mut slots = with_harmonics_of_laws(with_harmonics(logs.slots()?, &asked.declared)?, &model);
+    let mut slots = with_harmonics_of_laws(with_harmonics(logs.slots()?, &request.declared)?, &model);
     if settings.suggest {
         slots = with_all_harmonics(slots);
     }
     let notes = logs.notes();
     let tried = if settings.suggest { teeth_to_try(document) } else { Vec::new() };
-    let plant =
-        plant(document, &set, &asked, &slots, &model, &tried).map_err(|mistakes| with_remarks(mistakes, &notes))?;
-    let window = match asked.window {
+    let plant = plant(document, &set, &request, &slots, &model, &tried)
+        .map_err(|diagnostics| with_remarks(diagnostics, &notes))?;
+    let window = match request.window {
         Some(window) => window,
         None => logs.usual_window()?,
     };
     // What was read of the logs by the time that all is to end is fitted all the same.
     let (recorded, early) = logs.read(&slots, window, progress)?;
     let material = Material { recorded: &recorded, slots: &slots, window };
-    let mut left = asked.tell_recordings(&plant, &material);
-    left.extend(tell_ways(&mut asked, &plant, &material));
-    left.extend(plant.notes.iter().cloned());
+    let mut notes = request.split_by_recording(&plant, &material);
+    notes.extend(drop_unused_directions(&mut request, &plant, &material));
+    notes.extend(plant.notes.iter().cloned());
     // What was wrong with a log is likely to be why it does not suffice.
     let mut chosen =
-        choose(&plant, &asked, &material).map_err(|mistakes| with_remarks(mistakes, &material.remarks()))?;
+        choose(&plant, &request, &material).map_err(|diagnostics| with_remarks(diagnostics, &material.remarks()))?;
     let contradictions = contradictions(&plant, &material);
     chosen.warnings = contradictions.warnings;
-    chosen.notes.extend(left.into_iter().chain(contradictions.notes));
-    let options = fit_options(&asked, &chosen.columns, chosen.method);
+    chosen.notes.extend(notes.into_iter().chain(contradictions.notes));
+    let options = fit_options(&request, &chosen.columns, chosen.method);
     let fit = chosen.fit(&options)?;
-    let whole = Whole { document, settings: &set, asked: &asked, plant: &plant, chosen: &chosen };
+    let whole = Whole { document, settings: &set, request: &request, plant: &plant, chosen: &chosen };
     Fitting { whole, material, options, fit, early }.validated(settings, progress)
 }
 
@@ -171,25 +171,34 @@ struct Fitting<'a> {
 
 impl Fitting<'_> {
     /// Validates the fit and compares other models, until all is to end.
-    fn validated(&self, asked: &IdentifySettings, progress: &dyn Progress) -> Result<Identification, Vec<Diagnostic>> {
-        let keep = |found: &dyn Fn() -> Identification| progress.keep(&|| Part::Identification(Box::new(found())));
+    fn validated(
+        &self,
+        request: &IdentifySettings,
+        progress: &dyn Progress,
+    ) -> Result<Identification, Vec<Diagnostic>> {
+        let store_partial =
+            |found: &dyn Fn() -> Identification| progress.store_partial(&|| Part::Identification(Box::new(found())));
         let missing =
             |what: &str| Some(self.early.iter().map(String::as_str).chain([what]).collect::<Vec<_>>().join("; "));
         let ends = || self.early.is_some() || progress.stop().is_some();
-        keep(&|| Identification { unfinished: missing("validation and comparison are missing"), ..self.summary(None) });
+        store_partial(&|| Identification {
+            unfinished: missing("validation and comparison are missing"),
+            ..self.summary(None)
+        });
         let chosen = self.whole.chosen;
-        let unseen = (!ends()).then(|| unseen(&chosen.samples, chosen.method, &self.options).0).flatten();
-        let mut out = self.summary(unseen.as_deref());
-        keep(&|| Identification { unfinished: missing("the comparison of models is missing"), ..out.clone() });
-        if asked.compare && !ends() {
+        let cross_validated =
+            (!ends()).then(|| cross_validated(&chosen.samples, chosen.method, &self.options).0).flatten();
+        let mut out = self.summary(cross_validated.as_deref());
+        store_partial(&|| Identification { unfinished: missing("the comparison of models is missing"), ..out.clone() });
+        if request.compare && !ends() {
             out.candidates = compare(&self.whole, &self.material, progress)?;
             if out.candidates.is_empty() {
                 let note = "there is nothing to compare: the terms asked for are one model, and the file has no other candidate";
                 out.notes.insert(0, note.into());
             }
         }
-        if asked.suggest && !ends() {
-            keep(&|| Identification { unfinished: missing("suggestions are missing"), ..out.clone() });
+        if request.suggest && !ends() {
+            store_partial(&|| Identification { unfinished: missing("suggestions are missing"), ..out.clone() });
             out.suggestions = suggest(&self.whole, &self.material, &self.options, &self.plays(), progress);
         }
         if ends() {
@@ -201,23 +210,24 @@ impl Fitting<'_> {
 
     /// What the teeth of plays did, by the values that were found.
     fn plays(&self) -> Vec<Play> {
-        let Whole { asked, chosen, .. } = self.whole;
-        let kept = chosen.columns.kept.iter().map(|(k, _)| chosen.columns.asked[*k].name.clone());
-        let names: Vec<String> = kept.chain(asked.extras.iter().map(|extra| extra.name.clone())).collect();
+        let Whole { request, chosen, .. } = self.whole;
+        let identifiable =
+            chosen.columns.identifiable.iter().map(|(k, _)| chosen.columns.coefficients[*k].name.clone());
+        let names: Vec<String> = identifiable.chain(request.extras.iter().map(|extra| extra.name.clone())).collect();
         chosen.built.plays.iter().map(|play| play.fitted(&self.fit, &names)).collect()
     }
 
     /// What was found, with the predictions of fits that have not seen what they predict, if there are any.
-    fn summary(&self, unseen: Option<&[f64]>) -> Identification {
-        let Whole { asked, plant, chosen, .. } = self.whole;
+    fn summary(&self, cross_validated: Option<&[f64]>) -> Identification {
+        let Whole { request, plant, chosen, .. } = self.whole;
         let plays = self.plays();
         let mut out = summary(&Fitted {
             plant,
-            asked,
+            request,
             columns: &chosen.columns,
             samples: &chosen.samples,
             fit: &self.fit,
-            unseen,
+            cross_validated,
             method: chosen.method.word(),
             window: self.material.window,
             noise: &chosen.built.noise,
@@ -232,13 +242,13 @@ impl Fitting<'_> {
 }
 
 /// Diagnostics that tell what was remarked about the logs.
-fn with_remarks(mut mistakes: Vec<Diagnostic>, remarks: &[String]) -> Vec<Diagnostic> {
-    if let (Some(first), false) = (mistakes.first_mut(), remarks.is_empty()) {
-        let known = first.help.take().unwrap_or_default();
+fn with_remarks(mut diagnostics: Vec<Diagnostic>, remarks: &[String]) -> Vec<Diagnostic> {
+    if let (Some(first), false) = (diagnostics.first_mut(), remarks.is_empty()) {
+        let own_help = first.help.take().unwrap_or_default();
         let shown = remarks[..remarks.len().min(REMARKS)].join("; ");
-        first.help = Some(format!("{known}; and see what the logs say: {shown}"));
+        first.help = Some(format!("{own_help}; and see what the logs say: {shown}"));
     }
-    mistakes
+    diagnostics
 }
 
 /// The settings of a variant.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::channels::{Channel, Wired, number, signals, wire_by_name};
+use super::channels::{Channel, MappedChannel, number, signals, wire_by_name};
 use super::clocks::{Clock, clocks};
 use super::recordings::table_of;
 use super::settings::LogFile;
@@ -17,7 +17,7 @@ use kardan_tables::read::{Bytes, CsvOptions, Log, LogError, open};
 pub(super) struct OpenLog {
     pub name: String,
     pub log: Box<dyn Log>,
-    pub wired: Vec<Wired>,
+    pub mapped: Vec<MappedChannel>,
     /// For each group.
     pub clocks: Vec<Option<Clock>>,
     pub offset: f64,
@@ -50,20 +50,20 @@ pub(super) fn open_log(
     };
     let before = out.len();
     let groups = log.groups().to_vec();
-    let mut wired = Vec::new();
+    let mut mapped = Vec::new();
     if let (Some((number, _)), Some(Value::Tables(channels))) =
-        (described, table.values.get("channel").map(|given| &given.value))
+        (described, table.values.get("channel").map(|entry| &entry.value))
     {
         for (k, table) in channels.iter().enumerate() {
             let what = format!("channel {} of log `{}`", k + 1, document.logs[number].0);
             let channel = Channel { table, what: &what, file: &file.name, groups: &groups, reader: &reader };
-            wired.extend(channel.wire(model, out));
+            mapped.extend(channel.wire(model, out));
         }
     }
-    wire_by_name(model, &file.name, &groups, &mut wired, out);
-    let clocks = clocks(table, &groups, &wired, &file.name, &reader, out);
+    wire_by_name(model, &file.name, &groups, &mut mapped, out);
+    let clocks = clocks(table, &groups, &mapped, &file.name, &reader, out);
     let offset = quantity(&reader, table, "time_offset", (Dimension::TIME, Sign::Any), "a log", out);
-    if wired.is_empty() && out.len() == before {
+    if mapped.is_empty() && out.len() == before {
         let names = groups.iter().flat_map(|group| group.channels.iter().map(|channel| channel.name.as_str()));
         let message = format!("no channel of `{}` is known to the model", file.name);
         let notes = log.notes();
@@ -78,7 +78,7 @@ pub(super) fn open_log(
     (out.len() == before).then(|| OpenLog {
         name: file.name.clone(),
         log,
-        wired,
+        mapped,
         clocks,
         offset: offset.map_or(0.0, |x| x.to_f64()),
         options,

@@ -69,7 +69,7 @@ fn failed((name, error): (String, LogError)) -> Vec<Diagnostic> {
 impl OpenLogs {
     pub fn open(document: &Document, model: &Model, files: Vec<LogFile>) -> Result<Self, Vec<Diagnostic>> {
         let mut out = Self { experiments: Vec::new(), counters: Vec::new(), bytes: 0 };
-        let mut mistakes = Vec::new();
+        let mut diagnostics = Vec::new();
         for group in recordings(document, files)? {
             let mut logs = Vec::new();
             for file in group {
@@ -77,12 +77,12 @@ impl OpenLogs {
                 if let Ok(mut bytes) = file.bytes.open() {
                     out.bytes += bytes.seek(SeekFrom::End(0)).unwrap_or(0);
                 }
-                logs.extend(open_log(document, model, &LogFile { name: file.name, bytes: counted }, &mut mistakes));
+                logs.extend(open_log(document, model, &LogFile { name: file.name, bytes: counted }, &mut diagnostics));
                 out.counters.push(count);
             }
             out.experiments.push(logs);
         }
-        if mistakes.is_empty() { Ok(out) } else { Err(mistakes) }
+        if diagnostics.is_empty() { Ok(out) } else { Err(diagnostics) }
     }
 
     /// What the files say of themselves.
@@ -96,7 +96,7 @@ impl OpenLogs {
         let mut of: Vec<Vec<Quantity>> = Vec::new();
         for logs in &self.experiments {
             let mut own: Vec<Quantity> = Vec::new();
-            for one in logs.iter().flat_map(|log| &log.wired) {
+            for one in logs.iter().flat_map(|log| &log.mapped) {
                 if own.contains(&one.quantity) {
                     let message = format!("`{}` is in the logs twice", one.quantity.signal());
                     return Err(vec![

@@ -1,25 +1,26 @@
 //! The parameters that were found, and what they mean for the model file.
 
-use super::asked::Asked;
 use super::cutting::teeth;
 use super::extra::{ExtraTerm, Law};
 use super::fitted::{Fitted, short};
 use super::plays::Play;
+use super::request::FitRequest;
 use crate::assemble::CoefficientKind as Kind;
-use crate::equations::{Domain, Hold};
+use crate::equations::{Domain, UnilateralConstraint};
 use crate::identify::{Coefficient, Extra, Shape};
 use crate::num::{Definiteness, definiteness, rational_from_f64};
 use crate::reduce::linearise;
-use crate::results::{FileLaw, FileTerm, FileValue, GIVEN, IdentifiedDamping, IdentifiedParameter, Interval};
+use crate::results::{FIXED_REMARK, FileLaw, FileTerm, FileValue, IdentifiedDamping, IdentifiedParameter, Interval};
 use crate::units::Exact;
 
 /// Parameters by the file's order of what was asked for, then those of the extra terms.
 pub(super) fn parameters(fitted: &Fitted<'_>) -> Vec<IdentifiedParameter> {
-    let Fitted { asked, columns, .. } = fitted;
-    let mut out: Vec<IdentifiedParameter> = (0..columns.asked.len()).map(|number| fitted.coefficient(number)).collect();
-    let first = columns.kept.len();
-    let mut speed = first + asked.extras.len();
-    for (k, extra) in asked.extras.iter().enumerate() {
+    let Fitted { request, columns, .. } = fitted;
+    let mut out: Vec<IdentifiedParameter> =
+        (0..columns.coefficients.len()).map(|number| fitted.coefficient(number)).collect();
+    let first = columns.identifiable.len();
+    let mut speed = first + request.extras.len();
+    for (k, extra) in request.extras.iter().enumerate() {
         let mut found = {
             let before = if let Law::Parameter { before, .. } = extra.law { Some(before) } else { None };
             fitted.column(extra.name.clone(), extra.unit(fitted.domain(&extra.element)), first + k, before)
@@ -28,8 +29,8 @@ pub(super) fn parameters(fitted: &Fitted<'_>) -> Vec<IdentifiedParameter> {
             found.remark.clone_from(&extra.remark);
         }
         out.push(found);
-        if let Some((_, given)) = extra.shape() {
-            out.push(fitted.stribeck_speed(k, extra, given, speed));
+        if let Some((_, fixed_speed)) = extra.shape() {
+            out.push(fitted.stribeck_speed(k, extra, fixed_speed, speed));
             speed += 1;
         }
         if matches!(extra.law, Law::Backlash { .. }) {
@@ -43,8 +44,8 @@ pub(super) fn parameters(fitted: &Fitted<'_>) -> Vec<IdentifiedParameter> {
     out
 }
 
-fn published(asked: &Asked, name: &str) -> Option<f64> {
-    asked.published.iter().find(|(other, _)| other == name).map(|(_, value)| *value)
+fn published(request: &FitRequest, name: &str) -> Option<f64> {
+    request.published.iter().find(|(candidate, _)| candidate == name).map(|(_, value)| *value)
 }
 
 impl Fitted<'_> {
@@ -58,7 +59,7 @@ impl Fitted<'_> {
         let fit = self.fit;
         let (value, error) = (fit.values[column], fit.standard_errors[column]);
         let (bounded, undetermined) = (fit.bounded.contains(&column), error.is_infinite());
-        let half = fit.quantile(column, self.asked.confidence) * error;
+        let half = fit.quantile(column, self.request.confidence) * error;
         IdentifiedParameter {
             interval: (!bounded && !undetermined && half.is_finite())
                 .then_some(Interval { lower: value - half, upper: value + half }),
@@ -70,7 +71,7 @@ impl Fitted<'_> {
                 }
                 _ => String::new(),
             },
-            published: published(self.asked, &name),
+            published: published(self.request, &name),
             standard_error: (!bounded && !error.is_nan()).then_some(error),
             name,
             unit: unit.into(),
@@ -82,10 +83,10 @@ impl Fitted<'_> {
 
     /// A coefficient that was asked for: with others in a combination, or left out as no test of this kind determines it.
     fn coefficient(&self, number: usize) -> IdentifiedParameter {
-        let (columns, before) = (self.columns, self.asked.wanted[number].before);
-        let Coefficient { name, kind, .. } = &columns.asked[number];
-        let unit = kind.unit(self.domain(&self.asked.wanted[number].keys[0].0));
-        let Some(column) = columns.kept.iter().position(|(kept, _)| *kept == number) else {
+        let (columns, before) = (self.columns, self.request.unknowns[number].before);
+        let Coefficient { name, kind, .. } = &columns.coefficients[number];
+        let unit = kind.unit(self.domain(&self.request.unknowns[number].keys[0].0));
+        let Some(column) = columns.identifiable.iter().position(|(identifiable, _)| *identifiable == number) else {
             return IdentifiedParameter {
                 name: name.clone(),
                 unit: unit.into(),
@@ -93,15 +94,15 @@ impl Fitted<'_> {
                 value: before,
                 standard_error: Some(f64::INFINITY),
                 remark: "not determined by a test of this kind, whatever is logged".into(),
-                published: published(self.asked, name),
+                published: published(self.request, name),
                 ..IdentifiedParameter::default()
             };
         };
         let mut found = self.column(name.clone(), unit, column, before);
-        let with = &columns.kept[column].1;
-        let part = |(other, factor): &(usize, f64)| {
+        let with = &columns.identifiable[column].1;
+        let part = |(candidate, factor): &(usize, f64)| {
             let sign = if *factor < 0.0 { "-" } else { "+" };
-            format!(" {sign} {} {}", short(factor.abs()), columns.asked[*other].name)
+            format!(" {sign} {} {}", short(factor.abs()), columns.coefficients[*candidate].name)
         };
         found.combination = with.iter().map(part).collect();
         if !with.is_empty() {
@@ -115,13 +116,13 @@ impl Fitted<'_> {
         &self,
         number: usize,
         extra: &ExtraTerm,
-        given: Option<f64>,
+        fixed_speed: Option<f64>,
         column: usize,
     ) -> IdentifiedParameter {
         let unit = self.domain(&extra.element).motion()[1].unit();
         let mut found = self.column(format!("{}.stribeck_speed", extra.element), unit, column, None);
-        if given.is_some() {
-            found.remark = GIVEN.into();
+        if fixed_speed.is_some() {
+            found.remark = FIXED_REMARK.into();
             found.interval = None;
             found.standard_error = None;
         } else if self.fit.at_end.contains(&number) {
@@ -136,13 +137,15 @@ impl Fitted<'_> {
 impl Fitted<'_> {
     /// The width of a backlash, `2 p / s`: its error to first order in those of the torque p and the stiffness s.
     fn backlash(&self, extra: &ExtraTerm, column: usize) -> IdentifiedParameter {
-        let Fitted { asked, columns, fit, plant, .. } = self;
+        let Fitted { request, columns, fit, plant, .. } = self;
         let own = |key: &(String, Kind)| key.0 == extra.element && key.1 == Kind::Stiffness;
-        let number = asked.wanted.iter().position(|one| one.keys.iter().any(own));
-        let place = number.and_then(|number| columns.kept.iter().position(|(kept, _)| *kept == number));
+        let number = request.unknowns.iter().position(|one| one.keys.iter().any(own));
+        let place =
+            number.and_then(|number| columns.identifiable.iter().position(|(identifiable, _)| *identifiable == number));
         let springs = &plant.reduced.equations.springs;
-        let given = springs.iter().find(|term| term.element == extra.element).map(|term| term.value.stiffness.to_f64());
-        let stiffness = place.map(|k| fit.values[k]).or(given).unwrap_or(f64::NAN);
+        let model_stiffness =
+            springs.iter().find(|term| term.element == extra.element).map(|term| term.value.stiffness.to_f64());
+        let stiffness = place.map(|k| fit.values[k]).or(model_stiffness).unwrap_or(f64::NAN);
         let width = 2.0 * fit.values[column] / stiffness;
         let mut found = IdentifiedParameter {
             name: format!("{}.backlash", extra.element),
@@ -150,7 +153,7 @@ impl Fitted<'_> {
             value: width.is_finite().then_some(width),
             ..IdentifiedParameter::default()
         };
-        let apart = number.is_none() || place.is_some_and(|k| columns.kept[k].1.is_empty());
+        let apart = number.is_none() || place.is_some_and(|k| columns.identifiable[k].1.is_empty());
         let errors = [Some(column), place].into_iter().flatten().map(|k| fit.standard_errors[k]);
         if !(apart && width.is_finite() && errors.fold(0.0, f64::max).is_finite()) {
             found.remark = "its torque or its stiffness is not determined".into();
@@ -162,7 +165,7 @@ impl Fitted<'_> {
             variance += width * width * fit.covariance[(k, k)] - 4.0 * width * fit.covariance[(column, k)];
         }
         let error = variance.max(0.0).sqrt() / stiffness.abs();
-        let half = fit.quantile(column, asked.confidence) * error;
+        let half = fit.quantile(column, request.confidence) * error;
         found.standard_error = Some(error);
         found.interval = half.is_finite().then_some(Interval { lower: width - half, upper: width + half });
         found
@@ -172,33 +175,35 @@ impl Fitted<'_> {
 impl Fitted<'_> {
     /// Widths of the plays that are sought.
     fn widths(&self) -> Vec<IdentifiedParameter> {
-        let asked = |play: &&Play| self.asked.plays.as_ref().is_none_or(|plays| plays.contains(&play.element));
+        let is_sought = |play: &&Play| self.request.plays.as_ref().is_none_or(|plays| plays.contains(&play.element));
         let of = |play: &Play| {
-            let stops = self.plant.reduced.equations.holds.iter().filter(|hold| hold.element == play.element);
+            let stops =
+                self.plant.reduced.equations.unilaterals.iter().filter(|unilateral| unilateral.element == play.element);
             // δ is at most the one, and at least the opposite of the other.
-            let ends = stops.map(|hold| match &hold.value {
-                Hold::Stop { upper: true, offset, .. } => [offset.to_f64(), 0.0],
-                Hold::Stop { offset, .. } => [0.0, offset.to_f64()],
+            let ends = stops.map(|unilateral| match &unilateral.value {
+                UnilateralConstraint::Stop { upper: true, offset, .. } => [offset.to_f64(), 0.0],
+                UnilateralConstraint::Stop { offset, .. } => [0.0, offset.to_f64()],
                 _ => [0.0; 2],
             });
             let [a, b] = ends.fold([0.0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]]);
             let before = [Some(-a - b), Some((b - a) / 2.0)];
-            let mut found = play.parameters(before, self.asked.confidence);
-            found.iter_mut().for_each(|one| one.published = published(self.asked, &one.name));
+            let mut found = play.parameters(before, self.request.confidence);
+            found.iter_mut().for_each(|one| one.published = published(self.request, &one.name));
             found
         };
-        self.plays.iter().filter(asked).flat_map(of).collect()
+        self.plays.iter().filter(is_sought).flat_map(of).collect()
     }
 
     /// The efficiency of teeth that lose so much of what they carry where they are cut.
     fn efficiency(&self, extra: &ExtraTerm, back: bool, column: usize) -> IdentifiedParameter {
         let name = format!("{}.{}", extra.element, if back { "efficiency_back" } else { "efficiency" });
         let mut found = self.column(name, "1", column, None);
-        let Extra::Teeth { teeth: number, .. } = self.columns.extras[column - self.columns.kept.len()] else {
+        let Extra::Teeth { teeth: number, .. } = self.columns.extras[column - self.columns.identifiable.len()] else {
             return found;
         };
-        let Some(teeth) =
-            teeth(&self.plant.balance(&self.plant.reduced, &self.columns.asked, self.asked)).into_iter().nth(number)
+        let Some(teeth) = teeth(&self.plant.balance(&self.plant.reduced, &self.columns.coefficients, self.request))
+            .into_iter()
+            .nth(number)
         else {
             return found;
         };
@@ -222,9 +227,9 @@ fn determined(one: &IdentifiedParameter) -> Option<f64> {
 
 /// What a model file can hold of what was found, and what not. Stribeck friction goes there as the torque at which it breaks away.
 pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> (Vec<FileValue>, Vec<String>) {
-    let Fitted { asked, columns, .. } = fitted;
-    let (mut values, mut left) = (Vec::new(), Vec::new());
-    let plain = parameters.iter().take(columns.asked.len());
+    let Fitted { request, columns, .. } = fitted;
+    let (mut values, mut omissions) = (Vec::new(), Vec::new());
+    let plain = parameters.iter().take(columns.coefficients.len());
     for one in plain {
         if let Some(value) = determined(one) {
             values.push(FileValue { name: one.name.clone(), value, interval: one.interval });
@@ -232,16 +237,16 @@ pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) 
             // At its bound: all others were fitted with it at zero.
             values.push(FileValue { name: one.name.clone(), value: 0.0, interval: None });
         } else {
-            left.push(format!("{}: {}", one.name, one.remark));
+            omissions.push(format!("{}: {}", one.name, one.remark));
         }
     }
-    for extra in &asked.extras {
+    for extra in &request.extras {
         let named = |name: &str| parameters.iter().find(|one| one.name == name);
         let Some(own) = named(&extra.name) else { continue };
         let speed = named(&format!("{}.stribeck_speed", extra.element));
         let friction = format!("{}.friction", extra.element);
         let own_friction = |key: &(String, Kind)| key.0 == extra.element && key.1 == Kind::Friction;
-        let with = asked.wanted.iter().position(|one| one.keys.iter().any(own_friction));
+        let with = request.unknowns.iter().position(|one| one.keys.iter().any(own_friction));
         let sliding = match with {
             Some(k) => parameters.get(k).and_then(determined),
             None => fitted
@@ -256,18 +261,18 @@ pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) 
         if matches!(extra.law, Law::Parameter { .. }) {
             match determined(own) {
                 Some(value) => values.push(FileValue { name: own.name.clone(), value, interval: own.interval }),
-                None => left.push(format!("{}: {}", own.name, own.remark)),
+                None => omissions.push(format!("{}: {}", own.name, own.remark)),
             }
             continue;
         }
         if law_of_file(extra).is_some() || matches!(extra.law, Law::Teeth { .. }) {
             continue;
         }
-        let Some((shape, given)) = extra.shape() else {
-            left.push(format!("{}: {}", extra.name, not_in_a_file(&extra.law)));
+        let Some((shape, fixed_speed)) = extra.shape() else {
+            omissions.push(format!("{}: {}", extra.name, not_in_a_file(&extra.law)));
             continue;
         };
-        let speed = speed.filter(|one| determined(one).is_some() || given.is_some());
+        let speed = speed.filter(|one| determined(one).is_some() || fixed_speed.is_some());
         let speed = speed.and_then(|one| Some((one.value?, determined(one).and(one.interval))));
         let both = determined(own).filter(|own| *own > 0.0).zip(sliding);
         match (shape, speed, both) {
@@ -281,13 +286,13 @@ pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) 
                 values.push(value("stribeck_speed", speed, interval));
             }
             (Shape::Gaussian, ..) => {
-                left.push(format!("{}: it is not told well enough, or {friction} is not", extra.name));
+                omissions.push(format!("{}: it is not told well enough, or {friction} is not", extra.name));
             }
-            _ => left.push(format!("{}: a model file has the gaussian shape only", extra.name)),
+            _ => omissions.push(format!("{}: a model file has the gaussian shape only", extra.name)),
         }
     }
-    of_teeth_and_plays(fitted, parameters, &mut values, &mut left);
-    (values, left)
+    of_teeth_and_plays(fitted, parameters, &mut values, &mut omissions);
+    (values, omissions)
 }
 
 /// What a model file can hold of teeth and plays.
@@ -295,25 +300,25 @@ fn of_teeth_and_plays(
     fitted: &Fitted<'_>,
     parameters: &[IdentifiedParameter],
     values: &mut Vec<FileValue>,
-    left: &mut Vec<String>,
+    omissions: &mut Vec<String>,
 ) {
-    for extra in &fitted.asked.extras {
+    for extra in &fitted.request.extras {
         let Law::Teeth { back } = extra.law else { continue };
         let name = format!("{}.{}", extra.element, if back { "efficiency_back" } else { "efficiency" });
         let found = parameters.iter().find(|one| one.name == name);
         match found.and_then(determined).filter(|value| *value <= 1.0 && (back || *value > 0.0)) {
             Some(value) => values.push(FileValue { name, value, interval: None }),
-            None => left.push(format!("{name}: it is not told from 1, or not determined")),
+            None => omissions.push(format!("{name}: it is not told from 1, or not determined")),
         }
     }
     // A file has no `efficiency_back` alone.
-    for (hold, mesh) in fitted.plant.reduced.equations.meshes() {
+    for (unilateral, gear) in fitted.plant.reduced.equations.gear_losses() {
         let named = |word: &str, values: &[FileValue]| {
-            let name = format!("{}.{word}", hold.element);
+            let name = format!("{}.{word}", unilateral.element);
             values.iter().any(|one| one.name == name)
         };
-        if named("efficiency_back", values) && !named("efficiency", values) && mesh.forth.to_f64() < 1e-8 {
-            values.push(FileValue { name: format!("{}.efficiency", hold.element), value: 1.0, interval: None });
+        if named("efficiency_back", values) && !named("efficiency", values) && gear.forth.to_f64() < 1e-8 {
+            values.push(FileValue { name: format!("{}.efficiency", unilateral.element), value: 1.0, interval: None });
         }
     }
     for play in fitted.plays {
@@ -322,7 +327,7 @@ fn of_teeth_and_plays(
             let Some(one) = parameters.iter().find(|one| one.name == name) else { continue };
             match determined(one) {
                 Some(value) => values.push(FileValue { name, value, interval: one.interval }),
-                None => left.push(format!("{name}: {}", one.remark)),
+                None => omissions.push(format!("{name}: {}", one.remark)),
             }
         }
     }
@@ -340,13 +345,13 @@ fn law_of_file(extra: &ExtraTerm) -> Option<FileLaw> {
 }
 
 /// The terms that a model file can hold as laws of torques; those that are not determined are left out, with the reason.
-pub(super) fn terms_for_file(asked: &Asked, parameters: &[IdentifiedParameter]) -> (Vec<FileTerm>, Vec<String>) {
-    let (mut terms, mut left): (Vec<FileTerm>, Vec<String>) = (Vec::new(), Vec::new());
-    for extra in &asked.extras {
+pub(super) fn terms_for_file(request: &FitRequest, parameters: &[IdentifiedParameter]) -> (Vec<FileTerm>, Vec<String>) {
+    let (mut terms, mut omissions): (Vec<FileTerm>, Vec<String>) = (Vec::new(), Vec::new());
+    for extra in &request.extras {
         let Some(law) = law_of_file(extra) else { continue };
         let found = parameters.iter().find(|one| one.name == extra.name && one.interval.is_some());
         let Some((one, value)) = found.and_then(|one| Some((one, one.value?))) else {
-            left.push(format!("{}: these data do not determine it", extra.name));
+            omissions.push(format!("{}: these data do not determine it", extra.name));
             terms.retain(|other| other.term != extra.term);
             continue;
         };
@@ -362,7 +367,7 @@ pub(super) fn terms_for_file(asked: &Asked, parameters: &[IdentifiedParameter]) 
         }
     }
     terms.retain(|one| !matches!(one.law, FileLaw::Cogging(_)) || one.coefficients.len() == 2);
-    (terms, left)
+    (terms, omissions)
 }
 
 /// Whether a law of a torque, or a key of an element, says a term.
@@ -384,17 +389,17 @@ fn not_in_a_file(law: &Law) -> &'static str {
 /// Kᵀ D K at what was found, where dampings were asked for.
 pub(super) fn damping(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> Option<IdentifiedDamping> {
     let Fitted { plant, columns, .. } = fitted;
-    let asked = || columns.asked.iter().filter(|one| one.kind == Kind::Damping);
+    let damping_terms = || columns.coefficients.iter().filter(|one| one.kind == Kind::Damping);
     let determined = |one: &Coefficient| {
-        let known = |found: &IdentifiedParameter| found.interval.is_some() || found.standard_error.is_none();
-        parameters.iter().any(|found| found.name == one.name && known(found))
+        let is_determined = |found: &IdentifiedParameter| found.interval.is_some() || found.standard_error.is_none();
+        parameters.iter().any(|found| found.name == one.name && is_determined(found))
     };
-    if asked().next().is_none() || !asked().all(determined) {
+    if damping_terms().next().is_none() || !damping_terms().all(determined) {
         return None;
     }
     let mut reduced = plant.reduced.clone();
-    for one in asked() {
-        let value = rational_from_f64(alone(&one.name, parameters, fitted)?)?;
+    for one in damping_terms() {
+        let value = rational_from_f64(own_value(&one.name, parameters, fitted)?)?;
         for &term in &one.terms {
             reduced.equations.dampers[term].value = Exact::new(value.clone(), 0);
         }
@@ -409,13 +414,14 @@ pub(super) fn damping(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -
 }
 
 /// The value of a parameter with the others of its combination as the file gives them.
-fn alone(name: &str, parameters: &[IdentifiedParameter], fitted: &Fitted<'_>) -> Option<f64> {
+fn own_value(name: &str, parameters: &[IdentifiedParameter], fitted: &Fitted<'_>) -> Option<f64> {
     let found = parameters.iter().find(|one| one.name == name)?;
     let columns = fitted.columns;
-    let number = columns.asked.iter().position(|one| one.name == name)?;
-    let with = columns.kept.iter().find(|(kept, _)| *kept == number).map_or(&[][..], |(_, with)| with);
-    let others: f64 =
-        with.iter().map(|(other, factor)| factor * fitted.asked.wanted[*other].before.unwrap_or(0.0)).sum();
-    let value = found.value? - others;
+    let number = columns.coefficients.iter().position(|one| one.name == name)?;
+    let with =
+        columns.identifiable.iter().find(|(identifiable, _)| *identifiable == number).map_or(&[][..], |(_, with)| with);
+    let known_part: f64 =
+        with.iter().map(|(other, factor)| factor * fitted.request.unknowns[*other].before.unwrap_or(0.0)).sum();
+    let value = found.value? - known_part;
     value.is_finite().then_some(value)
 }

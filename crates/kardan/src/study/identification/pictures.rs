@@ -18,11 +18,12 @@ fn stride(count: usize) -> usize {
 
 /// Torques as they were measured and as they are predicted.
 pub(super) fn traces(fitted: &Fitted<'_>) -> Vec<Trace> {
-    let Fitted { samples, fit, unseen, .. } = fitted;
+    let Fitted { samples, fit, cross_validated, .. } = fitted;
     let step = stride(samples.len());
     let point = |k: usize, row: usize| {
         let place = samples.places[k];
-        let predicted = unseen.map_or_else(|| fit.prediction(samples, k, row), |unseen| unseen[k * samples.rows + row]);
+        let predicted = cross_validated
+            .map_or_else(|| fit.prediction(samples, k, row), |cross_validated| cross_validated[k * samples.rows + row]);
         TracePoint { log: place.log, time: place.time, measured: samples.y(k)[row], predicted }
     };
     fitted
@@ -39,14 +40,14 @@ pub(super) fn traces(fitted: &Fitted<'_>) -> Vec<Trace> {
 
 /// For each friction asked for: what is measured along it less all other terms, over its speed.
 pub(super) fn curves(fitted: &Fitted<'_>) -> Vec<FrictionCurve> {
-    let Fitted { plant, asked, samples, .. } = fitted;
+    let Fitted { plant, request, samples, .. } = fitted;
     // Rows are those of the coordinates only where nothing was eliminated.
     if samples.rows != plant.reduced.degrees_of_freedom() {
         return Vec::new();
     }
     let basis = plant.basis();
-    let keys = asked.wanted.iter().flat_map(|one| &one.keys).filter(|(_, kind)| *kind == Kind::Friction);
-    let all = keys.map(|(element, _)| element).chain(asked.extras.iter().map(|extra| &extra.element));
+    let keys = request.unknowns.iter().flat_map(|one| &one.keys).filter(|(_, kind)| *kind == Kind::Friction);
+    let all = keys.map(|(element, _)| element).chain(request.extras.iter().map(|extra| &extra.element));
     // Terms that go with an input or a spring have no friction of that name, and no curve.
     let mut elements: Vec<&String> = Vec::new();
     for element in all {
@@ -64,7 +65,7 @@ pub(super) fn curves(fitted: &Fitted<'_>) -> Vec<FrictionCurve> {
 
 /// The curve of a friction along a direction, in the row of the balance that has most of it.
 fn curve(fitted: &Fitted<'_>, element: &str, direction: &[f64]) -> Option<FrictionCurve> {
-    let Fitted { asked, columns, samples, fit, .. } = fitted;
+    let Fitted { request, columns, samples, fit, .. } = fitted;
     let row = (0..direction.len()).max_by(|&a, &b| direction[a].abs().total_cmp(&direction[b].abs()))?;
     let share = direction[row];
     if share == 0.0 {
@@ -72,19 +73,19 @@ fn curve(fitted: &Fitted<'_>, element: &str, direction: &[f64]) -> Option<Fricti
     }
     let losses = |kind: &Kind| matches!(kind, Kind::Damping | Kind::Friction);
     let of_element = |number: usize| {
-        let one = &asked.wanted[number];
-        one.keys.iter().any(|(other, kind)| other == element && losses(kind))
+        let one = &request.unknowns[number];
+        one.keys.iter().any(|(candidate, kind)| candidate == element && losses(kind))
             && (one.parameter || names::parameter(&one.name).is_some_and(|(owner, _)| owner == element))
     };
-    let kept = columns.kept.iter().map(|(number, _)| of_element(*number));
-    let extras = asked.extras.iter().zip(&columns.extras);
+    let identifiable = columns.identifiable.iter().map(|(number, _)| of_element(*number));
+    let extras = request.extras.iter().zip(&columns.extras);
     let of_speed = |extra: &Extra| {
         matches!(
             extra,
             Extra::Stribeck { .. } | Extra::Sense { .. } | Extra::SenseDamping { .. } | Extra::Quadratic { .. }
         )
     };
-    let own = kept.chain(extras.map(|(one, extra)| one.element == element && of_speed(extra)));
+    let own = identifiable.chain(extras.map(|(one, extra)| one.element == element && of_speed(extra)));
     let mut own_fit = (*fit).clone();
     for (value, own) in own_fit.values.iter_mut().zip(own) {
         if !own {
@@ -95,8 +96,8 @@ fn curve(fitted: &Fitted<'_>, element: &str, direction: &[f64]) -> Option<Fricti
     for k in (0..samples.len()).step_by(stride(samples.len())) {
         let speed = dot(direction, samples.motion(k, 1));
         let model = own_fit.prediction(samples, k, row) / share;
-        let left = (samples.y(k)[row] - fit.prediction(samples, k, row)) / share;
-        points.push(FrictionPoint { speed, torque: model + left });
+        let residual = (samples.y(k)[row] - fit.prediction(samples, k, row)) / share;
+        points.push(FrictionPoint { speed, torque: model + residual });
         line.push(FrictionPoint { speed, torque: model });
     }
     line.sort_by(|a, b| a.speed.total_cmp(&b.speed));

@@ -1,15 +1,15 @@
 //! The plant in coordinates that were measured, and the columns that its logs can tell.
 
-use super::asked::{Asked, Method};
 use super::channels::{Harmonic, Quantity, quantity_of};
 use super::cutting::{Balance, check_teeth};
 use super::extra::{ExtraTerm, extra_columns};
 use super::laws::law_torques;
 use super::plays::open_plays;
-use super::wanted::{Wanted, coefficients, with_terms};
+use super::request::{FitRequest, Method};
+use super::unknowns::{UnknownParameter, coefficients, with_terms};
 use crate::assemble::{CoefficientKind as Kind, Equations, assemble};
 use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::{Domain, Hold, Meaning, Term};
+use crate::equations::{Domain, Meaning, Term, UnilateralConstraint};
 use crate::identify::{Coefficient, Extra, Regressor, undetermined};
 use crate::model::{Document, Model, Setting};
 use crate::num::{Matrix, Rational, echelon, rational_to_f64};
@@ -40,9 +40,9 @@ pub(super) struct Plant {
 
 /// What is fitted: columns and what they mean.
 pub(super) struct Columns {
-    pub asked: Vec<Coefficient>,
+    pub coefficients: Vec<Coefficient>,
     /// Those of them that are columns; each with what else enters its value: `(number, factor)`.
-    pub kept: Vec<(usize, Vec<(usize, f64)>)>,
+    pub identifiable: Vec<(usize, Vec<(usize, f64)>)>,
     pub structural: Vec<Vec<Rational>>,
     pub extras: Vec<Extra>,
 }
@@ -51,17 +51,17 @@ pub(super) struct Columns {
 pub(super) fn plant(
     document: &Document,
     set: &[Setting],
-    asked: &Asked,
+    request: &FitRequest,
     slots: &[Quantity],
     plain: &Model,
     tried: &[ExtraTerm],
 ) -> Result<Plant, Vec<Diagnostic>> {
-    let terms: Vec<ExtraTerm> = asked.declared.iter().cloned().chain(tried.iter().cloned()).collect();
-    let (document, set) = with_terms(document, set, &asked.wanted, &terms);
-    let (model, mistakes) = document.model_with(&set, Some(&[]));
-    let mistakes: Vec<_> = mistakes.into_iter().filter(is_error).collect();
-    if !mistakes.is_empty() {
-        return Err(mistakes);
+    let terms: Vec<ExtraTerm> = request.declared.iter().cloned().chain(tried.iter().cloned()).collect();
+    let (document, set) = with_terms(document, set, &request.unknowns, &terms);
+    let (model, diagnostics) = document.model_with(&set, Some(&[]));
+    let diagnostics: Vec<_> = diagnostics.into_iter().filter(is_error).collect();
+    if !diagnostics.is_empty() {
+        return Err(diagnostics);
     }
     let mut equations = assemble(&model.all_coordinates, &model.terms);
     let plays = open_plays(&document, &mut equations);
@@ -79,7 +79,7 @@ pub(super) fn plant(
     let inputs = &reduced.equations.inputs;
     let torques: Vec<_> = inputs.iter().map(|input| place(&|slot| slot.is_torque_of(&input.element))).collect();
     let unmeasured =
-        (0..inputs.len()).filter(|&k| torques[k].is_none() && !asked.absent.contains(&inputs[k].element)).collect();
+        (0..inputs.len()).filter(|&k| torques[k].is_none() && !request.absent.contains(&inputs[k].element)).collect();
     let step = |slot: &Quantity| {
         plain.terms.iter().filter(|named| matches!(named.term, Term::Output(_))).find_map(|named| {
             let (quantity, step) = quantity_of(&named.element, plain)?;
@@ -94,11 +94,11 @@ pub(super) fn plant(
     let harmonics = slots.iter().enumerate().filter_map(harmonic).collect();
     let mut plant = Plant { reduced, model, sensors, torques, unmeasured, harmonics, steps, plays, notes: Vec::new() };
     plant.check_angles()?;
-    law_torques(&plant.reduced, &asked.extras, &plant.harmonics)?;
-    plant.check_torques(asked)?;
-    let sought = coefficients(&plant.reduced.equations, &asked.wanted);
-    plant.notes = check_teeth(&plant.balance(&plant.reduced, &sought, asked))?;
-    plant.notes.extend(plant.open_holds());
+    law_torques(&plant.reduced, &request.extras, &plant.harmonics)?;
+    plant.check_torques(request)?;
+    let sought = coefficients(&plant.reduced.equations, &request.unknowns);
+    plant.notes = check_teeth(&plant.balance(&plant.reduced, &sought, request))?;
+    plant.notes.extend(plant.open_unilaterals());
     Ok(plant)
 }
 
@@ -128,10 +128,10 @@ fn measured_coordinates(model: &Model, free: &Reduced, slots: &[Quantity]) -> Re
         let help = if measured.is_empty() {
             "no angle and no speed of a shaft is in the logs; say in `[log.NAME]` which column is which".to_string()
         } else {
-            let others =
+            let loggable =
                 free.equations.coordinates.iter().filter(|shaft| !measured.contains(shaft)).map(String::as_str);
             let measured = quoted(measured.iter().map(String::as_str));
-            format!("measured are {measured}; log the motion of one of {} too", quoted(others))
+            format!("measured are {measured}; log the motion of one of {} too", quoted(loggable))
         };
         return Err(wrong(message, help));
     }
@@ -162,14 +162,24 @@ impl Plant {
     }
 
     /// What cuts follow from, of these equations.
-    pub fn balance<'a>(&'a self, reduced: &'a Reduced, sought: &'a [Coefficient], asked: &'a Asked) -> Balance<'a> {
-        Balance { reduced, unmeasured: &self.unmeasured, torques: &self.torques, sought, asked }
+    pub fn balance<'a>(
+        &'a self,
+        reduced: &'a Reduced,
+        sought: &'a [Coefficient],
+        request: &'a FitRequest,
+    ) -> Balance<'a> {
+        Balance { reduced, unmeasured: &self.unmeasured, torques: &self.torques, sought, request }
     }
 
     /// What holds, blocks or presses, and is no part of the balance.
-    fn open_holds(&self) -> Vec<String> {
-        let holds = self.reduced.equations.holds.iter().filter(|hold| !matches!(hold.value, Hold::Mesh(_)));
-        let mut names: Vec<&str> = holds.map(|hold| hold.element.as_str()).collect();
+    fn open_unilaterals(&self) -> Vec<String> {
+        let unilaterals = self
+            .reduced
+            .equations
+            .unilaterals
+            .iter()
+            .filter(|unilateral| !matches!(unilateral.value, UnilateralConstraint::GearLoss(_)));
+        let mut names: Vec<&str> = unilaterals.map(|unilateral| unilateral.element.as_str()).collect();
         names.retain(|name| !self.plays.iter().any(|play| play == name));
         names.dedup();
         let note = |name| format!("{name} is taken as open: what it holds or presses is no part of the torque balance");
@@ -201,7 +211,7 @@ impl Plant {
     }
 
     /// The logs must have a torque, those that extra terms go with, and enough of them for a row of the balance to be left.
-    fn check_torques(&self, asked: &Asked) -> Result<(), Vec<Diagnostic>> {
+    fn check_torques(&self, request: &FitRequest) -> Result<(), Vec<Diagnostic>> {
         let inputs = &self.reduced.equations.inputs;
         if self.torques.iter().all(Option::is_none) {
             let names = quoted(inputs.iter().map(|input| input.element.as_str()));
@@ -211,7 +221,7 @@ impl Plant {
             ));
         }
         let unmeasured: Vec<&str> = self.unmeasured.iter().map(|&k| inputs[k].element.as_str()).collect();
-        for extra in &asked.extras {
+        for extra in &request.extras {
             if let Some(motor) = extra.torque().filter(|motor| unmeasured.contains(motor)) {
                 return Err(wrong(
                     format!("`{}` goes with the torque of `{motor}`, which is not in the logs", extra.name),
@@ -258,20 +268,20 @@ impl Plant {
 
 /// A direction over the shafts by the coordinates of a basis.
 pub(super) fn in_coordinates(row: &[(usize, Rational)], basis: &Matrix<Rational>) -> Vec<f64> {
-    let along = |j: usize| row.iter().map(|(s, a)| rational_to_f64(a) * rational_to_f64(&basis[(*s, j)])).sum();
-    (0..basis.columns()).map(along).collect()
+    let component = |j: usize| row.iter().map(|(s, a)| rational_to_f64(a) * rational_to_f64(&basis[(*s, j)])).sum();
+    (0..basis.columns()).map(component).collect()
 }
 
 /// The columns for a kind of excitation: what is dependent by structure is left out.
-pub(super) fn columns(plant: &Plant, asked: &Asked, method: Method) -> Columns {
-    let all = coefficients(&plant.reduced.equations, &asked.wanted);
+pub(super) fn columns(plant: &Plant, request: &FitRequest, method: Method) -> Columns {
+    let all = coefficients(&plant.reduced.equations, &request.unknowns);
     let structural = undetermined(&plant.reduced, &all, &plant.unmeasured, method.excitation());
     // Of each dependent combination the last parameter is the free one.
     let free: Vec<usize> = structural
         .iter()
         .map(|row| (0..row.len()).rev().find(|&k| row[k] != Rational::ZERO).expect("a combination is not zero"))
         .collect();
-    let kept = (0..all.len())
+    let identifiable = (0..all.len())
         .filter(|k| !free.contains(k))
         .map(|k| {
             let with = structural.iter().zip(&free).filter_map(|(row, &f)| {
@@ -282,12 +292,12 @@ pub(super) fn columns(plant: &Plant, asked: &Asked, method: Method) -> Columns {
         })
         .collect();
     let harmonics: Vec<&Harmonic> = plant.harmonics.iter().map(|(harmonic, _)| harmonic).collect();
-    let extras = extra_columns(&plant.reduced.equations, &asked.extras, &harmonics);
-    Columns { kept, structural, extras, asked: all }
+    let extras = extra_columns(&plant.reduced.equations, &request.extras, &harmonics);
+    Columns { identifiable, structural, extras, coefficients: all }
 }
 
 /// A plant in which some parameters are zero.
-pub(super) fn plant_without(plant: &Plant, silent: &[&Wanted]) -> Plant {
+pub(super) fn plant_without(plant: &Plant, silent: &[&UnknownParameter]) -> Plant {
     let mut out = plant.clone();
     for one in silent {
         for coefficient in coefficients(&out.reduced.equations, &[(*one).clone()]) {

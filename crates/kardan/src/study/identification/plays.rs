@@ -1,8 +1,8 @@
 //! Play between two angles that are measured: its width, where the sense of what the teeth carry is known.
 
-use crate::assemble::{Along, Equations};
+use crate::assemble::{DirectionalTerm, Equations};
 use crate::diagnostics::quoted;
-use crate::equations::{Hold, InputKind};
+use crate::equations::{InputKind, UnilateralConstraint};
 use crate::identify::{Fit, student_quantile};
 use crate::model::Document;
 use crate::num::{Rational, dot};
@@ -67,13 +67,13 @@ impl Meeting {
         let own = |one: &Contact| 1.0 / one.windows - 1.0 / windows;
         let mean: f64 = contacts.iter().map(|one| factor(one) * own(one)).sum();
         let all: f64 = contacts.iter().map(factor).sum::<f64>() / windows;
-        let others = |one: &Contact| factor(one) * factor(one) * (own(one) * own(one) - 1.0 / (windows * windows));
-        let square = all * all + contacts.iter().map(others).sum::<f64>();
-        let alone = contacts.len() < 2;
+        let square_of = |one: &Contact| factor(one) * factor(one) * (own(one) * own(one) - 1.0 / (windows * windows));
+        let square = all * all + contacts.iter().map(square_of).sum::<f64>();
+        let is_single = contacts.len() < 2;
         Self {
             angle,
-            variance: if alone { f64::NAN } else { variance },
-            freedom: if alone { 0.0 } else { mean * mean / square },
+            variance: if is_single { f64::NAN } else { variance },
+            freedom: if is_single { 0.0 } else { mean * mean / square },
             windows,
             contacts: contacts.len() as f64,
         }
@@ -86,19 +86,24 @@ pub(super) fn plays(document: &Document, equations: &Equations) -> Vec<(String, 
         let of = document.elements.get(element);
         of.is_some_and(|instance| matches!(instance.kind.keyword, "gear" | "spring_damper"))
     };
-    let upper = equations.holds.iter().filter(|hold| {
-        let contact = matches!(hold.value, Hold::Stop { .. } | Hold::Cushion { .. });
-        contact && hold.value.is_upper() && has_play(&hold.element)
+    let upper = equations.unilaterals.iter().filter(|unilateral| {
+        let contact =
+            matches!(unilateral.value, UnilateralConstraint::Stop { .. } | UnilateralConstraint::Cushion { .. });
+        contact && unilateral.value.is_upper() && has_play(&unilateral.element)
     });
     // The upper stop of the torque on the first body is the direction of the first body itself.
-    upper.map(|hold| (hold.element.clone(), hold.row.clone())).collect()
+    upper.map(|unilateral| (unilateral.element.clone(), unilateral.row.clone())).collect()
 }
 
 /// The torques of plays as inputs that nobody measured: they are eliminated.
 pub(super) fn open_plays(document: &Document, equations: &mut Equations) -> Vec<String> {
     let found = plays(document, equations);
     for (element, row) in &found {
-        equations.inputs.push(Along { element: element.clone(), row: row.clone(), value: InputKind::Disturbance });
+        equations.inputs.push(DirectionalTerm {
+            element: element.clone(),
+            row: row.clone(),
+            value: InputKind::Disturbance,
+        });
     }
     found.into_iter().map(|(element, _)| element).collect()
 }

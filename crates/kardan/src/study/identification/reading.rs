@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::channels::{Harmonic, Quantity, Wired};
+use super::channels::{Harmonic, MappedChannel, Quantity};
 use super::clocks::Clock;
 use super::group_reader::{GroupReader, SlotWindows, Timing, median, median_step};
 use super::open_log::OpenLog;
@@ -28,17 +28,17 @@ pub(super) struct Recording {
 }
 
 /// The columns that are read, group by group: the time first, then the channels.
-fn wanted(open: &OpenLog) -> Vec<(usize, usize)> {
+fn selection(open: &OpenLog) -> Vec<(usize, usize)> {
     let columns = |(group, clock): (usize, &Option<Clock>)| {
         let time = if let Some(Clock::Channel(channel, _)) = clock { Some((group, *channel)) } else { None };
-        let channels = open.wired.iter().filter(move |one| one.group == group);
+        let channels = open.mapped.iter().filter(move |one| one.group == group);
         time.into_iter().chain(channels.map(move |one| (group, one.channel)))
     };
     open.clocks.iter().enumerate().flat_map(columns).collect()
 }
 
 /// What follows from the angles among channels: its slot, the number of the channel, the order, and whether it is the sine.
-fn harmonics(slots: &[Quantity], channels: &[&Wired]) -> Vec<(usize, (usize, f64, bool))> {
+fn harmonics(slots: &[Quantity], channels: &[&MappedChannel]) -> Vec<(usize, (usize, f64, bool))> {
     let of = |(slot, quantity): (usize, &Quantity)| {
         let Quantity::Harmonic(Harmonic { shaft, order, sine }) = quantity else { return None };
         let channel = channels.iter().position(|one| one.quantity.is_angle_of(shaft))?;
@@ -51,20 +51,20 @@ fn harmonics(slots: &[Quantity], channels: &[&Wired]) -> Vec<(usize, (usize, f64
 pub(super) fn usual_window(logs: &mut [OpenLog]) -> Result<f64, (String, LogError)> {
     let mut slowest = 0.0_f64;
     for open in logs {
-        let wanted = wanted(open);
+        let selection = selection(open);
         let fail = |error| (open.name.clone(), error);
         // A reader of its own: the one of the log stays at its start.
         let mut log = kardan_tables::read::open(Arc::clone(&open.file), &open.options).map_err(fail)?;
-        log.choose(&wanted).map_err(fail)?;
+        log.choose(&selection).map_err(fail)?;
         let mut block = Block::default();
-        let mut seen = vec![false; open.clocks.len()];
+        let mut visited = vec![false; open.clocks.len()];
         for _ in 0..LOOKED_AT {
             match log.next(&mut block) {
                 Ok(true) => {}
                 _ => break,
             }
             let Some(clock) = open.clocks.get(block.group).copied().flatten() else { continue };
-            if std::mem::replace(&mut seen[block.group], true) || block.rows < 2 {
+            if std::mem::replace(&mut visited[block.group], true) || block.rows < 2 {
                 continue;
             }
             let (first, row) = match clock {
@@ -72,9 +72,9 @@ pub(super) fn usual_window(logs: &mut [OpenLog]) -> Result<f64, (String, LogErro
                 Clock::Channel(_, factor) => (1, median_step(&block.columns[0]) * factor),
             };
             for column in &block.columns[first..] {
-                let there = column.iter().filter(|x| x.is_finite()).count();
-                if there > 0 {
-                    slowest = slowest.max(row * block.rows as f64 / there as f64);
+                let finite_count = column.iter().filter(|x| x.is_finite()).count();
+                if finite_count > 0 {
+                    slowest = slowest.max(row * block.rows as f64 / finite_count as f64);
                 }
             }
         }
@@ -117,15 +117,15 @@ impl Recording {
         width: f64,
         enough: &dyn Fn() -> bool,
     ) -> Result<(), (String, LogError)> {
-        let wanted = wanted(&open);
-        let OpenLog { name, mut log, wired, clocks, offset, .. } = open;
-        log.choose(&wanted).map_err(|error| (name.clone(), error))?;
+        let selection = selection(&open);
+        let OpenLog { name, mut log, mapped, clocks, offset, .. } = open;
+        log.choose(&selection).map_err(|error| (name.clone(), error))?;
         let mut read = LogRead { name: name.clone(), ..LogRead::default() };
         let mut readers: Vec<Option<GroupReader>> = clocks.iter().map(|_| None).collect();
         let mut failed = None;
         let mut smooth = |block: &mut Block| {
             let Some(clock) = clocks.get(block.group).copied().flatten() else { return true };
-            let channels: Vec<&Wired> = wired.iter().filter(|one| one.group == block.group).collect();
+            let channels: Vec<&MappedChannel> = mapped.iter().filter(|one| one.group == block.group).collect();
             let timing = Timing { clock, offset };
             timing.to_si(block, &channels);
             read.rows += block.rows as u64;
@@ -133,7 +133,7 @@ impl Recording {
                 if self.origin.is_nan() {
                     self.origin = timing.start(block);
                 }
-                let place = |one: &&Wired| slots.iter().position(|slot| *slot == one.quantity);
+                let place = |one: &&MappedChannel| slots.iter().position(|slot| *slot == one.quantity);
                 let mut places: Vec<usize> =
                     channels.iter().map(|one| place(one).expect("a slot for each channel")).collect();
                 let (more, harmonics): (Vec<usize>, Vec<_>) = harmonics(slots, &channels).into_iter().unzip();
@@ -149,7 +149,7 @@ impl Recording {
         for (group, reader) in readers.iter_mut().enumerate() {
             let Some(reader) = reader else { continue };
             reader.finish(slots.len(), &mut self.windows, &mut read);
-            let channels: Vec<&Wired> = wired.iter().filter(|one| one.group == group).collect();
+            let channels: Vec<&MappedChannel> = mapped.iter().filter(|one| one.group == group).collect();
             damage.extend(self.add_channels(&log.groups()[group], reader, &channels, &mut read));
         }
         read.remarks.extend(log.notes());
@@ -170,7 +170,7 @@ impl Recording {
         &mut self,
         group: &Group,
         reader: &GroupReader,
-        channels: &[&Wired],
+        channels: &[&MappedChannel],
         read: &mut LogRead,
     ) -> Vec<String> {
         let mut damage = Vec::new();
@@ -201,8 +201,8 @@ impl Recording {
     /// Noise that nobody stated: the median over the windows.
     fn estimate_noise(&mut self) {
         for (slot, (noise, stated)) in self.noise.iter_mut().enumerate() {
-            let seen = self.windows.values().map(|row| row[slot].noise).filter(|noise| noise.is_finite());
-            if let (false, Some(median)) = (*stated, median(seen.collect())) {
+            let noises = self.windows.values().map(|row| row[slot].noise).filter(|noise| noise.is_finite());
+            if let (false, Some(median)) = (*stated, median(noises.collect())) {
                 *noise = median;
             }
         }

@@ -12,7 +12,7 @@ use crate::reduce::Kinematics;
 /// Times the noise from which a difference is more than that.
 const LOUD: f64 = 3.0;
 /// Part of what is apart that other coefficients must leave at most, and by which part they must differ.
-const LEFT: f64 = 0.5;
+const RESIDUAL_SHARE: f64 = 0.5;
 const APART: f64 = 1e-3;
 /// Part of the square of what is apart that goes with the torque, from which that is said.
 const GOES: f64 = 0.3;
@@ -72,7 +72,7 @@ pub(super) fn contradictions(plant: &Plant, material: &Material<'_>) -> Contradi
         };
         let coefficients = in_coordinates(&[(number, Rational::ONE)], &basis);
         if let Some(found) = Redundant::new(plant, material, slot, (number, coefficients)) {
-            found.tell(plant, &mut out);
+            found.report(plant, &mut out);
         }
     }
     out
@@ -118,7 +118,7 @@ impl Redundant {
         let rows = plant.reduced.equations.constraints.iter().filter(|_| !own);
         out.ties = rows
             .filter_map(|row| {
-                let (_, x) = row.row.iter().find(|(other, _)| *other == shaft)?;
+                let (_, x) = row.row.iter().find(|(candidate, _)| *candidate == shaft)?;
                 Some((row.element.clone(), crate::num::rational_to_f64(x)))
             })
             .collect();
@@ -164,7 +164,7 @@ impl Redundant {
     }
 
     /// Says what is wrong with it, if anything is.
-    fn tell(&self, plant: &Plant, out: &mut Contradictions) {
+    fn report(&self, plant: &Plant, out: &mut Contradictions) {
         let apart = self.apart();
         let before = rms(&apart);
         if before <= LOUD * self.noise {
@@ -176,13 +176,13 @@ impl Redundant {
         }
         if let Some(found) = problem.solve().filter(|found| found.undetermined.is_empty()) {
             let differs = found.values.iter().zip(&self.coefficients).any(|(a, b)| (a - b).abs() > APART * b.abs());
-            if differs && found.residual < LEFT * before {
+            if differs && found.residual < RESIDUAL_SHARE * before {
                 out.warnings.push(self.wrong_ratio(&found.values));
                 return;
             }
         }
         if !self.rate && !self.ties.is_empty() {
-            self.tell_play(plant, &apart, out);
+            self.report_play(plant, &apart, out);
         }
     }
 
@@ -213,7 +213,7 @@ impl Redundant {
     }
 
     /// Play or twist: what is apart stays within bounds.
-    fn tell_play(&self, plant: &Plant, apart: &[f64], out: &mut Contradictions) {
+    fn report_play(&self, plant: &Plant, apart: &[f64], out: &mut Contradictions) {
         let mut sorted = apart.to_vec();
         sorted.sort_by(f64::total_cmp);
         let tail = (TAIL * sorted.len() as f64) as usize;

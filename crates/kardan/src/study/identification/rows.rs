@@ -2,7 +2,6 @@
 
 use kardan_rt::functions::powi;
 
-use super::asked::Asked;
 use super::channels::Quantity;
 use super::cutting::{cut_of_play, teeth};
 use super::extra::with_recordings;
@@ -10,7 +9,8 @@ use super::laws::law_torques;
 use super::plant::{Columns, Plant, in_coordinates, silence};
 use super::plays::Play;
 use super::reading::Recording;
-use crate::equations::{Domain, Hold};
+use super::request::FitRequest;
+use crate::equations::{Domain, UnilateralConstraint};
 use crate::identify::{
     Coefficient, Extra, Motion, Reading, Regressor, Samples, Steadiness, Teeth, Variances, Where, steady_segments,
 };
@@ -66,39 +66,40 @@ pub(super) struct Built {
 }
 
 /// Rows of the torque balance in every window that tells one.
-pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &Material<'_>) -> Built {
+pub(super) fn rows(plant: &Plant, request: &FitRequest, columns: &Columns, material: &Material<'_>) -> Built {
     let mut reduced = plant.reduced.clone();
     // What enters a combination is found with it, not known.
-    for &(free, _) in columns.kept.iter().flat_map(|(_, with)| with) {
-        silence(&mut reduced.equations, &columns.asked[free]);
+    for &(free, _) in columns.identifiable.iter().flat_map(|(_, with)| with) {
+        silence(&mut reduced.equations, &columns.coefficients[free]);
     }
     let (r, m) = (reduced.degrees_of_freedom(), reduced.equations.inputs.len());
-    let wanted: Vec<Coefficient> = columns.kept.iter().map(|(k, _)| columns.asked[*k].clone()).collect();
+    let coefficients: Vec<Coefficient> =
+        columns.identifiable.iter().map(|(k, _)| columns.coefficients[*k].clone()).collect();
     let noise = slot_noise(plant, material);
     let mut motion = Moving::new(plant);
-    let mut teeth = teeth(&plant.balance(&reduced, &columns.asked, asked));
+    let mut teeth = teeth(&plant.balance(&reduced, &columns.coefficients, request));
     let basis = plant.basis();
-    let rest = speeds_of_rest(plant, asked, &reduced, &noise, &mut motion, material);
+    let rest = speeds_of_rest(plant, request, &reduced, &noise, &mut motion, material);
     let (rest, of_teeth) = rest.split_at(reduced.equations.frictions.len());
     teeth.iter_mut().zip(of_teeth).for_each(|(one, speed)| one.rest_speed = *speed);
-    let (mut plays, cuts): (Vec<Play>, Vec<_>) = cut_plays(plant, columns, asked).into_iter().unzip();
+    let (mut plays, cuts): (Vec<Play>, Vec<_>) = cut_plays(plant, columns, request).into_iter().unzip();
     plays.iter_mut().zip(&cuts).for_each(|(play, cut)| play.grain = grain(plant, cut, &basis, material));
     let (torques, values, waves) =
-        law_torques(&reduced, &asked.extras, &plant.harmonics).expect("the plant was checked for more of them");
-    let mut regressor = Regressor::new(&reduced, &wanted, &plant.unmeasured, 0.0)
+        law_torques(&reduced, &request.extras, &plant.harmonics).expect("the plant was checked for more of them");
+    let mut regressor = Regressor::new(&reduced, &coefficients, &plant.unmeasured, 0.0)
         .with_laws(torques, &values, &waves)
         .with_teeth(teeth)
         .with_plays(cuts)
         .with_extras(&columns.extras)
-        .lenient(asked.lenient)
+        .lenient(request.lenient)
         .with_window(material.window)
         .with_rest_speeds(rest);
     if has_silent_rows(plant, &reduced, material) {
         regressor = regressor.with_errors();
     }
     let mut samples = Samples::new(regressor.rows(), regressor.columns(), columns.extras.len(), r, m);
-    if let Some(told) = regressor.told() {
-        samples = samples.with_errors(told.to_vec());
+    if let Some(error_columns) = regressor.error_columns() {
+        samples = samples.with_errors(error_columns.to_vec());
     }
     let noise_of = [vec![0.0_f64; r], vec![0.0_f64; r], vec![0.0_f64; r]];
     let mut parts = vec![0.0; regressor.columns()];
@@ -125,10 +126,10 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
                 Where { log, section: *section, time, duration: material.window },
                 &motion,
                 &mut regressor,
-                asked.lenient,
+                request.lenient,
             );
-            let known = regressor.carried().iter().map(|one| one.map(|[torque, _]| torque));
-            carried.push((log, *section, time, known.collect()));
+            let carried_torques = regressor.carried().iter().map(|one| one.map(|[torque, _]| torque));
+            carried.push((log, *section, time, carried_torques.collect()));
             if built.samples.len() > before {
                 built.windows_of_samples.push(carried.len() - 1);
             }
@@ -141,14 +142,14 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
         }
     }
     built.plays = plays;
-    built.leave_turning_teeth(&columns.extras, &carried, asked.lenient);
+    built.leave_turning_teeth(&columns.extras, &carried, request.lenient);
     built
 }
 
 /// The speeds below which frictions, then teeth, are taken to rest: as stated for what is a speed of, else as the logs show.
 fn speeds_of_rest(
     plant: &Plant,
-    asked: &Asked,
+    request: &FitRequest,
     reduced: &Reduced,
     noise: &[f64],
     motion: &mut Moving,
@@ -156,13 +157,14 @@ fn speeds_of_rest(
 ) -> Vec<f64> {
     let basis = plant.basis();
     let frictions = reduced.equations.frictions.iter().map(|term| in_coordinates(&term.row, &basis));
-    let teeth_rows = reduced.equations.meshes().map(|(hold, _)| in_coordinates(&hold.row, &basis));
+    let teeth_rows = reduced.equations.gear_losses().map(|(unilateral, _)| in_coordinates(&unilateral.row, &basis));
     let directions: Vec<Vec<f64>> = frictions.chain(teeth_rows).collect();
     let frictions = reduced.equations.frictions.iter().map(|term| reduced.equations.domain_of(term));
-    let meshes = reduced.equations.meshes().map(|(hold, _)| reduced.equations.domain_of_hold(hold));
-    let domains: Vec<Domain> = frictions.chain(meshes).collect();
+    let gear_losses =
+        reduced.equations.gear_losses().map(|(unilateral, _)| reduced.equations.domain_of_unilateral(unilateral));
+    let domains: Vec<Domain> = frictions.chain(gear_losses).collect();
     let mut rest = rest_speeds(plant, &directions, noise, motion, material);
-    if let Some((speed, domain)) = asked.rest_speed {
+    if let Some((speed, domain)) = request.rest_speed {
         rest.iter_mut().zip(&domains).filter(|(_, own)| **own == domain).for_each(|(rest, _)| *rest = speed);
     }
     rest
@@ -180,11 +182,11 @@ fn turning(carried: &[Carried], teeth: usize) -> Vec<bool> {
             let Some(own) = of(k) else { return false };
             let neighbours = [k.checked_sub(1), (k + 1 < carried.len()).then_some(k + 1)];
             // It may change within half a window by half of what it does to the next, and is curved.
-            neighbours
-                .into_iter()
-                .flatten()
-                .filter(|&other| near(&carried[other], &carried[k]))
-                .any(|other| of(other).is_none_or(|other| own * other <= 0.0 || own.abs() < (own - other).abs()))
+            neighbours.into_iter().flatten().filter(|&candidate| near(&carried[candidate], &carried[k])).any(
+                |candidate| {
+                    of(candidate).is_none_or(|candidate| own * candidate <= 0.0 || own.abs() < (own - candidate).abs())
+                },
+            )
         })
         .collect()
 }
@@ -205,9 +207,9 @@ fn has_silent_rows(plant: &Plant, reduced: &Reduced, material: &Material<'_>) ->
 
 /// What steps of the sensors, and the digits of the log, leave open of an angle along a direction, rad.
 fn grain(plant: &Plant, cut: &Teeth, basis: &Matrix<Rational>, material: &Material<'_>) -> f64 {
-    let along = |j: usize| cut.row.iter().map(|(shaft, a)| a * rational_to_f64(&basis[(*shaft, j)])).sum::<f64>();
+    let component = |j: usize| cut.row.iter().map(|(shaft, a)| a * rational_to_f64(&basis[(*shaft, j)])).sum::<f64>();
     let of = |(j, (angle, _)): (usize, &(Option<usize>, Option<usize>))| {
-        angle.map_or(0.0, |slot| along(j) * smallest(plant, material, slot))
+        angle.map_or(0.0, |slot| component(j) * smallest(plant, material, slot))
     };
     plant.sensors.iter().enumerate().map(of).map(|x| x * x).sum::<f64>().sqrt()
 }
@@ -220,23 +222,26 @@ fn smallest(plant: &Plant, material: &Material<'_>, slot: usize) -> f64 {
 }
 
 /// The play of an element and where it is cut, if both angles are measured and the torque follows from what is.
-fn cut_plays(plant: &Plant, columns: &Columns, asked: &Asked) -> Vec<(Play, Teeth)> {
+fn cut_plays(plant: &Plant, columns: &Columns, request: &FitRequest) -> Vec<(Play, Teeth)> {
     let free = |name: &String| {
-        let number = columns.asked.iter().position(|one| one.name == *name);
-        number.is_some_and(|number| columns.kept.iter().all(|(k, with)| *k != number || !with.is_empty()))
+        let number = columns.coefficients.iter().position(|one| one.name == *name);
+        number.is_some_and(|number| columns.identifiable.iter().all(|(k, with)| *k != number || !with.is_empty()))
     };
     let equations = &plant.reduced.equations;
     // Within soft ones the angle goes on with the torque.
     let rigid = |element: &str| {
-        equations.holds.iter().any(|hold| hold.element == element && matches!(hold.value, Hold::Stop { .. }))
+        equations.unilaterals.iter().any(|unilateral| {
+            unilateral.element == element && matches!(unilateral.value, UnilateralConstraint::Stop { .. })
+        })
     };
     let measured = plant.sensors.iter().all(|(angle, _)| angle.is_some());
     let own = plant.plays.iter().filter(|element| measured && rigid(element)).filter_map(|element| {
         let number = equations.inputs.iter().position(|input| input.element == *element)?;
-        let (cut, mut untold) = cut_of_play(&plant.balance(&plant.reduced, &columns.asked, asked), number)?;
+        let (cut, mut untold) = cut_of_play(&plant.balance(&plant.reduced, &columns.coefficients, request), number)?;
         untold.retain(free);
         // How large they are at a speed, the fit alone knows.
-        let curved = asked.extras.iter().filter(|extra| extra.shape().is_some() && enters(plant, &extra.element, &cut));
+        let curved =
+            request.extras.iter().filter(|extra| extra.shape().is_some() && enters(plant, &extra.element, &cut));
         untold.extend(curved.map(|extra| extra.name.clone()));
         let straight = equations.domain_of(&equations.inputs[number]) == Domain::Translation;
         Some((Play { element: element.clone(), straight, untold, ..Play::default() }, cut))
@@ -254,13 +259,13 @@ impl Built {
     /// Leaves out windows in which teeth whose losses are sought turn; or only their columns, where that is enough.
     fn leave_turning_teeth(&mut self, extras: &[Extra], carried: &[Carried], lenient: bool) {
         let (p, first) = (self.samples.columns, self.samples.columns - extras.len());
-        let mut left = vec![false; self.samples.len()];
+        let mut dropped = vec![false; self.samples.len()];
         for (column, extra) in extras.iter().enumerate() {
             let Extra::Teeth { teeth, .. } = *extra else { continue };
             let turning = turning(carried, teeth);
             for (k, window) in self.windows_of_samples.iter().enumerate().filter(|(_, window)| turning[**window]) {
                 debug_assert_eq!(carried[*window].2, self.samples.places[k].time);
-                left[k] = true;
+                dropped[k] = true;
                 if lenient {
                     let rows = self.samples.rows;
                     let own = &mut self.samples.x[k * rows * p..(k + 1) * rows * p];
@@ -268,10 +273,10 @@ impl Built {
                 }
             }
         }
-        if !lenient && left.contains(&true) {
-            self.count.resting += left.iter().filter(|left| **left).count();
-            let kept = (0..left.len()).filter(|&k| !left[k]).map(|k| k..k + 1);
-            self.samples = self.samples.averaged(&kept.collect::<Vec<_>>());
+        if !lenient && dropped.contains(&true) {
+            self.count.resting += dropped.iter().filter(|dropped| **dropped).count();
+            let retained = (0..dropped.len()).filter(|&k| !dropped[k]).map(|k| k..k + 1);
+            self.samples = self.samples.averaged(&retained.collect::<Vec<_>>());
         }
     }
 
@@ -286,7 +291,7 @@ impl Built {
             acceleration: &motion.acceleration_variance,
         };
         let at = Motion { position, speed, acceleration };
-        let known = regressor.fill_weighted(at, torques, variances, (room.x, room.y), (room.covariance, room.speeds));
+        let certain = regressor.fill_weighted(at, torques, variances, (room.x, room.y), (room.covariance, room.speeds));
         if let Some((slopes, spread)) = room.errors {
             regressor.errors(slopes);
             let parts = [
@@ -301,7 +306,7 @@ impl Built {
         let last = self.samples.len() - 1;
         let numbers = |x: &f64| x.is_finite() || (lenient && x.is_nan());
         let finite = self.samples.x(last).iter().all(numbers) && self.samples.y(last).iter().all(|x| x.is_finite());
-        if !known || !finite {
+        if !certain || !finite {
             self.samples.pop();
             self.count.resting += 1;
             return;
@@ -317,11 +322,11 @@ impl Built {
 pub(super) fn slot_noise(plant: &Plant, material: &Material<'_>) -> Vec<f64> {
     let recorded = material.recorded;
     let noise = |slot: usize| {
-        let seen = recorded.iter().map(|one| one.noise[slot].0).fold(0.0, f64::max);
+        let measured = recorded.iter().map(|one| one.noise[slot].0).fold(0.0, f64::max);
         if recorded.iter().any(|one| one.noise[slot].1) {
-            return seen; // It was stated.
+            return measured; // It was stated.
         }
-        seen.max(smallest(plant, material, slot))
+        measured.max(smallest(plant, material, slot))
     };
     (0..material.slots.len()).map(noise).collect()
 }
@@ -348,25 +353,25 @@ fn rest_speeds(
     largest.iter().zip(&hidden).map(|(largest, hidden)| (0.01 * largest).max(3.0 * hidden)).collect()
 }
 
-impl Asked {
+impl FitRequest {
     /// Gives terms that differ from recording to recording a column for each; says what is left out, and why.
-    pub fn tell_recordings(&mut self, plant: &Plant, material: &Material<'_>) -> Vec<String> {
+    pub fn split_by_recording(&mut self, plant: &Plant, material: &Material<'_>) -> Vec<String> {
         let names: Vec<String> = material.recorded.iter().map(Recording::name).collect();
-        let (extras, left) = with_recordings(&self.extras, &names, &|element| senses(plant, self, material, element));
+        let (extras, notes) = with_recordings(&self.extras, &names, &|element| senses(plant, self, material, element));
         self.extras = extras;
-        left
+        notes
     }
 }
 
 /// Whether an element with friction turned forwards and backwards in each recording, in windows that tell.
-fn senses(plant: &Plant, asked: &Asked, material: &Material<'_>, element: &str) -> Vec<[bool; 2]> {
+fn senses(plant: &Plant, request: &FitRequest, material: &Material<'_>, element: &str) -> Vec<[bool; 2]> {
     let frictions = &plant.reduced.equations.frictions;
     let nowhere = vec![[false; 2]; material.recorded.len()];
     let Some(number) = frictions.iter().position(|term| term.element == element) else { return nowhere };
     let g = in_coordinates(&frictions[number].row, &plant.basis());
     let (noise, mut motion) = (slot_noise(plant, material), Moving::new(plant));
     let domain = plant.reduced.equations.domain_of(&frictions[number]);
-    let stated = asked.rest_speed.filter(|(_, own)| *own == domain).map(|(speed, _)| speed);
+    let stated = request.rest_speed.filter(|(_, own)| *own == domain).map(|(speed, _)| speed);
     let rest = stated.unwrap_or_else(|| rest_speeds(plant, std::slice::from_ref(&g), &noise, &mut motion, material)[0]);
     let mut ways = |recording: &Recording| {
         let mut out = [false; 2];
@@ -456,9 +461,9 @@ impl Moving {
 }
 
 /// The steady segments of all windows, each a sample.
-pub(super) fn settled(built: &Built, asked: &Asked, window: f64) -> Samples {
-    let mut steadiness: Steadiness = asked.steadiness;
-    if let Some(shortest) = asked.shortest {
+pub(super) fn settled(built: &Built, request: &FitRequest, window: f64) -> Samples {
+    let mut steadiness: Steadiness = request.steadiness;
+    if let Some(shortest) = request.shortest {
         steadiness.windows = (shortest / window).ceil().max(1.0) as usize;
     }
     built.samples.averaged(&steady_segments(&built.samples, &built.noise[2], steadiness))

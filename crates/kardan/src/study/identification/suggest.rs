@@ -2,25 +2,25 @@
 
 use kardan_rt::functions::powi;
 
-use super::asked::{Asked, Method};
 use super::channels::{Harmonic, Quantity};
-use super::compare::{Whole, fold_squares, keep_places};
-use super::cutting::teeth_that_tell;
+use super::compare::{Whole, align_places, fold_squares};
+use super::cutting::identifiable_teeth;
 use super::extra::{ExtraTerm, Law};
 use super::fitted::Fitted;
-use super::fitting::{fit_options, unseen};
+use super::fitting::{cross_validated, fit_options};
 use super::parameters::is_in_file;
 use super::plant::{Columns, columns, in_coordinates};
 use super::plays::Play;
+use super::request::{FitRequest, Method};
 use super::rows::{Material, rows, settled};
 use super::summary::{UNLIKELY, summary, test_name};
-use crate::assemble::Along;
 use crate::assemble::CoefficientKind as Kind;
+use crate::assemble::DirectionalTerm;
 use crate::equations::{Domain, InputKind};
 use crate::identify::{Coefficient, Fit, FitOptions, Samples, Shape, TestKind, cross_validate, fit, residual_tests};
 use crate::num::Rational;
 use crate::reduce::Kinematics;
-use crate::results::{Suggestion, Suggestions, UnseenLogs};
+use crate::results::{HeldOutLogs, Suggestion, Suggestions};
 use crate::study::Progress;
 
 /// Probability below which a term is told from zero, for all terms of a round together.
@@ -40,7 +40,7 @@ const JUST_BEYOND: f64 = 1.1;
 /// Times that it is found anew.
 const CLEARINGS: usize = 8;
 /// Part of the samples that a term must tell of.
-const TOLD: f64 = 0.25;
+const MIN_INFORMATIVE: f64 = 0.25;
 /// Terms that are taken at most.
 const MOST: usize = 6;
 /// Logs from which on each is predicted by the others.
@@ -49,7 +49,7 @@ const LOGS: usize = 3;
 const ORDERS: [f64; 15] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 18.0, 24.0, 36.0];
 /// Numbers in memory up to which all of them are tried; of more only the first few.
 const NUMBERS: usize = 40_000_000;
-const FEW: usize = 6;
+const QUICK_ORDERS: usize = 6;
 
 /// The harmonics of measured angles that may be tried, beside what is measured.
 pub(super) fn with_all_harmonics(slots: Vec<Quantity>) -> Vec<Quantity> {
@@ -75,7 +75,7 @@ struct Pooled {
     /// Its columns among those of all.
     columns: Vec<usize>,
     /// Samples that tell of it; empty: all.
-    told: Vec<bool>,
+    informative: Vec<bool>,
 }
 
 impl Pooled {
@@ -104,7 +104,7 @@ impl Pooled {
 /// All terms that may be tried: of each friction, each measured torque, each angle, of teeth and springs. A loss in proportion to a torque is
 /// among them only in rows of the balance that do not hold that torque: else it would explain itself.
 fn pool(whole: &Whole<'_>, material: &Material<'_>, orders: &[f64]) -> Vec<Vec<ExtraTerm>> {
-    let (plant, asked) = (whole.plant, whole.asked);
+    let (plant, request) = (whole.plant, whole.request);
     let equations = &plant.reduced.equations;
     let mut out: Vec<Vec<ExtraTerm>> = Vec::new();
     let mut elements: Vec<&str> = equations.frictions.iter().map(|term| term.element.as_str()).collect();
@@ -129,15 +129,17 @@ fn pool(whole: &Whole<'_>, material: &Material<'_>, orders: &[f64]) -> Vec<Vec<E
     let acts = |row: &[(usize, Rational)]| in_coordinates(row, &basis);
     for friction in &equations.frictions {
         let own = acts(&friction.row);
-        let apart = |input: &&Along<InputKind>| acts(&input.row).iter().zip(&own).all(|(a, b)| *a == 0.0 || *b == 0.0);
+        let apart = |input: &&DirectionalTerm<InputKind>| {
+            acts(&input.row).iter().zip(&own).all(|(a, b)| *a == 0.0 || *b == 0.0)
+        };
         for input in equations.inputs.iter().filter(|input| measured.contains(&input.element.as_str())).filter(apart) {
             let load = Law::Load { torque: input.element.clone() };
             out.push(vec![ExtraTerm::new(&friction.element, "load_loss", load)]);
         }
     }
-    out.extend(teeth_that_tell(&plant.balance(&plant.reduced, &whole.chosen.columns.asked, asked)));
+    out.extend(identifiable_teeth(&plant.balance(&plant.reduced, &whole.chosen.columns.coefficients, request)));
     out.extend(backlashes(whole, material));
-    out.retain(|columns| !asked.extras.iter().any(|own| own.term == columns[0].term));
+    out.retain(|columns| !request.extras.iter().any(|own| own.term == columns[0].term));
     out
 }
 
@@ -151,7 +153,7 @@ fn not_tried(whole: &Whole<'_>) -> Vec<String> {
         let own = acts(&friction.row);
         let declared = |input: &str| {
             let load = Law::Load { torque: input.into() };
-            whole.asked.extras.iter().any(|extra| extra.element == friction.element && extra.law == load)
+            whole.request.extras.iter().any(|extra| extra.element == friction.element && extra.law == load)
         };
         let inputs = equations.inputs.iter().zip(&whole.plant.torques).filter(|(_, slot)| slot.is_some());
         for (input, _) in inputs.filter(|(input, _)| !declared(&input.element)) {
@@ -192,7 +194,7 @@ fn clear_of(whole: &Whole<'_>, material: &Material<'_>, spring: &str, largest: f
 
 /// Half the width of the backlash of a spring that is found on windows beyond a twist.
 fn half_width(whole: &Whole<'_>, material: &Material<'_>, spring: &str, clear: f64) -> Option<f64> {
-    let mut own = whole.asked.clone();
+    let mut own = whole.request.clone();
     own.extras.push(ExtraTerm::new(spring, "backlash_torque", Law::Backlash { clear }));
     let all = columns(whole.plant, &own, whole.chosen.method);
     let built = rows(whole.plant, &own, &all, material);
@@ -204,10 +206,9 @@ fn half_width(whole: &Whole<'_>, material: &Material<'_>, spring: &str, clear: f
     let found = fit(&samples, &chosen, &fit_options(&own, &all, whole.chosen.method))?;
     let equations = &whole.plant.reduced.equations;
     let number = equations.springs.iter().position(|term| term.element == spring)?;
-    let sought = all
-        .kept
-        .iter()
-        .position(|(k, _)| all.asked[*k].kind == Kind::Stiffness && all.asked[*k].terms.contains(&number));
+    let sought = all.identifiable.iter().position(|(k, _)| {
+        all.coefficients[*k].kind == Kind::Stiffness && all.coefficients[*k].terms.contains(&number)
+    });
     let stiffness = sought.map_or(equations.springs[number].value.stiffness.to_f64(), |k| found.values[k]);
     Some(found.values[samples.columns - 1] / stiffness).filter(|half| half.is_finite())
 }
@@ -229,12 +230,12 @@ fn backlashes(whole: &Whole<'_>, material: &Material<'_>) -> Vec<Vec<ExtraTerm>>
             largest =
                 largest.max((row.iter().map(|(shaft, a)| a * kinematics.angles[*shaft]).sum::<f64>() - rest).abs());
         }
-        let asked = whole
-            .asked
+        let is_sought = whole
+            .request
             .extras
             .iter()
             .any(|own| own.element == spring.element && matches!(own.law, Law::Backlash { .. }));
-        if asked || !(largest > 0.0) {
+        if is_sought || !(largest > 0.0) {
             continue;
         }
         if let Some(clear) = clear_of(whole, material, &spring.element, largest) {
@@ -293,40 +294,41 @@ impl<'a> Search<'a> {
         let (mut orders, mut terms) = (&ORDERS[..], pool(whole, material, &ORDERS));
         let columns_of_all: usize = terms.iter().map(Vec::len).sum();
         if columns_of_all * chosen.built.samples.len() * chosen.samples.rows > NUMBERS {
-            orders = &ORDERS[..FEW];
+            orders = &ORDERS[..QUICK_ORDERS];
             let beyond = |extra: &ExtraTerm| extra.harmonic().is_some_and(|own| !orders.contains(&own.order));
             terms.retain(|columns| !beyond(&columns[0]));
         }
-        let (mut own, base) = (Asked { lenient: true, ..whole.asked.clone() }, chosen.samples.columns);
+        let (mut own, base) = (FitRequest { lenient: true, ..whole.request.clone() }, chosen.samples.columns);
         let mut pooled = Vec::new();
         for extras in terms {
-            let mut single = Asked { extras, ..whole.asked.clone() };
-            single.tell_recordings(whole.plant, material);
+            let mut single = FitRequest { extras, ..whole.request.clone() };
+            single.split_by_recording(whole.plant, material);
             if !single.extras.is_empty() {
-                let first = base + own.extras.len() - whole.asked.extras.len();
+                let first = base + own.extras.len() - whole.request.extras.len();
                 let columns = (first..first + single.extras.len()).collect();
                 own.extras.extend(single.extras.iter().cloned());
-                pooled.push(Pooled { extras: single.extras, columns, told: Vec::new() });
+                pooled.push(Pooled { extras: single.extras, columns, informative: Vec::new() });
             }
         }
         let all = columns(whole.plant, &own, chosen.method);
         let mut rows = rows(whole.plant, &own, &all, material);
-        keep_places(&mut rows.samples, &chosen.built.samples);
+        align_places(&mut rows.samples, &chosen.built.samples);
         let mut samples = match chosen.method {
             Method::Steady => settled(&rows, &own, material.window),
             Method::Dynamic => rows.samples,
         };
         let (size, p) = (samples.rows * samples.columns, samples.columns);
         for one in &mut pooled {
-            let tells = |x: &[f64]| x.chunks_exact(p).all(|row| one.columns.iter().all(|&k| row[k].is_finite()));
-            let told: Vec<bool> = samples.x.chunks_exact(size).map(tells).collect();
-            if told.contains(&false) {
-                one.told = told;
+            let is_informative =
+                |x: &[f64]| x.chunks_exact(p).all(|row| one.columns.iter().all(|&k| row[k].is_finite()));
+            let informative: Vec<bool> = samples.x.chunks_exact(size).map(is_informative).collect();
+            if informative.contains(&false) {
+                one.informative = informative;
             }
         }
         let enough = |one: &Pooled| {
-            let count = one.told.iter().filter(|told| **told).count();
-            one.told.is_empty() || count as f64 > TOLD * one.told.len() as f64
+            let count = one.informative.iter().filter(|informative| **informative).count();
+            one.informative.is_empty() || count as f64 > MIN_INFORMATIVE * one.informative.len() as f64
         };
         pooled.retain(enough);
         samples.x.iter_mut().filter(|x| x.is_nan()).for_each(|x| *x = 0.0);
@@ -343,16 +345,16 @@ impl<'a> Search<'a> {
     }
 
     /// The model with some of the terms, on the samples that tell of others.
-    fn tried_on(&self, terms: &[usize], told: &[usize]) -> Option<Tried> {
+    fn tried_on(&self, terms: &[usize], informative: &[usize]) -> Option<Tried> {
         let added: Vec<usize> = terms.iter().flat_map(|&k| self.pool[k].columns.iter().copied()).collect();
-        let extras = self.whole.asked.extras.len() + added.len();
+        let extras = self.whole.request.extras.len() + added.len();
         let columns: Vec<usize> = (0..self.base).chain(added).collect();
         let mut samples = self.samples.of_columns(&columns, extras);
         let masks: Vec<&[bool]> =
-            told.iter().map(|&k| self.pool[k].told.as_slice()).filter(|mask| !mask.is_empty()).collect();
+            informative.iter().map(|&k| self.pool[k].informative.as_slice()).filter(|mask| !mask.is_empty()).collect();
         if !masks.is_empty() {
-            let kept = (0..samples.len()).filter(|&k| masks.iter().all(|mask| mask[k]));
-            samples = samples.averaged(&kept.map(|k| k..k + 1).collect::<Vec<_>>());
+            let retained = (0..samples.len()).filter(|&k| masks.iter().all(|mask| mask[k]));
+            samples = samples.averaged(&retained.map(|k| k..k + 1).collect::<Vec<_>>());
         }
         let mut options = self.options.clone();
         let shapes =
@@ -364,7 +366,7 @@ impl<'a> Search<'a> {
     }
 
     fn validated(&self, tried: &Tried) -> Option<Validated> {
-        let (predicted, folds) = unseen(&tried.samples, self.whole.chosen.method, &tried.options);
+        let (predicted, folds) = cross_validated(&tried.samples, self.whole.chosen.method, &tried.options);
         let predicted = predicted?;
         let squares = fold_squares(&tried.samples, &folds, &predicted);
         Some(Validated { predicted, squares })
@@ -375,10 +377,10 @@ impl<'a> Search<'a> {
         let columns = &self.whole.chosen.columns;
         let below = |of: &Tried, column: usize| {
             let fit = &of.fit;
-            fit.values[column] + fit.quantile(column, self.whole.asked.confidence) * fit.standard_errors[column] < 0.0
+            fit.values[column] + fit.quantile(column, self.whole.request.confidence) * fit.standard_errors[column] < 0.0
         };
-        columns.kept.iter().enumerate().find_map(|(column, (number, with))| {
-            let one = &columns.asked[*number];
+        columns.identifiable.iter().enumerate().find_map(|(column, (number, with))| {
+            let one = &columns.coefficients[*number];
             let bounded = with.is_empty() && one.kind != Kind::Damping;
             (bounded && below(tried, column) && !below(now, column)).then(|| one.name.clone())
         })
@@ -389,7 +391,7 @@ impl<'a> Search<'a> {
         let (extras, fit, end) = (&self.pool[k].extras, &tried.fit, tried.samples.columns);
         let bounded = matches!(extras[0].law, Law::Teeth { .. } | Law::Load { .. } | Law::Backlash { .. });
         let below = |column: usize| {
-            fit.values[column] + fit.quantile(column, self.whole.asked.confidence) * fit.standard_errors[column] < 0.0
+            fit.values[column] + fit.quantile(column, self.whole.request.confidence) * fit.standard_errors[column] < 0.0
         };
         let first = end - extras.len();
         extras
@@ -407,9 +409,10 @@ impl<'a> Search<'a> {
         let springs = &self.whole.plant.reduced.equations.springs;
         let number = springs.iter().position(|term| term.element == extra.element);
         let own = |one: &Coefficient| one.kind == Kind::Stiffness && number.is_some_and(|k| one.terms.contains(&k));
-        let sought = columns.kept.iter().position(|(kept, _)| own(&columns.asked[*kept]));
-        let given = number.map_or(f64::NAN, |k| springs[k].value.stiffness.to_f64());
-        let stiffness = sought.map_or(given, |column| tried.fit.values[column]);
+        let sought =
+            columns.identifiable.iter().position(|(identifiable, _)| own(&columns.coefficients[*identifiable]));
+        let model_stiffness = number.map_or(f64::NAN, |k| springs[k].value.stiffness.to_f64());
+        let stiffness = sought.map_or(model_stiffness, |column| tried.fit.values[column]);
         !(tried.fit.values[tried.samples.columns - 1] / stiffness < clear)
     }
 
@@ -427,23 +430,24 @@ impl<'a> Search<'a> {
         test: TestKind,
         level: f64,
         (now, before): (&Tried, &Validated),
-        taken: &[usize],
+        accepted: &[usize],
     ) -> (Suggestion, Option<f64>) {
-        let with: Vec<usize> = taken.iter().chain([&k]).copied().collect();
+        let with: Vec<usize> = accepted.iter().chain([&k]).copied().collect();
         let (tried, count) = (self.tried(&with), self.pool[k].columns.len());
         let end = tried.as_ref().map_or(0, |tried| tried.samples.columns);
         let own: Vec<usize> = (end.saturating_sub(count)..end).collect();
         let probability = tried.as_ref().and_then(|tried| tried.fit.joint_tail(&own));
-        let told = tried.as_ref().filter(|_| probability.is_some_and(|p| p < level));
-        let impossible = told.and_then(|tried| self.impossible(now, tried).or_else(|| self.gains_power(k, tried)));
-        let gain = told.and_then(|tried| {
-            if self.pool[k].told.is_empty() {
+        let informative = tried.as_ref().filter(|_| probability.is_some_and(|p| p < level));
+        let impossible =
+            informative.and_then(|tried| self.impossible(now, tried).or_else(|| self.gains_power(k, tried)));
+        let gain = informative.and_then(|tried| {
+            if self.pool[k].informative.is_empty() {
                 return Some(before.gain(&self.validated(tried)?));
             }
-            let same = self.validated(&self.tried_on(taken, &with)?)?;
+            let same = self.validated(&self.tried_on(accepted, &with)?)?;
             Some(same.gain(&self.validated(tried)?))
         });
-        let unclear = told.is_some_and(|tried| self.unclear(k, tried));
+        let unclear = informative.is_some_and(|tried| self.unclear(k, tried));
         let helps =
             impossible.is_none() && !unclear && gain.is_some_and(|(gain, error)| gain > WORTH && gain > SURE * error);
         let verdict = match (probability, &impossible, helps) {
@@ -457,34 +461,34 @@ impl<'a> Search<'a> {
             _ => String::new(),
         };
         let suggestion = Suggestion {
-            round: taken.len() + 1,
+            round: accepted.len() + 1,
             term: self.pool[k].term().into(),
             parameters: count,
             raised_by: test_name(test, &self.row_names(), &self.whole.plant.speed_names()),
             probability,
             gain: gain.map(|(gain, _)| gain),
             gain_spread: gain.map(|(_, error)| error),
-            taken: false,
+            accepted: false,
             verdict,
         };
         (suggestion, gain.map(|(gain, _)| gain).filter(|_| helps))
     }
 
     /// Tries all that the tests ask for; the best of what is better, if any.
-    fn round(&self, now: &Tried, taken: &[usize], out: &mut Suggestions, progress: &dyn Progress) -> Option<usize> {
+    fn round(&self, now: &Tried, accepted: &[usize], out: &mut Suggestions, progress: &dyn Progress) -> Option<usize> {
         let failing = Self::failing(now);
         let before = self.validated(now)?;
-        let asked: Vec<(usize, TestKind)> = (0..self.pool.len())
-            .filter(|k| !taken.contains(k))
+        let trials: Vec<(usize, TestKind)> = (0..self.pool.len())
+            .filter(|k| !accepted.contains(k))
             .filter_map(|k| Some((k, *failing.iter().find(|&&test| self.pool[k].is_raised_by(test))?)))
             .collect();
-        let level = LEVEL / asked.len().max(1) as f64;
+        let level = LEVEL / trials.len().max(1) as f64;
         // Place in the list, number of the term, gain.
         let mut better: Vec<(usize, usize, f64)> = Vec::new();
         out.silent = 0;
-        for (number, &(k, test)) in asked.iter().enumerate() {
-            progress.advance(1, "suggestions", number as f64 / asked.len() as f64);
-            let (suggestion, gain) = self.attempt(k, test, level, (now, &before), taken);
+        for (number, &(k, test)) in trials.iter().enumerate() {
+            progress.advance(1, "suggestions", number as f64 / trials.len() as f64);
+            let (suggestion, gain) = self.attempt(k, test, level, (now, &before), accepted);
             if self.pool[k].is_harmonic() && suggestion.gain.is_none() {
                 out.silent += 1;
                 continue;
@@ -498,9 +502,9 @@ impl<'a> Search<'a> {
         let name = self.pool[best.1].term();
         for (place, _, gain) in better {
             let one = &mut out.tried[place];
-            one.taken = place == best.0;
+            one.accepted = place == best.0;
             one.verdict = match () {
-                () if one.taken => "take it".into(),
+                () if one.accepted => "take it".into(),
                 () if (gain - best.2).abs() < SAME => {
                     format!("the same torques as {name} in these logs: which of the two it is they do not tell")
                 }
@@ -521,13 +525,13 @@ impl<'a> Search<'a> {
 
     /// Each log predicted by the others, as the model is and with terms; those of single logs are left out, as nothing is known of them in
     /// a log that was not seen.
-    fn unseen_logs(&self, plain: &Tried, terms: &[usize]) -> Vec<UnseenLogs> {
+    fn held_out_logs(&self, plain: &Tried, terms: &[usize]) -> Vec<HeldOutLogs> {
         let logs = self.material.recorded.len();
         if logs < LOGS || self.whole.chosen.method == Method::Steady {
             return Vec::new();
         }
         let of_logs = |extra: &ExtraTerm| matches!(extra.law, Law::Recording { .. });
-        if self.whole.asked.extras.iter().any(of_logs) {
+        if self.whole.request.extras.iter().any(of_logs) {
             return Vec::new();
         }
         let lasting: Vec<usize> = terms.iter().copied().filter(|&k| !of_logs(&self.pool[k].extras[0])).collect();
@@ -546,24 +550,24 @@ impl<'a> Search<'a> {
             return Vec::new();
         };
         let names = self.row_names();
-        (0..names.len()).map(|k| UnseenLogs { row: names[k].clone(), before: before[k], after: after[k] }).collect()
+        (0..names.len()).map(|k| HeldOutLogs { row: names[k].clone(), before: before[k], after: after[k] }).collect()
     }
 
     /// What to write into the model file.
     fn text(&self, terms: &[usize]) -> String {
-        let asked = self.whole.asked;
+        let request = self.whole.request;
         let added = terms.iter().map(|&k| &self.pool[k].extras[0]);
         let mut out = String::new();
         if self.whole.document.identification.values.contains_key("parameters") && !terms.is_empty() {
-            let mut names: Vec<&str> = asked.wanted.iter().map(|one| one.name.as_str()).collect();
-            names.extend(asked.extras.iter().chain(added.clone()).map(|extra| extra.term.as_str()));
+            let mut names: Vec<&str> = request.unknowns.iter().map(|one| one.name.as_str()).collect();
+            names.extend(request.extras.iter().chain(added.clone()).map(|extra| extra.term.as_str()));
             names.dedup();
             let quoted: Vec<String> = names.iter().map(|name| format!("\"{name}\"")).collect();
             out = format!("[identification]\nparameters = [{}]\n", quoted.join(", "));
         }
         added.fold(out, |text, extra| {
             let between = if text.is_empty() { "" } else { "\n" };
-            text + between + &extra.written(self.domain(extra))
+            text + between + &extra.file_entry(self.domain(extra))
         })
     }
 }
@@ -588,26 +592,26 @@ pub(super) fn suggest(
     progress.advance(1, "suggestions", 1.0);
     let last = search.tried(&terms)?;
     let validated = search.validated(&last);
-    let mut own = whole.asked.clone();
+    let mut own = whole.request.clone();
     own.extras.extend(terms.iter().flat_map(|&k| search.pool[k].extras.iter().cloned()));
     let own_columns: Columns = columns(whole.plant, &own, whole.chosen.method);
     let found = summary(&Fitted {
         plant: whole.plant,
-        asked: &own,
+        request: &own,
         columns: &own_columns,
         samples: &last.samples,
         fit: &last.fit,
-        unseen: validated.as_ref().map(|one| one.predicted.as_slice()),
+        cross_validated: validated.as_ref().map(|one| one.predicted.as_slice()),
         method: whole.chosen.method.word(),
         window: material.window,
         noise: &whole.chosen.built.noise,
         plays,
     });
-    out.taken = terms.iter().map(|&k| search.pool[k].term().to_string()).collect();
+    out.accepted = terms.iter().map(|&k| search.pool[k].term().to_string()).collect();
     out.text = search.text(&terms);
-    out.unseen_logs = search.unseen_logs(&search.tried_on(&[], &terms)?, &terms);
+    out.held_out_logs = search.held_out_logs(&search.tried_on(&[], &terms)?, &terms);
     let declared = terms.iter().map(|&k| &search.pool[k].extras[0]).filter(|extra| !is_in_file(extra));
-    out.entries_for_file = declared.map(|extra| (extra.term.clone(), extra.written(search.domain(extra)))).collect();
+    out.entries_for_file = declared.map(|extra| (extra.term.clone(), extra.file_entry(search.domain(extra)))).collect();
     (out.for_file, out.terms_for_file, out.not_for_file) = (found.for_file, found.terms_for_file, found.not_for_file);
     (out.parameters, out.tests, out.validation, out.scale) =
         (found.parameters, found.tests, found.validation, found.scale);

@@ -28,7 +28,7 @@ const NOTHING: f64 = 1e-3;
 const NOISE: f64 = 0.01;
 
 pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
-    let Fitted { plant, asked, columns, samples, fit, method, window, .. } = fitted;
+    let Fitted { plant, request, columns, samples, fit, method, window, .. } = fitted;
     let inputs = &plant.reduced.equations.inputs;
     let names = |of: &dyn Fn(usize) -> bool| {
         (0..inputs.len()).filter(|&k| of(k)).map(|k| inputs[k].element.clone()).collect::<Vec<_>>()
@@ -44,8 +44,8 @@ pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
         measured: names(&|k| plant.torques[k].is_some()),
         eliminated: names(&|k| plant.unmeasured.contains(&k)),
         samples: samples.len(),
-        confidence: asked.confidence,
-        loss: match asked.loss {
+        confidence: request.confidence,
+        loss: match request.loss {
             Loss::Squares => "squares",
             Loss::Huber => "huber",
             Loss::Bisquare => "bisquare",
@@ -71,9 +71,9 @@ pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
         ..Identification::default()
     };
     (out.for_file, out.not_for_file) = for_file(fitted, &out.parameters);
-    let (terms, left) = terms_for_file(fitted.asked, &out.parameters);
+    let (terms, omissions) = terms_for_file(fitted.request, &out.parameters);
     out.terms_for_file = terms;
-    out.not_for_file.extend(left);
+    out.not_for_file.extend(omissions);
     out.warnings = warnings(fitted, &out);
     if fit.lags > 0 {
         out.notes.push(format!(
@@ -81,8 +81,8 @@ pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
             fit.lags
         ));
     }
-    if !asked.published.is_empty() && !asked.source.is_empty() {
-        out.notes.push(format!("published values: {}", asked.source));
+    if !request.published.is_empty() && !request.source.is_empty() {
+        out.notes.push(format!("published values: {}", request.source));
     }
     out
 }
@@ -91,7 +91,7 @@ pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
 fn free_combination(row: &[Rational], columns: &Columns) -> String {
     let parts: Vec<(f64, &str)> = row
         .iter()
-        .zip(&columns.asked)
+        .zip(&columns.coefficients)
         .filter(|(x, _)| **x != Rational::ZERO)
         .map(|(x, one)| (rational_to_f64(x), one.name.as_str()))
         .collect();
@@ -103,9 +103,9 @@ fn free_combination(row: &[Rational], columns: &Columns) -> String {
         let x = x / last;
         format!("{name} {} by {}", if x > 0.0 { "up" } else { "down" }, short(x.abs()))
     };
-    let mut words: Vec<String> = parts.iter().rev().map(word).collect();
-    let first = words.remove(0);
-    format!("{first} and {} give the same torques", words.join(", "))
+    let mut terms: Vec<String> = parts.iter().rev().map(word).collect();
+    let first = terms.remove(0);
+    format!("{first} and {} give the same torques", terms.join(", "))
 }
 
 /// What these data hardly tell.
@@ -130,7 +130,7 @@ fn weak(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> Vec<String> 
             _ => format!("in these logs {} are always seen together", parts.join(" : ")),
         });
     }
-    let count = columns.kept.len() + fitted.asked.extras.len();
+    let count = columns.identifiable.len() + fitted.request.extras.len();
     for i in 0..count {
         for j in 0..i {
             let correlation = fit.correlation[(i, j)];
@@ -185,7 +185,7 @@ fn tests(fitted: &Fitted<'_>) -> Vec<ResidualTest> {
             what: test_name(test.what, &rows, &speeds),
             probability: test.probability,
             meaning: if test.probability < UNLIKELY {
-                meaning(test.what, fitted.asked.loss).into()
+                meaning(test.what, fitted.request.loss).into()
             } else {
                 String::new()
             },
@@ -194,7 +194,7 @@ fn tests(fitted: &Fitted<'_>) -> Vec<ResidualTest> {
 }
 
 fn validation(fitted: &Fitted<'_>) -> Vec<Validation> {
-    let Fitted { samples, fit, unseen, .. } = fitted;
+    let Fitted { samples, fit, cross_validated, .. } = fitted;
     let (n, r) = (samples.len(), samples.rows);
     let rms = |of: &dyn Fn(usize, usize) -> f64, row: usize| {
         ((0..n).map(|k| powi(of(k, row), 2)).sum::<f64>() / n.max(1) as f64).sqrt()
@@ -207,8 +207,9 @@ fn validation(fitted: &Fitted<'_>) -> Vec<Validation> {
             unit: fitted.row_unit(&name).into(),
             row: name,
             torque: rms(&|k, row| samples.y(k)[row], row),
-            seen: rms(&|k, row| samples.y(k)[row] - fit.prediction(samples, k, row), row),
-            unseen: unseen.map(|unseen| rms(&|k, row| samples.y(k)[row] - unseen[k * r + row], row)),
+            in_sample: rms(&|k, row| samples.y(k)[row] - fit.prediction(samples, k, row), row),
+            cross_validated: cross_validated
+                .map(|cross_validated| rms(&|k, row| samples.y(k)[row] - cross_validated[k * r + row], row)),
         })
         .collect()
 }
@@ -229,23 +230,23 @@ fn open_balances(fitted: &Fitted<'_>) -> Vec<String> {
     let noise = |row: usize| rms(&|k| samples.covariance(k)[row * (rows + 1)].max(0.0).sqrt());
     let mut out = Vec::new();
     for (row, name) in fitted.row_names().iter().enumerate().filter(|(row, _)| !driven(*row)) {
-        let known = rms(&|k| samples.y(k)[row]);
+        let measured = rms(&|k| samples.y(k)[row]);
         let sizes = |values: &dyn Fn(usize) -> f64| {
-            (0..columns.kept.len()).map(|k| part(row, k) * values(k).abs()).fold(known, f64::max)
+            (0..columns.identifiable.len()).map(|k| part(row, k) * values(k).abs()).fold(measured, f64::max)
         };
         let largest = sizes(&|k| fit.values[k]);
-        let before = sizes(&|k| columns.asked[columns.kept[k].0].value);
-        let left = rms(&|k| samples.y(k)[row] - fit.prediction(samples, k, row));
+        let before = sizes(&|k| columns.coefficients[columns.identifiable[k].0].value);
+        let residual = rms(&|k| samples.y(k)[row] - fit.prediction(samples, k, row));
         if largest < NOTHING * before {
             out.push(format!(
                 "nothing is left of the coefficients of {name}, on which no measured torque acts: a term of it is missing, or its motion is \
                  noise; log a torque on it, or give one of its coefficients"
             ));
-        } else if left > OPEN * largest && left > LOUD * noise(row) {
+        } else if residual > OPEN * largest && residual > LOUD * noise(row) {
             out.push(format!(
                 "the balance of {name}, on which no measured torque acts, does not close: what is left over is {:.0} % of its largest torque, \
                  far more than noise; a friction or another term of it is missing: ask for it",
-                100.0 * left / largest
+                100.0 * residual / largest
             ));
         }
     }
@@ -259,8 +260,8 @@ fn drowned(fitted: &Fitted<'_>) -> Vec<String> {
     let basis = plant.basis();
     let windows = samples.windows.iter().sum::<usize>() as f64 / samples.len().max(1) as f64;
     let mut out = Vec::new();
-    for (k, _) in &columns.kept {
-        let one = &columns.asked[*k];
+    for (k, _) in &columns.identifiable {
+        let one = &columns.coefficients[*k];
         let Some(&term) = one.terms.first() else { continue };
         let (row, part, what) = match one.kind {
             Kind::Inertia => (&equations.inertias[term].row, 2, "acceleration"),
@@ -285,7 +286,7 @@ fn drowned(fitted: &Fitted<'_>) -> Vec<String> {
 }
 
 fn warnings(fitted: &Fitted<'_>, out: &Identification) -> Vec<String> {
-    let Fitted { asked, .. } = fitted;
+    let Fitted { request, .. } = fitted;
     let mut warnings = drowned(fitted);
     warnings.extend(open_balances(fitted));
     if let Some(IdentifiedDamping { passive: false, .. }) = &out.damping {
@@ -295,7 +296,7 @@ fn warnings(fitted: &Fitted<'_>, out: &Identification) -> Vec<String> {
                 .into(),
         );
     }
-    for extra in &asked.extras {
+    for extra in &request.extras {
         let Law::Backlash { clear } = extra.law else { continue };
         let name = format!("{}.backlash", extra.element);
         let width = out.parameters.iter().find(|one| one.name == name).and_then(|one| Some((one.value?, one)));
@@ -309,7 +310,7 @@ fn warnings(fitted: &Fitted<'_>, out: &Identification) -> Vec<String> {
         }
     }
     for one in out.parameters.iter().filter(|one| one.interval.is_some_and(|it| it.upper < 0.0)) {
-        let kind = asked.wanted.iter().find(|wanted| wanted.name == one.name).map(|wanted| wanted.keys[0].1);
+        let kind = request.unknowns.iter().find(|own| own.name == one.name).map(|own| own.keys[0].1);
         if matches!(kind, Some(Kind::Friction | Kind::Inertia | Kind::Stiffness)) {
             warnings.push(format!(
                 "{} is below zero, which no {} can be: check the signs of torques and speeds (`factor = -1`), or set `nonnegative`",

@@ -1,31 +1,31 @@
 //! Ways of teeth that logs go.
 
-use super::asked::{Asked, Method};
 use super::extra::{ExtraTerm, Law};
 use super::plant::{Plant, columns};
+use super::request::{FitRequest, Method};
 use super::rows::{Material, rows};
 
 /// Leaves out ways of teeth that no log goes; says so.
-pub(super) fn tell_ways(asked: &mut Asked, plant: &Plant, material: &Material<'_>) -> Vec<String> {
+pub(super) fn drop_unused_directions(request: &mut FitRequest, plant: &Plant, material: &Material<'_>) -> Vec<String> {
     let of_teeth = |extra: &ExtraTerm| matches!(extra.law, Law::Teeth { .. });
-    if !asked.extras.iter().any(of_teeth) {
+    if !request.extras.iter().any(of_teeth) {
         return Vec::new();
     }
-    let samples = rows(plant, asked, &columns(plant, asked, Method::Dynamic), material).samples;
+    let samples = rows(plant, request, &columns(plant, request, Method::Dynamic), material).samples;
     let (p, w) = (samples.columns, samples.columns - samples.extras);
     let silent = |k: usize| samples.x.chunks_exact(p).all(|row| row[w + k] == 0.0);
-    let mut left = Vec::new();
+    let mut notes = Vec::new();
     let mut number = 0..;
-    asked.extras.retain(|extra| {
+    request.extras.retain(|extra| {
         let idle = number.next().is_some_and(silent) && of_teeth(extra);
         if let (true, Law::Teeth { back }) = (idle, &extra.law) {
             let way = if *back { "driven by what is behind it" } else { "driving" };
-            left.push(format!(
+            notes.push(format!(
                 "{} is left out: in these logs the first body of {} is never {way}",
                 extra.name, extra.element
             ));
         }
         !idle
     });
-    left
+    notes
 }

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use super::channels::of_motors;
 use super::clocks::clocks;
-use super::stability::Asked;
-use super::survey::{left_out, motion_in_words, searches};
-use super::warnings::{CLOSE, close, hardly};
+use super::stability::StabilityProblem;
+use super::survey::{excluded, format_motion, searches};
+use super::warnings::{CLOSE, close, low_margins};
 use crate::diagnostics::{Diagnostic, Severity, quoted};
 use crate::model::ControlSpec;
 use crate::num::multiply;
@@ -33,7 +33,7 @@ const LIMIT: &str = "control::limit";
 /// Largest relative change of a torque at the instants at which it is looked at, if it has settled.
 const SETTLED: f64 = 0.01;
 /// Parts of the time from the last change of a reference to the end of the run.
-const LOOKS: [f64; 5] = [0.6, 0.7, 0.8, 0.9, 1.0];
+const CHECK_TIMES: [f64; 5] = [0.6, 0.7, 0.8, 0.9, 1.0];
 /// Periods of the map in that time, at least.
 const FEWEST: f64 = 50.0;
 
@@ -63,15 +63,15 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
     let places = (0..clocks.len()).rev().filter(|place| clocks[*place].is_some());
     let Some(place) = places.max_by(|a, b| period(a).total_cmp(&period(b))) else { return };
     let control = &variant.model.controls[place];
-    let (laws, plant) = (&variant.running, variant.loop_plant());
+    let (laws, plant) = (&variant.implemented, variant.loop_plant());
     let parts = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
     let between = blocks(variant, &plant);
     let parts = between.of_loop.join(parts);
     let all = together(variant, &parts);
-    let free = left_out(variant, place, &plant);
+    let free = excluded(variant, place, &plant);
     let judged = SampledLoop::new(&plant, &parts).map_err(|why| why.to_string());
     let judged = judged.and_then(|found| {
-        let slowest = found.slowest_without(free).ok_or("the eigenvalue iteration failed")?;
+        let slowest = found.slowest_excluding(free).ok_or("the eigenvalue iteration failed")?;
         Ok((slowest, found.sample_time))
     });
     let (slowest, sample_time) = match judged {
@@ -84,18 +84,18 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
             return;
         }
     };
-    let asked = Asked {
+    let problem = StabilityProblem {
         variant,
         laws: &variant.designed,
         plant: &plant,
         parts: &parts,
         has_blocks: !between.of_loop.is_empty(),
     };
-    let decided = asked.decide(&slowest, asked.exact().as_ref());
+    let decided = problem.decide(&slowest, problem.exact().as_ref());
     // What grows by a power of the time alone is no exponential, and what floating point does not see grow is slow: a run shows it.
     let is_slow = slowest.stable || decided.verdict.border.iter().any(|motion| motion.grows());
-    if decided.held != Stability::Unstable || is_slow {
-        if decided.held != Stability::Stable {
+    if decided.controlled != Stability::Unstable || is_slow {
+        if decided.controlled != Stability::Stable {
             out.push(on_the_border(&control.name, &decided.verdict).at(control.place.clone(), "this controller"));
         }
         check_limits(variant, &plant, &parts, laws, out);
@@ -105,7 +105,7 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
         [_] => format!("control `{}`: at this sample time the loop is unstable", control.name),
         all => format!("at these sample times the loop is unstable: {} together", all.join(", ")),
     };
-    let how = grows_in_words(&decided.verdict, &slowest, sample_time);
+    let how = describe_growth(&decided.verdict, &slowest, sample_time);
     let message = format!("{who}: {how} (exact map of the linear loop, delay and lag included)");
     let help = match all.as_slice() {
         [_] if control.law.samples => {
@@ -117,9 +117,9 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
         }
         _ => "choose shorter times, the longest one first; `--force` runs it as it is",
     };
-    let at = |told: Diagnostic| told.at(control.place.clone(), "unstable at this sample time");
+    let at = |diagnostic: Diagnostic| diagnostic.at(control.place.clone(), "unstable at this sample time");
     // Blocks that saturate or switch do something else where the motion has grown: that stands in no one's way.
-    if between.bend && !between.of_loop.is_empty() {
+    if between.nonlinear && !between.of_loop.is_empty() {
         let names = quoted(between.of_loop.names().iter().map(String::as_str));
         let message = format!("{message}; the loop closes through the blocks {names}, with their slopes at rest");
         out.push(
@@ -132,12 +132,12 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
 }
 
 /// Which motion of a sampled loop grows, and how.
-fn grows_in_words(verdict: &StabilityVerdict, slowest: &Slowest, sample_time: f64) -> String {
+fn describe_growth(verdict: &StabilityVerdict, slowest: &Slowest, sample_time: f64) -> String {
     match verdict.border.iter().find(|motion| motion.grows()) {
         Some(motion) => motion.to_string(),
         None => format!(
             "{} grows by the factor {:.6} in each of the {:.0} samples a second",
-            motion_in_words(slowest.frequency),
+            format_motion(slowest.frequency),
             slowest.growth,
             1.0 / sample_time
         ),
@@ -164,19 +164,19 @@ fn check_limits(
     if periods < FEWEST {
         return;
     }
-    let maps = LOOKS.map(|part| found.after((part * periods) as usize));
+    let maps = CHECK_TIMES.map(|part| found.after((part * periods) as usize));
     let end = |name: &str| {
         let source = scenario.sources.iter().position(|source| source.name == name)?;
         Some(Profile::new(scenario.events.iter().filter(|event| event.source == source)).value(scenario.duration))
     };
     let mut z = vec![0.0; found.map.rows()];
-    let mut asked = Vec::new();
+    let mut values = Vec::new();
     for (law, first) in laws.iter().zip(&found.references) {
         for (k, reference) in law.references().iter().enumerate() {
             let value = end(&reference.name).unwrap_or(0.0);
             z[first + k] = value;
             if value != 0.0 {
-                asked.push(format!("`{}` = {value} {}", reference.name, reference.physical.unit()));
+                values.push(format!("`{}` = {value} {}", reference.name, reference.physical.unit()));
             }
         }
     }
@@ -188,7 +188,7 @@ fn check_limits(
     for (number, (law, part)) in laws.iter().zip(parts).enumerate().filter(|(_, (law, _))| law.clock().is_some()) {
         for (&input, name) in part.inputs.iter().zip(law.inputs()) {
             let command = |z: &Vec<f64>| -> f64 { found.commands.row(input).iter().zip(z).map(|(a, b)| a * b).sum() };
-            let needed = command(&ends[LOOKS.len() - 1]);
+            let needed = command(&ends[CHECK_TIMES.len() - 1]);
             let limit = variant.whole_model(number).torque_limit(input);
             let Some(limit) = limit.filter(|limit| needed.abs() > limit * (1.0 + 1e-6)) else { continue };
             if ends.iter().any(|z| (command(z) - needed).abs() > SETTLED * needed.abs()) {
@@ -199,7 +199,7 @@ fn check_limits(
                 "control `{}`: with {} the motor `{name}` would have to give {:.4} N m in the end, and its limit is {limit} N m: \
                  this can never be reached",
                 control.name,
-                asked.join(" and "),
+                values.join(" and "),
                 needed.abs()
             );
             let help = format!(
@@ -217,7 +217,7 @@ fn not_stable(control: &ControlSpec, verdict: &StabilityVerdict, frequency: f64)
         Stability::Unstable => {
             let how = match verdict.border.iter().find(|motion| motion.grows()) {
                 Some(motion) => motion.to_string(),
-                None => format!("{} grows", motion_in_words(frequency)),
+                None => format!("{} grows", format_motion(frequency)),
             };
             let message =
                 format!("in continuous time the loop is unstable: {how} (linear loop, lag of the motors included)");
@@ -243,28 +243,30 @@ pub(in crate::study) fn check_margins(variant: &PreparedVariant, out: &mut Vec<D
     }
     let (laws, clocks, plant) = (&variant.designed, clocks(&variant.model.controls), variant.loop_plant());
     let continuous = clocks.iter().all(Option::is_none) && laws.iter().all(|law| law.clock().is_none());
-    let (blocks, given) = (loop_blocks(variant, &plant), LoopBlocks::default());
+    let (blocks, no_blocks) = (loop_blocks(variant, &plant), LoopBlocks::default());
     for (number, control) in variant.model.controls.iter().enumerate() {
         let survey = Survey { plant: &plant, laws, clocks: &clocks, number, blocks: &blocks };
         let Some(found) = survey.slowest(survey.unchanged()) else { continue };
         let parts = survey.parts().map_or_else(Vec::new, |(parts, _)| parts);
-        let asked = Asked { variant, laws, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
+        let problem = StabilityProblem { variant, laws, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
         // Of sampled loops `check_sampled` tells; only what floating point is not sure of needs more.
-        let is_sure = found.left_out == 0 && found.word == Stability::Stable;
-        let decided = if is_sure { None } else { Some(asked.decide(&found, asked.exact().as_ref())) };
-        let held = decided.as_ref().map_or(Stability::Stable, |decided| decided.held);
-        if held != Stability::Stable {
+        let is_sure = found.excluded == 0 && found.word == Stability::Stable;
+        let decided = if is_sure { None } else { Some(problem.decide(&found, problem.exact().as_ref())) };
+        let controlled = decided.as_ref().map_or(Stability::Stable, |decided| decided.controlled);
+        if controlled != Stability::Stable {
             if let (true, Some(decided)) = (continuous && number == 0, decided) {
                 out.push(not_stable(control, &decided.verdict, found.frequency));
             }
             continue;
         }
-        let survey = Survey { blocks: if searches(&blocks, clocks[number]) { &blocks } else { &given }, ..survey };
+        let survey = Survey { blocks: if searches(&blocks, clocks[number]) { &blocks } else { &no_blocks }, ..survey };
         let Some(response) = survey.motors() else { continue };
-        if (0..response.channels()).all(|motor| response.channel(motor).holds_disk(CLOSE)) {
+        if (0..response.channels()).all(|motor| response.channel(motor).satisfies_disk(CLOSE)) {
             continue;
         }
-        for message in of_motors(&survey, Some(&response), false).iter().filter(|one| hardly(one)).filter_map(close) {
+        for message in
+            of_motors(&survey, Some(&response), false).iter().filter(|one| low_margins(one)).filter_map(close)
+        {
             let message = format!("control `{}`: {message}", control.name);
             let warning = Diagnostic::warning("control::hardly", message).at(control.place.clone(), "this controller");
             out.push(warning.help(

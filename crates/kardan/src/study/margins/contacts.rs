@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::channels::errors;
 use super::clocks::clocks;
-use super::stability::{Asked, LoopStability};
+use super::stability::{LoopStability, StabilityProblem};
 use super::survey::searches;
 use super::warnings::close;
 use crate::diagnostics::quoted;
@@ -17,7 +17,7 @@ use crate::study::loop_blocks::loop_blocks;
 use crate::synthesis::{LoopBlocks, Plant, Survey};
 
 /// Elements with backlash of which all choices of open and closed ones are looked at; of more all closed alone.
-const FEW: usize = 3;
+const MAX_PLAYS: usize = 3;
 
 /// An element whose backlash is open, with its contacts.
 struct Play<'a> {
@@ -28,17 +28,21 @@ struct Play<'a> {
 
 /// Elements with backlash that are open at the operating point of a variant.
 fn open_plays(variant: &PreparedVariant) -> Vec<Play<'_>> {
-    let holds = &variant.reduced.equations.holds;
+    let unilaterals = &variant.reduced.equations.unilaterals;
     let found = contacts(&variant.reduced, &variant.point.position);
     let ends: BTreeSet<&str> =
         variant.model.elements.iter().filter(|one| one.kind == "end_stop").map(|one| one.name.as_str()).collect();
-    let own = |element: &str| found.iter().filter(|one| holds[one.hold].element == element).collect::<Vec<&Contact>>();
-    let names: BTreeSet<&str> = found.iter().map(|one| holds[one.hold].element.as_str()).collect();
+    let own = |element: &str| {
+        found.iter().filter(|one| unilaterals[one.unilateral].element == element).collect::<Vec<&Contact>>()
+    };
+    let names: BTreeSet<&str> = found.iter().map(|one| unilaterals[one.unilateral].element.as_str()).collect();
     let play = |element: &&str| -> Option<Play<'_>> {
         let sides = own(element);
         let is_open = sides.len() == 2 && !sides.iter().any(|one| one.soft && one.is_passed());
-        let side = |upper: bool| sides.iter().find(|one| holds[one.hold].value.is_upper() == upper).map(|one| one.hold);
-        let element = holds[sides.first()?.hold].element.as_str();
+        let side = |upper: bool| {
+            sides.iter().find(|one| unilaterals[one.unilateral].value.is_upper() == upper).map(|one| one.unilateral)
+        };
+        let element = unilaterals[sides.first()?.unilateral].element.as_str();
         (is_open && !ends.contains(element)).then_some(Play { element, flanks: [side(false)?, side(true)?] })
     };
     names.iter().filter_map(play).collect()
@@ -64,8 +68,8 @@ pub(in crate::study) fn margins_in_contact(
         );
         return (Vec::new(), Some(why));
     }
-    let all = 1usize << plays.len().min(FEW);
-    let choices: Vec<Vec<&Play<'_>>> = match plays.len() <= FEW {
+    let all = 1usize << plays.len().min(MAX_PLAYS);
+    let choices: Vec<Vec<&Play<'_>>> = match plays.len() <= MAX_PLAYS {
         true => (1..all)
             .rev()
             .map(|bits| plays.iter().enumerate().filter(|(k, _)| bits >> k & 1 == 1).map(|(_, play)| play).collect())
@@ -76,21 +80,21 @@ pub(in crate::study) fn margins_in_contact(
     for closed in choices {
         let open: Vec<String> = plays
             .iter()
-            .filter(|play| closed.iter().all(|other| other.element != play.element))
+            .filter(|play| closed.iter().all(|candidate| candidate.element != play.element))
             .map(|play| play.element.to_string())
             .collect();
         let flank = |upper: usize| {
-            let holds: BTreeSet<usize> = closed.iter().map(|play| play.flanks[upper]).collect();
-            in_contact(variant, &holds)
+            let unilaterals: BTreeSet<usize> = closed.iter().map(|play| play.flanks[upper]).collect();
+            in_contact(variant, &unilaterals)
         };
         let [lower, upper] = [flank(0), flank(1)];
         let same = lower.linear_model() == upper.linear_model();
         let closed: Vec<String> = closed.iter().map(|play| play.element.to_string()).collect();
-        let looks: &[(&str, &PreparedVariant)] = match same {
+        let cases: &[(&str, &PreparedVariant)] = match same {
             true => &[("either", &lower)],
             false => &[("lower", &lower), ("upper", &upper)],
         };
-        for (flank, variant) in looks {
+        for (flank, variant) in cases {
             let found = ContactMargins {
                 closed: closed.clone(),
                 open: open.clone(),
@@ -100,11 +104,11 @@ pub(in crate::study) fn margins_in_contact(
             out.push(found);
         }
     }
-    let left = (plays.len() > FEW).then(|| {
+    let omission = (plays.len() > MAX_PLAYS).then(|| {
         let names = quoted(plays.iter().map(|play| play.element));
         format!("of {names} the margins with all in contact stand beside those with all open; those with some in contact were not looked at")
     });
-    (out, left)
+    (out, omission)
 }
 
 /// A variant with these contacts closed, where they just touch.
@@ -122,7 +126,7 @@ fn in_contact(variant: &PreparedVariant, closed: &BTreeSet<usize>) -> PreparedVa
     for (plant, own) in design_models.iter_mut().zip(&variant.design_models) {
         plant.frozen.clone_from(&own.frozen);
     }
-    PreparedVariant { design_models, ..variant.standing_in(model, point) }
+    PreparedVariant { design_models, ..variant.with_model(model, point) }
 }
 
 /// The plants of the laws of a variant, but for those that leave elements out, with another model.
@@ -145,10 +149,10 @@ fn touching(reduced: &Reduced, position: &[f64], closed: &BTreeSet<usize>) -> Ve
     let mut kinematics = Kinematics::new(reduced);
     kinematics.update(position, &vec![0.0; position.len()]);
     let all = contacts(reduced, position);
-    let gaps: Vec<&Contact> = all.iter().filter(|one| closed.contains(&one.hold)).collect();
+    let gaps: Vec<&Contact> = all.iter().filter(|one| closed.contains(&one.unilateral)).collect();
     let row = |one: &Contact| -> Vec<f64> {
         let mut out = vec![0.0; position.len()];
-        for (shaft, a) in reduced.equations.holds[one.hold].row_f64() {
+        for (shaft, a) in reduced.equations.unilaterals[one.unilateral].row_f64() {
             out.iter_mut().zip(kinematics.row(shaft)).for_each(|(out, x)| *out += a * x);
         }
         out
@@ -167,20 +171,22 @@ fn of_loop(variant: &PreparedVariant, number: usize) -> ContactMargins {
     let clocks = clocks(&variant.model.controls);
     let blocks = loop_blocks(variant, &plant);
     let survey = Survey { plant: &plant, laws, clocks: &clocks, number, blocks: &blocks };
-    let given = LoopBlocks::default();
-    let within = Survey { blocks: if searches(&blocks, clocks[number]) { &blocks } else { &given }, ..survey };
+    let no_blocks = LoopBlocks::default();
+    let reduced_survey =
+        Survey { blocks: if searches(&blocks, clocks[number]) { &blocks } else { &no_blocks }, ..survey };
     let found = survey.slowest(survey.unchanged());
     let parts = survey.parts().map_or_else(Vec::new, |(parts, _)| parts);
-    let asked = Asked { variant, laws, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
-    let exact = asked.exact();
-    let known = found.as_ref().map(|found| asked.decide(found, exact.as_ref()));
-    let stable = known.as_ref().and_then(LoopStability::held_is_stable);
-    let (channels, together) = if stable == Some(true) { errors(variant, number, &within) } else { Default::default() };
+    let problem = StabilityProblem { variant, laws, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
+    let exact = problem.exact();
+    let decided = found.as_ref().map(|found| problem.decide(found, exact.as_ref()));
+    let stable = decided.as_ref().and_then(LoopStability::controlled_is_stable);
+    let (channels, together) =
+        if stable == Some(true) { errors(variant, number, &reduced_survey) } else { Default::default() };
     ContactMargins { stable, channels, together, ..ContactMargins::default() }
 }
 
 /// `mesh1 and mesh2 in contact`, with the flank where it matters.
-fn contact_in_words(one: &ContactMargins) -> String {
+fn describe_contact(one: &ContactMargins) -> String {
     let flank = match one.flank.as_str() {
         "either" => "on either flank".to_string(),
         flank => format!("on the {flank} flank"),
@@ -202,17 +208,17 @@ pub(in crate::study) fn contacts_verdict(margins: &Margins) -> Option<String> {
     for one in &margins.contacts {
         let least = one.channels.iter().filter(|one| !one.reading).min_by(|a, b| a.disk.total_cmp(&b.disk));
         out.push(match (one.stable, least) {
-            (Some(false), _) => format!("With {} the loop is UNSTABLE.", contact_in_words(one)),
+            (Some(false), _) => format!("With {} the loop is UNSTABLE.", describe_contact(one)),
             (Some(true), Some(least)) => format!(
                 "With {} the least disk margin of a motor is {:.4} (`{}`){}.",
-                contact_in_words(one),
+                describe_contact(one),
                 least.disk,
                 least.name,
                 one.together
                     .as_ref()
                     .map_or(String::new(), |all| format!(", of all its motors at once {:.4}", all.disk[0]))
             ),
-            _ => format!("With {} the margins are not known.", contact_in_words(one)),
+            _ => format!("With {} the margins are not known.", describe_contact(one)),
         });
     }
     Some(out.join(" "))
@@ -227,6 +233,6 @@ pub(in crate::study) fn contact_warnings(margins: &Margins) -> Vec<String> {
             motors.min_by(|a, b| a.disk.total_cmp(&b.disk)).and_then(close)
         }
     };
-    let told = margins.contacts.iter().filter_map(|one| Some((one, of(one)?)));
-    told.map(|(one, told)| format!("with {}: {told}", contact_in_words(one))).collect()
+    let verdict = margins.contacts.iter().filter_map(|one| Some((one, of(one)?)));
+    verdict.map(|(one, verdict)| format!("with {}: {verdict}", describe_contact(one))).collect()
 }

@@ -17,6 +17,6 @@ pub(super) use check::{UNSTABLE, check_margins, check_sampled};
 pub(super) use contacts::{contact_warnings, contacts_verdict, margins_in_contact, replaced_plants};
 pub(super) use responses::responses;
 pub(super) use sides::LoopKinks;
-pub(super) use survey::{decay, left_out, searches, survey};
+pub(super) use survey::{decay, excluded, searches, survey};
 pub(super) use verdict::verdict;
 pub(super) use warnings::warnings;

@@ -49,12 +49,12 @@ struct Outputs {
 
 impl Outputs {
     fn of(model: &Plant, law: &dyn Law, design: &Design) -> Self {
-        let known = |name: &String| {
+        let is_output = |name: &String| {
             let head = SignalName::new(name).element;
             let shaft = model.coordinates().iter().any(|one| one == head);
             shaft || model.reduced.equations.sensors.iter().any(|(sensor, _)| sensor == head)
         };
-        let signals = design.outputs.iter().filter(|name| known(name)).filter_map(|name| model.output(name).ok());
+        let signals = design.outputs.iter().filter(|name| is_output(name)).filter_map(|name| model.output(name).ok());
         let (names, rows) = signals
             .map(|signal| {
                 let row = row_of(model, law, &signal).iter().map(rational_to_f64).collect();
@@ -71,7 +71,7 @@ pub(in crate::study) fn responses(
     number: usize,
     design: &Design,
 ) -> Result<LoopResponses, String> {
-    let laws = &variant.running;
+    let laws = &variant.implemented;
     let plant = variant.loop_plant();
     let parts = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
     let blocks = loop_blocks(variant, &plant);
@@ -91,31 +91,31 @@ pub(in crate::study) fn responses(
         motors,
     };
     let stable = design.margins.as_ref().and_then(|margins| margins.stable) == Some(true);
-    let seen = views.seen();
+    let points = views.points();
     let steps = if stable { steps(&view, law, &outputs, variant.scenario.duration) } else { Vec::new() };
-    let few = |found: &&Readings| stable && found.names.len() <= MOST_TOGETHER;
-    let readings = views.readings.as_ref().filter(few);
+    let is_small = |found: &&Readings| stable && found.names.len() <= MOST_TOGETHER;
+    let readings = views.readings.as_ref().filter(is_small);
     Ok(LoopResponses {
         readings_together: readings.and_then(|found| named_together(&found.loops, &found.names)),
-        frequencies: seen.iter().map(|(frequency, _)| *frequency).collect(),
+        frequencies: points.iter().map(|(frequency, _)| *frequency).collect(),
         nyquist: views.motors.nyquist(),
-        loops: views.loops(law, &seen),
-        sensitivities: if stable { views.sensitivities(&seen) } else { Vec::new() },
-        references: from_references(law, &outputs.names, design, &seen),
+        loops: views.loops(law, &points),
+        sensitivities: if stable { views.sensitivities(&points) } else { Vec::new() },
+        references: from_references(law, &outputs.names, design, &points),
         steps,
-        along: None,
+        over_positions: None,
     })
 }
 
 /// All responses at one frequency.
-struct Seen {
+struct FrequencyPoint {
     motors: Mat<c64>,
     readings: Option<Mat<c64>>,
     commands: Option<Mat<c64>>,
     references: Option<Mat<c64>>,
 }
 
-impl Seen {
+impl FrequencyPoint {
     /// What is drawn of it, and how far the loops are from −1.
     fn curves(&self) -> Vec<c64> {
         let mut curves = Vec::new();
@@ -131,40 +131,40 @@ impl Seen {
 
 impl Views {
     /// All responses at frequencies at which they are well seen.
-    fn seen(&self) -> Vec<(f64, Seen)> {
+    fn points(&self) -> Vec<(f64, FrequencyPoint)> {
         let poles = self.motors.pole_frequencies();
         // Beside a lightly damped pole as well.
         let places: Vec<f64> =
             poles.iter().flat_map(|pole| [0.9, 0.98, 1.0, 1.02, 1.1].map(|factor| factor * pole)).collect();
-        let look = |frequency: f64| Seen {
+        let look = |frequency: f64| FrequencyPoint {
             motors: self.motors.at_frequency(frequency),
             readings: self.readings.as_ref().map(|found| found.loops.at_frequency(frequency)),
             commands: self.readings.as_ref().map(|found| found.commands.at_frequency(frequency)),
             references: self.references.as_ref().map(|found| found.at_frequency(frequency)),
         };
-        refined(frequency_range(&self.motors), &places, &look, &Seen::curves)
+        refined(frequency_range(&self.motors), &places, &look, &FrequencyPoint::curves)
     }
 
     /// The loop gains, broken at each motor and at each reading.
-    fn loops(&self, law: &dyn Law, seen: &[(f64, Seen)]) -> Vec<LoopGain> {
-        let motors: Vec<&Mat<c64>> = seen.iter().map(|(_, seen)| &seen.motors).collect();
+    fn loops(&self, law: &dyn Law, points: &[(f64, FrequencyPoint)]) -> Vec<LoopGain> {
+        let motors: Vec<&Mat<c64>> = points.iter().map(|(_, point)| &point.motors).collect();
         let mut out = broken(&self.motors, law.inputs(), false, &motors);
         if let Some(found) = &self.readings {
-            let readings: Vec<&Mat<c64>> = seen.iter().filter_map(|(_, seen)| seen.readings.as_ref()).collect();
+            let readings: Vec<&Mat<c64>> = points.iter().filter_map(|(_, point)| point.readings.as_ref()).collect();
             out.extend(broken(&found.loops, &found.names, true, &readings));
         }
         out
     }
 
     /// S and T at the motors and at the readings, and K S between them.
-    fn sensitivities(&self, seen: &[(f64, Seen)]) -> Vec<SingularValues> {
-        let motors = |one: &Seen| Some(one.motors.clone());
+    fn sensitivities(&self, points: &[(f64, FrequencyPoint)]) -> Vec<SingularValues> {
+        let motors = |one: &FrequencyPoint| Some(one.motors.clone());
         let about = |function, readings| SingularValues { function, readings, ..SingularValues::default() };
         let mut out = vec![
-            singular(&self.motors.sensitivity(), about(LoopFunction::S, false), seen, &|one| {
+            singular(&self.motors.sensitivity(), about(LoopFunction::S, false), points, &|one| {
                 motors(one).map(sensitivity)
             }),
-            singular(&self.motors.complementary(), about(LoopFunction::T, false), seen, &motors),
+            singular(&self.motors.complementary(), about(LoopFunction::T, false), points, &motors),
         ];
         if let Some(found) = &self.readings {
             let units: Vec<&str> = found.names.iter().map(|name| SignalName::new(name).unit()).collect();
@@ -172,11 +172,11 @@ impl Views {
             let unit = if mixed { String::new() } else { quotient("N m", units[0]) };
             let about = |function| SingularValues { mixed, ..about(function, true) };
             let (loops, commands) = (&found.loops, SingularValues { unit, ..about(LoopFunction::Ks) });
-            let readings = |one: &Seen| one.readings.clone();
+            let readings = |one: &FrequencyPoint| one.readings.clone();
             out.extend([
-                singular(&loops.sensitivity(), about(LoopFunction::S), seen, &|one| readings(one).map(sensitivity)),
-                singular(&loops.complementary(), about(LoopFunction::T), seen, &readings),
-                singular(&found.commands, commands, seen, &|one| one.commands.clone()),
+                singular(&loops.sensitivity(), about(LoopFunction::S), points, &|one| readings(one).map(sensitivity)),
+                singular(&loops.complementary(), about(LoopFunction::T), points, &readings),
+                singular(&found.commands, commands, points, &|one| one.commands.clone()),
             ]);
         }
         out
@@ -193,20 +193,25 @@ fn sensitivity(mut m: Mat<c64>) -> Mat<c64> {
 fn singular(
     response: &Response,
     about: SingularValues,
-    seen: &[(f64, Seen)],
-    of: &dyn Fn(&Seen) -> Option<Mat<c64>>,
+    points: &[(f64, FrequencyPoint)],
+    of: &dyn Fn(&FrequencyPoint) -> Option<Mat<c64>>,
 ) -> SingularValues {
     let largest = response.largest_gain().map(|found| LargestSingularValue {
         value: found.value,
         frequency: Some(found.frequency).filter(|frequency| frequency.is_finite()),
     });
-    let values = seen.iter().map(|(_, seen)| of(seen).and_then(|m| m.singular_values().ok()).unwrap_or_default());
+    let values = points.iter().map(|(_, point)| of(point).and_then(|m| m.singular_values().ok()).unwrap_or_default());
     SingularValues { largest, values: values.collect(), ..about }
 }
 
 /// From each reference to each output.
-fn from_references(law: &dyn Law, outputs: &[String], design: &Design, seen: &[(f64, Seen)]) -> Vec<ReferenceResponse> {
-    let all: Vec<&Mat<c64>> = seen.iter().filter_map(|(_, seen)| seen.references.as_ref()).collect();
+fn from_references(
+    law: &dyn Law,
+    outputs: &[String],
+    design: &Design,
+    points: &[(f64, FrequencyPoint)],
+) -> Vec<ReferenceResponse> {
+    let all: Vec<&Mat<c64>> = points.iter().filter_map(|(_, point)| point.references.as_ref()).collect();
     let mut out = Vec::new();
     for (j, reference) in law.references().iter().enumerate().filter(|_| !all.is_empty()) {
         for (i, output) in outputs.iter().enumerate() {
@@ -232,7 +237,7 @@ fn broken(response: &Response, names: &[String], reading: bool, all: &[&Mat<c64>
             name: name.clone(),
             reading,
             open: all.iter().all(|m| m[(k, k)].norm_sqr() < NOTHING * NOTHING),
-            unstable_poles: response.channel(k).turned_inside_out().and_then(|broken| broken.unstable_poles()),
+            unstable_poles: response.channel(k).feedback_transform().and_then(|broken| broken.unstable_poles()),
             real: gains.iter().map(|gain| gain.re).collect(),
             imaginary: gains.iter().map(|gain| gain.im).collect(),
         }
@@ -299,7 +304,7 @@ fn first_window(view: &ControlLoop<'_>, duration: f64) -> Option<f64> {
     };
     let rate = -ln(found.growth) / per;
     let window = if rate > 0.0 { FOLLOWED / rate } else { f64::INFINITY };
-    let window = if found.left_out > 0 { window.min(duration) } else { window };
+    let window = if found.excluded > 0 { window.min(duration) } else { window };
     Some(if window.is_finite() { window } else { duration })
 }
 
@@ -310,9 +315,9 @@ fn follow(
     window: f64,
 ) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
     let found = SampledLoop::driven(view.plant, view.parts, window / TIMES as f64).ok()?;
-    let stride = ((window / found.period / TIMES as f64).round() as usize).max(1);
-    let count = ((window / found.period) as usize / stride).clamp(1, 2 * TIMES);
-    let map = found.after(stride);
+    let periods_per_step = ((window / found.period / TIMES as f64).round() as usize).max(1);
+    let count = ((window / found.period) as usize / periods_per_step).clamp(1, 2 * TIMES);
+    let map = found.after(periods_per_step);
     let inputs = &view.parts[view.number].inputs;
     let states = map.rows();
     let mut rows: Vec<Vec<f64>> = outputs.rows.clone();
@@ -323,7 +328,7 @@ fn follow(
     let (mut time, mut values) = (Vec::new(), vec![Vec::new(); rows.len()]);
     let mut next = z.clone();
     for k in 0..=count {
-        time.push(found.period * (k * stride) as f64);
+        time.push(found.period * (k * periods_per_step) as f64);
         for (row, values) in rows.iter().zip(&mut values) {
             values.push(row.iter().zip(&z).map(|(a, b)| a * b).sum::<f64>());
         }

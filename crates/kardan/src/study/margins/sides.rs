@@ -18,7 +18,7 @@ pub(in crate::study) struct LoopKinks {
 impl LoopKinks {
     /// Those of the torques and the laws of a variant, and of the blocks that its loop closes through.
     pub(in crate::study) fn of(variant: &PreparedVariant) -> Self {
-        let laws = variant.running.iter().flat_map(|law| law.kinks());
+        let laws = variant.implemented.iter().flat_map(|law| law.kinks());
         let blocks = loop_blocks(variant, &variant.loop_plant());
         let slopes = law_slopes_at(&variant.reduced, &variant.point);
         let mut guards: Vec<String> = slopes.into_iter().flat_map(|one| one.kinks).collect();
@@ -36,12 +36,12 @@ impl LoopKinks {
     }
 
     /// A side in words.
-    pub(in crate::study) fn words(&self, side: &Side) -> String {
-        self.kinks.words(side)
+    pub(in crate::study) fn description(&self, side: &Side) -> String {
+        self.kinks.description(side)
     }
 
     /// That the loop has no derivative where it jumps.
-    pub(in crate::study) fn jumps_in_words(&self) -> Option<String> {
+    pub(in crate::study) fn jump_note(&self) -> Option<String> {
         (!self.jumps.is_empty()).then(|| {
             format!(
                 "The loop jumps at its operating point, where {} = 0: it has no linear model there. What is said of its stability and its margins \
@@ -52,7 +52,7 @@ impl LoopKinks {
     }
 
     /// What the verdict is about, where the loop has a kink.
-    pub(in crate::study) fn in_words(&self) -> Option<String> {
+    pub(in crate::study) fn kink_note(&self) -> Option<String> {
         self.opposite().map(|_| self.kinks.explained("The loop", "poles and margins"))
     }
 }

@@ -5,23 +5,23 @@ use std::sync::Arc;
 use crate::analysis::despite_rounding;
 use crate::num::LastDigits;
 use crate::reduce::{LinearModel, laws_are_linear, linearise_near};
-use crate::results::{FreeKnown, Pole, Stability, StabilityKnown, StabilityVerdict};
+use crate::results::{Pole, Stability, StabilityEvidence, StabilityVerdict, ZeroPoleEvidence};
 use crate::study::PreparedVariant;
 use crate::synthesis::{ExactMap, ExactMotions, Law, LoopPlant, SampledPart, Slowest, exact_motions_of, roots};
 
 /// Other numbers within the last digits of rounded ones that are tried.
-const OTHERS: u64 = 8;
+const PERTURBATIONS: u64 = 8;
 
 /// What is decided about a loop as it is, exactly where it can be.
 pub(in crate::study) struct LoopStability {
     /// Of all motions, those that nobody holds among them.
     pub verdict: StabilityVerdict,
     /// Of all others.
-    pub held: Stability,
+    pub controlled: Stability,
     /// How many motions nobody holds.
     pub zeros: usize,
     /// How it is known that these are at zero.
-    pub how: FreeKnown,
+    pub how: ZeroPoleEvidence,
     /// Real parts of poles that are not at zero, and that floating point would take for it.
     pub next_to_zero: Vec<f64>,
     /// All poles, where the verdict on a loop in continuous time is exact.
@@ -30,13 +30,13 @@ pub(in crate::study) struct LoopStability {
 
 impl LoopStability {
     /// Whether all motions but free ones die away; `None` if that is not decided.
-    pub fn held_is_stable(&self) -> Option<bool> {
-        (self.held != Stability::Undecided).then_some(self.held == Stability::Stable)
+    pub fn controlled_is_stable(&self) -> Option<bool> {
+        (self.controlled != Stability::Undecided).then_some(self.controlled == Stability::Stable)
     }
 }
 
 /// A loop whose stability is asked for.
-pub(in crate::study) struct Asked<'a> {
+pub(in crate::study) struct StabilityProblem<'a> {
     pub variant: &'a PreparedVariant,
     /// Its laws as designed.
     pub laws: &'a [Arc<dyn Law>],
@@ -47,7 +47,7 @@ pub(in crate::study) struct Asked<'a> {
     pub has_blocks: bool,
 }
 
-impl Asked<'_> {
+impl StabilityProblem<'_> {
     /// The exact loop in continuous time; `None` where a law is made for a sample time, and of sampled laws with blocks.
     pub fn exact(&self) -> Option<ExactMotions> {
         if self.parts.iter().all(|part| part.clock.is_none()) {
@@ -67,7 +67,7 @@ impl Asked<'_> {
         if is_rounded {
             let model = linearise_near(&self.variant.reduced, &self.variant.point, &mut digits);
             plant = LoopPlant { slow_sensors: plant.slow_sensors, ..LoopPlant::new(&model, &self.variant.lags()) };
-            plant = plant.with_answered(&self.variant.reduced);
+            plant = plant.with_block_torques(&self.variant.reduced);
         }
         (plant, self.parts.iter().map(|part| part.near(&mut digits)).collect())
     }
@@ -79,10 +79,10 @@ impl Asked<'_> {
             false => self.sampled(found, exact),
         };
         // Of motions that do not grow in the linear model the nonlinear one decides.
-        let is_bent = !laws_are_linear(&self.variant.reduced) || self.laws.iter().any(|law| law.bends());
-        if is_bent && decided.held == Stability::Marginal {
+        let is_bent = !laws_are_linear(&self.variant.reduced) || self.laws.iter().any(|law| law.is_nonlinear());
+        if is_bent && decided.controlled == Stability::Marginal {
             decided.verdict = decided.verdict.of_linearisation();
-            decided.held = Stability::Undecided;
+            decided.controlled = Stability::Undecided;
         }
         decided
     }
@@ -92,7 +92,7 @@ impl Asked<'_> {
             return rounded(found);
         };
         // Rounding of the gains moves what a design leaves at zero.
-        if exact.zeros() != found.left_out && !exact.before_rounding && found.word == Stability::Stable {
+        if exact.zeros() != found.excluded && !exact.before_rounding && found.word == Stability::Stable {
             return rounded(found);
         }
         let verdict = self.within_rounding(verdict, exact, found);
@@ -108,12 +108,12 @@ impl Asked<'_> {
         let free = verdict.border.iter().any(|motion| motion.free);
         let zeros = if free { exact.zeros() } else { 0 };
         let poles = roots(&crate::num::characteristic_polynomial(&exact.matrix));
-        let more = found.left_out.saturating_sub(zeros);
+        let more = found.excluded.saturating_sub(zeros);
         let beside_zero = poles.iter().filter(|pole| (pole.re, pole.im) != (0.0, 0.0)).take(more);
         LoopStability {
-            held: verdict.without_free().word,
+            controlled: verdict.without_free().word,
             zeros,
-            how: if exact.before_rounding { FreeKnown::Design } else { FreeKnown::Rounded },
+            how: if exact.before_rounding { ZeroPoleEvidence::Design } else { ZeroPoleEvidence::Rounded },
             next_to_zero: beside_zero.map(|pole| pole.re).collect(),
             poles: Some(poles),
             verdict,
@@ -128,14 +128,14 @@ impl Asked<'_> {
             return verdict;
         }
         // Rounding that is bounded changes nothing where floating point agrees.
-        if found.left_out == 0 && found.word == verdict.word {
-            return StabilityVerdict { known: StabilityKnown::DespiteRounding, ..verdict };
+        if found.excluded == 0 && found.word == verdict.word {
+            return StabilityVerdict { evidence: StabilityEvidence::DespiteRounding, ..verdict };
         }
-        let other = |seed: u64| {
+        let perturbed_verdict = |seed: u64| {
             let (plant, parts) = self.near(is_rounded, seed);
             exact_motions_of(&plant, &parts, self.laws)?.stability()
         };
-        despite_rounding(verdict, (1..=OTHERS).filter_map(other))
+        despite_rounding(verdict, (1..=PERTURBATIONS).filter_map(perturbed_verdict))
     }
 
     fn sampled(&self, found: &Slowest, exact: Option<&ExactMotions>) -> LoopStability {
@@ -150,24 +150,24 @@ impl Asked<'_> {
         let Some(verdict) = verdict.filter(|verdict| verdict.word != Stability::Undecided) else {
             let decided = rounded(found);
             let how = match exact {
-                Some(exact) if exact.sampled == found.left_out => known(exact),
+                Some(exact) if exact.sampled == found.excluded => evidence(exact),
                 _ => return decided,
             };
-            let verdict = match (found.word, found.left_out) {
+            let verdict = match (found.word, found.excluded) {
                 (Stability::Stable, 1..) => {
-                    StabilityVerdict { known: StabilityKnown::Bounded, ..StabilityVerdict::free(found.left_out) }
+                    StabilityVerdict { evidence: StabilityEvidence::Bounded, ..StabilityVerdict::free(found.excluded) }
                 }
                 _ => decided.verdict,
             };
             return LoopStability { verdict, how, ..decided };
         };
         LoopStability {
-            held: verdict.without_free().word,
-            zeros: exact.map_or(found.left_out, |exact| exact.sampled),
+            controlled: verdict.without_free().word,
+            zeros: exact.map_or(found.excluded, |exact| exact.sampled),
             how: match exact {
-                Some(exact) => known(exact),
-                None if verdict.border.is_empty() => FreeKnown::Within(found.rounding),
-                None => FreeKnown::Rounded,
+                Some(exact) => evidence(exact),
+                None if verdict.border.is_empty() => ZeroPoleEvidence::ToRounding(found.rounding),
+                None => ZeroPoleEvidence::Rounded,
             },
             next_to_zero: Vec::new(),
             poles: None,
@@ -176,7 +176,7 @@ impl Asked<'_> {
     }
 }
 
-impl Asked<'_> {
+impl StabilityProblem<'_> {
     /// The same of a sampled loop.
     fn sampled_within_rounding(
         &self,
@@ -186,26 +186,26 @@ impl Asked<'_> {
         found: &Slowest,
     ) -> StabilityVerdict {
         let is_rounded = model.is_rounded();
-        let agrees = found.left_out == at_one && found.word == verdict.without_free().word;
+        let agrees = found.excluded == at_one && found.word == verdict.without_free().word;
         let all_exact = !is_rounded && self.parts.iter().all(|part| !part.is_rounded());
         if agrees || all_exact || verdict.word == Stability::Undecided {
             return verdict;
         }
-        let other = |seed: u64| {
+        let perturbed_verdict = |seed: u64| {
             let (plant, parts) = self.near(is_rounded, seed);
             ExactMap::stability_of(&plant, &parts, at_one)
         };
-        despite_rounding(verdict, (1..=OTHERS).filter_map(other))
+        despite_rounding(verdict, (1..=PERTURBATIONS).filter_map(perturbed_verdict))
     }
 }
 
-fn known(exact: &ExactMotions) -> FreeKnown {
-    if exact.before_rounding { FreeKnown::Design } else { FreeKnown::Rounded }
+fn evidence(exact: &ExactMotions) -> ZeroPoleEvidence {
+    if exact.before_rounding { ZeroPoleEvidence::Design } else { ZeroPoleEvidence::Rounded }
 }
 
 /// What eigenvalues in floating point tell, with a bound on their rounding.
 fn rounded(found: &Slowest) -> LoopStability {
-    let verdict = match (found.word, found.left_out) {
+    let verdict = match (found.word, found.excluded) {
         (Stability::Undecided, _) => {
             StabilityVerdict::undecided("a pole is as near to the border as eigenvalues in floating point may be off")
         }
@@ -213,13 +213,13 @@ fn rounded(found: &Slowest) -> LoopStability {
             "{zeros} {} at zero to rounding only; all else is stable (eigenvalues in floating point, their rounding bounded)",
             if zeros == 1 { "pole is" } else { "poles are" }
         )),
-        (word, _) => StabilityVerdict::plain(word, StabilityKnown::Bounded),
+        (word, _) => StabilityVerdict::plain(word, StabilityEvidence::Bounded),
     };
     LoopStability {
         verdict,
-        held: found.word,
-        zeros: found.left_out,
-        how: FreeKnown::Within(found.rounding),
+        controlled: found.word,
+        zeros: found.excluded,
+        how: ZeroPoleEvidence::ToRounding(found.rounding),
         next_to_zero: Vec::new(),
         poles: None,
     }

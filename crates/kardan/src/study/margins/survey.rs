@@ -7,8 +7,8 @@ use rayon::prelude::*;
 
 use super::channels::errors;
 use super::clocks::{clocks, shortest};
-use super::stability::{Asked, LoopStability};
-use super::warnings::{HARDLY, hardly};
+use super::stability::{LoopStability, StabilityProblem};
+use super::warnings::{LOW_MARGIN, low_margins};
 use crate::num::{Matrix, Rational};
 use crate::reduce::{LinearModel, motions_over_states};
 use crate::results::{ChannelMargin, Design, LoopLimit, Margins, RateLimit, Stability};
@@ -21,7 +21,7 @@ use crate::synthesis::{
 /// Relative distance of two frequencies that belong to one motion.
 const SAME_MOTION: f64 = 0.3;
 /// States of blocks with which margins are searched over the common period of several sample times.
-const FEW: usize = 24;
+const MAX_STATES: usize = 24;
 /// Part of the largest movement below which a shaft stands still.
 const STILL: f64 = 1e-9;
 /// Frequencies below this are written with an exponent, rad/s.
@@ -35,11 +35,11 @@ pub(in crate::study) fn decay(variant: &PreparedVariant, margins: &Margins) -> O
 }
 
 /// How many motions of the loop of the file's controllers nobody holds.
-pub(in crate::study) fn left_out(variant: &PreparedVariant, number: usize, plant: &LoopPlant) -> usize {
+pub(in crate::study) fn excluded(variant: &PreparedVariant, number: usize, plant: &LoopPlant) -> usize {
     let (laws, clocks) = (&variant.designed, clocks(&variant.model.controls));
     let blocks = loop_blocks(variant, plant);
     let survey = Survey { plant, laws, clocks: &clocks, number, blocks: &blocks };
-    survey.slowest(survey.unchanged()).map_or(0, |found| found.left_out)
+    survey.slowest(survey.unchanged()).map_or(0, |found| found.excluded)
 }
 
 /// How far the loop of a controller is from instability. Peaks of the torques are left to the simulation.
@@ -54,8 +54,8 @@ pub(in crate::study) fn survey(
     let blocks = loop_blocks(variant, &plant);
     let survey = Survey { plant: &plant, laws, clocks: &clocks, number, blocks: &blocks };
     let own = clocks[number];
-    let given = LoopBlocks::default();
-    let within = Survey { blocks: if searches(&blocks, own) { &blocks } else { &given }, ..survey };
+    let no_blocks = LoopBlocks::default();
+    let reduced_survey = Survey { blocks: if searches(&blocks, own) { &blocks } else { &no_blocks }, ..survey };
     let as_it_is = survey.slowest(survey.unchanged());
     let motion = |limit: &Limit| motion(limit, design);
     let limit = |found: Limit| LoopLimit { value: found.value, motion: motion(&found) };
@@ -71,17 +71,17 @@ pub(in crate::study) fn survey(
     let for_one_time = laws.iter().any(|law| law.clock().is_some());
     let radius = |growth: f64| own.map_or(growth, |own| powf(growth, own.period / shortest(&clocks)));
     let parts = survey.parts().map_or_else(Vec::new, |(parts, _)| parts);
-    let asked = Asked { variant, laws, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
-    let exact = asked.exact();
-    let known = as_it_is.as_ref().map(|found| asked.decide(found, exact.as_ref()));
-    let stable = known.as_ref().and_then(LoopStability::held_is_stable);
-    let is_unstable = |known: &LoopStability| known.verdict.word == Stability::Unstable;
+    let problem = StabilityProblem { variant, laws, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
+    let exact = problem.exact();
+    let decided = as_it_is.as_ref().map(|found| problem.decide(found, exact.as_ref()));
+    let stable = decided.as_ref().and_then(LoopStability::controlled_is_stable);
+    let is_unstable = |decided: &LoopStability| decided.verdict.word == Stability::Unstable;
     // A loop that is unstable as it is has no rate and tolerates nothing.
     let tolerated = stable != Some(false);
-    let channels = || if stable == Some(true) { errors(variant, number, &within) } else { Default::default() };
+    let channels = || if stable == Some(true) { errors(variant, number, &reduced_survey) } else { Default::default() };
     let limits = || {
-        let lag = || within.longest_lag().filter(|_| tolerated);
-        rayon::join(|| within.longest_delay().filter(|_| tolerated), lag)
+        let lag = || reduced_survey.longest_lag().filter(|_| tolerated);
+        rayon::join(|| reduced_survey.longest_delay().filter(|_| tolerated), lag)
     };
     let rates = || {
         let none = for_one_time || !tolerated;
@@ -90,9 +90,9 @@ pub(in crate::study) fn survey(
     let ((channels, together), ([longest_delay, longest_lag], rates)) =
         rayon::join(channels, || rayon::join(|| <[_; 2]>::from(limits()), rates));
     let only_motor = channels.first().filter(|one| laws[number].inputs().len() == 1 && !one.reading && !one.searched);
-    let gain_margin = only_motor.map(of_motor).or_else(|| within.gain_margin().filter(|_| tolerated));
-    let hard = |[low, high]: [f64; 2]| low > 1.0 / HARDLY || high < HARDLY;
-    let hardly = channels.iter().any(|one| !one.reading && hardly(one))
+    let gain_margin = only_motor.map(of_motor).or_else(|| reduced_survey.gain_margin().filter(|_| tolerated));
+    let hard = |[low, high]: [f64; 2]| low > 1.0 / LOW_MARGIN || high < LOW_MARGIN;
+    let low_margins = channels.iter().any(|one| !one.reading && low_margins(one))
         || gain_margin.is_some_and(|[down, up]| hard([down.value, up.value]));
     let free = match &exact {
         Some(exact) => moving_exactly(&exact.motions, &variant.linear_model(), &variant.reduced.equations.coordinates),
@@ -109,24 +109,24 @@ pub(in crate::study) fn survey(
             .filter(|_| clocks.iter().any(Option::is_some))
             .map(|found| radius(found.growth))
             // That of a growth which floating point does not see would speak against the verdict.
-            .filter(|radius| *radius >= 1.0 || !known.as_ref().is_some_and(is_unstable)),
+            .filter(|radius| *radius >= 1.0 || !decided.as_ref().is_some_and(is_unstable)),
         stable,
-        stability: known.as_ref().map(|known| known.verdict.clone()).unwrap_or_default(),
-        proven: known.as_ref().is_some_and(|known| known.verdict.is_proven()),
-        poles: known.as_ref().and_then(|known| known.poles.clone()),
+        stability: decided.as_ref().map(|decided| decided.verdict.clone()).unwrap_or_default(),
+        proven: decided.as_ref().is_some_and(|decided| decided.verdict.is_proven()),
+        poles: decided.as_ref().and_then(|decided| decided.poles.clone()),
         rates,
         longest_delay: longest_delay.map(limit),
         longest_lag: longest_lag.map(limit),
         gain_margin: gain_margin.map(|both| both.map(limit)),
         free,
-        free_poles: known.as_ref().map_or(0, |known| known.zeros),
-        free_known: known.as_ref().map(|known| known.how).unwrap_or_default(),
+        free_poles: decided.as_ref().map_or(0, |decided| decided.zeros),
+        zero_pole_evidence: decided.as_ref().map(|decided| decided.how).unwrap_or_default(),
         only_count: exact.as_ref().is_some_and(|exact| only_count(exact, &variant.whole_model(number), laws)),
-        next_to_zero: known.map(|known| known.next_to_zero).unwrap_or_default(),
+        next_to_zero: decided.map(|decided| decided.next_to_zero).unwrap_or_default(),
         drift: as_it_is.as_ref().map_or(0.0, |found| found.drift),
         channels,
         together,
-        hardly,
+        low_margins,
         contacts: Vec::new(),
         peaks: Vec::new(),
         verdict: String::new(),
@@ -145,7 +145,7 @@ fn of_motor(motor: &ChannelMargin) -> [Limit; 2] {
 /// Whether margins are looked for with blocks in the loop: where many of these have another sample time than the controller that would take minutes, and
 /// they are taken as given.
 pub(in crate::study) fn searches(blocks: &LoopBlocks, own: Option<Clock>) -> bool {
-    own.map_or_else(|| blocks.is_continuous(), |own| blocks.keep_step(own.period) || blocks.size() <= FEW)
+    own.map_or_else(|| blocks.is_continuous(), |own| blocks.has_sample_time(own.period) || blocks.size() <= MAX_STATES)
 }
 
 /// Whether all that is at zero are charges that only count.
@@ -158,25 +158,25 @@ fn only_count(exact: &ExactMotions, plant: &Plant, laws: &[Arc<dyn Law>]) -> boo
 
 /// Shafts that move in some of these motions, exactly.
 fn moving_exactly(motions: &Matrix<Rational>, model: &LinearModel, shafts: &[String]) -> Vec<String> {
-    let seen = motions_over_states(&model.basis, &model.moving());
-    let own = Matrix::from_fn(seen[0].columns(), motions.columns(), |i, k| motions[(i, k)].clone());
-    let moved = seen.map(|seen| seen.multiply(&own));
+    let motion_rows = motions_over_states(&model.basis, &model.moving());
+    let own = Matrix::from_fn(motion_rows[0].columns(), motions.columns(), |i, k| motions[(i, k)].clone());
+    let moved = motion_rows.map(|motion_rows| motion_rows.multiply(&own));
     let moves = |shaft: &usize| moved.iter().any(|moved| moved.row(*shaft).iter().any(|x| !x.is_zero()));
     (0..shafts.len()).filter(moves).map(|shaft| shafts[shaft].clone()).collect()
 }
 
 /// Shafts that move in some of these motions.
 fn moving(motions: &Matrix<f64>, plant: &LoopPlant, shafts: &[String]) -> Vec<String> {
-    let seen = motions_over_states(&plant.basis, &plant.moving);
-    let of = |shaft: usize, motion: usize, seen: &Matrix<f64>| {
-        (0..seen.columns()).map(|j| seen[(shaft, j)] * motions[(j, motion)]).sum::<f64>().abs()
+    let motion_rows = motions_over_states(&plant.basis, &plant.moving);
+    let of = |shaft: usize, motion: usize, motion_rows: &Matrix<f64>| {
+        (0..motion_rows.columns()).map(|j| motion_rows[(shaft, j)] * motions[(j, motion)]).sum::<f64>().abs()
     };
     let moves = |shaft: usize| {
         (0..motions.columns()).any(|k| {
-            seen.iter().any(|seen| {
-                let largest = (0..shafts.len()).map(|other| of(other, k, seen)).fold(0.0, f64::max);
+            motion_rows.iter().any(|motion_rows| {
+                let largest = (0..shafts.len()).map(|other| of(other, k, motion_rows)).fold(0.0, f64::max);
                 let size = (0..motions.rows()).map(|i| motions[(i, k)].abs()).fold(0.0, f64::max);
-                largest > STILL * size && of(shaft, k, seen) > STILL * largest
+                largest > STILL * size && of(shaft, k, motion_rows) > STILL * largest
             })
         })
     };
@@ -194,12 +194,12 @@ fn motion(limit: &Limit, design: &Design) -> String {
         Some(mode) if design.cancels_zeros => {
             format!("the zero dynamics ({:.4} rad/s, damping ratio {:.3})", mode.natural_frequency, mode.damping_ratio)
         }
-        _ => motion_in_words(limit.frequency),
+        _ => format_motion(limit.frequency),
     }
 }
 
 /// A motion of this frequency, rad/s.
-pub(super) fn motion_in_words(frequency: f64) -> String {
+pub(super) fn format_motion(frequency: f64) -> String {
     match frequency {
         0.0 => "a motion without oscillation".into(),
         _ if frequency < SLOW => format!("a motion at {frequency:.4e} rad/s"),

@@ -1,6 +1,6 @@
 //! Margins in sentences.
 
-use crate::results::{FreeKnown, Margins, RateLimit, Stability, TogetherMargin};
+use crate::results::{Margins, RateLimit, Stability, TogetherMargin, ZeroPoleEvidence};
 use crate::synthesis::LIMIT_STEP;
 
 /// The paragraph: what sampling leaves of this design.
@@ -35,7 +35,7 @@ fn stability(margins: &Margins) -> String {
         None => ("In continuous time".to_string(), "not judged: its eigenvalues could not be computed, simulate it"),
     };
     let verdict = &margins.stability;
-    let told = match verdict.word {
+    let state = match verdict.word {
         Stability::Undecided if verdict.why.is_empty() => failed.to_string(),
         _ => verdict.to_string(),
     };
@@ -43,7 +43,7 @@ fn stability(margins: &Margins) -> String {
         Some(radius) => format!(" (spectral radius {radius:.5})"),
         None => String::new(),
     };
-    format!("{when} the loop is {told}{radius}.")
+    format!("{when} the loop is {state}{radius}.")
 }
 
 /// Motions that nobody holds, and those that only look so.
@@ -51,10 +51,12 @@ fn free_motions(margins: &Margins, out: &mut Vec<String>) {
     if margins.free_poles > 0 {
         let poles = if margins.free_poles == 1 { "pole".to_string() } else { "poles".into() };
         let of = if margins.free.is_empty() { "its own states".into() } else { list(&margins.free) };
-        let how = match margins.free_known {
-            FreeKnown::Design => "exactly (over the rationals, with the gains before they are rounded)".to_string(),
-            FreeKnown::Rounded => "exactly (over the rationals, with the gains as they are rounded)".into(),
-            FreeKnown::Within(size) => format!("to the rounding of the loop (below {size:.0e} 1/s)"),
+        let how = match margins.zero_pole_evidence {
+            ZeroPoleEvidence::Design => {
+                "exactly (over the rationals, with the gains before they are rounded)".to_string()
+            }
+            ZeroPoleEvidence::Rounded => "exactly (over the rationals, with the gains as they are rounded)".into(),
+            ZeroPoleEvidence::ToRounding(size) => format!("to the rounding of the loop (below {size:.0e} 1/s)"),
         };
         let what = match margins.only_count {
             true => format!("Charges that nothing depends on only count what has flowed, through {of}"),
@@ -84,8 +86,8 @@ fn limits(margins: &Margins, out: &mut Vec<String>) {
         if rate >= 1000.0 { format!("{:.2} kHz", rate / 1000.0) } else { format!("{rate:.3} Hz") }
     };
     let rate = |delay: f64| margins.rates.iter().find(|rate| rate.delay == delay);
-    if let (Some(without), Some(with)) = (rate(0.0), rate(1.0)) {
-        let said = |limit: &RateLimit| match limit.rate {
+    if let (Some(undelayed), Some(with)) = (rate(0.0), rate(1.0)) {
+        let rate_text = |limit: &RateLimit| match limit.rate {
             Some(0.0) => "any rate".to_string(),
             Some(rate) => hertz(rate),
             None => "more than 1 MHz".into(),
@@ -93,8 +95,8 @@ fn limits(margins: &Margins, out: &mut Vec<String>) {
         out.push(format!(
             "It needs {} without delay (or with a predictor for it) and {} with one sample of delay{}: searched from fast to slow rates in \
              steps of {:.0} %, and where the loop comes closest to growing between them, not proven; slower rates may be stable again.",
-            said(without),
-            said(with),
+            rate_text(undelayed),
+            rate_text(with),
             because(&with.motion),
             100.0 * (LIMIT_STEP - 1.0)
         ));
@@ -158,8 +160,8 @@ fn channels(margins: &Margins, out: &mut Vec<String>) {
         );
     }
     if let Some(all) = &margins.together {
-        let said = at_once(all);
-        out.push(format!("W{}.", &said[1..]));
+        let sentence = at_once(all);
+        out.push(format!("W{}.", &sentence[1..]));
     }
 }
 

@@ -6,13 +6,13 @@ use super::verdict::{at, at_once, because, time};
 use crate::results::{ChannelMargin, LOW_DISK, Margins, TogetherMargin};
 
 /// Factor of a torque within which a loop must be stable, or is hardly so.
-pub(super) const HARDLY: f64 = 1.1;
+pub(super) const LOW_MARGIN: f64 = 1.1;
 /// The same for all motors at once: a factor of 1.22, 11°.
 const DISK_TOGETHER: f64 = 0.2;
 /// Turn of the phase of one channel, rad, below which a loop deserves a warning: 15°.
 const PHASE: f64 = std::f64::consts::PI / 12.0;
 /// Disk margin of a loop that is not hardly stable: it holds the factor 1.1, and 5.5°.
-pub(super) const CLOSE: f64 = 2.0 * (HARDLY - 1.0) / (HARDLY + 1.0);
+pub(super) const CLOSE: f64 = 2.0 * (LOW_MARGIN - 1.0) / (LOW_MARGIN + 1.0);
 /// Part of its lag, or of one sample, by which a motor must be allowed to be late.
 const LATE: f64 = 0.25;
 /// How much smaller the disk of all motors at once must be than that of each channel, if others have been warned of.
@@ -36,8 +36,8 @@ pub(in crate::study) fn warnings(found: &Margins) -> Vec<String> {
     }));
     out.extend(found.channels.iter().filter_map(late));
     let common = found.gain_margin.as_ref().filter(|_| out.is_empty());
-    if let Some([down, up]) = common.filter(|[down, up]| down.value > 1.0 / HARDLY || up.value < HARDLY) {
-        let motion = if up.value < HARDLY { &up.motion } else { &down.motion };
+    if let Some([down, up]) = common.filter(|[down, up]| down.value > 1.0 / LOW_MARGIN || up.value < LOW_MARGIN) {
+        let motion = if up.value < LOW_MARGIN { &up.motion } else { &down.motion };
         out.push(format!(
             "stable, but hardly: its torques may be wrong by factors from {:.4} to {:.4} only{}",
             down.value,
@@ -46,8 +46,9 @@ pub(in crate::study) fn warnings(found: &Margins) -> Vec<String> {
         ));
     }
     // All at once are never better than each alone: said where they are much worse.
-    let alone = found.channels.iter().map(|one| one.disk).fold(f64::INFINITY, f64::min);
-    let worse = |all: &&TogetherMargin| all.disk[1] < DISK_TOGETHER && (out.is_empty() || all.disk[1] < WORSE * alone);
+    let single_disk = found.channels.iter().map(|one| one.disk).fold(f64::INFINITY, f64::min);
+    let worse =
+        |all: &&TogetherMargin| all.disk[1] < DISK_TOGETHER && (out.is_empty() || all.disk[1] < WORSE * single_disk);
     if let Some(all) = found.together.as_ref().filter(worse) {
         out.push(format!(
             "{}; below {DISK_TOGETHER} (a factor of 1.22, 11°) small errors of the model are too much",
@@ -63,8 +64,8 @@ fn of(one: &ChannelMargin) -> String {
 }
 
 /// Whether factors within 10 %, together with the turn of the phase that goes with them (5.5°), are more than a channel bears.
-pub(super) fn hardly(one: &ChannelMargin) -> bool {
-    [one.gain, one.disk_gain].iter().any(|[low, high]| *low > 1.0 / HARDLY || *high < HARDLY)
+pub(super) fn low_margins(one: &ChannelMargin) -> bool {
+    [one.gain, one.disk_gain].iter().any(|[low, high]| *low > 1.0 / LOW_MARGIN || *high < LOW_MARGIN)
 }
 
 /// A channel that a small factor, or a small turn of the phase, makes unstable.
@@ -72,7 +73,7 @@ pub(super) fn close(one: &ChannelMargin) -> Option<String> {
     let ([low, high], what) = (one.gain, of(one));
     let (factor, frequency) =
         if ln(high) < -ln(low) { (high, one.gain_frequency[1]) } else { (low, one.gain_frequency[0]) };
-    let prefix = if hardly(one) { "stable, but hardly: " } else { "" };
+    let prefix = if low_margins(one) { "stable, but hardly: " } else { "" };
     if low == 1.0 || high == 1.0 {
         let factors = match (low == 1.0, high == 1.0) {
             (true, true) => "any factor but 1",
@@ -83,7 +84,7 @@ pub(super) fn close(one: &ChannelMargin) -> Option<String> {
             "{prefix}{factors} in {what} makes the loop unstable, as its error moves an uncontrolled rigid-body mode (a pole at zero)"
         ));
     }
-    if low > 1.0 / HARDLY || high < HARDLY {
+    if low > 1.0 / LOW_MARGIN || high < LOW_MARGIN {
         Some(format!("{prefix}{what} times {factor:.4} makes the loop unstable{}", at(frequency)))
     } else if one.phase < PHASE {
         Some(format!(
@@ -92,7 +93,7 @@ pub(super) fn close(one: &ChannelMargin) -> Option<String> {
             at(one.phase_frequency)
         ))
     } else {
-        hardly(one).then(|| {
+        low_margins(one).then(|| {
             format!(
                 "{prefix}{what} may be wrong by no more than factors from {:.4} to {:.4} with up to {:.1}° of phase{}",
                 one.disk_gain[0],
@@ -153,9 +154,9 @@ mod tests {
         };
         let found =
             Margins { channels: vec![good("a"), good("b")], together: Some(together.clone()), ..Margins::default() };
-        let said = warnings(&found);
+        let texts = warnings(&found);
         assert!(
-            matches!(&said[..], [one] if one.contains("errors of all its motors at once") && one.contains("3.0000 rad/s"))
+            matches!(&texts[..], [one] if one.contains("errors of all its motors at once") && one.contains("3.0000 rad/s"))
         );
         let beside = Margins {
             channels: vec![ChannelMargin { disk: 0.3, ..good("a") }, good("b")],

@@ -34,20 +34,21 @@ impl Traces {
 
     /// The first row in which a condition holds.
     pub(super) fn alarm(&self) -> Option<usize> {
-        self.detected.as_ref()?.iter().position(|value| holds(*value))
+        self.detected.as_ref()?.iter().position(|value| is_true(*value))
     }
 
     /// Monitors that are raised some time: their numbers.
     pub(super) fn raised(&self) -> impl Iterator<Item = usize> {
-        let raised = |(number, values): (usize, &Vec<f64>)| values.iter().any(|value| holds(*value)).then_some(number);
+        let raised =
+            |(number, values): (usize, &Vec<f64>)| values.iter().any(|value| is_true(*value)).then_some(number);
         self.monitors.iter().enumerate().filter_map(raised)
     }
 
     /// Monitors that are raised where they are not without the fault.
     pub(super) fn raised_beside(&self, free: &Self, begins: f64) -> Vec<usize> {
         let first = self.first(begins);
-        let differs = |(values, others): (&Vec<f64>, &Vec<f64>)| {
-            values.iter().zip(others).skip(first).any(|(value, other)| holds(*value) && !holds(*other))
+        let differs = |(values, fault_free): (&Vec<f64>, &Vec<f64>)| {
+            values.iter().zip(fault_free).skip(first).any(|(value, reference)| is_true(*value) && !is_true(*reference))
         };
         let both = self.monitors.iter().zip(&free.monitors).enumerate();
         both.filter_map(|(number, both)| differs(both).then_some(number)).collect()
@@ -59,14 +60,14 @@ impl Traces {
     }
 }
 
-fn holds(value: f64) -> bool {
+fn is_true(value: f64) -> bool {
     value > 0.5
 }
 
 /// A run with a fault, judged.
 pub(super) struct Judged {
     pub(super) detected_after: Option<f64>,
-    pub(super) known_to: Option<f64>,
+    pub(super) detection_uncertainty: Option<f64>,
     pub(super) reaction: Vec<StateEntered>,
     pub(super) effects: Vec<EffectMeasured>,
     pub(super) worst: Option<usize>,
@@ -92,7 +93,7 @@ pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: Begi
     let first = run.first(begins.all[0]);
     let at = detection(run, free, first);
     let detected_after = at.map(|row| begins.since(run.time[row]));
-    let known_to = at.map(|row| {
+    let detection_uncertainty = at.map(|row| {
         let before = row.checked_sub(1).map_or(0.0, |before| run.time[row] - run.time[before]);
         before.min(begins.since(run.time[row]))
     });
@@ -100,8 +101,12 @@ pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: Begi
     let found: Vec<Result<f64, &str>> = measures
         .map(|(k, effect)| measure(effect, (&run.effects[k], &free.effects[k]), run, (first, begins)))
         .collect();
-    let effects: Vec<EffectMeasured> =
-        spec.effects.iter().zip(&found).map(|(effect, found)| held(effect, found.as_ref().ok().copied())).collect();
+    let effects: Vec<EffectMeasured> = spec
+        .effects
+        .iter()
+        .zip(&found)
+        .map(|(effect, found)| measured_effect(effect, found.as_ref().ok().copied()))
+        .collect();
     let in_time = detected_after.is_some_and(|after| spec.within.is_none_or(|within| after <= within * (1.0 + 1e-9)));
     let verdict = match run.failed.as_ref().or(free.failed.as_ref()) {
         Some(_) => SafetyVerdict::Failed,
@@ -110,14 +115,14 @@ pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: Begi
     let mut notes: Vec<String> = run.failed.iter().cloned().collect();
     notes.extend(free.failed.as_ref().map(|why| format!("without the fault {why}")));
     for (effect, found) in spec.effects.iter().zip(&found) {
-        notes.extend(found.err().map(|why| format!("{}: {why}", effect.told.name)));
+        notes.extend(found.err().map(|why| format!("{}: {why}", effect.definition.name)));
     }
     if run.failed.is_none() && before(run, free, first) {
         notes.push("the condition of detection holds before the fault begins, with and without it".into());
     }
     Judged {
         detected_after,
-        known_to,
+        detection_uncertainty,
         reaction: reaction(spec, run, free, (first, begins)),
         worst: worst(spec, &effects),
         effects,
@@ -127,8 +132,8 @@ pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: Begi
 }
 
 fn verdict(effects: &[EffectMeasured], in_time: bool, ever: bool) -> SafetyVerdict {
-    let harmful = effects.iter().any(|effect| effect.holds == Some(false));
-    let bounded = effects.iter().any(|effect| effect.holds.is_some());
+    let harmful = effects.iter().any(|effect| effect.satisfied == Some(false));
+    let bounded = effects.iter().any(|effect| effect.satisfied.is_some());
     match (in_time, harmful) {
         (true, false) => SafetyVerdict::Detected,
         (true, true) => SafetyVerdict::DetectedHarmful,
@@ -142,29 +147,29 @@ fn verdict(effects: &[EffectMeasured], in_time: bool, ever: bool) -> SafetyVerdi
 
 /// The first row from the begin on in which the condition holds and does not hold without the fault.
 fn detection(run: &Traces, free: &Traces, first: usize) -> Option<usize> {
-    let (found, others) = (run.detected.as_ref()?, free.detected.as_ref()?);
-    let other = |row: usize| others.get(row).is_some_and(|value| holds(*value));
-    (first..found.len()).find(|row| holds(found[*row]) && !other(*row))
+    let (found, fault_free) = (run.detected.as_ref()?, free.detected.as_ref()?);
+    let in_fault_free = |row: usize| fault_free.get(row).is_some_and(|value| is_true(*value));
+    (first..found.len()).find(|row| is_true(found[*row]) && !in_fault_free(*row))
 }
 
 /// Whether the condition holds at the last row before the fault.
 fn before(run: &Traces, free: &Traces, first: usize) -> bool {
     let row = first.checked_sub(1);
-    let at = |traces: &Traces| row.and_then(|row| traces.detected.as_ref()?.get(row).copied()).is_some_and(holds);
+    let at = |traces: &Traces| row.and_then(|row| traces.detected.as_ref()?.get(row).copied()).is_some_and(is_true);
     at(run) && at(free)
 }
 
 /// The states that are entered from the begin on, where they are not at that time without the fault.
 fn reaction(spec: &SafetySpec, run: &Traces, free: &Traces, (first, begins): (usize, Begins)) -> Vec<StateEntered> {
-    let Some(((_, names), (values, others))) =
+    let Some(((_, names), (values, fault_free))) =
         spec.reaction.as_ref().zip(run.reaction.as_ref().zip(free.reaction.as_ref()))
     else {
         return Vec::new();
     };
     let mut out = Vec::new();
     for row in first.max(1)..values.len() {
-        let (now, before, other) = (values[row], values[row - 1], others.get(row));
-        if now != before && other.is_none_or(|other| *other != now) {
+        let (now, before, fault_free_state) = (values[row], values[row - 1], fault_free.get(row));
+        if now != before && fault_free_state.is_none_or(|fault_free_state| *fault_free_state != now) {
             let state = names.get(now.round().max(0.0) as usize).cloned().unwrap_or_else(|| format!("{now}"));
             out.push(StateEntered { state, after: begins.since(run.time[row]) });
         }
@@ -175,7 +180,7 @@ fn reaction(spec: &SafetySpec, run: &Traces, free: &Traces, (first, begins): (us
 /// An effect from the begin of the first fault to the end of its window behind that of the last.
 fn measure(
     effect: &Effect,
-    (values, others): (&[f64], &[f64]),
+    (values, fault_free): (&[f64], &[f64]),
     run: &Traces,
     (first, begins): (usize, Begins),
 ) -> Result<f64, &'static str> {
@@ -186,27 +191,27 @@ fn measure(
     let values: Vec<f64> = match effect.difference {
         false => values.to_vec(),
         true => {
-            let others = others.get(rows).ok_or("the run without the fault ended before")?;
-            values.iter().zip(others).map(|(value, other)| value - other).collect()
+            let fault_free = fault_free.get(rows).ok_or("the run without the fault ended before")?;
+            values.iter().zip(fault_free).map(|(value, reference)| value - reference).collect()
         }
     };
     measured(effect.measure, Window { times, values: &values }, None, None).map(|found| found.value)
 }
 
-fn held(effect: &Effect, measured: Option<f64>) -> EffectMeasured {
-    let bounds = [effect.told.below, effect.told.above];
-    let within =
+fn measured_effect(effect: &Effect, measured: Option<f64>) -> EffectMeasured {
+    let bounds = [effect.definition.below, effect.definition.above];
+    let in_bounds =
         |value: f64| bounds[0].is_none_or(|below| value < below) && bounds[1].is_none_or(|above| value > above);
     let bounded = bounds.iter().any(Option::is_some);
-    EffectMeasured { measured, holds: bounded.then(|| measured.is_some_and(within)) }
+    EffectMeasured { measured, satisfied: bounded.then(|| measured.is_some_and(in_bounds)) }
 }
 
 /// The effect that is nearest to a bound or the farthest beyond it; without bounds the first.
 fn worst(spec: &SafetySpec, effects: &[EffectMeasured]) -> Option<usize> {
     let of = |effect: &Effect, value: f64| {
         let size = |bound: f64| if bound == 0.0 { f64::MIN_POSITIVE } else { bound.abs() };
-        let below = effect.told.below.map(|bound| (value - bound) / size(bound));
-        let above = effect.told.above.map(|bound| (bound - value) / size(bound));
+        let below = effect.definition.below.map(|bound| (value - bound) / size(bound));
+        let above = effect.definition.above.map(|bound| (bound - value) / size(bound));
         below.into_iter().chain(above).reduce(f64::max)
     };
     let beyond = |number: usize| {

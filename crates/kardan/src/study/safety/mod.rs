@@ -18,9 +18,9 @@ use super::progress::Counted;
 use super::run::run_variant;
 use super::{Part, Prepared, PreparedVariant, Progress, Project, Settings};
 use crate::diagnostics::{Diagnostic, quoted};
-use crate::entries::Written;
-use crate::results::{MonitorSeen, Outcome, Safety, SafetyRow, SafetyValue, SafetyVerdict};
-use crate::units::written_quantity;
+use crate::entries::RawValue;
+use crate::results::{MonitorOutcome, Outcome, Safety, SafetyRow, SafetyValue, SafetyVerdict};
+use crate::units::format_quantity;
 
 /// Most rows of a table.
 const MOST_ROWS: usize = 20_000;
@@ -59,18 +59,18 @@ impl Project {
     /// let table = project.safety(&Default::default(), &Silent).unwrap();
     /// // 1 rad/s² are missing for half a second: ½ · 2 · ½² rad.
     /// let missing = table.rows[1].effects[0].measured.unwrap();
-    /// assert!((missing - 0.25).abs() < 1e-12 && table.rows[1].verdict.words() == "not detected and harmful");
+    /// assert!((missing - 0.25).abs() < 1e-12 && table.rows[1].verdict.label() == "not detected and harmful");
     /// ```
     ///
     /// # Errors
     /// All mistakes, if there are any (warnings alone do not count), and a file that has nothing to try.
     pub fn safety(&self, settings: &SafetySettings, progress: &dyn Progress) -> Result<Safety, Vec<Diagnostic>> {
-        let (prepared, diagnostics) = (self.prepared(), self.mistakes());
+        let (prepared, diagnostics) = (self.prepared(), self.diagnostics());
         if diagnostics.iter().any(is_error) {
             return Err(diagnostics.to_vec());
         }
-        let spec = tried(prepared).map_err(|mistake| vec![mistake])?;
-        let variants = chosen(prepared, spec).map_err(|mistake| vec![mistake])?;
+        let spec = tried(prepared).map_err(|diagnostic| vec![diagnostic])?;
+        let variants = chosen(prepared, spec).map_err(|diagnostic| vec![diagnostic])?;
         let lists = self.lists(spec);
         let cases = Cases::of(spec, prepared, &variants);
         let combinations = lists.iter().fold(1, |all: usize, list| all.saturating_mul(list.len()));
@@ -86,27 +86,27 @@ impl Project {
             description: prepared.description.clone(),
             detected: spec.detected.clone(),
             within: spec.within,
-            effects: spec.effects.iter().map(|effect| effect.told.clone()).collect(),
+            effects: spec.effects.iter().map(|effect| effect.definition.clone()).collect(),
             rows: Vec::with_capacity(all),
             missing: all,
-            monitors: spec.monitors.iter().map(|name| seen(name)).collect(),
+            monitors: spec.monitors.iter().map(|name| monitor_outcome(name)).collect(),
             notes: cases.notes.clone(),
             warnings: diagnostics.iter().map(ToString::to_string).collect(),
         };
         out.notes.extend(always(prepared));
-        let heard = Counted::new(progress, 0, all);
+        let counted = Counted::new(progress, 0, all);
         for values in &grid {
             if progress.stop().is_some() {
                 break;
             }
             let table = Table { settings, cases: &cases, values, several: prepared.variants.len() > 1 };
-            let found = self.at_values(values, &variants, &table, &heard);
+            let found = self.at_values(values, &variants, &table, &counted);
             for (rows, monitors) in found {
                 out.rows.extend(rows);
-                add_seen(&mut out.monitors, monitors);
+                add_outcomes(&mut out.monitors, monitors);
             }
             out.missing = all - out.rows.len();
-            progress.keep(&|| Part::Safety(Box::new(finished(out.clone(), None))));
+            progress.store_partial(&|| Part::Safety(Box::new(finished(out.clone(), None))));
         }
         let why = progress.stop();
         progress.release();
@@ -116,14 +116,14 @@ impl Project {
     /// The values of each parameter, as they are written.
     fn lists(&self, spec: &SafetySpec) -> Vec<Vec<SafetyValue>> {
         let tables = self.entries().table("safety").and_then(|safety| safety.table("values"));
-        let text = |value: &Written| match value {
-            Written::Text(text) | Written::Number(text) => Some(text.clone()),
-            Written::Quantity(value, dimension) => Some(written_quantity(value, *dimension)),
+        let text = |value: &RawValue| match value {
+            RawValue::Text(text) | RawValue::Number(text) => Some(text.clone()),
+            RawValue::Quantity(value, dimension) => Some(format_quantity(value, *dimension)),
             _ => None,
         };
         let list = |name: &String| {
             let texts: Vec<String> = match tables.and_then(|table| table.get(name)) {
-                Some(Written::List(list)) => list.iter().filter_map(|entry| text(&entry.value)).collect(),
+                Some(RawValue::List(list)) => list.iter().filter_map(|entry| text(&entry.value)).collect(),
                 Some(one) => text(one).into_iter().collect(),
                 None => Vec::new(),
             };
@@ -138,22 +138,22 @@ impl Project {
         values: &[SafetyValue],
         variants: &[String],
         table: &Table<'_>,
-        heard: &Counted<'_>,
+        counted: &Counted<'_>,
     ) -> Vec<Found> {
         let texts: Vec<String> = values.iter().map(|one| format!("{}={}", one.name, one.value)).collect();
         let changed = (!texts.is_empty()).then(|| self.with(&texts));
-        let other = match &changed {
+        let changed_project = match &changed {
             None => Ok(self),
             Some(Ok((project, _))) => Ok(project),
-            Some(Err(mistake)) => Err(mistake.to_string()),
+            Some(Err(diagnostic)) => Err(diagnostic.to_string()),
         };
-        let ready = other.and_then(|project| {
-            let found = project.mistakes().iter().find(|mistake| is_error(mistake));
-            found.map_or(Ok(project.prepared()), |mistake| Err(mistake.to_string()))
+        let ready = changed_project.and_then(|project| {
+            let found = project.diagnostics().iter().find(|diagnostic| is_error(diagnostic));
+            found.map_or(Ok(project.prepared()), |diagnostic| Err(diagnostic.to_string()))
         });
         let one = |name: &String| match &ready {
-            Ok(prepared) => table.variant(prepared, name, heard),
-            Err(why) => table.refused(name, why, heard),
+            Ok(prepared) => table.variant(prepared, name, counted),
+            Err(why) => table.refused(name, why, counted),
         };
         variants.par_iter().map(one).collect()
     }
@@ -227,20 +227,20 @@ impl Cases {
         let mut list: Vec<Vec<String>> = spec.faults.iter().map(|name| vec![name.clone()]).collect();
         let mut notes = Vec::new();
         let tried: Vec<_> = prepared.all().filter(|variant| variants.contains(&variant.name)).collect();
-        let mut left_out = Vec::new();
+        let mut omitted = Vec::new();
         for (k, one) in spec.faults.iter().enumerate().filter(|_| spec.pairs) {
-            for other in &spec.faults[k + 1..] {
-                let pair = vec![one.clone(), other.clone()];
+            for second in &spec.faults[k + 1..] {
+                let pair = vec![one.clone(), second.clone()];
                 // At other values other times may hold: what cannot be together there is told in its row.
                 let values = !spec.values.is_empty();
                 match tried.iter().all(|variant| variant.failing(&pair).is_err()) && !values && !tried.is_empty() {
-                    true => left_out.push(format!("{one} with {other}")),
+                    true => omitted.push(format!("{one} with {second}")),
                     false => list.push(pair),
                 }
             }
         }
-        if !left_out.is_empty() {
-            let all = left_out.join(", ");
+        if !omitted.is_empty() {
+            let all = omitted.join(", ");
             notes.push(format!("Pairs of faults of one part at the same time are left out: {all}."));
         }
         Self { list, notes }
@@ -258,50 +258,58 @@ struct Table<'a> {
 
 impl Table<'_> {
     /// The run without a fault, then all others, several at once; those that the end of the command cuts short are left out.
-    fn variant(&self, prepared: &Prepared, name: &str, heard: &Counted<'_>) -> Found {
+    fn variant(&self, prepared: &Prepared, name: &str, counted: &Counted<'_>) -> Found {
         let (Some(spec), Some(variant)) = (&prepared.safety, prepared.all().find(|variant| variant.name == name))
         else {
-            return self.refused(name, "the variant is not there at these values", heard);
+            return self.refused(name, "the variant is not there at these values", counted);
         };
         let run = |faults: &[String]| {
             let settings = Settings { faults: faults.to_vec(), runs_only: true, ..Settings::default() };
-            let run = run_variant(0, variant, (prepared, &settings), heard);
+            let run = run_variant(0, variant, (prepared, &settings), counted);
             // What a command ends early says nothing of the model.
-            let whole = !matches!(run.outcome, Outcome::Failed { .. }) || heard.stop().is_none();
-            heard.count(1);
+            let whole = !matches!(run.outcome, Outcome::Failed { .. }) || counted.stop().is_none();
+            counted.count(1);
             whole.then(|| Traces::of(run, spec))
         };
         let Some(free) = run(&[]) else { return Found::default() };
         let mut rows = vec![self.free(spec, name, &free)];
         let mut monitors: Vec<_> = free.raised().map(|number| (number, None, name.to_string())).collect();
         let one = |faults: &Vec<String>| {
-            if heard.stop().is_some() {
+            if counted.stop().is_some() {
                 return None;
             }
             let Some(begins) = begin(variant, faults) else {
-                heard.count(1);
+                counted.count(1);
                 let note = "nothing in the loop of this variant reads or computes what fails".to_string();
                 return Some((self.row(name, faults, SafetyVerdict::Absent, Some(note)), Vec::new()));
             };
             if variant.failing(faults).is_err() {
-                heard.count(1);
+                counted.count(1);
                 let note = "these faults are of one part at the same time".to_string();
                 return Some((self.row(name, faults, SafetyVerdict::Failed, Some(note)), Vec::new()));
             }
             let (at, end) = (begins.all[1], variant.scenario.duration);
             if at >= end {
-                heard.count(1);
+                counted.count(1);
                 let note = format!("it would begin at {at} s, and the run ends at {end} s");
                 return Some((self.row(name, faults, SafetyVerdict::Failed, Some(note)), Vec::new()));
             }
             let traces = run(faults)?;
-            let Judged { detected_after, known_to, reaction, effects, worst, verdict, note } =
+            let Judged { detected_after, detection_uncertainty, reaction, effects, worst, verdict, note } =
                 judge(spec, &traces, &free, begins);
             let begins = begins.all[0];
             let raised = traces.raised_beside(&free, begins);
             let raised = raised.into_iter().map(|number| (number, Some(faults.join("+")), name.to_string()));
             let row = self.row(name, faults, verdict, note);
-            let row = SafetyRow { begins: Some(begins), detected_after, known_to, reaction, effects, worst, ..row };
+            let row = SafetyRow {
+                begins: Some(begins),
+                detected_after,
+                detection_uncertainty,
+                reaction,
+                effects,
+                worst,
+                ..row
+            };
             Some((row, raised.collect::<Vec<_>>()))
         };
         let found: Vec<_> = self.cases.list.par_iter().map(one).collect();
@@ -321,17 +329,17 @@ impl Table<'_> {
             (None, None) => SafetyVerdict::NoAlarm,
         };
         let row = self.row(name, &[], verdict, free.failed.clone());
-        let none = crate::results::EffectMeasured { measured: None, holds: None };
+        let none = crate::results::EffectMeasured { measured: None, satisfied: None };
         let effects = vec![none; spec.effects.len()];
         SafetyRow { detected_after: alarm.map(|row| free.time[row]), effects, ..row }
     }
 
     /// Rows that cannot be run, with the reason.
-    fn refused(&self, name: &str, why: &str, heard: &Counted<'_>) -> Found {
+    fn refused(&self, name: &str, why: &str, counted: &Counted<'_>) -> Found {
         let all = std::iter::once(&[][..]).chain(self.cases.list.iter().map(Vec::as_slice));
         let failed = |faults: &[String]| self.row(name, faults, SafetyVerdict::Failed, Some(why.to_string()));
         let rows: Vec<SafetyRow> = all.map(failed).collect();
-        heard.count(rows.len());
+        counted.count(rows.len());
         (rows, Vec::new())
     }
 
@@ -342,7 +350,7 @@ impl Table<'_> {
             values: self.values.to_vec(),
             begins: None,
             detected_after: None,
-            known_to: None,
+            detection_uncertainty: None,
             reaction: Vec::new(),
             effects: Vec::new(),
             worst: None,
@@ -388,15 +396,15 @@ fn in_shell(word: &str) -> String {
     }
 }
 
-fn seen(name: &str) -> MonitorSeen {
-    MonitorSeen { name: name.to_string(), raised_by: Vec::new(), raised_without: Vec::new() }
+fn monitor_outcome(name: &str) -> MonitorOutcome {
+    MonitorOutcome { name: name.to_string(), raised_by: Vec::new(), false_alarms: Vec::new() }
 }
 
-fn add_seen(all: &mut [MonitorSeen], found: Vec<(usize, Option<String>, String)>) {
+fn add_outcomes(all: &mut [MonitorOutcome], found: Vec<(usize, Option<String>, String)>) {
     for (number, fault, variant) in found {
         let (list, name) = match fault {
             Some(fault) => (&mut all[number].raised_by, fault),
-            None => (&mut all[number].raised_without, variant),
+            None => (&mut all[number].false_alarms, variant),
         };
         if !list.contains(&name) {
             list.push(name);
@@ -430,8 +438,8 @@ fn finished(mut out: Safety, why: Option<String>) -> Safety {
         if monitor.raised_by.is_empty() {
             out.notes.push(format!("Monitor `{}`: no fault of this list ever raises it.", monitor.name));
         }
-        if !monitor.raised_without.is_empty() {
-            let variants = quoted(monitor.raised_without.iter().map(String::as_str));
+        if !monitor.false_alarms.is_empty() {
+            let variants = quoted(monitor.false_alarms.iter().map(String::as_str));
             out.notes.push(format!("Monitor `{}`: it is raised without a fault in {variants}.", monitor.name));
         }
     }

@@ -15,9 +15,9 @@ pub(in crate::study) fn check_rows(document: &Document, prepared: &Prepared, out
         _ => &[],
     };
     let window = |effect: &Effect| {
-        let place = effects.iter().find(|table| read_word(table, "name") == Some(&effect.told.name));
+        let place = effects.iter().find(|table| read_word(table, "name") == Some(&effect.definition.name));
         let place = place.map(|table| TableReader::place(table, "window")).unwrap_or_default();
-        (format!("effect `{}`: its window", effect.told.name), effect.window, place)
+        (format!("effect `{}`: its window", effect.definition.name), effect.window, place)
     };
     let within = spec.within.map(|time| (format!("`within` of {SAFETY}"), time, TableReader::place(table, "within")));
     let tried = |variant: &&PreparedVariant| spec.variants.is_empty() || spec.variants.contains(&variant.name);

@@ -5,12 +5,12 @@ use crate::entries::Place;
 use crate::model::tables::Measure;
 use crate::model::{Document, TableReader, VariantSettings, no_such_fault};
 use crate::results::SafetyEffect;
-use crate::schema::{Placed, Scalar as Written, Sign, Table, Value};
+use crate::schema::{Placed, Scalar as SchemaScalar, Sign, Table, Value};
 use crate::study::NamedFault;
-use crate::study::asked::{Measuring, known_variants};
-use crate::study::computed::asked;
-use crate::study::known::Known;
-use crate::study::read::{quantity, read_scalar, read_word, read_words};
+use crate::study::computed::resolve_signal;
+use crate::study::read::{quantity, read_names, read_scalar, read_word};
+use crate::study::requirements::{Measuring, selected_variants};
+use crate::study::signal_table::SignalContext;
 use crate::units::Dimension;
 
 /// The table in messages.
@@ -43,7 +43,7 @@ pub struct SafetySpec {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Effect {
     /// Its name, in words, units and bounds.
-    pub told: SafetyEffect,
+    pub definition: SafetyEffect,
     /// Signal, or an expression of signals.
     pub signal: String,
     /// What is measured of it.
@@ -56,14 +56,14 @@ pub struct Effect {
 
 /// Reads it; nothing without a fault that has a name.
 pub(in crate::study) fn safety_spec<'a>(
-    known: &'a Known<'a>,
+    context: &'a SignalContext<'a>,
     variants: &'a [String],
     (faults, ends): (&[NamedFault], &'a [(String, f64)]),
     out: &mut Vec<Diagnostic>,
 ) -> Option<SafetySpec> {
-    let (document, table) = (known.document, &known.document.safety);
-    let asked_for = !table.values.is_empty() || !table.unread.is_empty();
-    if document.faults.is_empty() && !asked_for {
+    let (document, table) = (context.document, &context.document.safety);
+    let is_declared = !table.values.is_empty() || !table.unread.is_empty();
+    if document.faults.is_empty() && !is_declared {
         return None;
     }
     let reader = TableReader::new(document, &[]);
@@ -71,13 +71,13 @@ pub(in crate::study) fn safety_spec<'a>(
         let found = quantity(&reader, table, key, (Dimension::TIME, Sign::Positive), SAFETY, out);
         found.map(|x| x.to_f64())
     };
-    let chosen = known_variants(table, variants, known, SAFETY, out);
+    let chosen = selected_variants(table, variants, context, SAFETY, out);
     let mut spec = SafetySpec {
-        faults: fault_names(document, asked_for, out),
+        faults: fault_names(document, is_declared, out),
         pairs: read_word(table, "pairs") == Some("yes"),
         values: value_names(&reader, document, &chosen, out),
         variants: chosen,
-        detected: condition(known, out),
+        detected: condition(context, out),
         within: time("within", table, out),
         reaction: reaction(document, out),
         effects: Vec::new(),
@@ -90,7 +90,7 @@ pub(in crate::study) fn safety_spec<'a>(
         return Some(spec);
     };
     for table in tables {
-        let Some(effect) = effect(known, &reader, (table, variants, ends), out) else { continue };
+        let Some(effect) = effect(context, &reader, (table, variants, ends), out) else { continue };
         let late = |fault: &&NamedFault| {
             let (begins, end) = (fault.begins(), fault.begins() + effect.window);
             spec.faults.contains(&fault.name) && begins < duration && end.is_finite() && end > duration * (1.0 + 1e-12)
@@ -98,7 +98,7 @@ pub(in crate::study) fn safety_spec<'a>(
         if let Some(fault) = faults.iter().find(late) {
             let message = format!(
                 "effect `{}`: its window ends {} s behind the begin of `{}` at {} s, after the end of the run at {duration} s",
-                effect.told.name,
+                effect.definition.name,
                 effect.window,
                 fault.name,
                 fault.begins()
@@ -110,8 +110,8 @@ pub(in crate::study) fn safety_spec<'a>(
                     .help("lengthen `duration`, or shorten it"),
             );
         }
-        if let Some(other) = spec.effects.iter().find(|other| other.told.name == effect.told.name) {
-            let message = format!("there are two effects named `{}`", other.told.name);
+        if let Some(other) = spec.effects.iter().find(|other| other.definition.name == effect.definition.name) {
+            let message = format!("there are two effects named `{}`", other.definition.name);
             let place = TableReader::place(table, "name");
             out.push(
                 Diagnostic::error("name::duplicate", message)
@@ -125,26 +125,26 @@ pub(in crate::study) fn safety_spec<'a>(
 }
 
 /// The faults to try.
-fn fault_names(document: &Document, asked_for: bool, out: &mut Vec<Diagnostic>) -> Vec<String> {
+fn fault_names(document: &Document, is_declared: bool, out: &mut Vec<Diagnostic>) -> Vec<String> {
     let table = &document.safety;
     let all = || document.faults.iter().map(|(name, _)| name.value.clone()).collect::<Vec<_>>();
-    let Some(Placed { value: Value::Words(words), place }) = table.values.get("faults") else {
-        if asked_for && document.faults.is_empty() && !document.doubts.all {
+    let Some(Placed { value: Value::Names(names), place }) = table.values.get("faults") else {
+        if is_declared && document.faults.is_empty() && !document.suppressed.all {
             let message = format!("{SAFETY}: the file has no fault with a name to try");
             let help = "write some: `[fault.encoder_lost]` with `sensor = \"encoder\"` and `at = \"0.5 s\"`";
             out.push(Diagnostic::error("safety::faults", message).at(table.place.clone(), "nothing to try").help(help));
         }
         return all();
     };
-    if words.is_empty() {
+    if names.is_empty() {
         let message = format!("{SAFETY}: `faults` is an empty list: nothing is tried");
         let help = "name some, or leave it out for all of them";
         out.push(Diagnostic::error("list::length", message).at(place.clone(), "empty").help(help));
     }
-    for word in words.iter().filter(|word| !document.doubts.all && !document.has_fault(&word.value)) {
+    for word in names.iter().filter(|word| !document.suppressed.all && !document.has_fault(&word.value)) {
         out.push(no_such_fault(document, &word.value, SAFETY).at(word.place.clone(), "no such fault"));
     }
-    words.iter().map(|word| word.value.clone()).filter(|name| document.has_fault(name)).collect()
+    names.iter().map(|word| word.value.clone()).filter(|name| document.has_fault(name)).collect()
 }
 
 /// The variants that the table tries, with what they set: those that it names, else those without faults of their own.
@@ -173,7 +173,7 @@ fn value_names(
         let shown = shortened(&name.value);
         let label = format!("`{shown}` of `values` of {SAFETY}");
         let Some(parameter) = document.declared(&name.value) else {
-            if !document.doubts.has(&name.value) {
+            if !document.suppressed.has(&name.value) {
                 let names = || document.parameters.iter().map(|parameter| parameter.name.as_str());
                 let help = match nearest(&name.value, names()) {
                     Some(near) => format!("did you mean `{near}`?"),
@@ -216,11 +216,11 @@ fn value_names(
 }
 
 /// The condition of detection.
-fn condition(known: &Known<'_>, out: &mut Vec<Diagnostic>) -> Option<String> {
-    let table = &known.document.safety;
+fn condition(context: &SignalContext<'_>, out: &mut Vec<Diagnostic>) -> Option<String> {
+    let table = &context.document.safety;
     let (text, place) = (read_word(table, "detected")?, TableReader::place(table, "detected"));
     let what = format!("`detected` of {SAFETY}");
-    let found = asked(text, &place, known, &what, out)?;
+    let found = resolve_signal(text, &place, context, &what, out)?;
     if found.dimension != Dimension::NONE {
         let message = format!("{what}: `{}` is {}, not a condition", shortened(text), found.dimension.noun());
         let help = "compare it: `abs(residual) > 1 deg`, or name a monitor or `MACHINE.STATE`";
@@ -235,7 +235,7 @@ fn reaction(document: &Document, out: &mut Vec<Diagnostic>) -> Option<(String, V
     let name = read_word(&document.safety, "reaction")?;
     let machines = || document.blocks.iter().filter(|block| block.kind.keyword == "state_machine");
     let Some(block) = machines().find(|block| block.name == name) else {
-        if !document.doubts.has(name) {
+        if !document.suppressed.has(name) {
             let names = || machines().map(|block| block.name.as_str());
             let help = match nearest(name, names()) {
                 Some(near) => format!("did you mean `{near}`?"),
@@ -250,7 +250,7 @@ fn reaction(document: &Document, out: &mut Vec<Diagnostic>) -> Option<(String, V
         }
         return None;
     };
-    Some((name.to_string(), read_words(&block.table, "states").iter().map(|word| word.value.clone()).collect()))
+    Some((name.to_string(), read_names(&block.table, "states").iter().map(|word| word.value.clone()).collect()))
 }
 
 fn monitors(document: &Document) -> Vec<String> {
@@ -271,7 +271,7 @@ fn check_alone(document: &Document, spec: &SafetySpec, out: &mut Vec<Diagnostic>
 }
 
 fn effect<'a>(
-    known: &'a Known<'a>,
+    context: &'a SignalContext<'a>,
     reader: &'a TableReader<'a>,
     (table, variants, ends): (&Table, &'a [String], &'a [(String, f64)]),
     out: &mut Vec<Diagnostic>,
@@ -279,12 +279,12 @@ fn effect<'a>(
     let name = read_word(table, "name")?.to_string();
     let what = format!("effect `{}`", shortened(&name));
     let signal = read_word(table, "signal")?;
-    let found = asked(signal, &TableReader::place(table, "signal"), known, &what, out)?;
+    let found = resolve_signal(signal, &TableReader::place(table, "signal"), context, &what, out)?;
     let measure = read_word(table, "measure").and_then(Measure::of)?;
-    let asked = Measuring { known, reader, variants, ends };
+    let measuring = Measuring { context, reader, variants, ends };
     let bounds = ["below", "above"].map(|key| {
-        check_varied(known.document, table, (key, &what), out);
-        asked.like(table, key, found.dimension, &what, out)
+        check_varied(context.document, table, (key, &what), out);
+        measuring.like(table, key, found.dimension, &what, out)
     });
     if let [Some(below), Some(above)] = bounds
         && above >= below
@@ -300,20 +300,20 @@ fn effect<'a>(
     let window = quantity(reader, table, "window", (Dimension::TIME, Sign::Positive), &what, out);
     let window = window.map_or(f64::INFINITY, |x| x.to_f64());
     let difference = read_word(table, "against") != Some("zero");
-    let display = asked.unit_of_bounds(table, found.dimension);
+    let display = measuring.unit_of_bounds(table, found.dimension);
     let within = if window.is_finite() { format!(" within {window} s") } else { String::new() };
     let against = if difference { ", against no fault" } else { "" };
     let text = format!("{} {signal}{within}{against}", measure.word());
     let (unit, [below, above]) = (found.physical.unit().to_string(), bounds);
-    let told = SafetyEffect { name, text, unit, display, below, above };
-    Some(Effect { told, signal: found.name, measure, window, difference })
+    let definition = SafetyEffect { name, text, unit, display, below, above };
+    Some(Effect { definition, signal: found.name, measure, window, difference })
 }
 
 /// A bound that differs between the variants is told.
 fn check_varied(document: &Document, table: &Table, (key, what): (&str, &str), out: &mut Vec<Diagnostic>) {
     let varied = |name: &str| document.is_varied(name);
     let found: Option<(String, Place)> = match read_scalar(table, key) {
-        Some(Placed { value: Written::Parameter(name), place }) if varied(&name) => Some((name, place)),
+        Some(Placed { value: SchemaScalar::Parameter(name), place }) if varied(&name) => Some((name, place)),
         _ => None,
     };
     if let Some((name, place)) = found {

@@ -1,9 +1,9 @@
 //! Rows of a sweep once more, as whole runs.
 
 use super::integrated;
+use super::recorded_signals::recorded_signals;
 use super::rows::{blank, sampled, seed_of, settings_with};
 use super::varied::Varied;
-use super::wanted::wanted;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::model::{Setting, VariantSettings};
 use crate::results::{ParameterValue, RowAgain, SweepRow};
@@ -34,7 +34,7 @@ impl Project {
     /// Mistakes of the file; rows of another model or program, or integrated otherwise; a variant or a value that the model does not have; a sample
     /// that cannot be prepared.
     pub fn rows_again(&self, identity: &str, rows: &[RowAgain], settings: &Settings) -> Result<Self, Vec<Diagnostic>> {
-        let (prepared, diagnostics) = (self.prepared(), self.mistakes());
+        let (prepared, diagnostics) = (self.prepared(), self.diagnostics());
         if diagnostics.iter().any(is_error) {
             return Err(diagnostics.to_vec());
         }
@@ -54,16 +54,19 @@ impl Project {
         }
         let varied = prepared.sweep.as_ref().map(|spec| self.with_laws(&spec.varied)).unwrap_or_default();
         let searched = [", --worst ", ", --rare "].iter().any(|search| identity.contains(search));
-        let draws = prepared.sweep.as_ref().is_some_and(|spec| spec.filling.draws()) && !searched;
+        let draws = prepared.sweep.as_ref().is_some_and(|spec| spec.sampling.draws()) && !searched;
         let all_settings = self.document().variant_settings();
         let mut variants = Vec::new();
         for row in rows {
-            let known = prepared.all().zip(&all_settings).find(|(variant, _)| variant.name == row.variant);
+            let matched = prepared.all().zip(&all_settings).find(|(variant, _)| variant.name == row.variant);
             let value = |name: &str| {
-                row.values.iter().find(|(other, value)| other == name && value.is_finite()).map(|(_, value)| *value)
+                row.values
+                    .iter()
+                    .find(|(candidate, value)| candidate == name && value.is_finite())
+                    .map(|(_, value)| *value)
             };
             let values: Option<Vec<f64>> = varied.iter().map(|one| value(&one.name)).collect();
-            let (Some((variant, own)), Some(values)) = (known, values) else {
+            let (Some((variant, own)), Some(values)) = (matched, values) else {
                 let names = quoted(varied.iter().map(|one| one.name.as_str()));
                 let message = format!("row {} of `{}` does not have {names}", row.sample, row.variant);
                 return refused(message, "run with the model that made the rows");
@@ -71,16 +74,16 @@ impl Project {
             let seed = draws.then(|| seed_of(variant.scenario.seed, row.sample));
             let all = settings_with(own, varied.iter().zip(values.iter().copied()));
             let found = sampled(self.document(), (variant, own), &varied, (&values, seed));
-            let mut found = found.map_err(|mistakes| refused_row(row, mistakes))?;
+            let mut found = found.map_err(|diagnostics| refused_row(row, diagnostics))?;
             found.name = format!("{}_sample-{}", row.variant, row.sample);
             for one in &varied {
-                let told = &mut found.model.parameters;
+                let parameters = &mut found.model.parameters;
                 let setting = all.iter().find(|setting| setting.name == one.name);
                 if let Some(Setting { name, text, value }) =
-                    setting.filter(|_| told.iter().all(|two| two.name != one.name))
+                    setting.filter(|_| parameters.iter().all(|two| two.name != one.name))
                 {
                     let (name, text, unit) = (name.clone(), text.clone(), one.dimension.si());
-                    told.push(ParameterValue { name, value: value.to_f64(), unit, text });
+                    parameters.push(ParameterValue { name, value: value.to_f64(), unit, text });
                 }
             }
             let from = (variant, own, values.as_slice());
@@ -113,8 +116,8 @@ impl Project {
         (sample, draws): (u64, bool),
     ) -> Option<SweepRow> {
         let prepared = self.prepared();
-        let number = prepared.all().position(|other| other.name == variant.name)?;
-        let (recorded, one_lane) = (wanted(prepared), Some(1));
+        let number = prepared.all().position(|candidate| candidate.name == variant.name)?;
+        let (recorded, one_lane) = (recorded_signals(prepared), Some(1));
         let lanes = self.lanes_of((variant, own), spread, settings, (&recorded, (one_lane, draws)), &Silent).ok()?;
         let mut row = SweepRow { sample, variant: number, values: values.to_vec(), ..blank(prepared) };
         let filled = lanes.fill(prepared, &mut [&mut row], &|| ());
@@ -140,11 +143,11 @@ fn renamed(mut prepared: Prepared, names: impl Fn(&[String]) -> Vec<String>) -> 
 }
 
 /// Why a row cannot be run again, as the sweep said of it.
-fn refused_row(row: &RowAgain, mistakes: Vec<Diagnostic>) -> Vec<Diagnostic> {
-    let told = |one: Diagnostic| {
+fn refused_row(row: &RowAgain, diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    let in_row = |one: Diagnostic| {
         let message = format!("sample {} of `{}` cannot be run: {}", row.sample, row.variant, one.message);
         Diagnostic { message, labels: Vec::new(), ..one }
             .help("it has a reason in place of numbers in its row: leave it out of `--sample`")
     };
-    mistakes.into_iter().filter(is_error).map(told).collect()
+    diagnostics.into_iter().filter(is_error).map(in_row).collect()
 }

@@ -1,7 +1,7 @@
 //! What a sweep is for, where it is more than its samples: the requirement that a search is after, and when samples are enough.
 
-use super::answers::{CONFIDENCE, clopper_pearson};
 use super::rows::is_refusal;
+use super::statistics::{CONFIDENCE, clopper_pearson};
 use super::varied::Varied;
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::model::tables::Measure;
@@ -75,8 +75,8 @@ pub(super) fn target(
     variants: &mut Vec<String>,
     varied: &[Varied],
 ) -> Result<Target, Diagnostic> {
-    let all: Vec<String> = prepared.requirements.iter().map(Requirement::in_words).collect();
-    let told = || {
+    let all: Vec<String> = prepared.requirements.iter().map(Requirement::describe).collect();
+    let help = || {
         let listed: Vec<String> = all.iter().enumerate().map(|(k, text)| format!("{} `{text}`", k + 1)).collect();
         match listed.is_empty() {
             true => "write one: `[[requirement]]`".to_string(),
@@ -98,7 +98,7 @@ pub(super) fn target(
     };
     let Some(number) = found else {
         let why = if with.len() > 1 { "several requirements have" } else { "there is no requirement" };
-        return Err(refused(format!("{why} `{}`", shortened(name)), told()));
+        return Err(refused(format!("{why} `{}`", shortened(name)), help()));
     };
     let requirement = &prepared.requirements[number];
     let measured = match &requirement.figure {
@@ -128,16 +128,16 @@ const GROWTH: f64 = 1.5;
 
 /// When there are enough samples.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Looks {
+pub(super) struct InterimAnalyses {
     half_width: f64,
     /// The blocks behind which intervals are looked at.
     at: Vec<u64>,
     /// Samples of each requirement in each variant, passed and all.
     counts: Vec<[u64; 2]>,
-    seen: SweptUntil,
+    status: SweptUntil,
 }
 
-impl Looks {
+impl InterimAnalyses {
     /// Of so many blocks: the last one, and those before it at steps that shrink.
     pub fn new(half_width: f64, blocks: u64, head: &SweepHead) -> Self {
         let mut at: Vec<u64> = Vec::new();
@@ -147,10 +147,15 @@ impl Looks {
             next /= GROWTH;
         }
         at.dedup();
-        let looks = at.len() as u64;
-        let confidence = 1.0 - (1.0 - CONFIDENCE) / looks.max(1) as f64;
+        let interim_analyses = at.len() as u64;
+        let confidence = 1.0 - (1.0 - CONFIDENCE) / interim_analyses.max(1) as f64;
         let counts = vec![[0; 2]; head.requirements.len() * head.variants.len()];
-        Self { half_width, at, counts, seen: SweptUntil { half_width, samples: 0, looks, confidence, reached: false } }
+        Self {
+            half_width,
+            at,
+            counts,
+            status: SweptUntil { half_width, samples: 0, interim_analyses, confidence, reached: false },
+        }
     }
 
     /// Takes the rows of the next block; those behind the first look that is narrow enough are not needed.
@@ -161,19 +166,19 @@ impl Looks {
                 *count = [count[0] + u64::from(*passed > 0.5), count[1] + 1];
             }
         }
-        self.seen.samples += rows.len() as u64 / variants.max(1) as u64;
+        self.status.samples += rows.len() as u64 / variants.max(1) as u64;
         if self.at.contains(&(block + 1)) {
             let wide = |[passed, all]: &[u64; 2]| {
-                let [low, high] = clopper_pearson(*passed, *all, self.seen.confidence);
+                let [low, high] = clopper_pearson(*passed, *all, self.status.confidence);
                 0.5 * (high - low) > self.half_width
             };
-            self.seen.reached = !self.counts.iter().filter(|[_, all]| *all > 0).any(wide);
+            self.status.reached = !self.counts.iter().filter(|[_, all]| *all > 0).any(wide);
         }
     }
 
     /// What is known so far.
-    pub fn seen(&self) -> &SweptUntil {
-        &self.seen
+    pub fn status(&self) -> &SweptUntil {
+        &self.status
     }
 }
 
@@ -186,15 +191,16 @@ mod tests {
     /// The interval at the end of 400 sweeps that end by its width holds the probability in 95 % of them at least, within three standard deviations of that count,
     /// and is as narrow as was asked for; with every sample a look it would not be: that is why there are few, and each has more confidence.
     #[test]
-    fn intervals_hold_whenever_it_ends() {
+    fn intervals_are_valid_whenever_it_ends() {
         let head = SweepHead {
             requirements: vec![SweepRequirement::default()],
             variants: vec!["v".into()],
             ..SweepHead::default()
         };
         let ended = |probability: f64, seed: u64| {
-            let (mut random, mut looks, mut block) = (Random::new(seed * 7919 + 1), Looks::new(0.05, 64, &head), 0);
-            while !looks.seen().reached && block < 64 {
+            let (mut random, mut interim_analyses, mut block) =
+                (Random::new(seed * 7919 + 1), InterimAnalyses::new(0.05, 64, &head), 0);
+            while !interim_analyses.status().reached && block < 64 {
                 let mut row = |k: u64| SweepRow {
                     sample: 64 * block + k,
                     variant: 0,
@@ -206,22 +212,22 @@ mod tests {
                     difference: None,
                 };
                 let rows: Vec<SweepRow> = (0..64).map(&mut row).collect();
-                looks.take(block, &rows, 1);
+                interim_analyses.take(block, &rows, 1);
                 block += 1;
             }
-            let [passed, all] = looks.counts[0];
-            assert_eq!((looks.seen().samples, looks.seen().reached), (64 * block, true));
-            let [low, high] = clopper_pearson(passed, all, looks.seen().confidence);
+            let [passed, all] = interim_analyses.counts[0];
+            assert_eq!((interim_analyses.status().samples, interim_analyses.status().reached), (64 * block, true));
+            let [low, high] = clopper_pearson(passed, all, interim_analyses.status().confidence);
             assert!(0.5 * (high - low) <= 0.05);
             (low <= probability && probability <= high, all)
         };
         for probability in [0.02, 0.1, 0.5] {
-            let held = (0..400).filter(|seed| ended(probability, *seed).0).count();
-            assert!(held as f64 >= 380.0 - 3.0 * (400.0f64 * 0.95 * 0.05).sqrt(), "{probability}: {held}");
+            let covered = (0..400).filter(|seed| ended(probability, *seed).0).count();
+            assert!(covered as f64 >= 380.0 - 3.0 * (400.0f64 * 0.95 * 0.05).sqrt(), "{probability}: {covered}");
         }
         // Fewer samples where the probability is far from a half.
         assert!(ended(0.02, 1).1 < ended(0.5, 1).1);
-        let looks = Looks::new(0.05, 64, &head);
-        assert_eq!(looks.at, [64, 42, 28, 18, 12, 8, 5, 3, 2, 1]);
+        let interim_analyses = InterimAnalyses::new(0.05, 64, &head);
+        assert_eq!(interim_analyses.at, [64, 42, 28, 18, 12, 8, 5, 3, 2, 1]);
     }
 }

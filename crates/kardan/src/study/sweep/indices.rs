@@ -88,7 +88,7 @@ pub(super) fn effects(
         let squares = of.iter().map(|x| (x - middle) * (x - middle)).sum::<f64>();
         (of.len() > 1).then(|| (squares / (of.len() - 1) as f64).sqrt())
     };
-    let told = names.iter().zip(&all).filter(|(_, own)| !own.is_empty()).map(|(name, own)| {
+    let with_indices = names.iter().zip(&all).filter(|(_, own)| !own.is_empty()).map(|(name, own)| {
         let sizes: Vec<f64> = own.iter().map(|x| x.abs()).collect();
         SweptEffect {
             parameter: name.clone(),
@@ -99,7 +99,7 @@ pub(super) fn effects(
             count: own.len() as u64,
         }
     });
-    let mut found: Vec<SweptEffect> = told.collect();
+    let mut found: Vec<SweptEffect> = with_indices.collect();
     found.sort_by(|a, b| b.size.total_cmp(&a.size));
     found
 }
@@ -108,28 +108,28 @@ pub(super) fn effects(
 mod tests {
     use kardan_rt::functions::{powi, sin};
 
-    use super::super::points::{Distribution, Filling, axes};
+    use super::super::points::{Distribution, SamplingMethod, axes};
     use super::*;
 
     /// Places of the samples of a design over so many axes.
-    fn places(filling: Filling, axes_: usize, samples: u64) -> Vec<Vec<f64>> {
+    fn places(sampling: SamplingMethod, axes_: usize, samples: u64) -> Vec<Vec<f64>> {
         let unit = Distribution::Uniform { from: 0.0, to: 1.0 };
         let names: Vec<String> = (0..axes_).map(|k| format!("x{k}")).collect();
-        let made = axes(filling, (3, samples), names.iter().map(|name| (name.as_str(), &unit)), &[]);
+        let made = axes(sampling, (3, samples), names.iter().map(|name| (name.as_str(), &unit)), &[]);
         (0..samples).map(|k| made.iter().map(|axis| axis.at(k)).collect()).collect()
     }
 
     fn found(axes: usize, base: usize, of: impl Fn(&[f64]) -> f64) -> Vec<SweptIndex> {
         let group = axes + 2;
         let numbers: Vec<f64> =
-            places(Filling::Saltelli, axes, (base * group) as u64).iter().map(|place| of(place)).collect();
+            places(SamplingMethod::Saltelli, axes, (base * group) as u64).iter().map(|place| of(place)).collect();
         let groups: Vec<Vec<f64>> = numbers.chunks(group).map(<[f64]>::to_vec).collect();
         let names: Vec<String> = (0..axes).map(|k| format!("x{k}")).collect();
         sobol_indices(&groups, &names, 0)
     }
 
     /// Every index lies in its interval, and within so much.
-    fn near(found: &[SweptIndex], exact: &[[f64; 2]], within: f64) {
+    fn near(found: &[SweptIndex], exact: &[[f64; 2]], tolerance: f64) {
         assert_eq!(found.len(), exact.len());
         for one in found {
             let axis: usize = one.parameter[1..].parse().unwrap();
@@ -137,7 +137,7 @@ mod tests {
             for (value, interval, exact) in
                 [(one.first, one.first_interval, first), (one.total, one.total_interval, total)]
             {
-                assert!((value - exact).abs() < within, "{one:?}: {exact}");
+                assert!((value - exact).abs() < tolerance, "{one:?}: {exact}");
                 assert!(interval[0] <= exact && exact <= interval[1], "{one:?}: {exact}");
             }
         }
@@ -146,7 +146,7 @@ mod tests {
     /// In each group two samples that differ in all axes, then one that is the first but for one axis.
     #[test]
     fn groups_exchange_one_axis() {
-        for group in places(Filling::Saltelli, 4, 60).chunks(6) {
+        for group in places(SamplingMethod::Saltelli, 4, 60).chunks(6) {
             assert!((0..4).all(|axis| group[0][axis] != group[1][axis]));
             for (one, axis) in (0..4).flat_map(|one| (0..4).map(move |axis| (one, axis))) {
                 assert_eq!(group[2 + one][axis], group[usize::from(one == axis)][axis]);
@@ -163,9 +163,9 @@ mod tests {
             sin(x) + a * powi(sin(y), 2) + b * powi(z, 4) * sin(x)
         };
         let all = 0.5 + a * a / 8.0 + b * powi(pi, 4) / 5.0 + b * b * powi(pi, 8) / 18.0;
-        let alone = [0.5 * powi(1.0 + b * powi(pi, 4) / 5.0, 2), a * a / 8.0, 0.0];
+        let single = [0.5 * powi(1.0 + b * powi(pi, 4) / 5.0, 2), a * a / 8.0, 0.0];
         let with = b * b * powi(pi, 8) * (1.0 / 18.0 - 1.0 / 50.0);
-        let exact = [[alone[0] / all, (alone[0] + with) / all], [alone[1] / all; 2], [0.0, with / all]];
+        let exact = [[single[0] / all, (single[0] + with) / all], [single[1] / all; 2], [0.0, with / all]];
         near(&found(3, 4096, of), &exact, 0.02);
     }
 
@@ -175,7 +175,7 @@ mod tests {
         let weights: [f64; 4] = [0.0, 1.0, 4.5, 9.0];
         let of = |x: &[f64]| x.iter().zip(weights).map(|(x, a)| ((4.0 * x - 2.0).abs() + a) / (1.0 + a)).product();
         let own = weights.map(|a| 1.0 / (3.0 * (1.0 + a) * (1.0 + a)));
-        let product = |left_out: usize| (0..4).filter(|k| *k != left_out).map(|k| 1.0 + own[k]).product::<f64>();
+        let product = |omitted: usize| (0..4).filter(|k| *k != omitted).map(|k| 1.0 + own[k]).product::<f64>();
         let all = product(4) - 1.0;
         let exact = [0, 1, 2, 3].map(|k| [own[k] / all, own[k] * product(k) / all]);
         near(&found(4, 4096, of), &exact, 0.02);
@@ -183,7 +183,7 @@ mod tests {
 
     /// Nothing is told of few samples, and of a number that never changes.
     #[test]
-    fn nothing_is_told_of_constants() {
+    fn nothing_is_reported_of_constants() {
         assert!(found(2, 64, |_| 3.0).is_empty() && found(2, 7, |x| x[0]).is_empty());
         let free = found(2, 64, |x| x[1]);
         assert_eq!((free[0].parameter.as_str(), free[1].first, free[1].total), ("x1", 0.0, 0.0));
@@ -193,7 +193,7 @@ mod tests {
     #[test]
     fn effects_are_slopes() {
         let of = |x: &[f64]| 3.0 * x[0] - 2.0 * x[1] + x[2] * x[3] + 0.0 * x[4];
-        let places = places(Filling::Morris, 5, 6 * 200);
+        let places = places(SamplingMethod::Morris, 5, 6 * 200);
         for pair in places.chunks(6).flat_map(|path| path.windows(2)) {
             let moved: Vec<f64> =
                 pair[0].iter().zip(&pair[1]).map(|(a, b)| (a - b).abs()).filter(|x| *x > 0.0).collect();

@@ -2,7 +2,7 @@
 
 use super::varied::Varied;
 use crate::diagnostics::quoted;
-use crate::entries::{Entries, Written};
+use crate::entries::{Entries, RawValue};
 use crate::schema::LawKeys;
 use crate::synthesis::Program;
 
@@ -30,11 +30,11 @@ pub(super) fn laws_of(entries: &Entries, name: &str) -> Option<Vec<String>> {
     for group in entries.iter() {
         match (group.key.as_str(), &group.entry.value) {
             ("model" | "parameters" | "sweep", _) => {}
-            ("control", Written::Table(controls)) => {
+            ("control", RawValue::Table(controls)) => {
                 for control in controls.iter().filter(|control| mentions(&control.entry.value, &names)) {
                     // Programs follow the values of each sample.
-                    if let Written::Table(keys) = &control.entry.value
-                        && matches!(keys.get("law"), Some(Written::Text(law)) if law == Program::KEYWORD)
+                    if let RawValue::Table(keys) = &control.entry.value
+                        && matches!(keys.get("law"), Some(RawValue::Text(law)) if law == Program::KEYWORD)
                     {
                         return None;
                     }
@@ -49,18 +49,18 @@ pub(super) fn laws_of(entries: &Entries, name: &str) -> Option<Vec<String>> {
 }
 
 /// Whether one of the names stands in a value as a word; more rather than less.
-fn mentions(value: &Written, names: &[String]) -> bool {
+fn mentions(value: &RawValue, names: &[String]) -> bool {
     let part = |c: char| c.is_alphanumeric() || c == '_';
-    let stands = |text: &str, name: &String| {
+    let contains_word = |text: &str, name: &String| {
         text.match_indices(name.as_str()).any(|(at, _)| {
             let (before, behind) = (text[..at].chars().next_back(), text[at + name.len()..].chars().next());
             !before.is_some_and(part) && !behind.is_some_and(part)
         })
     };
     match value {
-        Written::Text(text) => names.iter().any(|name| stands(text, name)),
-        Written::List(list) => list.iter().any(|entry| mentions(&entry.value, names)),
-        Written::Table(table) => table.iter().any(|one| mentions(&one.entry.value, names)),
-        Written::Number(_) | Written::Quantity(..) | Written::Other(..) | Written::Broken => false,
+        RawValue::Text(text) => names.iter().any(|name| contains_word(text, name)),
+        RawValue::List(list) => list.iter().any(|entry| mentions(&entry.value, names)),
+        RawValue::Table(table) => table.iter().any(|one| mentions(&one.entry.value, names)),
+        RawValue::Number(_) | RawValue::Quantity(..) | RawValue::Other(..) | RawValue::Broken => false,
     }
 }

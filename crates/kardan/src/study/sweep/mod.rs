@@ -1,47 +1,47 @@
 //! `kardan sweep`: many runs with values drawn from distributions, each a function of the seed and its number alone.
 
-mod abreast;
 mod again;
-mod answers;
-mod course;
+mod batch;
 mod goal;
 mod indices;
 mod laws;
-mod other;
 mod plan;
 mod points;
 mod rare;
 mod reasons;
+mod recorded_signals;
 mod region;
+mod row_identity;
 mod rows;
 mod spec;
+mod statistics;
+mod stopping_rule;
+mod summary;
 mod together;
-mod told;
 mod tree;
 mod varied;
-mod wanted;
 mod worst;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use rayon::prelude::*;
 
-use abreast::Abreast;
-use course::Course;
+use batch::Batch;
 pub use goal::SweepGoal;
 use goal::target;
-pub use other::swept_model;
 pub use plan::{Shard, SweepPlan, SweepSettings};
-use points::{Filling, axes, combinations, moved};
+use points::{SamplingMethod, axes, combinations, moved};
 use rare::{CHAIN, MOST_LEVELS};
+use recorded_signals::recorded_signals;
+pub use row_identity::swept_model;
 use rows::{blank, difference, fill, refusal, sampled, seed_of};
 use spec::MOST_SAMPLES;
 pub use spec::SweepSpec;
 pub(in crate::study) use spec::sweep_spec;
+use stopping_rule::StoppingRule;
+use summary::summarise;
 use together::factors;
-use told::answered;
 use varied::{SWEEP, Varied};
-use wanted::wanted;
 
 use super::prepare::is_error;
 use super::progress::Counted;
@@ -77,7 +77,7 @@ impl Project {
     /// # Errors
     /// All mistakes, if there are any; nothing that varies; too many samples.
     pub fn sweep_plan(&self, settings: &SweepSettings) -> Result<SweepPlan, Vec<Diagnostic>> {
-        let (prepared, mut diagnostics) = (self.prepared(), self.mistakes().to_vec());
+        let (prepared, mut diagnostics) = (self.prepared(), self.diagnostics().to_vec());
         check_variants(prepared, &settings.variants, &mut diagnostics);
         if diagnostics.iter().any(is_error) {
             return Err(diagnostics);
@@ -88,16 +88,16 @@ impl Project {
         };
         let spec = prepared.sweep.as_ref().filter(|spec| !spec.varied.is_empty()).ok_or_else(nothing)?;
         let seed = settings.seed.unwrap_or(spec.seed);
-        let (samples, block) = sizes(spec, settings).map_err(|mistake| vec![mistake])?;
-        let asked = if settings.variants.is_empty() { &spec.variants } else { &settings.variants };
+        let (samples, block) = sizes(spec, settings).map_err(|diagnostic| vec![diagnostic])?;
+        let chosen = if settings.variants.is_empty() { &spec.variants } else { &settings.variants };
         let variants = prepared.all().map(|variant| variant.name.clone());
-        let mut variants: Vec<String> = variants.filter(|name| asked.is_empty() || asked.contains(name)).collect();
+        let mut variants: Vec<String> = variants.filter(|name| chosen.is_empty() || chosen.contains(name)).collect();
         let sought = settings.goal.sought();
         let target = sought.map(|sought| target(prepared, sought, &mut variants, &spec.varied)).transpose();
-        let target = target.map_err(|mistake| vec![mistake])?;
+        let target = target.map_err(|diagnostic| vec![diagnostic])?;
         let factors = factors(spec.varied.len(), &spec.together);
         let spread = spec.varied.iter().map(|varied| (varied.name.as_str(), &varied.distribution));
-        let told = |varied: &Varied| SweptParameter {
+        let swept_parameter = |varied: &Varied| SweptParameter {
             name: varied.name.clone(),
             unit: varied.dimension.si(),
             distribution: varied.text.clone(),
@@ -109,16 +109,16 @@ impl Project {
                 samples,
                 seed,
                 variants,
-                varied: spec.varied.iter().map(told).collect(),
+                varied: spec.varied.iter().map(swept_parameter).collect(),
                 requirements: prepared.requirements.iter().map(required).collect(),
                 figures: prepared.figures.iter().map(|figure| (figure.name.clone(), figure.unit.clone())).collect(),
             },
             shard: None,
             // A search makes its own ones.
-            axes: if search.is_some() { Vec::new() } else { axes(spec.filling, (seed, samples), spread, &factors) },
+            axes: if search.is_some() { Vec::new() } else { axes(spec.sampling, (seed, samples), spread, &factors) },
             spread: self.with_laws(&spec.varied),
             together: spec.together.clone(),
-            filling: spec.filling,
+            sampling: spec.sampling,
             goal: settings.goal.clone(),
             target,
             block,
@@ -177,7 +177,7 @@ impl Project {
         progress: &dyn Progress,
         write: &mut TakeRows<'_>,
     ) -> Result<Sweep, Vec<Diagnostic>> {
-        let (prepared, diagnostics) = (self.prepared(), self.mistakes());
+        let (prepared, diagnostics) = (self.prepared(), self.diagnostics());
         if diagnostics.iter().any(is_error) {
             return Err(diagnostics.to_vec());
         }
@@ -192,26 +192,26 @@ impl Project {
             .iter()
             .filter_map(|name| prepared.all().zip(&all_settings).find(|(variant, _)| variant.name == *name))
             .collect();
-        let asked = plan.samples_of(plan.own_blocks()).count();
-        let heard = Counted::new(progress, rows.len(), asked.saturating_mul(chosen.len())).of_whole_runs();
-        let known = std::mem::take(rows).in_order();
-        let known_of = |block: u64| known.range(plan.samples_of(block..block + 1));
-        let mut course = Course::of(plan);
-        let recorded = wanted(prepared);
+        let requested = plan.samples_of(plan.own_blocks()).count();
+        let counted = Counted::new(progress, rows.len(), requested.saturating_mul(chosen.len())).of_whole_runs();
+        let previous = std::mem::take(rows).in_order();
+        let rows_of_block = |block: u64| previous.range(plan.samples_of(block..block + 1));
+        let mut stopping_rule = StoppingRule::of(plan);
+        let recorded = recorded_signals(prepared);
         let lanes =
             |variant| self.lanes_of(variant, &plan.spread, settings, (&recorded, (plan.lanes, plan.draws())), progress);
-        let found: Vec<Result<Abreast<'_>, String>> = chosen.iter().copied().map(lanes).collect();
-        if plan.own_blocks().any(|block| known_of(block).is_empty()) {
-            say_why(&chosen, &found, progress);
+        let found: Vec<Result<Batch<'_>, String>> = chosen.iter().copied().map(lanes).collect();
+        if plan.own_blocks().any(|block| rows_of_block(block).is_empty()) {
+            note_scalar_runs(&chosen, &found, progress);
         }
-        let abreast: Vec<Option<Abreast<'_>>> = found.into_iter().map(Result::ok).collect();
+        let batch: Vec<Option<Batch<'_>>> = found.into_iter().map(Result::ok).collect();
         let mut ended = None;
         for block in plan.own_blocks() {
-            let there = known_of(block);
-            let found = match there.is_empty() {
+            let block_rows = rows_of_block(block);
+            let found = match block_rows.is_empty() {
                 false => {
-                    let found: Vec<SweepRow> = there.map(|number| known.get(number).to_row()).collect();
-                    follows(plan, &mut course, block, &found)?;
+                    let found: Vec<SweepRow> = block_rows.map(|number| previous.get(number).to_row()).collect();
+                    follows(plan, &mut stopping_rule, block, &found)?;
                     found
                 }
                 true => {
@@ -220,9 +220,9 @@ impl Project {
                     if ended.is_some() {
                         break;
                     }
-                    let Some(values) = course.values(plan, plan.samples_of(block..block + 1)) else { break };
+                    let Some(values) = stopping_rule.values(plan, plan.samples_of(block..block + 1)) else { break };
                     let cases = plan.samples_of(block..block + 1).zip(&values);
-                    let found = self.rows((prepared, settings, &recorded), plan, cases, (&chosen, &abreast), &heard);
+                    let found = self.rows((prepared, settings, &recorded), plan, cases, (&chosen, &batch), &counted);
                     if let Err(why) = write(block, &found) {
                         ended = Some(why);
                         break;
@@ -230,51 +230,51 @@ impl Project {
                     found
                 }
             };
-            course.take(plan, block, &found);
+            stopping_rule.take(plan, block, &found);
             rows.extend(found);
-            if course.is_done() {
+            if stopping_rule.is_done() {
                 break;
             }
         }
-        if !course.is_done() {
+        if !stopping_rule.is_done() {
             // Those that are there behind the place where it was ended.
             let next = rows.iter().next_back().map_or(0, |row| row.sample + 1);
-            rows.extend(known.range(next..u64::MAX).map(|number| known.get(number).to_row()));
+            rows.extend(previous.range(next..u64::MAX).map(|number| previous.get(number).to_row()));
         }
-        drop(known);
-        let mut out = self.sweep_answers(plan, rows);
+        drop(previous);
+        let mut out = self.sweep_summary(plan, rows);
         out.warnings.extend(ended.map(|why| format!("{why}: what was not computed by then is missing")));
         Ok(out)
     }
 
     /// What rows of a plan say together, as many as there are; nothing is run. Rows behind the end of a sweep that has come to its goal, and those of no block
     /// of it, are taken out; the others are by samples afterwards.
-    pub fn sweep_answers(&self, plan: &SweepPlan, rows: &mut SweepRows) -> Sweep {
+    pub fn sweep_summary(&self, plan: &SweepPlan, rows: &mut SweepRows) -> Sweep {
         *rows = std::mem::take(rows).in_order();
-        let mut course = Course::of(plan);
+        let mut stopping_rule = StoppingRule::of(plan);
         let own = rows.range(plan.samples_of(plan.own_blocks()));
-        rows.keep(own);
-        if !course.is_plain() {
+        rows.restrict(own);
+        if !stopping_rule.is_plain() {
             let mut used = 0;
             for block in plan.own_blocks() {
                 let samples = plan.samples_of(block..block + 1);
                 let range = rows.range(samples.clone());
                 // What follows from those that are missing tells nothing.
-                if range.is_empty() || course.is_led() && course.values(plan, samples).is_none() {
+                if range.is_empty() || stopping_rule.is_led() && stopping_rule.values(plan, samples).is_none() {
                     break;
                 }
                 used = range.end;
                 let found: Vec<SweepRow> = range.map(|number| rows.get(number).to_row()).collect();
-                course.take(plan, block, &found);
-                if course.is_done() {
+                stopping_rule.take(plan, block, &found);
+                if stopping_rule.is_done() {
                     break;
                 }
             }
-            rows.keep(0..used);
+            rows.restrict(0..used);
         }
-        let mut out = answered(self.prepared(), plan, rows, &course);
+        let mut out = summarise(self.prepared(), plan, rows, &stopping_rule);
         out.notes.extend(laws::designed_anew(&plan.spread));
-        out.warnings.splice(0..0, self.mistakes().iter().map(ToString::to_string));
+        out.warnings.splice(0..0, self.diagnostics().iter().map(ToString::to_string));
         out
     }
 
@@ -284,8 +284,8 @@ impl Project {
         (prepared, settings, recorded): (&Prepared, &Settings, &Recorded),
         plan: &SweepPlan,
         cases: impl Iterator<Item = (u64, &'v Vec<f64>)>,
-        (chosen, abreast): (&[(&PreparedVariant, &VariantSettings)], &[Option<Abreast<'_>>]),
-        heard: &Counted<'_>,
+        (chosen, batch): (&[(&PreparedVariant, &VariantSettings)], &[Option<Batch<'_>>]),
+        counted: &Counted<'_>,
     ) -> Vec<SweepRow> {
         let blank = |(sample, values): (u64, &Vec<f64>), variant: usize| {
             let values = values.clone();
@@ -294,25 +294,25 @@ impl Project {
         let mut found: Vec<SweepRow> =
             cases.flat_map(|case| (0..chosen.len()).map(move |variant| blank(case, variant))).collect();
         let apart = (plan.head.samples / (plan.head.samples / SELDOM).clamp(LEAST_COMPARED, COMPARED)).max(1);
-        let (mut left, mut all_compared): (Vec<&mut SweepRow>, Vec<&mut SweepRow>) =
+        let (mut remaining, mut all_compared): (Vec<&mut SweepRow>, Vec<&mut SweepRow>) =
             (found.iter_mut().collect(), Vec::new());
-        for (number, lanes) in abreast.iter().enumerate() {
+        for (number, lanes) in batch.iter().enumerate() {
             let Some(lanes) = lanes else { continue };
-            let (mut own, others): (Vec<_>, Vec<_>) = left.into_iter().partition(|row| row.variant == number);
-            let filled = lanes.fill(prepared, &mut own, &|| heard.count(1));
+            let (mut own, others): (Vec<_>, Vec<_>) = remaining.into_iter().partition(|row| row.variant == number);
+            let filled = lanes.fill(prepared, &mut own, &|| counted.count(1));
             let (done, open): (Vec<_>, Vec<_>) = own.into_iter().zip(filled).partition(|(_, filled)| *filled);
             all_compared.extend(done.into_iter().map(|(row, _)| row).filter(|row| row.sample % apart == 0));
-            left = open.into_iter().map(|(row, _)| row).chain(others).collect();
+            remaining = open.into_iter().map(|(row, _)| row).chain(others).collect();
         }
         let compare = |row: &mut SweepRow| {
-            let mut other = SweepRow { reason: String::new(), ..row.clone() };
-            self.sample((prepared, settings, recorded), plan, &mut other, chosen[row.variant], &Silent);
-            row.difference = Some(difference(prepared, row, &other));
+            let mut rerun = SweepRow { reason: String::new(), ..row.clone() };
+            self.sample((prepared, settings, recorded), plan, &mut rerun, chosen[row.variant], &Silent);
+            row.difference = Some(difference(prepared, row, &rerun));
         };
         all_compared.into_par_iter().for_each(compare);
-        left.into_par_iter().for_each(|row| {
-            self.sample((prepared, settings, recorded), plan, row, chosen[row.variant], heard);
-            heard.count(1);
+        remaining.into_par_iter().for_each(|row| {
+            self.sample((prepared, settings, recorded), plan, row, chosen[row.variant], counted);
+            counted.count(1);
         });
         found
     }
@@ -336,7 +336,7 @@ impl Project {
         let run = || {
             let seed = plan.draws().then(|| seed_of(variant.scenario.seed, row.sample));
             let found = sampled(self.document(), (variant, own), &plan.spread, (&row.values, seed));
-            let mut ready = found.map_err(|mistakes| refusal(&mistakes))?;
+            let mut ready = found.map_err(|diagnostics| refusal(&diagnostics))?;
             ready.scenario.recorded = Some(recorded.clone());
             Ok(run_variant(number, &ready, (prepared, settings), progress))
         };
@@ -364,34 +364,34 @@ impl Project {
         settings: &Settings,
         (recorded, lanes): (&Recorded, (Option<usize>, bool)),
         progress: &dyn Progress,
-    ) -> Result<Abreast<'p>, String> {
+    ) -> Result<Batch<'p>, String> {
         if settings.method != Method::Automatic {
             return Err(String::new());
         }
         let prepared = self.prepared();
         let tolerance = tolerance(prepared, settings, progress);
-        Abreast::new((self.document(), prepared), variant, spread, (tolerance, recorded, lanes))
+        Batch::new((self.document(), prepared), variant, spread, (tolerance, recorded, lanes))
     }
 }
 
 /// Says which variants run one by one, and why.
-fn say_why(
+fn note_scalar_runs(
     chosen: &[(&PreparedVariant, &VariantSettings)],
-    found: &[Result<Abreast<'_>, String>],
+    found: &[Result<Batch<'_>, String>],
     progress: &dyn Progress,
 ) {
-    let mut told: Vec<(&str, Vec<String>)> = Vec::new();
+    let mut reasons: Vec<(&str, Vec<String>)> = Vec::new();
     for ((variant, _), why) in chosen.iter().zip(found).filter_map(|(one, found)| Some((one, found.as_ref().err()?))) {
         let name = format!("`{}`", variant.name);
-        match told.iter_mut().find(|(known, _)| known == why) {
+        match reasons.iter_mut().find(|(reason, _)| reason == why) {
             _ if why.is_empty() => {}
             Some((_, names)) => names.push(name),
-            None => told.push((why, vec![name])),
+            None => reasons.push((why, vec![name])),
         }
     }
-    for (why, names) in told {
+    for (why, names) in reasons {
         let of = if names.len() == chosen.len() { String::new() } else { format!(" of {}", names.join(", ")) };
-        progress.say(&format!("runs{of} go one by one, not side by side in lanes: {why}"));
+        progress.message(&format!("runs{of} go one by one, not side by side in lanes: {why}"));
     }
 }
 
@@ -407,8 +407,8 @@ fn answering<T>(run: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
 /// What a requirement asks, before any run.
 fn required(one: &Requirement) -> SweepRequirement {
     SweepRequirement {
-        text: one.in_words(),
-        measured: one.measured_in_words(),
+        text: one.describe(),
+        measured: one.describe_measure(),
         unit: one.unit.clone(),
         display: one.display.clone(),
         below: one.below,
@@ -419,32 +419,32 @@ fn required(one: &Requirement) -> SweepRequirement {
 /// How many samples there are, at most, and how many of a block.
 fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagnostic> {
     let refused = |code, message: String, help: &str| Err(Diagnostic::error(code, message).help(help));
-    let asked = settings.samples.unwrap_or(spec.samples);
+    let requested = settings.samples.unwrap_or(spec.samples);
     let too_many = |samples: u64| {
         let message = format!("{samples} samples: there can be 1 to {MOST_SAMPLES}");
         refused("sweep::samples", message, "ask for another number of samples")
     };
-    if asked == 0 || asked > MOST_SAMPLES {
-        return too_many(asked);
+    if requested == 0 || requested > MOST_SAMPLES {
+        return too_many(requested);
     }
-    let drawn = spec.filling.group(2) == 1 && !matches!(spec.filling, Filling::Levels(_));
+    let drawn = spec.sampling.group(2) == 1 && !matches!(spec.sampling, SamplingMethod::Levels(_));
     match &settings.goal {
         SweepGoal::Until(width) if !(1e-5..0.5).contains(width) => {
             let message = format!("`--until`: half of the width of intervals is between 1e-5 and 0.5, not {width}");
             return refused("sweep::until", message, "0.01 asks for probabilities to 1 %");
         }
         SweepGoal::Until(_) if !drawn => {
-            let word = spec.filling.word();
+            let word = spec.sampling.word();
             let message =
                 format!("`--until`: the samples of `points = \"{word}\"` are a whole, and not drawn one by one");
             return refused("sweep::until", message, "take other points, or leave it out");
         }
         SweepGoal::Worst(_) => {
-            let least = asked.div_ceil(BLOCKS_OF_SEARCH).clamp(LEAST_OF_SEARCH, LEAST_BLOCK);
-            return Ok((asked, asked.div_ceil(MOST_BLOCKS).max(least)));
+            let least = requested.div_ceil(BLOCKS_OF_SEARCH).clamp(LEAST_OF_SEARCH, LEAST_BLOCK);
+            return Ok((requested, requested.div_ceil(MOST_BLOCKS).max(least)));
         }
-        SweepGoal::Rare(_) if asked < LEAST_LEVEL => {
-            let message = format!("`--rare`: {asked} samples of a level are less than {LEAST_LEVEL}");
+        SweepGoal::Rare(_) if requested < LEAST_LEVEL => {
+            let message = format!("`--rare`: {requested} samples of a level are less than {LEAST_LEVEL}");
             return refused(
                 "sweep::samples",
                 message,
@@ -452,16 +452,16 @@ fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagn
             );
         }
         SweepGoal::Rare(_) => {
-            let chains = asked.div_ceil(CHAIN);
+            let chains = requested.div_ceil(CHAIN);
             return Ok((chains * (CHAIN + (MOST_LEVELS - 1) * (CHAIN - 1)), chains));
         }
         SweepGoal::Samples | SweepGoal::Until(_) => {}
     }
-    let samples = match spec.filling {
-        Filling::Levels(levels) => {
+    let samples = match spec.sampling {
+        SamplingMethod::Levels(levels) => {
             let all = combinations(levels, spec.varied.iter().map(|varied| &varied.distribution));
-            if settings.samples.is_some_and(|asked| asked != all) {
-                let message = format!("{asked} samples: all combinations of the grid are {all}");
+            if settings.samples.is_some_and(|requested| requested != all) {
+                let message = format!("{requested} samples: all combinations of the grid are {all}");
                 return refused("sweep::samples", message, "leave the number out, or take other `points`");
             }
             if all > MOST_SAMPLES {
@@ -469,7 +469,7 @@ fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagn
             }
             all
         }
-        filling => asked.next_multiple_of(filling.group(moved(&factors(spec.varied.len(), &spec.together)))),
+        sampling => requested.next_multiple_of(sampling.group(moved(&factors(spec.varied.len(), &spec.together)))),
     };
     if samples == 0 || samples > MOST_SAMPLES {
         return too_many(samples);
@@ -479,7 +479,7 @@ fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagn
 
 /// A grid that has more combinations than there can be samples.
 fn too_large(levels: u64, spec: &SweepSpec, all: u64) -> Diagnostic {
-    let (word, count) = (spec.filling.word(), spec.varied.len());
+    let (word, count) = (spec.sampling.word(), spec.varied.len());
     let more = if all == u64::MAX { "more than " } else { "" };
     let message = format!(
         "{SWEEP}: `points = \"{word}\"` with {levels} levels of {count} parameters has {more}{all} samples: there can be {MOST_SAMPLES}"
@@ -496,19 +496,24 @@ fn too_large(levels: u64, spec: &SweepSpec, all: u64) -> Diagnostic {
     } else {
         format!("write `points = \"grid\"` with `levels = {fit}`, which has {}, ", of(fit))
     };
-    let others =
+    let row_note =
         "let fewer parameters vary, or take `points = \"latin_hypercube\"`, which has as many samples as asked for";
-    Diagnostic::error("sweep::samples", message).help(format!("{fewer}{others}"))
+    Diagnostic::error("sweep::samples", message).help(format!("{fewer}{row_note}"))
 }
 
 /// Whether rows of a search that are there already are those that follow from the rows before them.
-fn follows(plan: &SweepPlan, course: &mut Course, block: u64, rows: &[SweepRow]) -> Result<(), Vec<Diagnostic>> {
-    if !course.is_led() {
+fn follows(
+    plan: &SweepPlan,
+    stopping_rule: &mut StoppingRule,
+    block: u64,
+    rows: &[SweepRow],
+) -> Result<(), Vec<Diagnostic>> {
+    if !stopping_rule.is_led() {
         return Ok(());
     }
     let samples = plan.samples_of(block..block + 1);
     let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-    let same = course.values(plan, samples.clone()).is_some_and(|values| {
+    let same = stopping_rule.values(plan, samples.clone()).is_some_and(|values| {
         let variants = plan.head.variants.len();
         let own = values.iter().flat_map(|own| std::iter::repeat_n(own, variants));
         values.len() * variants == rows.len() && own.zip(rows).all(|(own, row)| bits(own) == bits(&row.values))
@@ -542,8 +547,8 @@ mod tests {
     fn what_panics_is_a_reason() {
         assert_eq!(answering(|| Ok::<_, String>(3)), Ok(3));
         assert_eq!(answering(|| Err::<i32, _>("refused".into())), Err("refused".into()));
-        let told = |found: Result<(), String>| assert!(found.unwrap_err().ends_with("please report it: index 3"));
-        told(answering(|| panic!("index 3")));
-        told(answering(|| panic!("index {}", 3)));
+        let check = |found: Result<(), String>| assert!(found.unwrap_err().ends_with("please report it: index 3"));
+        check(answering(|| panic!("index 3")));
+        check(answering(|| panic!("index {}", 3)));
     }
 }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::goal::{SweepGoal, Target};
-use super::points::{Axis, Filling};
+use super::points::{Axis, SamplingMethod};
 use super::together::{Together, values_at};
 use super::varied::Varied;
 use crate::results::SweepHead;
@@ -38,7 +38,7 @@ pub struct SweepPlan {
     pub(super) axes: Vec<Axis>,
     pub(super) spread: Vec<Varied>,
     pub(super) together: Vec<Together>,
-    pub(super) filling: Filling,
+    pub(super) sampling: SamplingMethod,
     pub(super) goal: SweepGoal,
     pub(super) target: Option<Target>,
     pub(super) block: u64,
@@ -57,7 +57,7 @@ pub struct Shard {
 impl SweepPlan {
     /// Whether its samples are draws, each with noise of its own; a search and what compares samples pair by pair have the same noise in all of them.
     pub(super) fn draws(&self) -> bool {
-        self.filling.draws() && self.goal.sought().is_none()
+        self.sampling.draws() && self.goal.sought().is_none()
     }
 
     /// The values of a sample, SI: they follow from the seed and its number alone; those of a search from the samples before it too, and are not told here.
@@ -82,7 +82,7 @@ impl SweepPlan {
         match self.goal {
             SweepGoal::Worst(_) => "worst",
             SweepGoal::Rare(_) => "rare",
-            SweepGoal::Samples | SweepGoal::Until(_) => self.filling.word(),
+            SweepGoal::Samples | SweepGoal::Until(_) => self.sampling.word(),
         }
     }
 

@@ -15,7 +15,7 @@ pub(super) const SOBOL_AXES: usize = 1000;
 
 /// How points fill the cube.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Filling {
+pub(super) enum SamplingMethod {
     /// Each one drawn by itself.
     Random,
     /// Each axis has one point in each of as many strips as there are points (McKay, Beckman, Conover, Technometrics 21, 1979, 239).
@@ -36,7 +36,7 @@ pub(super) enum Filling {
 /// By how much of the probability paths of Morris move: by no half or third, which could be a period.
 pub(super) const MORRIS_STEP: f64 = 0.6;
 
-impl Filling {
+impl SamplingMethod {
     /// Whether points are draws of the distributions.
     pub fn draws(self) -> bool {
         matches!(self, Self::Random | Self::LatinHypercube | Self::Sobol | Self::Halton)
@@ -105,13 +105,13 @@ pub(super) enum Axis {
     /// With the same axis of the other sample, and the number of what it belongs to.
     Saltelli {
         own: Box<Axis>,
-        other: Box<Axis>,
+        resampled: Box<Axis>,
         number: u64,
         group: u64,
     },
     Morris {
         draws: u64,
-        others: Vec<u64>,
+        group_draws: Vec<u64>,
         number: usize,
     },
 }
@@ -119,53 +119,55 @@ pub(super) enum Axis {
 /// Axes of these distributions, each with its name, for as many points as there are; a grid has as many as there are combinations. `factors`
 /// tells of each what it moves with, by number; none: each by itself.
 pub(super) fn axes<'d>(
-    filling: Filling,
+    sampling: SamplingMethod,
     (seed, points): (u64, u64),
     spread: impl Iterator<Item = (&'d str, &'d Distribution)>,
     factors: &[usize],
 ) -> Vec<Axis> {
     let spread: Vec<_> = spread.collect();
     let mut directions = Vec::new();
-    let wanted = match filling {
-        Filling::Sobol => spread.len(),
-        Filling::Saltelli => 2 * spread.len(),
+    let dimensions = match sampling {
+        SamplingMethod::Sobol => spread.len(),
+        SamplingMethod::Saltelli => 2 * spread.len(),
         _ => 0,
     };
-    if wanted > 0 {
+    if dimensions > 0 {
         let parameters = sobol::params::JoeKuoD6::standard();
-        directions = sobol::Sobol::<f64>::init_direction_vals(wanted, SOBOL_DIGITS, &parameters);
+        directions = sobol::Sobol::<f64>::init_direction_vals(dimensions, SOBOL_DIGITS, &parameters);
     }
     let draws: Vec<u64> = spread.iter().map(|(name, _)| Random::named(seed, name).next_u64()).collect();
-    let alone: Vec<usize> = (0..spread.len()).collect();
-    let factors = if factors.is_empty() { &alone } else { factors };
-    let group = filling.group(moved(factors));
+    let default_factors: Vec<usize> = (0..spread.len()).collect();
+    let factors = if factors.is_empty() { &default_factors } else { factors };
+    let group = sampling.group(moved(factors));
     let (mut stride, mut base) = (1u64, 1u64);
     let axis = |(k, (name, distribution)): (usize, &(&str, &Distribution))| {
         let mut random = Random::named(seed, name);
-        match filling {
-            Filling::Random => Axis::Random { draws: random.next_u64() },
-            Filling::LatinHypercube => {
+        match sampling {
+            SamplingMethod::Random => Axis::Random { draws: random.next_u64() },
+            SamplingMethod::LatinHypercube => {
                 Axis::Strips { count: points, draws: random.next_u64(), keys: random.next_u64() }
             }
-            Filling::Sobol => Axis::Sobol { directions: std::mem::take(&mut directions[k]), shift: random.next_u64() },
-            Filling::Halton => {
+            SamplingMethod::Sobol => {
+                Axis::Sobol { directions: std::mem::take(&mut directions[k]), shift: random.next_u64() }
+            }
+            SamplingMethod::Halton => {
                 base = next_prime(base);
                 Axis::Halton { base, shift: random.next_u64() as f64 / u64::MAX as f64 }
             }
-            Filling::Levels(levels) => {
+            SamplingMethod::Levels(levels) => {
                 let count = distribution.levels(levels);
                 let own = stride;
                 stride = stride.saturating_mul(count);
                 Axis::Levels { stride: own, count }
             }
-            Filling::Saltelli => {
+            SamplingMethod::Saltelli => {
                 let mut sobol = |k: usize| {
                     Box::new(Axis::Sobol { directions: std::mem::take(&mut directions[k]), shift: random.next_u64() })
                 };
-                let (own, other) = (sobol(k), sobol(k + spread.len()));
-                Axis::Saltelli { own, other, number: factors[k] as u64, group }
+                let (own, resampled) = (sobol(k), sobol(k + spread.len()));
+                Axis::Saltelli { own, resampled, number: factors[k] as u64, group }
             }
-            Filling::Morris => Axis::Morris { draws: draws[k], others: draws.clone(), number: k },
+            SamplingMethod::Morris => Axis::Morris { draws: draws[k], group_draws: draws.clone(), number: k },
         }
     };
     spread.iter().enumerate().map(axis).collect()
@@ -205,17 +207,17 @@ impl Axis {
                 ((digits >> 11) as f64 + 0.5) / (1u64 << 53) as f64
             }
             Self::Halton { base, shift } => (radical_inverse(number, *base) + shift).fract(),
-            Self::Saltelli { own, other, number: axis, group } => {
+            Self::Saltelli { own, resampled, number: axis, group } => {
                 let member = number % group;
-                let from = if member == 1 || member == axis + 2 { other } else { own };
+                let from = if member == 1 || member == axis + 2 { resampled } else { own };
                 return from.at(number / group);
             }
-            Self::Morris { draws, others, number: axis } => {
-                let group = others.len() as u64 + 1;
+            Self::Morris { draws, group_draws, number: axis } => {
+                let group = group_draws.len() as u64 + 1;
                 let (path, step) = (number / group, (number % group) as usize);
                 let draw = |draws: u64| Random::new(draws.wrapping_add(path.wrapping_mul(STEP)));
-                let key = |one: usize| (draw(others[one]).next_u64(), one);
-                let turn = (0..others.len()).filter(|other| key(*other) < key(*axis)).count();
+                let key = |one: usize| (draw(group_draws[one]).next_u64(), one);
+                let turn = (0..group_draws.len()).filter(|i| key(*i) < key(*axis)).count();
                 // One draw: the next one is that of another path.
                 let own = draw(draws.wrapping_add(1)).next_u64();
                 let (start, up) = (((own >> 11) as f64 + 0.5) / (1u64 << 53) as f64, own & 1 == 1);
@@ -365,13 +367,13 @@ mod tests {
 
     const UNIT: Distribution = Distribution::Uniform { from: 0.0, to: 1.0 };
 
-    fn axis(filling: Filling, seed_and_count: (u64, u64)) -> Axis {
-        axes(filling, seed_and_count, [("x", &UNIT)].into_iter(), &[]).remove(0)
+    fn axis(sampling: SamplingMethod, seed_and_count: (u64, u64)) -> Axis {
+        axes(sampling, seed_and_count, [("x", &UNIT)].into_iter(), &[]).remove(0)
     }
 
     /// Halves of an interval of 95 % hold that much in it and meet where they should; cut off at an end they keep their shape.
     #[test]
-    fn halves_hold_what_their_interval_says() {
+    fn halves_contain_what_their_interval_says() {
         let two_sided = 1.959_963_984_540_054;
         let halves = |from: f64| Distribution::Halves {
             peak: 100.0,
@@ -395,8 +397,8 @@ mod tests {
     /// those of draws.
     #[test]
     fn sequences_fill_the_square_evenly() {
-        let square = |filling| axes(filling, (5, 0), [("x", &UNIT), ("y", &UNIT), ("z", &UNIT)].into_iter(), &[]);
-        let sobol = square(Filling::Sobol);
+        let square = |sampling| axes(sampling, (5, 0), [("x", &UNIT), ("y", &UNIT), ("z", &UNIT)].into_iter(), &[]);
+        let sobol = square(SamplingMethod::Sobol);
         for (m, split) in [(6, 0), (6, 1), (6, 3), (6, 5), (10, 4)] {
             let mut boxes = vec![0; 1 << m];
             for k in 0..1u64 << m {
@@ -406,11 +408,11 @@ mod tests {
             }
             assert!(boxes.iter().all(|count| *count == 1), "{m} {split}");
         }
-        for filling in [Filling::Sobol, Filling::Halton] {
+        for sampling in [SamplingMethod::Sobol, SamplingMethod::Halton] {
             // The mean of x y z over the cube is 1/8; random draws would leave 0.0026.
-            let axes = square(filling);
+            let axes = square(sampling);
             let mean = (0..4096).map(|k| axes.iter().map(|axis| axis.at(k)).product::<f64>()).sum::<f64>() / 4096.0;
-            assert!((mean - 0.125).abs() < 4e-4, "{filling:?}: {mean}");
+            assert!((mean - 0.125).abs() < 4e-4, "{sampling:?}: {mean}");
         }
         assert_eq!([0, 1, 2, 3, 4].map(|k| radical_inverse(k, 3)), [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0 / 9.0, 4.0 / 9.0]);
         assert_eq!([1, 2, 3, 5, 7, 11].map(next_prime), [2, 3, 5, 7, 11, 13]);
@@ -423,7 +425,8 @@ mod tests {
         let listed = Distribution::Listed(vec![1.0, 2.0, 5.0]);
         let spread = [&wide, &listed, &wide];
         assert_eq!(combinations(2, spread.into_iter()), 12);
-        let axes = axes(Filling::Levels(2), (0, 12), [("a", &wide), ("b", &listed), ("c", &wide)].into_iter(), &[]);
+        let axes =
+            axes(SamplingMethod::Levels(2), (0, 12), [("a", &wide), ("b", &listed), ("c", &wide)].into_iter(), &[]);
         let mut found: Vec<[f64; 3]> =
             (0..12).map(|k| [0, 1, 2].map(|axis| spread[axis].quantile(axes[axis].at(k)))).collect();
         found.sort_by(|a, b| a.partial_cmp(b).unwrap());
@@ -437,7 +440,7 @@ mod tests {
     }
 
     fn axes_of_three(of: &Distribution) -> [f64; 3] {
-        let axis = axes(Filling::Levels(3), (0, 3), [("a", of)].into_iter(), &[]).remove(0);
+        let axis = axes(SamplingMethod::Levels(3), (0, 3), [("a", of)].into_iter(), &[]).remove(0);
         [0, 1, 2].map(|k| of.quantile(axis.at(k)))
     }
 
@@ -445,7 +448,7 @@ mod tests {
     #[test]
     fn latin_hypercubes_have_a_point_in_each_strip() {
         for count in [1, 2, 3, 7, 64, 1000] {
-            let axis = axis(Filling::LatinHypercube, (3, count));
+            let axis = axis(SamplingMethod::LatinHypercube, (3, count));
             let mut strips: Vec<u64> = (0..count).map(|k| (axis.at(k) * count as f64) as u64).collect();
             strips.sort_unstable();
             assert_eq!(strips, (0..count).collect::<Vec<_>>());
@@ -456,7 +459,7 @@ mod tests {
     #[test]
     fn distributions_have_their_moments() {
         let n = 20_000;
-        let axis = axis(Filling::LatinHypercube, (1, n));
+        let axis = axis(SamplingMethod::LatinHypercube, (1, n));
         let moments = |of: &Distribution| {
             let values: Vec<f64> = (0..n).map(|k| of.quantile(axis.at(k))).collect();
             let mean = values.iter().sum::<f64>() / n as f64;

@@ -4,8 +4,8 @@
 
 use kardan_rt::functions::{exp, ln};
 
-use super::answers::{CONFIDENCE, clopper_pearson};
-use super::points::{Axis, Filling, axes, score};
+use super::points::{Axis, SamplingMethod, axes, score};
+use super::statistics::{CONFIDENCE, clopper_pearson};
 use super::varied::Varied;
 use crate::num::Random;
 use crate::results::SweptLevel;
@@ -15,7 +15,7 @@ pub(super) const CHAIN: u64 = 10;
 /// Most levels.
 pub(super) const MOST_LEVELS: u64 = 8;
 /// How much of its scores a chain keeps at a step.
-const KEPT: f64 = 0.8;
+const CORRELATION: f64 = 0.8;
 /// A level that has more than this part of its samples below its margin leads nowhere.
 const MOST_PART: f64 = 0.5;
 /// Deviations of a normal number on both sides that hold 95 %.
@@ -41,7 +41,7 @@ pub(super) struct Rare {
     /// The margin below which chains stay.
     bound: f64,
     accepted: u64,
-    asked: Vec<Vec<f64>>,
+    pending: Vec<Vec<f64>>,
     levels: Vec<SweptLevel>,
     /// Why it ended.
     ended: Option<String>,
@@ -54,12 +54,12 @@ impl Rare {
         let named = spread.iter().map(|varied| (varied.name.as_str(), &varied.distribution));
         Self {
             seed: Random::named(seed, "rare").next_u64(),
-            axes: axes(Filling::Random, (seed, 0), named, &[]),
+            axes: axes(SamplingMethod::Random, (seed, 0), named, &[]),
             chains: chains as usize,
             members: Vec::new(),
             bound: f64::INFINITY,
             accepted: 0,
-            asked: Vec::new(),
+            pending: Vec::new(),
             levels: Vec::new(),
             ended: None,
             failed: false,
@@ -67,30 +67,30 @@ impl Rare {
     }
 
     /// Scores of the next samples, one of each chain; nothing once it has ended.
-    pub fn ask(&mut self, samples: std::ops::Range<u64>) -> Option<Vec<Vec<f64>>> {
+    pub fn propose(&mut self, samples: std::ops::Range<u64>) -> Option<Vec<Vec<f64>>> {
         if self.ended.is_some() {
             return None;
         }
         let first = self.levels.is_empty();
         let states = &self.members[self.members.len().saturating_sub(self.chains)..];
-        let aside = (1.0 - KEPT * KEPT).sqrt();
+        let aside = (1.0 - CORRELATION * CORRELATION).sqrt();
         let one = |(chain, number): (usize, u64)| -> Vec<f64> {
             if first {
                 return self.axes.iter().map(|axis| score(axis.at(number))).collect();
             }
             let mut random = Random::new(Random::new(self.seed.wrapping_add(number.wrapping_mul(STEP))).next_u64());
-            states[chain].scores.iter().map(|x| KEPT * x + aside * random.normal()).collect()
+            states[chain].scores.iter().map(|x| CORRELATION * x + aside * random.normal()).collect()
         };
-        self.asked = samples.enumerate().map(|(chain, number)| one((chain, number))).collect();
-        Some(self.asked.clone())
+        self.pending = samples.enumerate().map(|(chain, number)| one((chain, number))).collect();
+        Some(self.pending.clone())
     }
 
     /// Takes their margins.
-    pub fn tell(&mut self, margins: &[f64]) {
+    pub fn update(&mut self, margins: &[f64]) {
         let first = self.levels.is_empty();
         let before = self.members.len().saturating_sub(self.chains);
         let states: Vec<State> = if first { Vec::new() } else { self.members[before..].to_vec() };
-        for (chain, scores) in std::mem::take(&mut self.asked).into_iter().enumerate() {
+        for (chain, scores) in std::mem::take(&mut self.pending).into_iter().enumerate() {
             let new = State { scores, margin: margins[chain] };
             if first || new.margin <= self.bound {
                 self.accepted += 1;
@@ -208,9 +208,9 @@ mod tests {
     fn ran(seed: u64, chains: u64, axes: usize, margin: impl Fn(&[f64]) -> f64) -> Rare {
         let mut found = Rare::new(seed, chains, &spread(axes));
         let mut block = 0;
-        while let Some(scores) = found.ask(block * chains..(block + 1) * chains) {
+        while let Some(scores) = found.propose(block * chains..(block + 1) * chains) {
             let margins: Vec<f64> = scores.iter().map(|scores| margin(scores)).collect();
-            found.tell(&margins);
+            found.update(&margins);
             block += 1;
         }
         found
@@ -246,7 +246,7 @@ mod tests {
 
     /// What fails often is a plain share of the first level; what cannot fail, and what is the same everywhere, has no probability.
     #[test]
-    fn ends_are_told() {
+    fn ends_are_reported() {
         let often = ran(1, 50, 1, |x| x[0] + 0.5);
         let (probability, [deviation, _]) = often.probability().unwrap();
         assert_eq!(often.levels().0.len(), 1);
@@ -257,9 +257,9 @@ mod tests {
         let always = ran(1, 20, 1, |_| -1.0);
         let [low, high] = always.interval().unwrap();
         assert!((low - exp(ln(0.025) / 200.0)).abs() < 1e-9 && high == 1.0, "{low} {high}");
-        for (margin, told) in [(1.0, "same margin"), (f64::INFINITY, "same margin")] {
+        for (margin, expected) in [(1.0, "same margin"), (f64::INFINITY, "same margin")] {
             let found = ran(1, 20, 2, |_| margin);
-            assert!(found.probability().is_none() && found.levels().1.unwrap().contains(told));
+            assert!(found.probability().is_none() && found.levels().1.unwrap().contains(expected));
         }
         let never = ran(1, 20, 1, |x| 100.0 - x[0]);
         assert!(never.probability().is_none() && never.levels().0.len() as u64 == MOST_LEVELS);

@@ -9,26 +9,26 @@ const MOST_REASONS: usize = 20;
 /// What stands for a number that differs.
 const DIFFERS: &str = "…";
 /// All reasons behind the last one that is told.
-const OTHERS: &str = "other reasons";
+const OTHER_REASONS: &str = "other reasons";
 
 /// A reason with its numbers taken out.
 #[derive(Debug)]
 struct Reason<'r> {
     /// What stands before each number, and behind the last one.
-    words: Vec<&'r str>,
+    parts: Vec<&'r str>,
     /// Each number as it is written.
     numbers: Vec<&'r str>,
 }
 
 impl<'r> Reason<'r> {
     fn of(text: &'r str) -> Self {
-        let (mut words, mut numbers) = (Vec::new(), Vec::new());
+        let (mut parts, mut numbers) = (Vec::new(), Vec::new());
         let (mut from, mut at) = (0, 0);
         while at < text.len() {
             let before = text[from..at].chars().next_back();
             match number(before, &text[at..]) {
                 Some(length) => {
-                    words.push(&text[from..at]);
+                    parts.push(&text[from..at]);
                     numbers.push(&text[at..at + length]);
                     at += length;
                     from = at;
@@ -36,14 +36,14 @@ impl<'r> Reason<'r> {
                 None => at += text[at..].chars().next().map_or(1, char::len_utf8),
             }
         }
-        words.push(&text[from..]);
-        Self { words, numbers }
+        parts.push(&text[from..]);
+        Self { parts, numbers }
     }
 
     /// With `…` in place of what differs.
-    fn told(&self, differs: &[bool]) -> String {
+    fn describe(&self, differs: &[bool]) -> String {
         let numbers = self.numbers.iter().zip(differs).map(|(number, differs)| if *differs { DIFFERS } else { number });
-        self.words.iter().copied().zip(numbers.chain([""])).flat_map(|(word, number)| [word, number]).collect()
+        self.parts.iter().copied().zip(numbers.chain([""])).flat_map(|(word, number)| [word, number]).collect()
     }
 }
 
@@ -80,10 +80,10 @@ struct Group<'r> {
 /// The reasons of rows, the most frequent first, each with that of its first row in full.
 pub(super) fn reasons<'r>(rows: impl Iterator<Item = SweepRowOf<'r>>, variants: &[String]) -> Vec<SweptFailure> {
     let mut found: Vec<Group<'r>> = Vec::new();
-    let mut known: BTreeMap<Vec<&'r str>, usize> = BTreeMap::new();
+    let mut indices: BTreeMap<Vec<&'r str>, usize> = BTreeMap::new();
     for row in rows.filter(|row| !row.reason.is_empty()) {
         let mut reason = Reason::of(row.reason);
-        if let Some(&number) = known.get(&reason.words) {
+        if let Some(&number) = indices.get(&reason.parts) {
             let group = &mut found[number];
             let numbers = group.reason.numbers.iter().zip(&reason.numbers);
             group.differs.iter_mut().zip(numbers).for_each(|(differs, (one, other))| *differs |= one != other);
@@ -91,11 +91,11 @@ pub(super) fn reasons<'r>(rows: impl Iterator<Item = SweepRowOf<'r>>, variants: 
             continue;
         }
         if found.len() >= MOST_REASONS {
-            reason = Reason::of(OTHERS);
+            reason = Reason::of(OTHER_REASONS);
         }
-        let (number, example) = (known.get(&reason.words).copied().unwrap_or(found.len()), row.reason.to_string());
-        known.insert(Reason::of(row.reason).words, number);
-        known.insert(reason.words.clone(), number);
+        let (number, example) = (indices.get(&reason.parts).copied().unwrap_or(found.len()), row.reason.to_string());
+        indices.insert(Reason::of(row.reason).parts, number);
+        indices.insert(reason.parts.clone(), number);
         match found.get_mut(number) {
             Some(group) => group.failure.count += 1,
             None => found.push(Group {
@@ -111,8 +111,8 @@ pub(super) fn reasons<'r>(rows: impl Iterator<Item = SweepRowOf<'r>>, variants: 
             }),
         }
     }
-    let told = |group: Group<'_>| SweptFailure { reason: group.reason.told(&group.differs), ..group.failure };
-    let mut found: Vec<SweptFailure> = found.into_iter().map(told).collect();
+    let describe = |group: Group<'_>| SweptFailure { reason: group.reason.describe(&group.differs), ..group.failure };
+    let mut found: Vec<SweptFailure> = found.into_iter().map(describe).collect();
     found.sort_by_key(|one| std::cmp::Reverse(one.count));
     found
 }
@@ -144,18 +144,21 @@ mod tests {
         ];
         let found =
             reasons(texts.into_iter().zip(10..).map(|(reason, sample)| row(sample, reason)), &["only".to_string()]);
-        let told: Vec<(&str, &str, u64, u64)> =
+        let summaries: Vec<(&str, &str, u64, u64)> =
             found.iter().map(|one| (one.reason.as_str(), one.example.as_str(), one.count, one.first)).collect();
         let first = "`event.1.at` of `w2` is … kg m^2, 3 at most, at … s.";
-        assert_eq!(told, [(first, texts[0], 2, 10), (texts[2], texts[2], 1, 12)]);
+        assert_eq!(summaries, [(first, texts[0], 2, 10), (texts[2], texts[2], 1, 12)]);
     }
 
     /// Reasons behind the most that are told apart are counted together, and not with the last one.
     #[test]
     fn many_reasons_are_counted_together() {
-        let words: Vec<String> = (1..=30).map(|k| "so ".repeat(k)).collect();
-        let found = reasons(words.iter().zip(0..).map(|(reason, sample)| row(sample, reason)), &["only".to_string()]);
-        assert_eq!((found.len(), found[0].reason.as_str(), found[0].count, found[0].first), (21, OTHERS, 10, 20));
+        let texts: Vec<String> = (1..=30).map(|k| "so ".repeat(k)).collect();
+        let found = reasons(texts.iter().zip(0..).map(|(reason, sample)| row(sample, reason)), &["only".to_string()]);
+        assert_eq!(
+            (found.len(), found[0].reason.as_str(), found[0].count, found[0].first),
+            (21, OTHER_REASONS, 10, 20)
+        );
         assert!(found[1..].iter().all(|one| one.count == 1));
     }
 }

@@ -4,8 +4,8 @@
 //! The tree is grown on one half of the samples, by lot; what it says is counted on the other one, which it has not seen. A leaf is a rule only if
 //! it fails more often there than chance alone lets the best of so many leaves.
 
-use super::answers::{Answers, CONFIDENCE, clopper_pearson};
-use super::tree::{Case, Count, Within, leaves};
+use super::statistics::{CONFIDENCE, SweepStatistics, clopper_pearson};
+use super::tree::{Case, Count, SplitRange, leaves};
 use crate::num::Random;
 use crate::results::{SweptBound, SweptParameter, SweptRule};
 
@@ -19,12 +19,13 @@ pub(super) const NOTE: &str = "Where requirements fail, a tree of thresholds (CA
 
 /// Where a requirement fails in a variant, what covers the most failures first; nothing of few samples, and where no rule is better than chance.
 pub(super) fn failing_rules(
-    answers: &Answers<'_>,
+    statistics: &SweepStatistics<'_>,
     (requirement, variant): (usize, &str),
     varied: &[SweptParameter],
 ) -> Vec<SweptRule> {
-    let told = answers.of(variant).filter(|row| !row.passed[requirement].is_nan());
-    let cases = told.map(|row| Case { sample: row.sample, values: row.values, failed: row.passed[requirement] <= 0.5 });
+    let judged = statistics.of(variant).filter(|row| !row.passed[requirement].is_nan());
+    let cases =
+        judged.map(|row| Case { sample: row.sample, values: row.values, failed: row.passed[requirement] <= 0.5 });
     rules(&cases.collect::<Vec<_>>(), varied)
 }
 
@@ -43,16 +44,16 @@ fn rules(cases: &[Case<'_>], varied: &[SweptParameter]) -> Vec<SweptRule> {
     // Among several leaves one is above by chance sooner than a single one: each may be so by its part of that chance (Bonferroni).
     let confidence = 1.0 - (1.0 - CONFIDENCE) / leaves.len().max(1) as f64;
     let found = leaves.into_iter().filter_map(|(bounds, _)| {
-        let inside = Count::of(second.iter().copied().filter(|case| bounds.iter().all(|bound| bound.holds(case))));
-        let (fails, there) = (inside.failed as u64, inside.all as u64);
-        if fails == 0 || clopper_pearson(fails, there, confidence)[0] <= counted.share() {
+        let inside = Count::of(second.iter().copied().filter(|case| bounds.iter().all(|bound| bound.contains(case))));
+        let (fails, total) = (inside.failed as u64, inside.all as u64);
+        if fails == 0 || clopper_pearson(fails, total, confidence)[0] <= counted.share() {
             return None;
         }
         Some(SweptRule {
-            bounds: bounds.iter().map(|bound| told(*bound, varied)).collect(),
-            inside: there,
+            bounds: bounds.iter().map(|bound| swept_bound(*bound, varied)).collect(),
+            inside: total,
             failed: fails,
-            interval: clopper_pearson(fails, there, CONFIDENCE),
+            interval: clopper_pearson(fails, total, CONFIDENCE),
             covers: fails as f64 / counted.failed as f64,
         })
     });
@@ -63,7 +64,7 @@ fn rules(cases: &[Case<'_>], varied: &[SweptParameter]) -> Vec<SweptRule> {
 }
 
 /// A bound with what it is of.
-fn told(bound: Within, varied: &[SweptParameter]) -> SweptBound {
+fn swept_bound(bound: SplitRange, varied: &[SweptParameter]) -> SweptBound {
     let SweptParameter { name, unit, .. } = &varied[bound.parameter];
     let [below, above] = [bound.below, bound.above].map(|bound| bound.is_finite().then_some(bound));
     SweptBound { parameter: name.clone(), unit: unit.clone(), below, above }
@@ -110,14 +111,14 @@ mod tests {
     /// Coins give no rule, but for the chance that is left: below one in 40 for a requirement.
     #[test]
     fn chance_gives_no_rule() {
-        let told = |seed: u64| !of(400, seed, |_, random| random.unit() < 0.3).is_empty();
-        let wrong = (0..200).filter(|seed| told(*seed)).count();
+        let has_rule = |seed: u64| !of(400, seed, |_, random| random.unit() < 0.3).is_empty();
+        let wrong = (0..200).filter(|seed| has_rule(*seed)).count();
         assert!(wrong <= 5, "{wrong} of 200");
     }
 
     /// Nor do samples that all fail, all pass, or are few.
     #[test]
-    fn nothing_is_told_of_few() {
+    fn nothing_is_reported_of_few() {
         assert!(of(1000, 3, |_, _| true).is_empty() && of(1000, 3, |_, _| false).is_empty());
         assert!(of(19, 3, |x, _| x[0] < 0.5).is_empty());
         assert!(of(1000, 3, |x, _| x[0] < 0.002).is_empty());

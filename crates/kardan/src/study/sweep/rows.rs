@@ -7,7 +7,7 @@ use crate::num::{Random, rational_from_f64};
 use crate::results::{Run, SweepRow};
 use crate::study::prepare::prepare_sample;
 use crate::study::{Prepared, PreparedVariant};
-use crate::units::{Exact, written_quantity};
+use crate::units::{Exact, format_quantity};
 
 /// The settings of a variant with values of what varies in place of its own.
 pub(super) fn settings_with<'v>(
@@ -19,7 +19,7 @@ pub(super) fn settings_with<'v>(
         // Every value is finite, as its distribution is.
         let value = Exact::new(rational_from_f64(value).unwrap_or_default(), 0);
         all.retain(|setting| setting.name != varied.name);
-        all.push(Setting { name: varied.name.clone(), text: written_quantity(&value, varied.dimension), value });
+        all.push(Setting { name: varied.name.clone(), text: format_quantity(&value, varied.dimension), value });
     }
     all
 }
@@ -65,8 +65,8 @@ pub(super) fn blank(prepared: &Prepared) -> SweepRow {
 }
 
 /// Why a sample cannot be run, of what speaks against its values: its code and what it says.
-pub(super) fn refusal(mistakes: &[Diagnostic]) -> String {
-    let first = mistakes.iter().find(|mistake| mistake.severity == Severity::Error);
+pub(super) fn refusal(diagnostics: &[Diagnostic]) -> String {
+    let first = diagnostics.iter().find(|diagnostic| diagnostic.severity == Severity::Error);
     first.map_or_else(|| "it cannot be prepared".into(), |one| format!("{}: {}", one.code, one.message))
 }
 

@@ -1,16 +1,16 @@
 //! What `[sweep]` of a model file asks for, with the mistakes in it.
 
-use super::points::{Distribution, Filling, SOBOL_AXES};
+use super::points::{Distribution, SOBOL_AXES, SamplingMethod};
 use super::together::{Together, together};
-use super::varied::{SWEEP, Varied, add, in_words, parameter};
+use super::varied::{SWEEP, Varied, add, format_distribution, parameter};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::identify::two_sided_normal;
 use crate::model::{Document, Parameter, TableReader};
 use crate::schema::{Sign, Table, Value};
-use crate::study::asked::known_variants;
-use crate::study::known::Known;
 use crate::study::read::{of_dimension, quantity, read_word};
+use crate::study::requirements::selected_variants;
 use crate::study::scenario::whole;
+use crate::study::signal_table::SignalContext;
 use crate::units::Exact;
 
 /// Most samples.
@@ -30,7 +30,7 @@ pub struct SweepSpec {
     /// Another one, other samples.
     pub seed: u64,
     /// How they fill the space.
-    pub(super) filling: Filling,
+    pub(super) sampling: SamplingMethod,
     /// The variants; empty: all.
     pub variants: Vec<String>,
     /// What varies.
@@ -40,8 +40,12 @@ pub struct SweepSpec {
 }
 
 /// Reads it; where a file says nothing of it, all its tolerances vary.
-pub(in crate::study) fn sweep_spec(known: &Known<'_>, variants: &[String], out: &mut Vec<Diagnostic>) -> SweepSpec {
-    let (document, table) = (known.document, &known.document.sweep);
+pub(in crate::study) fn sweep_spec(
+    context: &SignalContext<'_>,
+    variants: &[String],
+    out: &mut Vec<Diagnostic>,
+) -> SweepSpec {
+    let (document, table) = (context.document, &context.document.sweep);
     let reader = TableReader::new(document, &[]);
     let samples = whole(&reader, table, "samples", SWEEP, out).unwrap_or(1000);
     if samples > MOST_SAMPLES {
@@ -60,28 +64,33 @@ pub(in crate::study) fn sweep_spec(known: &Known<'_>, variants: &[String], out: 
     }
     let together = together(document, &mut varied, of_tolerances, out);
     let levels = whole(&reader, table, "levels", SWEEP, out).unwrap_or(LEVELS);
-    let filling = Filling::named(read_word(table, "points").unwrap_or_default(), levels.max(2));
-    check_points(table, filling, (levels, &varied), out);
-    check_axes(table, filling, (varied.len(), together.is_empty()), out);
+    let sampling = SamplingMethod::named(read_word(table, "points").unwrap_or_default(), levels.max(2));
+    check_points(table, sampling, (levels, &varied), out);
+    check_axes(table, sampling, (varied.len(), together.is_empty()), out);
     SweepSpec {
         samples,
         seed: whole(&reader, table, "seed", SWEEP, out).unwrap_or_default(),
-        filling,
-        variants: known_variants(table, variants, known, SWEEP, out),
+        sampling,
+        variants: selected_variants(table, variants, context, SWEEP, out),
         varied,
         together,
     }
 }
 
 /// Tells of keys that the points do not read, and of what has no ends.
-fn check_points(table: &Table, filling: Filling, (levels, varied): (u64, &[Varied]), out: &mut Vec<Diagnostic>) {
+fn check_points(
+    table: &Table,
+    sampling: SamplingMethod,
+    (levels, varied): (u64, &[Varied]),
+    out: &mut Vec<Diagnostic>,
+) {
     let mut refuse = |key: &str, message: String, help: &str| {
         let place = TableReader::place(table, key);
         out.push(Diagnostic::error("sweep::points", format!("{SWEEP}: {message}")).at(place, "here").help(help));
     };
     let here = |key: &str| table.values.contains_key(key);
-    let word = filling.word();
-    let on_grid = matches!(filling, Filling::Levels(_));
+    let word = sampling.word();
+    let on_grid = matches!(sampling, SamplingMethod::Levels(_));
     if here("levels") && read_word(table, "points") != Some("grid") {
         refuse("levels", "`levels` are those of `points = \"grid\"`".into(), "take it out, or take a grid");
     } else if levels < 2 {
@@ -100,15 +109,15 @@ fn check_points(table: &Table, filling: Filling, (levels, varied): (u64, &[Varie
 }
 
 /// Tells of points that cannot be had of so many axes, or of those that vary together.
-fn check_axes(table: &Table, filling: Filling, (axes, apart): (usize, bool), out: &mut Vec<Diagnostic>) {
-    let word = filling.word();
+fn check_axes(table: &Table, sampling: SamplingMethod, (axes, apart): (usize, bool), out: &mut Vec<Diagnostic>) {
+    let word = sampling.word();
     let mut refuse = |message: String, help: &str| {
         let place = TableReader::place(table, "points");
         out.push(Diagnostic::error("sweep::points", format!("{SWEEP}: {message}")).at(place, "here").help(help));
     };
-    let most = match filling {
-        Filling::Sobol => SOBOL_AXES,
-        Filling::Saltelli => SOBOL_AXES / 2,
+    let most = match sampling {
+        SamplingMethod::Sobol => SOBOL_AXES,
+        SamplingMethod::Saltelli => SOBOL_AXES / 2,
         _ => usize::MAX,
     };
     if axes > most {
@@ -117,7 +126,7 @@ fn check_axes(table: &Table, filling: Filling, (axes, apart): (usize, bool), out
             "take other points",
         );
     }
-    if !apart && matches!(filling, Filling::Levels(_) | Filling::Morris) {
+    if !apart && matches!(sampling, SamplingMethod::Levels(_) | SamplingMethod::Morris) {
         let message = format!("samples of `points = \"{word}\"` move one parameter by itself, and some vary together");
         refuse(message, "take other points, or `[[sweep.together]]` out");
     }
@@ -133,16 +142,16 @@ fn vary(reader: &TableReader<'_>, document: &Document, table: &Table, out: &mut 
     let value = |key: &str, out: &mut Vec<Diagnostic>| {
         quantity(reader, table, key, (parameter.dimension, Sign::Any), &what, out).map(|x| x.to_f64())
     };
-    let ends = parameter.spread.as_ref().map(|spread| spread.around(&parameter.value));
+    let ends = parameter.spread.as_ref().map(|spread| spread.limits_at(&parameter.value));
     let [from, to] = ["from", "to"].map(|key| value(key, out));
     let nominal = parameter.value.to_f64();
     let word = read_word(table, "distribution").unwrap_or("uniform");
-    let others: &[&str] = match word {
+    let unused_keys: &[&str] = match word {
         "normal" => &["peak"],
         "triangular" => &["mean", "deviation"],
         _ => &["mean", "deviation", "peak"],
     };
-    for key in others.iter().filter(|key| table.values.contains_key(**key)) {
+    for key in unused_keys.iter().filter(|key| table.values.contains_key(**key)) {
         let message = format!("{what}: a {word} distribution has no `{key}`");
         let place = TableReader::place(table, key);
         out.push(
@@ -167,17 +176,17 @@ fn vary(reader: &TableReader<'_>, document: &Document, table: &Table, out: &mut 
     } else if low >= high {
         refuse("from", "no value lies between `from` and `to`", "`from` is the lesser one", out);
     }
-    let given = ["mean", "peak", "deviation"].map(|key| value(key, out));
-    let distribution = shape(word, (low, high, nominal), given, &mut |key, message, help| {
+    let shape_values = ["mean", "peak", "deviation"].map(|key| value(key, out));
+    let distribution = shape(word, (low, high, nominal), shape_values, &mut |key, message, help| {
         // What is wrong with a value itself was told.
-        if key != "deviation" || given[2].is_some() || !table.values.contains_key(key) {
+        if key != "deviation" || shape_values[2].is_some() || !table.values.contains_key(key) {
             refuse(key, message, help, out);
         }
     });
     (out.len() == before).then(|| Varied {
         name: parameter.name.clone(),
         dimension: parameter.dimension,
-        text: in_words(&distribution, parameter.dimension),
+        text: format_distribution(&distribution, parameter.dimension),
         distribution,
         laws: Vec::new(),
     })
@@ -225,8 +234,8 @@ fn lists(reader: &TableReader<'_>, document: &Document, varied: &mut Vec<Varied>
     let mut found: Vec<(&Parameter, Vec<f64>)> = Vec::new();
     for (name, scalar) in entries {
         let label = format!("`{}` of `lists` of {SWEEP}", shortened(&name.value));
-        let known = found.iter().position(|(parameter, _)| parameter.name == name.value);
-        let number = match known {
+        let position = found.iter().position(|(parameter, _)| parameter.name == name.value);
+        let number = match position {
             Some(number) => number,
             None => {
                 let Some(parameter) = parameter(document, &name.value, (&name.place, &label), out) else { continue };
@@ -240,7 +249,7 @@ fn lists(reader: &TableReader<'_>, document: &Document, varied: &mut Vec<Varied>
     }
     for (parameter, values) in found.into_iter().filter(|(_, values)| !values.is_empty()) {
         let distribution = Distribution::Listed(values);
-        let text = in_words(&distribution, parameter.dimension);
+        let text = format_distribution(&distribution, parameter.dimension);
         let one = Varied {
             name: parameter.name.clone(),
             dimension: parameter.dimension,
@@ -277,7 +286,7 @@ fn tolerances(document: &Document) -> Vec<Varied> {
                 }
             }
         };
-        let text = in_words(&distribution, one.dimension);
+        let text = format_distribution(&distribution, one.dimension);
         Varied { name: one.parameter, dimension: one.dimension, distribution, text, laws: Vec::new() }
     });
     varied.filter(|one| !document.is_varied(&one.name)).collect()

@@ -3,12 +3,12 @@
 use std::str;
 
 use super::points::{Distribution, score};
-use super::varied::{Varied, add, in_words, parameter};
+use super::varied::{Varied, add, format_distribution, parameter};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::model::{Document, TableReader};
 use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, rational_from_f64, rational_to_f64};
 use crate::schema::{Table, Value};
-use crate::study::read::{read_word, read_words};
+use crate::study::read::{read_names, read_word};
 use crate::study::requirement::in_digits;
 use crate::units::parse_number;
 
@@ -17,7 +17,7 @@ const MOST_TOGETHER: usize = 40;
 /// By how much the numbers of a file may be rounded: so much is added to its variances, as parts of them, where they are no covariance without it.
 const ROUNDED: f64 = 1e-12;
 /// Others that are told of a parameter.
-const MOST_TOLD: usize = 5;
+const MAX_LISTED: usize = 5;
 
 /// Parameters that vary together, and the matrix that makes their scores of independent ones.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,9 +45,9 @@ pub(super) fn factors(axes: usize, together: &[Together]) -> Vec<usize> {
     for axis in 0..axes {
         let first =
             together.iter().find(|group| group.members.contains(&axis)).and_then(|group| group.members.iter().min());
-        let known = first.filter(|first| **first < axis).map(|first| out[*first]);
-        out.push(known.unwrap_or(next));
-        next += usize::from(known.is_none());
+        let shared = first.filter(|first| **first < axis).map(|first| out[*first]);
+        out.push(shared.unwrap_or(next));
+        next += usize::from(shared.is_none());
     }
     out
 }
@@ -74,7 +74,7 @@ pub(super) fn values_of_scores(spread: &[Varied], together: &[Together], scores:
 }
 
 /// A matrix with what is known of its rows: SI.
-struct Given {
+struct CorrelationSpec {
     names: Vec<String>,
     /// Means and standard deviations; of correlations alone none.
     moments: Option<Vec<(Option<f64>, f64)>>,
@@ -95,28 +95,28 @@ pub(super) fn together(
     for (number, table) in tables.iter().enumerate() {
         let what = format!("entry {} of `[[sweep.together]]`", number + 1);
         let before = out.len();
-        let Some(given) = given(document, table, &what, out) else { continue };
-        let Some(factor) = decided(&given, table, &what, out) else { continue };
-        if let Some(moments) = &given.moments {
-            for (name, (mean, deviation)) in given.names.iter().zip(moments) {
+        let Some(correlation) = correlation(document, table, &what, out) else { continue };
+        let Some(factor) = decided(&correlation, table, &what, out) else { continue };
+        if let Some(moments) = &correlation.moments {
+            for (name, (mean, deviation)) in correlation.names.iter().zip(moments) {
                 let place = TableReader::place(table, "file");
                 let Some(parameter) = parameter(document, name, (&place, &what), out) else { continue };
                 let mean = mean.unwrap_or_else(|| parameter.value.to_f64());
                 let distribution =
                     Distribution::Normal { mean, deviation: *deviation, from: f64::NEG_INFINITY, to: f64::INFINITY };
-                let text = in_words(&distribution, parameter.dimension);
+                let text = format_distribution(&distribution, parameter.dimension);
                 let one =
                     Varied { name: name.clone(), dimension: parameter.dimension, distribution, text, laws: Vec::new() };
                 if tolerances {
-                    varied.retain(|other| other.name != one.name);
+                    varied.retain(|candidate| candidate.name != one.name);
                 }
                 add(varied, Some(one), table, out);
             }
         }
         let members: Vec<usize> =
-            given.names.iter().filter_map(|name| member((varied, &found), name, (table, &what), out)).collect();
+            correlation.names.iter().filter_map(|name| member((varied, &found), name, (table, &what), out)).collect();
         if out.len() == before {
-            tell(varied, &members, &factor);
+            describe_correlations(varied, &members, &factor);
             found.push(Together { members, factor });
         }
     }
@@ -125,7 +125,7 @@ pub(super) fn together(
 
 /// The number of what varies, if it has an order and no other matrix has it.
 fn member(
-    (varied, others): (&[Varied], &[Together]),
+    (varied, groups): (&[Varied], &[Together]),
     name: &str,
     (table, what): (&Table, &str),
     out: &mut Vec<Diagnostic>,
@@ -142,40 +142,40 @@ fn member(
     if matches!(varied[number].distribution, Distribution::Listed(_)) {
         return refuse("is a list of values", "what has a correlation needs a distribution: `[[sweep.vary]]`");
     }
-    if others.iter().any(|group| group.members.contains(&number)) {
+    if groups.iter().any(|group| group.members.contains(&number)) {
         return refuse("varies together with others already", "write one matrix for all of them");
     }
     Some(number)
 }
 
 /// What it varies together with, behind its distribution.
-fn tell(varied: &mut [Varied], members: &[usize], factor: &Matrix<f64>) {
+fn describe_correlations(varied: &mut [Varied], members: &[usize], factor: &Matrix<f64>) {
     let correlations = factor.multiply(&factor.transpose());
     for (i, member) in members.iter().enumerate() {
-        let mut others: Vec<(f64, usize)> = (0..members.len())
+        let mut partners: Vec<(f64, usize)> = (0..members.len())
             .filter(|j| *j != i && correlations[(i, *j)].abs() > 5e-4)
             .map(|j| (correlations[(i, j)], members[j]))
             .collect();
-        others.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
-        let shown: Vec<String> = others
+        partners.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
+        let shown: Vec<String> = partners
             .iter()
-            .take(MOST_TOLD)
+            .take(MAX_LISTED)
             .map(|(c, other)| format!("{} with `{}`", in_digits((c * 1e3).round() / 1e3), varied[*other].name))
             .collect();
         if !shown.is_empty() {
-            let more = if others.len() > MOST_TOLD { ", ..." } else { "" };
+            let more = if partners.len() > MAX_LISTED { ", ..." } else { "" };
             varied[*member].text += &format!("; correlation {}{more}", shown.join(", "));
         }
     }
 }
 
 /// The matrix of a table, whichever way it is given.
-fn given(document: &Document, table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<Given> {
+fn correlation(document: &Document, table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<CorrelationSpec> {
     let mut refuse = |key: &str, message: String, help: &str| {
         let place = TableReader::place(table, key);
         out.push(Diagnostic::error("sweep::together", format!("{what}: {message}")).at(place, "here").help(help));
     };
-    let names: Vec<String> = read_words(table, "parameters").iter().map(|name| name.value.clone()).collect();
+    let names: Vec<String> = read_names(table, "parameters").iter().map(|name| name.value.clone()).collect();
     // Names that stand there twice were told.
     if table.unread.contains(&"parameters") {
         return None;
@@ -198,7 +198,8 @@ fn given(document: &Document, table: &Table, what: &str, out: &mut Vec<Diagnosti
                 );
                 return None;
             }
-            written(text, names).map_err(|message| ("correlation", message, "write it row by row: \"1, 0.8; 0.8, 1\""))
+            parse_matrix(text, names)
+                .map_err(|message| ("correlation", message, "write it row by row: \"1, 0.8; 0.8, 1\""))
         }
         (None, Some(file)) => {
             let bytes = match document.files.get(file) {
@@ -215,7 +216,7 @@ fn given(document: &Document, table: &Table, what: &str, out: &mut Vec<Diagnosti
         }
     };
     match found {
-        Ok(given) => Some(given),
+        Ok(correlation) => Some(correlation),
         Err((key, message, help)) => {
             refuse(key, message, help);
             None
@@ -224,15 +225,15 @@ fn given(document: &Document, table: &Table, what: &str, out: &mut Vec<Diagnosti
 }
 
 /// A matrix in a model file, in exact numbers.
-fn written(text: &str, names: Vec<String>) -> Result<Given, String> {
+fn parse_matrix(text: &str, names: Vec<String>) -> Result<CorrelationSpec, String> {
     let mut entries: Vec<Vec<Rational>> = Vec::new();
     for (i, row) in text.trim().trim_end_matches(';').split(';').enumerate() {
-        let words = row.split(|c: char| c == ',' || c.is_whitespace()).filter(|word| !word.is_empty());
+        let cells = row.split(|c: char| c == ',' || c.is_whitespace()).filter(|word| !word.is_empty());
         let number = |word: &str| {
             let read = parse_number(word).map_err(|_| format!("`{}` in row {} is no number", shortened(word), i + 1));
             Ok(read?.to_rational())
         };
-        entries.push(words.map(number).collect::<Result<_, String>>()?);
+        entries.push(cells.map(number).collect::<Result<_, String>>()?);
     }
     let n = names.len();
     square(&entries, n)?;
@@ -243,7 +244,7 @@ fn written(text: &str, names: Vec<String>) -> Result<Given, String> {
             rational_to_f64(&entries[i][i])
         ));
     }
-    Ok(Given { names, moments: None, matrix: Matrix::from_fn(n, n, |i, j| entries[i][j].clone()) })
+    Ok(CorrelationSpec { names, moments: None, matrix: Matrix::from_fn(n, n, |i, j| entries[i][j].clone()) })
 }
 
 /// Tells of a matrix that is not square, or not symmetric.
@@ -267,7 +268,7 @@ fn square(entries: &[Vec<Rational>], n: usize) -> Result<(), String> {
 }
 
 /// That of a file: of an identification, or names with a covariance.
-fn of_file(text: &str, chosen: &[String]) -> Result<Given, String> {
+fn of_file(text: &str, chosen: &[String]) -> Result<CorrelationSpec, String> {
     use serde_json::Value as Json;
     let json: Json = serde_json::from_str(text).map_err(|error| format!("it is no JSON: {error}"))?;
     let texts = |of: &Json| -> Option<Vec<String>> {
@@ -313,11 +314,11 @@ fn of_file(text: &str, chosen: &[String]) -> Result<Given, String> {
     }
     let exact: Vec<Vec<Rational>> =
         matrix.iter().map(|row| row.iter().map(|x| rational_from_f64(*x).unwrap_or_default()).collect()).collect();
-    let wanted: Vec<String> = if chosen.is_empty() { names.clone() } else { chosen.to_vec() };
+    let chosen_names: Vec<String> = if chosen.is_empty() { names.clone() } else { chosen.to_vec() };
     let place = |name: &String| {
-        names.iter().position(|other| other == name).ok_or_else(|| format!("it has no `{}`", shortened(name)))
+        names.iter().position(|candidate| candidate == name).ok_or_else(|| format!("it has no `{}`", shortened(name)))
     };
-    let places: Vec<usize> = wanted.iter().map(place).collect::<Result<_, _>>()?;
+    let places: Vec<usize> = chosen_names.iter().map(place).collect::<Result<_, _>>()?;
     if let Some(row) = exact.iter().find(|row| row.len() != names.len()).or(exact.get(names.len())) {
         return Err(format!(
             "its matrix is not square: {} names, {} rows, one of {} numbers",
@@ -332,7 +333,7 @@ fn of_file(text: &str, chosen: &[String]) -> Result<Given, String> {
     let own: Vec<Vec<Rational>> =
         places.iter().map(|i| places.iter().map(|j| exact[*i][*j].clone()).collect()).collect();
     square(&own, places.len())?;
-    let moments = places.iter().zip(&wanted).map(|(k, name)| match moments[*k] {
+    let moments = places.iter().zip(&chosen_names).map(|(k, name)| match moments[*k] {
         Some((mean, deviation)) if deviation > 0.0 => Ok((mean, deviation)),
         _ => Err(format!(
             "`{}` has no standard deviation above zero: it was not determined, or does not vary",
@@ -341,15 +342,19 @@ fn of_file(text: &str, chosen: &[String]) -> Result<Given, String> {
     });
     let moments = moments.collect::<Result<Vec<_>, String>>()?;
     let n = places.len();
-    Ok(Given { names: wanted, moments: Some(moments), matrix: Matrix::from_fn(n, n, |i, j| own[i][j].clone()) })
+    Ok(CorrelationSpec {
+        names: chosen_names,
+        moments: Some(moments),
+        matrix: Matrix::from_fn(n, n, |i, j| own[i][j].clone()),
+    })
 }
 
 /// The factor of a matrix that is positive semidefinite, which is decided in fractions; a direction in which it is not, else.
-fn decided(given: &Given, table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<Matrix<f64>> {
-    let n = given.names.len();
-    let mut matrix = given.matrix.clone();
+fn decided(correlation: &CorrelationSpec, table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<Matrix<f64>> {
+    let n = correlation.names.len();
+    let mut matrix = correlation.matrix.clone();
     let mut verdict = definiteness(&matrix);
-    if let (Definiteness::Indefinite { .. }, true) = (&verdict, given.moments.is_some()) {
+    if let (Definiteness::Indefinite { .. }, true) = (&verdict, correlation.moments.is_some()) {
         // What a file has rounded is one for certain with that much more on its diagonal.
         let more = Rational::one().plus(&rational_from_f64(ROUNDED).unwrap_or_default());
         let wider =
@@ -363,17 +368,17 @@ fn decided(given: &Given, table: &Table, what: &str, out: &mut Vec<Diagnostic>) 
     let part = |x: &Rational| in_digits((rational_to_f64(x) / largest * 1e4).round() / 1e4);
     let direction: Vec<String> = witness
         .iter()
-        .zip(&given.names)
+        .zip(&correlation.names)
         .filter(|(x, _)| !x.is_zero())
         .map(|(x, name)| format!("{} of `{name}`", part(x)))
         .collect();
-    let variance = quadratic(&given.matrix, &witness);
+    let variance = quadratic(&correlation.matrix, &witness);
     let message = format!(
         "{what}: no numbers have these correlations: the sum of {} would have the variance {:.3e}, which is below zero",
         direction.join(", "),
         variance / (largest * largest)
     );
-    let key = if given.moments.is_some() { "file" } else { "correlation" };
+    let key = if correlation.moments.is_some() { "file" } else { "correlation" };
     let help = "correct the matrix: it is to be positive semidefinite";
     out.push(
         Diagnostic::error("sweep::together", message).at(TableReader::place(table, key), "not semidefinite").help(help),
@@ -425,16 +430,16 @@ mod tests {
     /// The factor gives the correlations back, of singular matrices too; zero pivots give zeros.
     #[test]
     fn factors_give_their_matrix_back() {
-        let of = |text: &str, n: usize| written(text, (0..n).map(|k| format!("p{k}")).collect()).unwrap();
+        let of = |text: &str, n: usize| parse_matrix(text, (0..n).map(|k| format!("p{k}")).collect()).unwrap();
         for (text, n) in
             [("1 0.5; 0.5 1", 2), ("1 1 0; 1 1 0; 0 0 1", 3), ("1, -1; -1, 1", 2), ("1 .8 .6; .8 1 0; .6 0 1", 3)]
         {
-            let given = of(text, n);
-            assert!(!matches!(definiteness(&given.matrix), Definiteness::Indefinite { .. }), "{text}");
-            let factor = factor(&given.matrix);
+            let correlation = of(text, n);
+            assert!(!matches!(definiteness(&correlation.matrix), Definiteness::Indefinite { .. }), "{text}");
+            let factor = factor(&correlation.matrix);
             let product = factor.multiply(&factor.transpose());
             for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
-                assert!((product[(i, j)] - rational_to_f64(&given.matrix[(i, j)])).abs() < 1e-15, "{text}");
+                assert!((product[(i, j)] - rational_to_f64(&correlation.matrix[(i, j)])).abs() < 1e-15, "{text}");
             }
         }
     }
@@ -445,8 +450,8 @@ mod tests {
         let low = 1.0 + 2e-16;
         let text = |c: f64| format!("{{\"names\": [\"a\", \"b\"], \"covariance\": [[1.0, {c:?}], [{c:?}, 1.0]]}}");
         let decide = |c: f64| {
-            let (given, mut out) = (of_file(&text(c), &[]).unwrap(), Vec::new());
-            (decided(&given, &Table::default(), "it", &mut out), out)
+            let (correlation, mut out) = (of_file(&text(c), &[]).unwrap(), Vec::new());
+            (decided(&correlation, &Table::default(), "it", &mut out), out)
         };
         assert!(matches!(definiteness(&of_file(&text(low), &[]).unwrap().matrix), Definiteness::Indefinite { .. }));
         let (found, out) = decide(low);

@@ -22,7 +22,7 @@ pub(super) struct Case<'a> {
 
 /// Values of a parameter: from one bound on and below another.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Within {
+pub(super) struct SplitRange {
     /// Its number.
     pub parameter: usize,
     /// From here on.
@@ -65,19 +65,19 @@ impl Count {
 /// A part of the samples that a tree is grown on.
 struct Node<'c> {
     cases: Vec<&'c Case<'c>>,
-    bounds: Vec<Within>,
+    bounds: Vec<SplitRange>,
     depth: usize,
 }
 
-impl Within {
+impl SplitRange {
     /// Whether a sample is there.
-    pub fn holds(&self, case: &Case<'_>) -> bool {
+    pub fn contains(&self, case: &Case<'_>) -> bool {
         (self.above..self.below).contains(&case.values[self.parameter])
     }
 }
 
 /// The leaves of the tree that is grown on these samples.
-pub(super) fn leaves<'c>(cases: Vec<&'c Case<'c>>, parameters: usize) -> Vec<(Vec<Within>, Count)> {
+pub(super) fn leaves<'c>(cases: Vec<&'c Case<'c>>, parameters: usize) -> Vec<(Vec<SplitRange>, Count)> {
     let all = Count::of(cases.iter().copied());
     let least = LEAST_LEAF.0.max((LEAST_LEAF.1 * all.all as f64).ceil() as usize);
     let mut open = vec![Node { cases, bounds: Vec::new(), depth: 0 }];
@@ -99,7 +99,7 @@ pub(super) fn leaves<'c>(cases: Vec<&'c Case<'c>>, parameters: usize) -> Vec<(Ve
         let (below, above): (Vec<_>, Vec<_>) = cases.into_iter().partition(|case| case.values[parameter] < at);
         let sides = [(above, at, f64::INFINITY), (below, f64::NEG_INFINITY, at)];
         open.extend(sides.map(|(cases, from, to)| {
-            let bounds = tightened(&bounds, Within { parameter, above: from, below: to });
+            let bounds = tightened(&bounds, SplitRange { parameter, above: from, below: to });
             Node { cases, bounds, depth: depth + 1 }
         }));
     }
@@ -107,7 +107,7 @@ pub(super) fn leaves<'c>(cases: Vec<&'c Case<'c>>, parameters: usize) -> Vec<(Ve
 }
 
 /// Bounds with another one, one for each parameter.
-fn tightened(bounds: &[Within], new: Within) -> Vec<Within> {
+fn tightened(bounds: &[SplitRange], new: SplitRange) -> Vec<SplitRange> {
     let mut out = bounds.to_vec();
     match out.iter_mut().find(|bound| bound.parameter == new.parameter) {
         Some(bound) => (bound.above, bound.below) = (bound.above.max(new.above), bound.below.min(new.below)),

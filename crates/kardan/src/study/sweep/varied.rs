@@ -26,7 +26,7 @@ pub(super) struct Varied {
 /// Each parameter varies in one way.
 pub(super) fn add(varied: &mut Vec<Varied>, found: Option<Varied>, table: &Table, out: &mut Vec<Diagnostic>) {
     let Some(found) = found else { return };
-    if varied.iter().any(|other| other.name == found.name) {
+    if varied.iter().any(|candidate| candidate.name == found.name) {
         let message = format!("{SWEEP}: `{}` varies in two ways", shortened(&found.name));
         let key = if table.values.contains_key("file") { "file" } else { "parameter" };
         let place = TableReader::place(table, key);
@@ -46,7 +46,7 @@ pub(super) fn parameter<'d>(
     let Some(parameter) = document.declared(name) else {
         if let Some(found) = document.without_tolerance(name) {
             out.push(no_tolerance(&found, name, label).at(place.clone(), "no tolerance"));
-        } else if !document.doubts.has_key(name) {
+        } else if !document.suppressed.has_key(name) {
             let names = || document.all_parameters().map(|parameter| parameter.name.as_str());
             let help = match nearest(name, names()) {
                 Some(near) => format!("did you mean `{near}`?"),
@@ -80,9 +80,9 @@ pub(super) fn parameter<'d>(
 fn no_tolerance(found: &Result<String, String>, name: &str, label: &str) -> Diagnostic {
     let message = |why: &str| format!("{label}: `{}` {why}", shortened(name));
     let (message, help) = match found {
-        Ok(written) => (
+        Ok(text) => (
             message("is there, but a key varies only where a tolerance stands behind its value"),
-            format!("write one there, which `[sweep]` may replace: \"{written}\""),
+            format!("write one there, which `[sweep]` may replace: \"{text}\""),
         ),
         Err(other) => (
             message(&format!("follows from `{}`", shortened(other))),
@@ -93,7 +93,7 @@ fn no_tolerance(found: &Result<String, String>, name: &str, label: &str) -> Diag
 }
 
 /// A distribution with its unit.
-pub(super) fn in_words(distribution: &Distribution, dimension: Dimension) -> String {
+pub(super) fn format_distribution(distribution: &Distribution, dimension: Dimension) -> String {
     let unit = dimension.si();
     let with = |text: String| if unit.is_empty() { text } else { format!("{text} {unit}") };
     let digits = |value: &f64| in_digits(in_15_digits(*value));

@@ -1,7 +1,7 @@
 //! The worst case of a requirement, sought by polls around the worst sample so far: along each axis, on along the last way, and in directions by lot,
 //! at a step that halves where none is worse (Kolda, Lewis, Torczon, SIAM Review 45, 2003, 385). Where it comes to rest it begins from another sample.
 
-use super::points::{Axis, Filling, axes, normal_below};
+use super::points::{Axis, SamplingMethod, axes, normal_below};
 use super::varied::Varied;
 use crate::num::Random;
 
@@ -37,7 +37,7 @@ pub(super) struct Worst {
     step: f64,
     turn: usize,
     rests: Vec<Vec<f64>>,
-    asked: Vec<Vec<f64>>,
+    pending: Vec<Vec<f64>>,
     /// The least margin of all, and its sample.
     least: Option<(f64, u64)>,
     before: Option<f64>,
@@ -56,7 +56,7 @@ impl Worst {
         Self {
             seed: Random::named(seed, "worst").next_u64(),
             bounds: bounds.collect(),
-            axes: axes(Filling::LatinHypercube, (seed, explore), named, &[]),
+            axes: axes(SamplingMethod::LatinHypercube, (seed, explore), named, &[]),
             explore,
             tried: Vec::new(),
             at: None,
@@ -64,22 +64,22 @@ impl Worst {
             step: STEPS[0],
             turn: 0,
             rests: Vec::new(),
-            asked: Vec::new(),
+            pending: Vec::new(),
             least: None,
             before: None,
         }
     }
 
     /// Places of the next samples.
-    pub fn ask(&mut self, samples: std::ops::Range<u64>) -> Vec<Vec<f64>> {
+    pub fn propose(&mut self, samples: std::ops::Range<u64>) -> Vec<Vec<f64>> {
         let count = samples.clone().count();
-        let held = |place: Vec<f64>, bounds: &[[f64; 2]]| -> Vec<f64> {
+        let clamped = |place: Vec<f64>, bounds: &[[f64; 2]]| -> Vec<f64> {
             place.iter().zip(bounds).map(|(x, [low, high])| x.clamp(*low, *high)).collect()
         };
         if samples.end <= self.explore {
             let places = samples.map(|number| self.axes.iter().map(|axis| axis.at(number)).collect());
-            self.asked = places.map(|place| held(place, &self.bounds)).collect();
-            return self.asked.clone();
+            self.pending = places.map(|place| clamped(place, &self.bounds)).collect();
+            return self.pending.clone();
         }
         let at = match &self.at {
             Some(at) => at.place.clone(),
@@ -87,9 +87,9 @@ impl Worst {
         };
         let k = at.len();
         let mut places: Vec<Vec<f64>> = Vec::new();
-        let along = |factor: f64| at.iter().zip(&self.way).map(|(x, way)| x + factor * way).collect::<Vec<f64>>();
+        let stepped = |factor: f64| at.iter().zip(&self.way).map(|(x, way)| x + factor * way).collect::<Vec<f64>>();
         if !self.way.is_empty() {
-            places.extend([along(1.0), along(3.0)]);
+            places.extend([stepped(1.0), stepped(3.0)]);
         }
         // Half of them along the axes, which take turns where there are many.
         let on_axes = (2 * k).min(count.div_ceil(2));
@@ -110,8 +110,8 @@ impl Worst {
             number += 1;
         }
         places.truncate(count);
-        self.asked = places.into_iter().map(|place| held(place, &self.bounds)).collect();
-        self.asked.clone()
+        self.pending = places.into_iter().map(|place| clamped(place, &self.bounds)).collect();
+        self.pending.clone()
     }
 
     /// Where the next search begins: the worst sample that is apart from where the others came to rest; a place by lot, where none is left.
@@ -131,14 +131,14 @@ impl Worst {
     }
 
     /// Takes their margins.
-    pub fn tell(&mut self, first: u64, margins: &[f64]) {
+    pub fn update(&mut self, first: u64, margins: &[f64]) {
         for (number, margin) in (first..).zip(margins) {
             if *margin < self.least.map_or(f64::INFINITY, |(least, _)| least) {
                 self.least = Some((*margin, number));
             }
         }
-        let asked = std::mem::take(&mut self.asked);
-        let all = asked.into_iter().zip(margins).map(|(place, margin)| Tried { place, margin: *margin });
+        let pending = std::mem::take(&mut self.pending);
+        let all = pending.into_iter().zip(margins).map(|(place, margin)| Tried { place, margin: *margin });
         let Some(at) = self.at.clone() else {
             self.tried.extend(all);
             self.before = self.least.map(|(least, _)| least);
@@ -193,9 +193,9 @@ mod tests {
         let (block, mut all) = (40, Vec::new());
         let mut search = Worst::new(5, samples / 2 / block * block, &spread, |_| false);
         for first in (0..samples).step_by(block as usize) {
-            let places = search.ask(first..(first + block).min(samples));
+            let places = search.propose(first..(first + block).min(samples));
             let margins: Vec<f64> = places.iter().map(|place| margin(place)).collect();
-            search.tell(first, &margins);
+            search.update(first, &margins);
             all.extend(places);
         }
         assert!(all.iter().flatten().all(|x| (0.0..=1.0).contains(x)));

@@ -1,22 +1,22 @@
 //! The equations of motion in the names of their values.
 
-mod held;
 mod names;
 mod page;
+mod unilateral;
 
 use self::names::Names;
 pub(super) use self::names::index;
 use super::equations::EquationsForm;
 use super::prepare::is_error;
 use super::{PreparedVariant, Project};
-use crate::assemble::{KeptRow, assemble};
+use crate::assemble::{MultiplierConstraint, assemble};
 use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::{Domain, Kept};
+use crate::equations::{Domain, MultiplierLaw};
 use crate::model::{NamedTerms, constants};
 use crate::names::Quantity;
 use crate::reduce::{Reduced, reduce};
 use crate::results::{SymbolOfValue, SymbolicEquations, SymbolicFormula, SymbolicFunction, SymbolicLaw, SymbolicText};
-use crate::symbolic::{Given, Laurent, Letter, Symbol, SymbolicMotion};
+use crate::symbolic::{FunctionSource, Laurent, Letter, Symbol, SymbolicMotion};
 use crate::units::{Dimension, Exact, Expression};
 
 impl Project {
@@ -56,8 +56,8 @@ impl Project {
     }
 
     fn symbolic(&self) -> Result<(&PreparedVariant, SymbolicEquations, Vec<Diagnostic>), Vec<Diagnostic>> {
-        let (prepared, mistakes) = self.for_equations();
-        let diagnostics = mistakes.to_vec();
+        let (prepared, diagnostics) = self.for_equations();
+        let diagnostics = diagnostics.to_vec();
         let error = diagnostics.iter().any(is_error);
         let Some(variant) = prepared.variants.first().filter(|_| !error) else { return Err(diagnostics) };
         let own = &variant.reduced.equations;
@@ -66,7 +66,7 @@ impl Project {
             let help = "give them an inertia, or look at the equations without --symbolic";
             return Err(vec![Diagnostic::error("symbolic::massless", message).help(help)]);
         }
-        held::refuse_tables(&variant.reduced)?;
+        unilateral::refuse_tables(&variant.reduced)?;
         let settings = self.document().variant_settings().into_iter().next().unwrap_or_default().settings;
         let named = self.document().named_terms(&settings);
         let coordinates = variant.reduced.coordinate_names();
@@ -76,13 +76,17 @@ impl Project {
             let help = "name other coordinates in `[model]`, or look at the equations without --symbolic";
             vec![Diagnostic::error("symbolic::explicit", message).help(help)]
         })?;
-        let behind = reduced.equations.kept.iter().find(|kept| matches!(kept.law, Kept::Position(..)));
-        if let Some(KeptRow { element, .. }) = behind {
+        let behind = reduced
+            .equations
+            .multiplier_constraints
+            .iter()
+            .find(|constraint| matches!(constraint.law, MultiplierLaw::Position(..)));
+        if let Some(MultiplierConstraint { element, .. }) = behind {
             let message = format!("`{element}` prescribes a position behind a curve, which is not written in symbols");
             let help = "prescribe the end that drives the curve, or look at the equations without --symbolic";
             return Err(vec![Diagnostic::error("symbolic::curve", message).help(help)]);
         }
-        if let Some(group) = reduced.sharing().first() {
+        if let Some(group) = reduced.redundant_groups().first() {
             let all = quoted(group.iter().map(String::as_str));
             let message = format!(
                 "the constraints {all} hold the same motion, so their torques are not unique and have no formulas"
@@ -103,7 +107,7 @@ impl Project {
 
 /// What is shown of the equations.
 fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> SymbolicEquations {
-    let used = motion.letters.within(motion.all());
+    let used = motion.letters.used_in(motion.all());
     let names = Names::new(&motion.letters, &used, &reduced.equations, &named.values);
     let values = values(named, reduced, &names, &used);
     let functions = functions(&names, &used);
@@ -141,11 +145,11 @@ fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> Symb
     };
     let letters = motion.definitions.iter().filter(|one| used.contains(&one.letter));
     let own = |name: &String| values.iter().any(|value| value.of == *name);
-    let left_out =
+    let excluded =
         named.used.iter().filter(|name| named.values.get(*name).is_some_and(|one| one.value.is_zero()) && !own(name));
-    let mut left_out: Vec<String> = left_out.cloned().collect();
-    left_out.sort();
-    left_out.dedup();
+    let mut excluded: Vec<String> = excluded.cloned().collect();
+    excluded.sort();
+    excluded.dedup();
     SymbolicEquations {
         letters: letters.map(|one| formula(names.letter(one.letter), &one.value)).collect(),
         dependents,
@@ -154,18 +158,18 @@ fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> Symb
         damping: motion.damping.iter().map(|one| entry("D", one)).collect(),
         stiffness: forces(r"h^{\mathrm{s}}", &motion.stiffness),
         friction: forces(r"h^{\mathrm{c}}", &motion.friction),
-        held: forces(r"h^{\mathrm{m}}", &motion.held),
-        modes: held::modes(&names, reduced, motion),
+        unilateral: forces(r"h^{\mathrm{m}}", &motion.unilateral),
+        modes: unilateral::modes(&names, reduced, motion),
         input: forces("(F u)", &motion.input),
-        kept_forces: forces(r"(A^{\mathsf{T}} \lambda)", &motion.kept_forces),
-        kept: held::kept(&names, reduced, motion),
-        prescribed: held::prescribed(&names, &used, named),
+        multiplier_forces: forces(r"(A^{\mathsf{T}} \lambda)", &motion.multiplier_forces),
+        multiplier_constraints: unilateral::multiplier_constraints(&names, reduced, motion),
+        prescribed: unilateral::prescribed(&names, &used, named),
         laws: named.laws.iter().map(|(of, law)| SymbolicLaw { of: of.clone(), law: law.clone() }).collect(),
         constraint_torques: constraint_torques(&names, reduced, motion),
         divisors: divisors(&names, motion),
         zeros: motion.zeros.iter().map(|value| names.formula(value)).collect(),
-        left_out,
-        ripples: held::ripples(reduced),
+        excluded,
+        ripples: unilateral::ripples(reduced),
         values,
         functions,
     }
@@ -175,38 +179,39 @@ fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> Symb
 fn values(named: &NamedTerms, reduced: &Reduced, names: &Names<'_>, used: &[Letter]) -> Vec<SymbolOfValue> {
     let value = |letter: &Letter| {
         let Symbol::Value(of) = names.letters.symbol(*letter) else { return None };
-        let known = named.values.get(of)?;
-        let angle = known.dimension == Dimension::ANGLE;
+        let symbol_value = named.values.get(of)?;
+        let angle = symbol_value.dimension == Dimension::ANGLE;
         Some(SymbolOfValue {
             symbol: names.letter(*letter),
             of: of.clone(),
-            follows: known.follows.clone(),
-            value: known.value.to_f64(),
-            unit: if angle { "rad".into() } else { known.dimension.si() },
+            follows: symbol_value.follows.clone(),
+            value: symbol_value.value.to_f64(),
+            unit: if angle { "rad".into() } else { symbol_value.dimension.si() },
         })
     };
     let mut out: Vec<SymbolOfValue> = used.iter().filter_map(value).collect();
-    let written = |of: &str, value: &Exact, dimension: Dimension| SymbolOfValue {
+    let symbol_of = |of: &str, value: &Exact, dimension: Dimension| SymbolOfValue {
         symbol: SymbolicText { text: of.to_string(), latex: names::with_index(of, "") },
         of: of.to_string(),
-        follows: named.values.get(of).and_then(|known| known.follows.clone()),
+        follows: named.values.get(of).and_then(|symbol_value| symbol_value.follows.clone()),
         value: value.to_f64(),
         unit: if dimension == Dimension::ANGLE { "rad".into() } else { dimension.si() },
     };
-    let held = reduced.equations.holds.iter().filter_map(|hold| hold.value.formula());
-    for (of, value, dimension) in named.named_in_laws.iter().cloned().chain(held.flat_map(|formula| constants(formula)))
+    let unilateral = reduced.equations.unilaterals.iter().filter_map(|unilateral| unilateral.value.formula());
+    for (of, value, dimension) in
+        named.named_in_laws.iter().cloned().chain(unilateral.flat_map(|formula| constants(formula)))
     {
         if out.iter().all(|one| one.of != of) {
-            out.push(written(&of, &value, dimension));
+            out.push(symbol_of(&of, &value, dimension));
         }
     }
-    let in_words = named.functions.values().filter_map(|function| match &function.given {
-        Given::Words(words) => Expression::parse_law(words).ok(),
+    let texts = named.functions.values().filter_map(|function| match &function.source {
+        FunctionSource::Text(text) => Expression::parse_law(text).ok(),
         _ => None,
     });
-    for of in in_words.collect::<Vec<_>>().iter().flat_map(Expression::names) {
-        if let Some(known) = named.values.get(of).filter(|_| out.iter().all(|one| one.of != of)) {
-            out.push(written(of, &known.value, known.dimension));
+    for of in texts.collect::<Vec<_>>().iter().flat_map(Expression::names) {
+        if let Some(symbol_value) = named.values.get(of).filter(|_| out.iter().all(|one| one.of != of)) {
+            out.push(symbol_of(of, &symbol_value.value, symbol_value.dimension));
         }
     }
     // What a value follows from stands behind it as it is written.
@@ -214,8 +219,8 @@ fn values(named: &NamedTerms, reduced: &Reduced, names: &Names<'_>, used: &[Lett
     while let Some(one) = out.get(open) {
         let read = one.follows.as_deref().and_then(|text| Expression::parse(text).ok());
         for of in read.iter().flat_map(Expression::names) {
-            if let Some(known) = named.values.get(of).filter(|_| out.iter().all(|one| one.of != of)) {
-                out.push(written(of, &known.value, known.dimension));
+            if let Some(symbol_value) = named.values.get(of).filter(|_| out.iter().all(|one| one.of != of)) {
+                out.push(symbol_of(of, &symbol_value.value, symbol_value.dimension));
             }
         }
         open += 1;

@@ -60,20 +60,20 @@ impl<'a> Names<'a> {
         equations: &'a Equations,
         values: &'a BTreeMap<String, SymbolValue>,
     ) -> Self {
-        let mut taken: HashSet<String> = ["pi", "t"].map(String::from).into();
-        let coordinates = equations.coordinates.iter().map(|name| alone(&word(name), &mut taken)).collect();
+        let mut used_names: HashSet<String> = ["pi", "t"].map(String::from).into();
+        let coordinates = equations.coordinates.iter().map(|name| unique_name(&word(name), &mut used_names)).collect();
         let (mut own, mut functions) = (HashMap::new(), HashMap::new());
         for letter in used {
             if let Symbol::OfTime(element, _) = letters.symbol(*letter)
                 && !functions.contains_key(element)
             {
-                let text = alone(&format!("b_{}", word(element)), &mut taken);
+                let text = unique_name(&format!("b_{}", word(element)), &mut used_names);
                 functions.insert(element.clone(), SymbolicText { text, latex: format!("_{{{}}}", index(element)) });
             }
             let (base, element) = match letters.symbol(*letter) {
                 Symbol::Value(name) => match name.split_once('.') {
                     Some((element, key)) => {
-                        let base = KEYS.iter().find(|(other, _)| *other == key).map_or(key, |(_, base)| base);
+                        let base = KEYS.iter().find(|(candidate, _)| *candidate == key).map_or(key, |(_, base)| base);
                         (base, Some(element))
                     }
                     None => (name.as_str(), None),
@@ -82,9 +82,9 @@ impl<'a> Names<'a> {
                 Symbol::Sliding(element, _) => ("T", Some(element.as_str())),
                 _ => continue,
             };
-            let wanted = element.map_or_else(|| word(base), |element| word(&format!("{base}_{element}")));
-            let text = alone(&wanted, &mut taken);
-            let again = text.strip_prefix(&wanted).unwrap_or_default();
+            let preferred = element.map_or_else(|| word(base), |element| word(&format!("{base}_{element}")));
+            let text = unique_name(&preferred, &mut used_names);
+            let again = text.strip_prefix(&preferred).unwrap_or_default();
             let latex = match element {
                 Some(element) => with_index(base, &format!("{element}{again}")),
                 // A letter before the first `_` has the rest as its index; of a word all is one name.
@@ -102,13 +102,13 @@ impl<'a> Names<'a> {
 
     /// A sum of products.
     pub(super) fn formula(&self, value: &Laurent) -> SymbolicText {
-        SymbolicText { text: self.written(value, Form::Text), latex: self.written(value, Form::Latex) }
+        SymbolicText { text: self.rendered(value, Form::Text), latex: self.rendered(value, Form::Latex) }
     }
 
     /// A sum whose members stay what they are, those with a minus last.
     pub(super) fn sum(&self, members: &[Laurent]) -> SymbolicText {
-        let written = |form| {
-            let mut members: Vec<String> = members.iter().map(|member| self.written(member, form)).collect();
+        let rendered = |form| {
+            let mut members: Vec<String> = members.iter().map(|member| self.rendered(member, form)).collect();
             members.sort_by_key(|member| member.starts_with('-'));
             let sign = |member: &String| match member.strip_prefix('-') {
                 Some(rest) => format!(" - {rest}"),
@@ -118,10 +118,10 @@ impl<'a> Names<'a> {
             let first = members.next().cloned().unwrap_or_else(|| "0".into());
             members.fold(first, |sum, member| sum + &sign(member))
         };
-        SymbolicText { text: written(Form::Text), latex: written(Form::Latex) }
+        SymbolicText { text: rendered(Form::Text), latex: rendered(Form::Latex) }
     }
 
-    fn written(&self, value: &Laurent, form: Form) -> String {
+    fn rendered(&self, value: &Laurent, form: Form) -> String {
         let ratio = |name: &str| self.values.get(name).is_some_and(|value| value.dimension == Dimension::NONE);
         printed(&collected(value, self.letters, &ratio), form, &|letter| self.one(letter, form))
     }
@@ -139,24 +139,24 @@ impl<'a> Names<'a> {
         match self.letters.symbol(letter) {
             Symbol::Pi => if latex { r"\pi" } else { "pi" }.to_string(),
             Symbol::Call(function, parts) => self.call(function, parts, form),
-            Symbol::Sum(sum) => enclosed(&self.written(sum, form), latex),
+            Symbol::Sum(sum) => enclosed(&self.rendered(sum, form), latex),
             Symbol::Curve(element, order, x) => {
                 let name = self.curve(element);
                 let name = if latex { name.latex } else { name.text };
-                format!("{name}{}{}", "'".repeat(*order), enclosed(&self.written(x, form), latex))
+                format!("{name}{}{}", "'".repeat(*order), enclosed(&self.rendered(x, form), latex))
             }
             Symbol::Position(k) => self.motion(*k, 0, latex),
             Symbol::Speed(k) => self.motion(*k, 1, latex),
             Symbol::Acceleration(k) => self.motion(*k, 2, latex),
             Symbol::Sign(speed) => {
                 let name = if latex { r"\operatorname{sgn}" } else { "sgn" };
-                format!("{name}{}", enclosed(&self.written(speed, form), latex))
+                format!("{name}{}", enclosed(&self.rendered(speed, form), latex))
             }
             Symbol::Input(k) => self.input(*k, latex),
             Symbol::Time => "t".into(),
             Symbol::OfTime(element, order) => self.of_time(element, *order, latex),
             Symbol::Multiplier(k) => self.multiplier(*k, form),
-            Symbol::Held(element, rubs) => self.held(element, *rubs, form),
+            Symbol::Unilateral(element, rubs) => self.unilateral(element, *rubs, form),
             Symbol::Value(name) | Symbol::Of(_, name) | Symbol::Sliding(name, _) => name.clone(),
         }
     }
@@ -193,22 +193,26 @@ impl<'a> Names<'a> {
 
     /// The multiplier of a kept constraint.
     pub(super) fn multiplier(&self, k: usize, form: Form) -> String {
-        let kept = &self.equations.kept[k];
-        match (self.equations.domain_of_kept(kept), form) {
-            (Some(domain), _) => effort(domain, &kept.element, form),
-            (None, Form::Latex) => format!(r"\lambda_{{{}}}", index(&kept.element)),
-            (None, Form::Text) => Quantity::Multiplier.of(&word(&kept.element)),
+        let constraint = &self.equations.multiplier_constraints[k];
+        match (self.equations.domain_of_multiplier(constraint), form) {
+            (Some(domain), _) => effort(domain, &constraint.element, form),
+            (None, Form::Latex) => format!(r"\lambda_{{{}}}", index(&constraint.element)),
+            (None, Form::Text) => Quantity::Multiplier.of(&word(&constraint.element)),
         }
     }
 
     /// What an element carries by its modes, or loses in its teeth.
-    pub(super) fn held(&self, element: &str, rubs: bool, form: Form) -> String {
+    pub(super) fn unilateral(&self, element: &str, rubs: bool, form: Form) -> String {
         match (rubs, form) {
             (true, Form::Text) => Quantity::Friction.of(&word(element)),
             (true, Form::Latex) => format!(r"\tau_{{{},\mathrm{{loss}}}}", index(element)),
             (false, _) => {
-                let own = self.equations.holds.iter().find(|hold| hold.element == element);
-                effort(own.map(|hold| self.equations.domain_of_hold(hold)).unwrap_or_default(), element, form)
+                let own = self.equations.unilaterals.iter().find(|unilateral| unilateral.element == element);
+                effort(
+                    own.map(|unilateral| self.equations.domain_of_unilateral(unilateral)).unwrap_or_default(),
+                    element,
+                    form,
+                )
             }
         }
     }
@@ -232,7 +236,7 @@ impl<'a> Names<'a> {
 
     fn call(&self, function: &str, parts: &[Laurent], form: Form) -> String {
         let latex = form == Form::Latex;
-        let parts: Vec<String> = parts.iter().map(|part| self.written(part, form)).collect();
+        let parts: Vec<String> = parts.iter().map(|part| self.rendered(part, form)).collect();
         match (function, parts.as_slice(), latex) {
             ("^", [base, power], false) => format!("(({base})^({power}))"),
             ("^", [base, power], true) => format!("{}^{{{power}}}", parenthesised(base)),
@@ -282,11 +286,11 @@ pub(super) fn word(name: &str) -> String {
 }
 
 /// A name that nobody has.
-fn alone(wanted: &str, taken: &mut HashSet<String>) -> String {
-    let more = (2..).map(|k| format!("{wanted}_{k}"));
-    let free = std::iter::once(wanted.to_string()).chain(more).find(|name| !taken.contains(name));
+fn unique_name(preferred: &str, used_names: &mut HashSet<String>) -> String {
+    let more = (2..).map(|k| format!("{preferred}_{k}"));
+    let free = std::iter::once(preferred.to_string()).chain(more).find(|name| !used_names.contains(name));
     let name = free.unwrap_or_default();
-    taken.insert(name.clone());
+    used_names.insert(name.clone());
     name
 }
 

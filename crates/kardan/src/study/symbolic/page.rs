@@ -6,7 +6,7 @@ use super::super::PreparedVariant;
 use super::super::equations::kinds;
 use super::super::latex_lines::{LINE, aligned, one_line, width};
 use super::names::{index, word};
-use crate::results::{SymbolicEquations, SymbolicFormula, SymbolicKeptConstraint, SymbolicMode, SymbolicText};
+use crate::results::{SymbolicEquations, SymbolicFormula, SymbolicMode, SymbolicMultiplierConstraint, SymbolicText};
 
 /// Lists of formulas under their titles; what is empty is left out.
 fn sections<'e>(variant: &PreparedVariant, found: &'e SymbolicEquations) -> Vec<(String, &'e [SymbolicFormula])> {
@@ -19,9 +19,9 @@ fn sections<'e>(variant: &PreparedVariant, found: &'e SymbolicEquations) -> Vec<
         ("Damping D, symmetric".into(), &found.damping),
         ("Stiffness forces".into(), &found.stiffness),
         ("Friction forces; sgn is set-valued at rest: any value from -1 to 1".into(), &found.friction),
-        ("Forces of what holds by modes".into(), &found.held),
+        ("Forces of what holds by modes".into(), &found.unilateral),
         ("Input map F u".into(), &found.input),
-        ("Forces of kept constraints, A^T lambda".into(), &found.kept_forces),
+        ("Forces of kept constraints, A^T lambda".into(), &found.multiplier_forces),
         ("Constraint torques (multipliers), from the motion of all coordinates".into(), &found.constraint_torques),
     ];
     sections.into_iter().filter(|(_, formulas)| !formulas.is_empty()).collect()
@@ -45,16 +45,16 @@ fn assumptions(found: &SymbolicEquations, mark: impl Fn(&SymbolicText) -> String
 
 /// The form of all equations.
 fn form(found: &SymbolicEquations) -> String {
-    let held = if found.held.is_empty() { "" } else { " + held" };
-    let kept = match found.kept.is_empty() {
+    let unilateral = if found.unilateral.is_empty() { "" } else { " + held" };
+    let multiplier_constraints = match found.multiplier_constraints.is_empty() {
         true => "",
         false => " + A^T lambda; lambda follows from A q'' = c",
     };
-    format!("H q'' + velocity-dependent + D q' + stiffness + friction{held} = F u{kept}")
+    format!("H q'' + velocity-dependent + D q' + stiffness + friction{unilateral} = F u{multiplier_constraints}")
 }
 
 /// The equations of kept constraints, each with its sides: position, rates, accelerations.
-fn kept_lines(one: &SymbolicKeptConstraint) -> Vec<[SymbolicText; 2]> {
+fn multiplier_lines(one: &SymbolicMultiplierConstraint) -> Vec<[SymbolicText; 2]> {
     let zero = SymbolicText { text: "0".into(), latex: "0".into() };
     let position = one.position.iter().map(|position| [position.clone(), zero.clone()]);
     let sides = one.rates.iter().chain([&one.accelerations]);
@@ -62,17 +62,17 @@ fn kept_lines(one: &SymbolicKeptConstraint) -> Vec<[SymbolicText; 2]> {
 }
 
 /// What modes, functions of time and ripples are, in lines.
-fn in_words(found: &SymbolicEquations, mark: impl Fn(&SymbolicText) -> String) -> Vec<(String, Vec<String>)> {
+fn remarks(found: &SymbolicEquations, mark: impl Fn(&SymbolicText) -> String) -> Vec<(String, Vec<String>)> {
     let lines = |list: &[SymbolicMode]| {
         list.iter().map(|one| format!("{}: {}", mark(&one.symbol), one_line(&one.what))).collect()
     };
     let ripples = found.ripples.iter().map(|name| format!("the ripple of {name}, {name}.ripple, which acts beside it"));
-    let words = [
+    let remarks = [
         ("What holds by modes; names and numbers as in the model, SI units".to_string(), lines(&found.modes)),
         ("Functions of time, as they are written".to_string(), lines(&found.prescribed)),
         ("Not in the equations".to_string(), ripples.collect()),
     ];
-    words.into_iter().filter(|(_, lines): &(_, Vec<String>)| !lines.is_empty()).collect()
+    remarks.into_iter().filter(|(_, lines): &(_, Vec<String>)| !lines.is_empty()).collect()
 }
 
 pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> String {
@@ -115,16 +115,16 @@ pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> Stri
             let _ = writeln!(out, "  {:width$} = {}", symbol.text, formula.text);
         }
     }
-    if !found.kept.is_empty() {
+    if !found.multiplier_constraints.is_empty() {
         out.push_str("\nConstraints kept with their multipliers: A q' = b, hence A q'' = c with c = b' - A' q'\n");
-        for one in &found.kept {
+        for one in &found.multiplier_constraints {
             let _ = writeln!(out, "  {} with {}", one.of, one.multiplier.text);
-            kept_lines(one)
+            multiplier_lines(one)
                 .iter()
                 .for_each(|[left, right]| out.push_str(&format!("    {} = {}\n", left.text, right.text)));
         }
     }
-    for (title, lines) in in_words(found, |one| one.text.clone()) {
+    for (title, lines) in remarks(found, |one| one.text.clone()) {
         let _ = writeln!(out, "\n{title}");
         lines.iter().for_each(|line| out.push_str(&format!("  {line}\n")));
     }
@@ -137,8 +137,8 @@ pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> Stri
         out.push_str("\nAssumed\n");
         assumed.iter().for_each(|sentence| out.push_str(&format!("  {sentence}\n")));
     }
-    if !found.left_out.is_empty() {
-        let _ = writeln!(out, "\nNot in the equations, as their value is zero: {}", found.left_out.join(", "));
+    if !found.excluded.is_empty() {
+        let _ = writeln!(out, "\nNot in the equations, as their value is zero: {}", found.excluded.join(", "));
     }
     out
 }
@@ -172,12 +172,12 @@ pub(super) fn latex(variant: &PreparedVariant, found: &SymbolicEquations) -> Str
         let pair = |one: &SymbolicFormula| (one.symbol.latex.clone(), one.formula.latex.clone());
         out.push_str(&aligned(&formulas.iter().map(pair).collect::<Vec<_>>()));
     }
-    if !found.kept.is_empty() {
+    if !found.multiplier_constraints.is_empty() {
         out.push_str("\n% Constraints kept with their multipliers: A q' = b, hence A q'' = c with c = b' - A' q'\n");
-        let lines = found.kept.iter().flat_map(kept_lines);
+        let lines = found.multiplier_constraints.iter().flat_map(multiplier_lines);
         out.push_str(&aligned(&lines.map(|[left, right]| (left.latex, right.latex)).collect::<Vec<_>>()));
     }
-    for (title, lines) in in_words(found, |one| one.latex.clone()) {
+    for (title, lines) in remarks(found, |one| one.latex.clone()) {
         let _ = writeln!(out, "\n% {title}");
         lines.iter().for_each(|line| out.push_str(&format!("% {line}\n")));
     }
@@ -187,8 +187,8 @@ pub(super) fn latex(variant: &PreparedVariant, found: &SymbolicEquations) -> Str
     for sentence in assumptions(found, |one| one.latex.clone()) {
         let _ = writeln!(out, "% {sentence}");
     }
-    if !found.left_out.is_empty() {
-        let _ = writeln!(out, "% Not in the equations, as their value is zero: {}", found.left_out.join(", "));
+    if !found.excluded.is_empty() {
+        let _ = writeln!(out, "% Not in the equations, as their value is zero: {}", found.excluded.join(", "));
     }
     out
 }

@@ -10,7 +10,7 @@ pub(super) fn fields() -> impl Iterator<Item = PrimeField> {
 struct Group {
     dimension: usize,
     free: Vec<usize>,
-    known: Reconstruction,
+    reconstruction: Reconstruction,
     primes: usize,
     candidate: Option<Vec<Rational>>,
 }
@@ -42,22 +42,22 @@ pub(super) fn annihilator(a: &Matrix<Rational>, b: &Matrix<Rational>) -> Matrix<
             .flat_map(|i| pivots.iter().map(|&j| field.value(rows.row(i)[j])).collect::<Vec<_>>())
             .collect();
         let at = groups.iter().position(|group| group.free == free).unwrap_or_else(|| {
-            let known = Reconstruction::new();
-            groups.push(Group { dimension, free, known, primes: 0, candidate: None });
+            let reconstruction = Reconstruction::new();
+            groups.push(Group { dimension, free, reconstruction, primes: 0, candidate: None });
             groups.len() - 1
         });
         let group = &mut groups[at];
-        group.known.add(field.prime(), &values);
+        group.reconstruction.add(field.prime(), &values);
         group.primes += 1;
         // A candidate of earlier primes that agrees with this one is worth a proof.
-        if let Some(candidate) = group.candidate.take_if(|c| group.known.agrees(field.prime(), c)) {
+        if let Some(candidate) = group.candidate.take_if(|c| group.reconstruction.agrees(field.prime(), c)) {
             let rows = assemble(n, &group.free, &pivots, &candidate);
             if is_proven(&rows, &group.free, a, b) {
                 return rows;
             }
         }
         if group.primes.is_power_of_two() {
-            group.candidate = group.known.fractions();
+            group.candidate = group.reconstruction.fractions();
         }
     }
     unreachable!("there are more primes than any fraction needs")

@@ -79,8 +79,8 @@ pub fn canonical_form(system: &LinearSystem) -> Result<CanonicalForm, NotIntegra
         if !unreached.contains(degrees.free.row(i)) {
             return Err(wrong());
         }
-        let others = Matrix::from_fn(n, m - 1, |k, j| system.b[(k, if j < i { j } else { j + 1 })].clone());
-        let own = annihilator(&system.a, &others);
+        let other_inputs = Matrix::from_fn(n, m - 1, |k, j| system.b[(k, if j < i { j } else { j + 1 })].clone());
+        let own = annihilator(&system.a, &other_inputs);
         ranks.push(n - own.rows());
         let mut span = unreached.clone();
         let mut candidates = chain(system, i, degree);

@@ -44,9 +44,10 @@ pub fn check_canonical(form: &CanonicalForm, degrees: &[Option<usize>]) -> Resul
     };
     for block in 0..m + 2 {
         // Block m is driven by all, every block by the last, block m + 1 by itself alone.
-        let driver = |other: usize| other == block || other == m + 1 || (block == m && other <= m);
-        if let Some(other) = (0..m + 2).find(|&o| !driver(o) && !is_zero(&form.a, range(block), range(o))) {
-            return fails(1, format!("part {} of A drives part {}", other + 1, block + 1));
+        let driver =
+            |block_number: usize| block_number == block || block_number == m + 1 || (block == m && block_number <= m);
+        if let Some(block_number) = (0..m + 2).find(|&o| !driver(o) && !is_zero(&form.a, range(block), range(o))) {
+            return fails(1, format!("part {} of A drives part {}", block_number + 1, block + 1));
         }
         let input = |j: usize| block == j || block == m;
         if let Some(j) = (0..m).find(|&j| !input(j) && !is_zero(&form.b, range(block), j..j + 1)) {
@@ -54,8 +55,8 @@ pub fn check_canonical(form: &CanonicalForm, degrees: &[Option<usize>]) -> Resul
         }
     }
     for (i, degree) in degrees.iter().enumerate() {
-        let seen = |block: usize| block == i || block == m + 1;
-        if let Some(block) = (0..=m).find(|&block| !seen(block) && !is_zero(&form.c, i..i + 1, range(block))) {
+        let is_read = |block: usize| block == i || block == m + 1;
+        if let Some(block) = (0..=m).find(|&block| !is_read(block) && !is_zero(&form.c, i..i + 1, range(block))) {
             return fails(1, format!("output {} sees part {}", i + 1, block + 1));
         }
         if let Some(j) = (0..m).find(|&j| form.d[(i, j)].is_zero() != (i != j || *degree != Some(0))) {
@@ -72,8 +73,8 @@ pub fn check_canonical(form: &CanonicalForm, degrees: &[Option<usize>]) -> Resul
         if annihilator(&own, &drive).rows() > 0 {
             return fails(3, format!("part {} is not controllable", i + 1));
         }
-        let others = Matrix::from_fn(n, m - 1, |k, j| form.b[(k, if j < i { j } else { j + 1 })].clone());
-        let rows = annihilator(&form.a, &others);
+        let other_inputs = Matrix::from_fn(n, m - 1, |k, j| form.b[(k, if j < i { j } else { j + 1 })].clone());
+        let rows = annihilator(&form.a, &other_inputs);
         if !is_zero(&rows, 0..rows.rows(), range(m)) {
             return fails(4, format!("a motion of the shared part hears channel {} alone", i + 1));
         }

@@ -80,9 +80,9 @@ impl Compensation {
                 if degree < 2 {
                     return Ok(binomial(natural_frequency, degree));
                 }
-                let twice = Rational::from(2).times(damping_ratio).times(natural_frequency);
+                let doubled = Rational::from(2).times(damping_ratio).times(natural_frequency);
                 let square = natural_frequency.times(natural_frequency);
-                let pair = Polynomial::new(vec![square, twice, Rational::ONE]);
+                let pair = Polynomial::new(vec![square, doubled, Rational::ONE]);
                 Ok(pair.times(&binomial(natural_frequency, degree - 2)))
             }
             Self::FirstOrder { frequency } => {

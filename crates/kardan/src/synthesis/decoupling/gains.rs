@@ -25,7 +25,7 @@ pub struct StaticDecoupling {
     pub polynomials: Vec<Polynomial>,
     /// For each output, whether the disturbances leave it alone whatever their course: they reach none of its derivatives
     /// before the inputs do. If not, this holds while they are constant; a change sets off a motion with the poles of p_i.
-    pub rejects_any_course: Vec<bool>,
+    pub rejects_any_signal: Vec<bool>,
 }
 
 impl StaticDecoupling {
@@ -90,7 +90,7 @@ pub fn decouple(
     let degrees: Vec<usize> =
         relative.degrees.iter().map(|r| r.expect("a regular decoupling matrix has no zero row")).collect();
     assert_eq!(polynomials.len(), outputs, "one polynomial per output");
-    let (mut on_states, mut on_disturbances, mut rejects_any_course) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut on_states, mut on_disturbances, mut rejects_any_signal) = (Vec::new(), Vec::new(), Vec::new());
     for (i, (p, &degree)) in polynomials.iter().zip(&degrees).enumerate() {
         assert!(
             p.degree() == degree && p.coefficient(degree) == Rational::ONE,
@@ -112,7 +112,7 @@ pub fn decouple(
         }
         on_states.push(row);
         on_disturbances.push(effect);
-        rejects_any_course.push(untouched);
+        rejects_any_signal.push(untouched);
     }
     let zero = Rational::ZERO;
     let stationary =
@@ -126,7 +126,7 @@ pub fn decouple(
         inverse,
         free: relative.free,
         polynomials: polynomials.to_vec(),
-        rejects_any_course,
+        rejects_any_signal,
     })
 }
 

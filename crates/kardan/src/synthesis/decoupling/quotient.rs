@@ -8,7 +8,7 @@ use crate::analysis::LinearSystem;
 use crate::names::SignalName;
 use crate::num::{Matrix, Polynomial, Rational, Scalar, echelon};
 use crate::results::Definition;
-use crate::synthesis::words::in_words;
+use crate::synthesis::notation::linear_combination;
 
 /// Longest expression that serves as the name of a state.
 const LONGEST_NAME: usize = 40;
@@ -115,7 +115,7 @@ fn coordinates(states: &[String], subspace: &Matrix<Rational>, preferred: &[Vec<
     let n = states.len();
     let vectors = subspace.transpose();
     let is_position = |k: &usize| SignalName::new(&states[*k]).is_position();
-    let units = |keep: &dyn Fn(&usize) -> bool| (0..n).filter(keep).map(|k| unit(k, n)).collect::<Vec<_>>();
+    let units = |selected: &dyn Fn(&usize) -> bool| (0..n).filter(selected).map(|k| unit(k, n)).collect::<Vec<_>>();
     let mut candidates = units(&is_position);
     candidates.extend(preferred.iter().map(|row| primitive(row)));
     candidates.extend(units(&|k| !is_position(k)));
@@ -142,14 +142,14 @@ fn null_rows(subspace: &Matrix<Rational>) -> Vec<Vec<Rational>> {
 
 /// Names of the new states and the definitions of those that are combinations.
 fn names(rows: &[Vec<Rational>], states: &[String]) -> (Vec<String>, Vec<Definition>) {
-    let taken: BTreeSet<&String> = states.iter().collect();
-    let mut fresh = (1..).map(|k| format!("z{k}")).filter(|name| !taken.contains(name));
+    let used_names: BTreeSet<&String> = states.iter().collect();
+    let mut fresh = (1..).map(|k| format!("z{k}")).filter(|name| !used_names.contains(name));
     let mut definitions = Vec::new();
     let mut name = |row: &Vec<Rational>| {
         if let Some(k) = unit_place(row) {
             return states[k].clone();
         }
-        let expression = in_words(states, row);
+        let expression = linear_combination(states, row);
         let name = if expression.chars().count() > LONGEST_NAME { fresh.next() } else { None };
         let name = name.unwrap_or_else(|| expression.clone());
         definitions.push(Definition { state: name.clone(), is: expression });

@@ -55,7 +55,7 @@ pub(in crate::synthesis) fn resolvent(
     let output_bits = (0..c.rows()).map(|i| outputs.size(i).bit_len()).max().unwrap_or(0);
     let needed = state_bits + output_bits + 2;
     let (m, mut bits) = (b.columns(), 0);
-    let mut known = Reconstruction::new();
+    let mut reconstruction = Reconstruction::new();
     for field in fields() {
         let Some((image_a, image_b, scale)) = states.image(&field, n, m) else { continue };
         let Some((image_c, image_d, _)) = outputs.image(&field, n, m) else { continue };
@@ -75,14 +75,14 @@ pub(in crate::synthesis) fn resolvent(
                 }));
             }
         }
-        known.add(field.prime(), &values);
+        reconstruction.add(field.prime(), &values);
         bits += 60;
         if bits >= needed {
             break;
         }
     }
     let scale = states.scales.iter().fold(UBig::ONE, |all, x| all * x);
-    let coefficients = known.integers();
+    let coefficients = reconstruction.integers();
     let mut parts = coefficients.chunks(n + 1);
     let mut next = |scale: &UBig| {
         let part = parts.next().unwrap_or_default();

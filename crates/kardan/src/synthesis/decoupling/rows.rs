@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn dependent_rows_are_seen() {
+    fn dependent_rows_are_detected() {
         let mut span = RowSpan::default();
         assert!(span.insert(&row(&[(1, 1), (2, 1), (0, 1)])).is_some());
         assert!(span.insert(&row(&[(1, 1), (0, 1), (3, 1)])).is_some());

@@ -116,22 +116,22 @@ pub fn decouple_blocks(
         for (i, &output) in block.iter().enumerate() {
             let order = found.orders[i].unwrap_or_default();
             orders[output] = order;
-            let wanted = dynamics(output, order);
-            let monic = wanted.coefficients().len() == order + 1 && wanted.coefficients()[order] == Rational::ONE;
+            let desired = dynamics(output, order);
+            let monic = desired.coefficients().len() == order + 1 && desired.coefficients()[order] == Rational::ONE;
             if !monic {
                 return Err(BlockError::Polynomial { output, order });
             }
             let mut operator = found.operator.row(i).to_vec();
             let target = state_rows.row_mut(output);
             target.clone_from_slice(found.c.row(i));
-            for (known, factor) in found.chain(i).zip(wanted.coefficients()) {
-                add(target, factor, &known.row);
-                for (p, q) in operator.iter_mut().zip(&known.operator) {
+            for (determined, factor) in found.chain(i).zip(desired.coefficients()) {
+                add(target, factor, &determined.row);
+                for (p, q) in operator.iter_mut().zip(&determined.operator) {
                     *p = plus(p, &scaled(q, factor));
                 }
             }
             rows.push(operator);
-            assigned = times(&assigned, &wanted);
+            assigned = times(&assigned, &desired);
         }
         let operator = PolynomialMatrix::from_rows(rows, block.len());
         let at_rest = operator.evaluate(&Rational::ZERO);
@@ -160,11 +160,11 @@ pub fn decouple_blocks(
 }
 
 fn check_partition(blocks: &[Vec<usize>], outputs: usize) -> Result<(), BlockError> {
-    let mut seen = vec![0; outputs];
+    let mut uses = vec![0; outputs];
     for &output in blocks.iter().flatten() {
-        *seen.get_mut(output).ok_or(BlockError::NotAPartition { output })? += 1;
+        *uses.get_mut(output).ok_or(BlockError::NotAPartition { output })? += 1;
     }
-    match seen.iter().position(|&count| count != 1) {
+    match uses.iter().position(|&count| count != 1) {
         Some(output) => Err(BlockError::NotAPartition { output }),
         None => Ok(()),
     }

@@ -1,7 +1,7 @@
 use std::collections::BTreeSet;
 
+use super::notation::combination;
 use super::silverman::row_times;
-use super::words::combination;
 use super::{Obstruction, obstruction};
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Rational, Scalar, echelon};
@@ -54,7 +54,7 @@ impl Extension {
             } else {
                 integrator.before.clone()
             };
-            match out.iter_mut().find(|(other, _)| *other == name) {
+            match out.iter_mut().find(|(candidate, _)| *candidate == name) {
                 Some((_, count)) => *count += 1,
                 None => out.push((name, 1)),
             }

@@ -103,14 +103,15 @@ pub fn flat_parametrisation(system: &LinearSystem) -> Result<FlatParametrisation
     let drive = system.b.multiply(&inverse);
     let a = system.a.plus(&drive.multiply(&found.c).scale(&Rational::NEG_ONE));
     // ζ = Z x; x = T_ζ ζ + T_η η with η the states that are no pivots of Z.
-    let z = Matrix::from_fn(found.known.len(), n, |i, j| found.known[i].row[j].clone());
-    let zeta = PolynomialMatrix::from_rows(found.known.iter().map(|known| known.operator.clone()).collect(), m);
+    let z = Matrix::from_fn(found.determined.len(), n, |i, j| found.determined[i].row[j].clone());
+    let zeta =
+        PolynomialMatrix::from_rows(found.determined.iter().map(|determined| determined.operator.clone()).collect(), m);
     let e = echelon(&z, &(0..n).collect::<Vec<_>>());
     let free: Vec<usize> = (0..n).filter(|state| !e.pivots.contains(state)).collect();
-    let mut from_known = Matrix::<Rational>::zeros(n, z.rows());
+    let mut from_rows = Matrix::<Rational>::zeros(n, z.rows());
     let mut from_rest = Matrix::<Rational>::zeros(n, free.len());
     for (row, &pivot) in e.pivots.iter().enumerate() {
-        from_known.row_mut(pivot).clone_from_slice(e.transform.row(row));
+        from_rows.row_mut(pivot).clone_from_slice(e.transform.row(row));
         for (column, &state) in free.iter().enumerate() {
             from_rest[(pivot, column)] = Rational::ZERO.minus(&e.form[(row, state)]);
         }
@@ -121,13 +122,13 @@ pub fn flat_parametrisation(system: &LinearSystem) -> Result<FlatParametrisation
     let of_free =
         |matrix: Matrix<Rational>| Matrix::from_fn(free.len(), matrix.columns(), |i, j| matrix[(free[i], j)].clone());
     let q = of_free(a.multiply(&from_rest));
-    let excitation = PolynomialMatrix::constant(&of_free(a.multiply(&from_known)))
+    let excitation = PolynomialMatrix::constant(&of_free(a.multiply(&from_rows)))
         .multiply(&zeta)
         .plus(&PolynomialMatrix::constant(&of_free(drive)).multiply(&found.operator));
     let (quotient, remainder) = divide_by_pencil(&q, &excitation);
     let zeros = characteristic_polynomial(&q);
     let (z, numerator) = resolvent(&q, &remainder, &zeros);
-    let x = PolynomialMatrix::constant(&from_known)
+    let x = PolynomialMatrix::constant(&from_rows)
         .multiply(&zeta)
         .plus(&PolynomialMatrix::constant(&from_rest).multiply(&quotient))
         .scale(&z)

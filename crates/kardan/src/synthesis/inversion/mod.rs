@@ -11,6 +11,7 @@
 mod blocks;
 mod extension;
 mod flatness;
+mod notation;
 mod obstruction;
 mod partition;
 mod planner;
@@ -18,7 +19,6 @@ mod polynomial_matrix;
 mod reasons;
 mod row_span;
 mod silverman;
-mod words;
 
 pub use blocks::{BlockDecoupling, BlockError, decouple_blocks};
 pub use extension::{Extension, Integrator, dynamic_extension};
@@ -28,4 +28,4 @@ pub use partition::finest_blocks;
 pub use planner::{PlannerError, planner};
 pub use polynomial_matrix::PolynomialMatrix;
 pub use reasons::reasons;
-pub use silverman::{KnownRow, StructureAlgorithm, structure_algorithm};
+pub use silverman::{DecouplingRow, StructureAlgorithm, structure_algorithm};

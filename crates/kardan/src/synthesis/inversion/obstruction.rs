@@ -1,8 +1,8 @@
+use super::notation;
 use super::polynomial_matrix::{constant, derivative, is_zero, plus, scaled};
 use super::row_span::RowSpan;
 use super::silverman::row_times;
 use super::structure_algorithm;
-use super::words;
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Polynomial, Rational, Scalar};
 
@@ -22,14 +22,15 @@ pub struct Obstruction {
 
 impl Obstruction {
     /// A relation in words: `wg.phi - 51 cs.phi + 50 fs.phi = 0`, `(s^2 + 3 s) rk.phi = 3 s cj.phi`.
-    pub fn words(&self, relation: &[Polynomial]) -> String {
+    pub fn notation(&self, relation: &[Polynomial]) -> String {
         let taking_part: Vec<usize> = (0..relation.len()).filter(|&i| !is_zero(&relation[i])).collect();
         if let [first, second] = taking_part[..] {
-            let side =
-                |i: usize, sign: i64| words::sum(&[scaled(&relation[i], &Rational::from(sign))], &self.outputs[i..=i]);
+            let side = |i: usize, sign: i64| {
+                notation::sum(&[scaled(&relation[i], &Rational::from(sign))], &self.outputs[i..=i])
+            };
             return format!("{} = {}", side(first, 1), side(second, -1));
         }
-        format!("{} = 0", words::sum(relation, &self.outputs))
+        format!("{} = 0", notation::sum(relation, &self.outputs))
     }
 }
 
@@ -37,7 +38,7 @@ impl std::fmt::Display for Obstruction {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "the transfer matrix has rank {}, less than its {} outputs", self.rank, self.outputs.len())?;
         for (k, relation) in self.relations.iter().enumerate() {
-            write!(f, "{} {}", if k == 0 { ":" } else { "," }, self.words(relation))?;
+            write!(f, "{} {}", if k == 0 { ":" } else { "," }, self.notation(relation))?;
         }
         Ok(())
     }
@@ -65,7 +66,7 @@ impl std::error::Error for Obstruction {}
 ///     matrix(&[&[0, 1], &[0, 0]]), matrix(&[&[0], &[1]]), matrix(&[&[1, 0], &[0, 1]]),
 /// );
 /// let found = obstruction(&system).unwrap();
-/// assert_eq!((found.rank, found.words(&found.relations[0])), (1, "s y1 = y2".to_string()));
+/// assert_eq!((found.rank, found.notation(&found.relations[0])), (1, "s y1 = y2".to_string()));
 /// ```
 pub fn obstruction(system: &LinearSystem) -> Option<Obstruction> {
     let rank = structure_algorithm(system).rank();

@@ -47,9 +47,9 @@ pub fn finest_blocks(system: &LinearSystem) -> Option<Vec<Vec<usize>>> {
         return Some(merged(system));
     }
     let total: usize = whole.orders.iter().flatten().sum();
-    let mut known = BTreeMap::from([(all, total)]);
+    let mut orders = BTreeMap::from([(all, total)]);
     let mut sum_of_orders = |block: &Vec<usize>| {
-        *known.entry(block.clone()).or_insert_with(|| structure_of_rows(system, block).orders.iter().flatten().sum())
+        *orders.entry(block.clone()).or_insert_with(|| structure_of_rows(system, block).orders.iter().flatten().sum())
     };
     partitions(m).into_iter().find(|blocks| blocks.iter().map(&mut sum_of_orders).sum::<usize>() == total)
 }

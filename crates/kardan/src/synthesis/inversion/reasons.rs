@@ -3,7 +3,7 @@ use super::polynomial_matrix::{constant, derivative, is_zero, plus, times, value
 use crate::analysis::{ConstrainedSystem, OutputSignal};
 use crate::equations::Measured;
 use crate::num::{Matrix, Polynomial, Rational, Scalar};
-use crate::synthesis::words::listed;
+use crate::synthesis::notation::listed;
 
 /// Why outputs cannot be controlled independently, in words and in terms of shafts and elements; one sentence each.
 ///
@@ -17,16 +17,16 @@ use crate::synthesis::words::listed;
 ///
 /// ```
 /// use kardan::analysis::{ConstrainedSystem, OutputSignal};
-/// use kardan::assemble::Along;
+/// use kardan::assemble::DirectionalTerm;
 /// use kardan::equations::Measured;
 /// use kardan::num::{Polynomial, Rational};
 /// use kardan::synthesis::inversion::{Obstruction, reasons};
 /// let number = |x: i64| Rational::from(x);
-/// let along = |element: &str, row: &[(usize, i64)]| Along {
+/// let term = |element: &str, row: &[(usize, i64)]| DirectionalTerm {
 ///     element: element.into(), row: row.iter().map(|&(shaft, x)| (shaft, number(x))).collect(), value: (),
 /// };
 /// let gearbox = ConstrainedSystem {
-///     coordinates: vec!["a".into(), "b".into()], constraints: vec![along("gear", &[(0, 1), (1, -3)])], ..Default::default()
+///     coordinates: vec!["a".into(), "b".into()], constraints: vec![term("gear", &[(0, 1), (1, -3)])], ..Default::default()
 /// };
 /// let signal = |shaft: &str| OutputSignal { name: format!("{shaft}.phi"), measured: Measured::Angle(shaft.into()) };
 /// let constant = |x: i64| Polynomial::new(vec![number(x)]);
@@ -59,8 +59,8 @@ pub fn reasons(
         }
         let because = over_shafts(relation, outputs, constrained)
             .and_then(|row| Cause::of(&row, constrained))
-            .and_then(|cause| cause.words(constrained, element));
-        let text = format!("{} whatever the inputs do", obstruction.words(relation));
+            .and_then(|cause| cause.notation(constrained, element));
+        let text = format!("{} whatever the inputs do", obstruction.notation(relation));
         out.push(because.map_or(text.clone(), |because| format!("{text}: {because}")));
     }
     out
@@ -130,8 +130,8 @@ impl Cause {
         let degree = row.iter().map(Polynomial::degree).max().unwrap_or(0);
         // Numerators of η and μ over det KᵀMK have at most this degree.
         let enough = degree + 2 * coordinates.len() + 1;
-        let (mut looks, mut number) = (0, 0i64);
-        while looks < enough {
+        let (mut trials, mut number) = (0, 0i64);
+        while trials < enough {
             number += 1;
             // A pencil that is singular everywhere has no cause.
             if number > 2 * (enough as i64 + 2 * coordinates.len() as i64) {
@@ -150,7 +150,7 @@ impl Cause {
                 let Some(eta) = reduced.solve(&forced) else { continue };
                 eta
             };
-            looks += 1;
+            trials += 1;
             let motion = basis.multiply(&eta);
             let rest = a.plus(&m.multiply(&motion).scale(&Rational::NEG_ONE));
             let mu = gram.solve(&constraints.multiply(&rest))?;
@@ -159,16 +159,16 @@ impl Cause {
             };
             mark(&mut out.moving, motion.as_slice());
             mark(&mut out.constraints, mu.as_slice());
-            let along: Vec<Rational> = couplings
+            let projections: Vec<Rational> = couplings
                 .iter()
                 .map(|row| row.iter().fold(Rational::ZERO, |sum, (i, x)| sum.plus(&x.times(&motion[(*i, 0)]))))
                 .collect();
-            mark(&mut out.couplings, &along);
+            mark(&mut out.couplings, &projections);
         }
         Some(out)
     }
 
-    fn words(&self, system: &ConstrainedSystem, element: &dyn Fn(&str) -> String) -> Option<String> {
+    fn notation(&self, system: &ConstrainedSystem, element: &dyn Fn(&str) -> String) -> Option<String> {
         let constraints = system.constraints.iter().zip(&self.constraints).filter(|(_, at)| **at);
         // What acts on one shaft alone connects nothing.
         let couplings = directions(system).zip(&self.couplings).filter(|((_, row), at)| **at && row.len() > 1);
@@ -193,6 +193,6 @@ impl Cause {
 
 /// Elements and directions of all springs, then all dampers.
 fn directions(system: &ConstrainedSystem) -> impl Iterator<Item = (&str, &[(usize, Rational)])> {
-    let laws = system.springs.iter().chain(&system.dampers).map(|along| (along.element.as_str(), along.row.as_slice()));
+    let laws = system.springs.iter().chain(&system.dampers).map(|term| (term.element.as_str(), term.row.as_slice()));
     laws.chain(system.loads.iter().map(|load| (load.element.as_str(), load.row.as_slice())))
 }

@@ -18,10 +18,10 @@ impl RowSpan {
         let count = self.rows.len();
         let mut rest = row.to_vec();
         let mut weights = vec![Rational::ZERO; count];
-        for (pivot, other, made_of) in &self.rows {
+        for (pivot, spanning, made_of) in &self.rows {
             let factor = rest[*pivot].clone();
             if !factor.is_zero() {
-                subtract(&mut rest, &factor, other);
+                subtract(&mut rest, &factor, spanning);
                 add(&mut weights, &factor, made_of);
             }
         }

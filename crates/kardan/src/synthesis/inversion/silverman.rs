@@ -5,7 +5,7 @@ use crate::num::{Matrix, Polynomial, Rational, Scalar};
 
 /// A combination of outputs and their derivatives that the state alone determines, `operator(s) y = row x`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct KnownRow {
+pub struct DecouplingRow {
     /// The output whose differentiation led to it.
     pub output: usize,
     /// One polynomial per output.
@@ -27,7 +27,7 @@ pub struct StructureAlgorithm {
     /// `operator.row(i) y = 0` is a relation between the outputs.
     pub orders: Vec<Option<usize>>,
     /// What was met on the way, in the order of the derivatives; the rows are linearly independent.
-    pub known: Vec<KnownRow>,
+    pub determined: Vec<DecouplingRow>,
 }
 
 impl StructureAlgorithm {
@@ -49,8 +49,8 @@ impl StructureAlgorithm {
     }
 
     /// What is known of the chain that begins with an output, in the order of its derivatives.
-    pub fn chain(&self, output: usize) -> impl Iterator<Item = &KnownRow> {
-        self.known.iter().filter(move |known| known.output == output)
+    pub fn chain(&self, output: usize) -> impl Iterator<Item = &DecouplingRow> {
+        self.determined.iter().filter(move |determined| determined.output == output)
     }
 }
 
@@ -116,7 +116,7 @@ pub(super) fn structure_of_rows(system: &LinearSystem, outputs: &[usize]) -> Str
         })
         .collect();
     let (mut acting, mut acting_rows) = (RowSpan::default(), Vec::new());
-    let (mut span, mut known) = (RowSpan::default(), Vec::<KnownRow>::new());
+    let (mut span, mut determined) = (RowSpan::default(), Vec::<DecouplingRow>::new());
     for order in 0.. {
         for i in 0..m {
             if !rows[i].open {
@@ -127,17 +127,21 @@ pub(super) fn structure_of_rows(system: &LinearSystem, outputs: &[usize]) -> Str
                 acting_rows.push(i);
                 continue;
             };
-            for (weight, &other) in weights.iter().zip(&acting_rows).filter(|(w, _)| !Scalar::is_zero(*w)) {
-                let (operator, c) = (rows[other].operator.clone(), rows[other].c.clone());
+            for (weight, &source_row) in weights.iter().zip(&acting_rows).filter(|(w, _)| !Scalar::is_zero(*w)) {
+                let (operator, c) = (rows[source_row].operator.clone(), rows[source_row].c.clone());
                 rows[i].subtract(weight, &operator, &c);
             }
             rows[i].d.fill(Rational::ZERO);
             let Some(weights) = span.insert(&rows[i].c) else {
-                known.push(KnownRow { output: i, operator: rows[i].operator.clone(), row: rows[i].c.clone() });
+                determined.push(DecouplingRow {
+                    output: i,
+                    operator: rows[i].operator.clone(),
+                    row: rows[i].c.clone(),
+                });
                 continue;
             };
-            for (weight, other) in weights.iter().zip(&known).filter(|(w, _)| !Scalar::is_zero(*w)) {
-                rows[i].subtract(weight, &other.operator, &other.row);
+            for (weight, source_row) in weights.iter().zip(&determined).filter(|(w, _)| !Scalar::is_zero(*w)) {
+                rows[i].subtract(weight, &source_row.operator, &source_row.row);
             }
             rows[i].open = false;
         }
@@ -155,7 +159,7 @@ pub(super) fn structure_of_rows(system: &LinearSystem, outputs: &[usize]) -> Str
         d: Matrix::from_fn(m, system.d.columns(), |i, j| rows[i].d[j].clone()),
         orders: rows.iter().map(|row| row.order).collect(),
         operator: PolynomialMatrix::from_rows(rows.into_iter().map(|row| row.operator).collect(), m),
-        known,
+        determined,
     }
 }
 

@@ -13,7 +13,7 @@ use crate::synthesis::channels::{
 };
 use crate::synthesis::decoupling::{decouple, relative_degrees};
 use crate::synthesis::linear_law::{Linear, LinearBlock};
-use crate::synthesis::nonlinear_law::{Nonlinear, WantedTask};
+use crate::synthesis::nonlinear_law::{Nonlinear, TaskSpec};
 use crate::synthesis::outputs::{channels, paired_channels, paired_inputs};
 use crate::synthesis::zeros::check_zeros;
 use crate::synthesis::{ExactLoop, Law, LawKind, Plant, Request, SynthesisError, named};
@@ -102,7 +102,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     once(names.iter().map(String::as_str), "output")?;
     once(inputs.iter().map(String::as_str), "input")?;
     once(references.iter().map(|r| r.name.as_str()), "reference")?;
-    let (polynomials, wanted) = channel_tasks(values, plant, &outputs)?;
+    let (polynomials, task_specs) = channel_tasks(values, plant, &outputs)?;
     plant.check_inertia()?;
     let system = plant.system(&inputs, &outputs);
     let relative = relative_degrees(&system);
@@ -162,7 +162,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let exact = ExactLoop::feedback(system.clone(), system, [&found.k, &found.l], &units);
     let reference_places = (0..references.len()).collect();
     let linear = Linear::new(request, design, Some(exact), references, block);
-    Ok(Arc::new(Nonlinear::new(request, Arc::new(linear), wanted, reference_places, friction_width)?))
+    Ok(Arc::new(Nonlinear::new(request, Arc::new(linear), task_specs, reference_places, friction_width)?))
 }
 
 /// Of each channel the characteristic polynomial of its error and what its block wishes.
@@ -170,8 +170,8 @@ fn channel_tasks(
     values: &Values,
     plant: &Plant,
     outputs: &[OutputSignal],
-) -> Result<(Vec<Polynomial>, Vec<WantedTask>), SynthesisError> {
-    let (mut polynomials, mut wanted) = (Vec::new(), Vec::new());
+) -> Result<(Vec<Polynomial>, Vec<TaskSpec>), SynthesisError> {
+    let (mut polynomials, mut task_specs) = (Vec::new(), Vec::new());
     for (channel, output) in channels(values).zip(outputs) {
         check_dynamics(channel, &output.name)?;
         let degree = match &output.measured {
@@ -186,16 +186,16 @@ fn channel_tasks(
             return Err(SynthesisError::NoDynamics { output: output.name.clone(), key });
         }
         let polynomial = compensation(channel).polynomial(degree).map_err(wrong)?;
-        wanted.push(match &output.measured {
-            Measured::Angle(shaft) => WantedTask::Task(Task::Position {
+        task_specs.push(match &output.measured {
+            Measured::Angle(shaft) => TaskSpec::Task(Task::Position {
                 shaft: plant.reduced.coordinate(shaft).expect("an output names a shaft"),
                 position_loop: position_loop(&polynomial),
             }),
-            measured => WantedTask::ConstraintTorque(measured.clone()),
+            measured => TaskSpec::ConstraintTorque(measured.clone()),
         });
         polynomials.push(polynomial);
     }
-    Ok((polynomials, wanted))
+    Ok((polynomials, task_specs))
 }
 
 /// The loop around a double integrator with that characteristic polynomial.

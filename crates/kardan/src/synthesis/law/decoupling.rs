@@ -287,7 +287,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let inputs = &plant.reduced.equations.inputs;
     let number = |name: &String| inputs.iter().position(|input| input.element == *name);
     let limits: Vec<Option<f64>> =
-        task.inputs.iter().map(|name| number(name).and_then(|input| plant.torque_left(input))).collect();
+        task.inputs.iter().map(|name| number(name).and_then(|input| plant.torque_reserve(input))).collect();
     Ok(Arc::new(Linear::new(request, design, Some(exact), task.references, block).against_windup(&limits)))
 }
 

@@ -85,7 +85,8 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
             return Err(SynthesisError::NotPositive { name: name.clone() });
         }
     }
-    let weight = |name: &String| largest.iter().find(|(other, _)| other == name).map(|(_, x)| powi(x.to_f64(), -2));
+    let weight =
+        |name: &String| largest.iter().find(|(candidate, _)| candidate == name).map(|(_, x)| powi(x.to_f64(), -2));
     let of_outputs: Vec<f64> =
         channels(request.values).map(|channel| powi(channel.number_or_default("largest"), -2)).collect();
     let (c, d) = (task.system.c.to_f64(), task.system.d.to_f64());

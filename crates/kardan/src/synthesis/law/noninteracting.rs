@@ -5,8 +5,8 @@ use kardan_rt::{Channel, Gain, Measurement, PositionLoop, Task};
 
 use super::computed_torque::FRICTION_WIDTH;
 use crate::names::{Quantity, SignalName};
-use crate::synthesis::channels::{effort_along, inertia_unit, once, position_along};
-use crate::synthesis::nonlinear_law::{Nonlinear, WantedTask};
+use crate::synthesis::channels::{effort_of, inertia_unit, once, position_of};
+use crate::synthesis::nonlinear_law::{Nonlinear, TaskSpec};
 use crate::synthesis::outputs::{channels, paired_channels, paired_inputs};
 use crate::synthesis::zeros::check_zeros;
 
@@ -18,8 +18,8 @@ use crate::results::{ControllerData, DataMatrix, DataNumber, Design, Feedback, R
 use crate::schema::{Keys, LawKeys, Sign, keys};
 use crate::synthesis::sampled::entries;
 use crate::synthesis::{
-    Block, Clock, ExactLoop, Law, LawKind, LinearLaw, Plant, Reference, Request, Seen, SynthesisError, angle_output,
-    effective_inertia, is_single, named, output_shaft,
+    Block, Clock, ExactLoop, Law, LawKind, LinearLaw, Observation, Plant, Reference, Request, SynthesisError,
+    angle_output, effective_inertia, is_single, named, output_shaft,
 };
 use crate::units::{Dimension, Exact};
 
@@ -104,15 +104,15 @@ fn references(values: &Values) -> Vec<Reference> {
         let output = channel.word_or_default("output");
         if let Some(name) = channel.word("reference") {
             let (physical, what) = if is_position(channel) {
-                (position_along(output), "position reference of")
+                (position_of(output), "position reference of")
             } else {
-                (effort_along(output), "torque reference along")
+                (effort_of(output), "torque reference along")
             };
             out.push(Reference { name: name.into(), physical, description: format!("{what} {output}") });
         }
         if let Some(name) = channel.word("load") {
             let description = format!("load estimate along {output}");
-            out.push(Reference { name: name.into(), physical: effort_along(output), description });
+            out.push(Reference { name: name.into(), physical: effort_of(output), description });
         }
     }
     out
@@ -239,14 +239,14 @@ struct NoninteractingBlock<T> {
 
 impl NoninteractingBlock<f64> {
     /// The same as tasks of the full model.
-    fn wanted(&self) -> Vec<WantedTask> {
-        let wanted = |(channel, &shaft): (&Channel<f64>, &usize)| match channel {
+    fn task_specs(&self) -> Vec<TaskSpec> {
+        let spec_of = |(channel, &shaft): (&Channel<f64>, &usize)| match channel {
             Channel::Position { position_loop, .. } => {
-                WantedTask::Task(Task::Position { shaft, position_loop: *position_loop })
+                TaskSpec::Task(Task::Position { shaft, position_loop: *position_loop })
             }
-            Channel::Torque { .. } => WantedTask::Task(Task::Torque { shaft }),
+            Channel::Torque { .. } => TaskSpec::Task(Task::Torque { shaft }),
         };
-        self.channels.iter().zip(&self.output_shafts).map(wanted).collect()
+        self.channels.iter().zip(&self.output_shafts).map(spec_of).collect()
     }
 }
 
@@ -285,8 +285,8 @@ impl<T: Float> NoninteractingBlock<T> {
 }
 
 impl<T: Float> Block for NoninteractingBlock<T> {
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) -> bool {
-        let Seen { angles, speeds, references, .. } = seen;
+    fn command(&mut self, observation: Observation<'_>, out: &mut [f64]) -> bool {
+        let Observation { angles, speeds, references, .. } = observation;
         let r = self.coordinate_shafts.len();
         for (k, &shaft) in self.coordinate_shafts.iter().enumerate() {
             self.state[k] = T::from_f64(angles[shaft]);
@@ -313,7 +313,7 @@ impl<T: Float> Block for NoninteractingBlock<T> {
         };
         let mut found = law.torques(measured, &mut self.accelerations, &mut self.work);
         if let Some(cancel) = Gain::new(&self.disturbance_gain, self.disturbances.len()) {
-            T::narrow(seen.disturbances, &mut self.disturbances);
+            T::narrow(observation.disturbances, &mut self.disturbances);
             found = found && cancel.add_to(&self.disturbances, &mut self.work);
         }
         T::widen(&self.work, out);
@@ -337,7 +337,7 @@ fn chosen_channels(request: &Request<'_>) -> Result<ChosenChannels, SynthesisErr
         let number = model.inputs.iter().position(|name| *name == input).expect("the model file names an input");
         for (list, name, what) in [(&inputs, &input, "input"), (&outputs, &output, "output")] {
             if list.contains(name) {
-                return Err(SynthesisError::Twice { name: name.clone(), what });
+                return Err(SynthesisError::Duplicate { name: name.clone(), what });
             }
         }
         inputs.push(input);
@@ -436,9 +436,9 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     if loads.iter().any(Option::is_some) {
         return Err(SynthesisError::NeedsLinear { key: "load" });
     }
-    let wanted = designed.block.wanted();
+    let task_specs = designed.block.task_specs();
     let friction_width = request.values.number("friction_width");
-    Ok(Arc::new(Nonlinear::new(request, Arc::new(designed), wanted, references_of_channels, friction_width)?))
+    Ok(Arc::new(Nonlinear::new(request, Arc::new(designed), task_specs, references_of_channels, friction_width)?))
 }
 
 /// M of `u = … − M d`: what the channels do not feel of torques on shafts, `Ku C H⁻¹ Kᵀ d`. A torque on the shaft of a torque

@@ -5,9 +5,9 @@ use crate::names::SignalName;
 use crate::num::{Float, Matrix, rational_to_f64};
 use crate::results::{ControllerData, DataNumber, Design, ReadSignal};
 use crate::schema::{Keys, LawKeys, Sign};
-use crate::synthesis::channels::{effort_along, inertia_unit, position_along};
+use crate::synthesis::channels::{effort_of, inertia_unit, position_of};
 use crate::synthesis::{
-    Block, Clock, Law, LawKind, LinearLaw, Reference, Request, Seen, SynthesisError, input_inertia, is_single,
+    Block, Clock, Law, LawKind, LinearLaw, Observation, Reference, Request, SynthesisError, input_inertia, is_single,
     output_shaft,
 };
 use crate::units::Dimension;
@@ -57,12 +57,12 @@ fn references(values: &Values) -> Vec<Reference> {
     let output = values.word_or_default("output");
     let reference = values.word("reference").map(|name| Reference {
         name: name.into(),
-        physical: position_along(output),
+        physical: position_of(output),
         description: format!("position reference of {output}"),
     });
     let load = values.word("load").map(|name| Reference {
         name: name.into(),
-        physical: effort_along(output),
+        physical: effort_of(output),
         description: format!("load estimate along {output}"),
     });
     reference.into_iter().chain(load).collect()
@@ -100,8 +100,8 @@ impl<T: Float> PositionLoopBlock<T> {
 }
 
 impl<T: Float> Block for PositionLoopBlock<T> {
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) -> bool {
-        let Seen { angles, speeds, references, .. } = seen;
+    fn command(&mut self, observation: Observation<'_>, out: &mut [f64]) -> bool {
+        let Observation { angles, speeds, references, .. } = observation;
         let [load, reference, angle, speed] =
             [references.get(1).copied().unwrap_or(0.0), references[0], angles[self.shaft], speeds[self.shaft]]
                 .map(T::from_f64);
@@ -121,7 +121,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let number =
         request.plant.linear.inputs.iter().position(|name| *name == input).expect("the model file names an input");
     let inertia = match (values.number("inertia"), input_inertia(&request.plant.linear, shaft, number)) {
-        (Some(given), _) => given,
+        (Some(value), _) => value,
         (None, Some(found)) => rational_to_f64(&found),
         (None, None) => return Err(SynthesisError::NotReached { input, output }),
     };

@@ -58,18 +58,18 @@ sample_time = \"1 ms\"
 };
 
 fn inputs(values: &Values) -> Vec<String> {
-    let answers = values.task("commands").into_iter().flat_map(|task| &task.answers);
-    answers.map(|answer| answer.name.clone()).collect()
+    let outputs = values.task("commands").into_iter().flat_map(|task| &task.outputs);
+    outputs.map(|answer| answer.name.clone()).collect()
 }
 
 fn references(values: &Values) -> Vec<Reference> {
-    let given = values.tables("references").unwrap_or_default().iter();
-    let reference = |given: &Values| {
-        let (_, dimension) = parse_quantity(&format!("1 {}", given.word("unit")?)).ok()?;
+    let entry = values.tables("references").unwrap_or_default().iter();
+    let reference = |entry: &Values| {
+        let (_, dimension) = parse_quantity(&format!("1 {}", entry.word("unit")?)).ok()?;
         let description = "reference of a program".to_string();
-        Some(Reference { name: given.word("name")?.into(), physical: Physical::of(dimension), description })
+        Some(Reference { name: entry.word("name")?.into(), physical: Physical::of(dimension), description })
     };
-    given.filter_map(reference).collect()
+    entry.filter_map(reference).collect()
 }
 
 fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
@@ -79,5 +79,5 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     }
     let task = values.task("commands").expect("the model file gives commands");
     let law = TaskLaw::with(task, &plant.reduced, (Program::KEYWORD, clock(values)?));
-    Ok(Arc::new(if plant.is_moved() { law.standing_at(plant) } else { law }))
+    Ok(Arc::new(if plant.is_moved() { law.at_operating_point(plant) } else { law }))
 }

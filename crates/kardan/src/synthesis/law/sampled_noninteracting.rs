@@ -15,14 +15,14 @@ use crate::results::{
 };
 use crate::schema::{Keys, LawKeys, Sign, keys};
 use crate::synthesis::channels::{once, reference};
-use crate::synthesis::counters::Left;
+use crate::synthesis::counters::ReducedStates;
 use crate::synthesis::decoupling::observable_quotient;
 use crate::synthesis::observed::{Reading, distinguishable_torques, reading, rows, sensor_table, sensors};
 use crate::synthesis::observer::{Noise, extend, kalman};
 use crate::synthesis::outputs::{channels, paired_channels, paired_inputs};
 use crate::synthesis::sampled::{
-    GovernorData, PERIOD, Problem, RegulatorBlock, RegulatorData, ScheduleData, Solution, Target, filter, hold_plant,
-    on_their_way, turning,
+    GovernorData, PERIOD, Problem, RegulatorBlock, RegulatorData, ScheduleData, Solution, Target, filter, on_their_way,
+    turning, zoh_plant,
 };
 use crate::synthesis::{
     Block, Clock, Law, LawKind, LinearLaw, Plant, Reference, Request, SynthesisError, clock, effective_inertia,
@@ -165,9 +165,9 @@ fn references(values: &Values) -> Vec<Reference> {
         Some(Reference { name: name.into(), physical: Physical::Torque, description })
     };
     let one = |channel: &Values| {
-        let asked = reference(channel)?;
-        let along = asked.physical == Physical::Torque || channel.word("kind") == Some("torque");
-        if along { torque(channel) } else { Some(asked) }
+        let own = reference(channel)?;
+        let is_torque = own.physical == Physical::Torque || channel.word("kind") == Some("torque");
+        if is_torque { torque(channel) } else { Some(own) }
     };
     channels(values).filter_map(one).collect()
 }
@@ -201,7 +201,7 @@ struct Sampled {
 }
 
 /// What is asked of the law, wherever the joints stand.
-struct Asked<'a> {
+struct DesignSpec<'a> {
     inputs: &'a [String],
     tasks: &'a [Task],
     outputs: &'a [OutputSignal],
@@ -244,12 +244,12 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
             effort * channel.number("torque_rate").unwrap_or(otherwise) * clock.period
         })
         .collect();
-    let left = |input: &String| limit(input).map(|limit| limit - plant.held_torque(input).abs());
+    let torque_reserve = |input: &String| limit(input).map(|limit| limit - plant.trim_torque(input).abs());
     let bounds: Vec<Bounds<f64>> = inputs
         .iter()
-        .map(|input| Bounds { torque: left(input), change: rate(input).map(|rate| rate * clock.period) })
+        .map(|input| Bounds { torque: torque_reserve(input), change: rate(input).map(|rate| rate * clock.period) })
         .collect();
-    let asked = Asked {
+    let spec = DesignSpec {
         inputs: &inputs,
         tasks: &tasks,
         outputs: &outputs,
@@ -259,7 +259,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         clock,
     };
     let follows = follows(request)?;
-    let straight = designed(request, &asked, matches!(follows, Follows::Turns { .. }))?;
+    let straight = designed(request, &spec, matches!(follows, Follows::Turns { .. }))?;
     let mut kinematics = Kinematics::new(&plant.reduced);
     let zero = vec![0.0; plant.reduced.degrees_of_freedom()];
     kinematics.update(&zero, &zero);
@@ -267,7 +267,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let offsets: Vec<f64> = straight.observed.readings.iter().map(read).collect();
     let schedule = match &follows {
         Follows::Turns { coordinate, count } => {
-            Some(schedule(request, &asked, &straight, *coordinate, *count, &offsets)?)
+            Some(schedule(request, &spec, &straight, *coordinate, *count, &offsets)?)
         }
         _ => None,
     };
@@ -281,7 +281,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let zeros =
         observed.sensors.iter().zip(&offsets).map(|(sensor, x)| DataNumber::new(format!("{} offset", sensor.name), *x));
     design.controller_data.numbers.extend(zeros.chain([DataNumber::new("delay", clock.delay)]));
-    let states = state_names(&observed, &asked, &references);
+    let states = state_names(&observed, &spec, &references);
     Ok(Arc::new(Sampled {
         name: request.name.to_string(),
         clock,
@@ -302,8 +302,8 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
 }
 
 /// Names of the states: estimates, commands on their way, reference models, and what is kept from the last sample.
-fn state_names(observed: &Observer, asked: &Asked<'_>, references: &[Reference]) -> Vec<String> {
-    let Asked { inputs, lags, clock, .. } = asked;
+fn state_names(observed: &Observer, spec: &DesignSpec<'_>, references: &[Reference]) -> Vec<String> {
+    let DesignSpec { inputs, lags, clock, .. } = spec;
     let mut states: Vec<String> = observed.states.iter().map(|state| format!("estimate of {state}")).collect();
     states.extend(inputs.iter().zip(*lags).filter(|(_, lag)| **lag > 0.0).map(|(i, _)| format!("estimate of {i}.tau")));
     states.extend(observed.disturbances.iter().map(|shaft| format!("estimate of {shaft}.disturbance")));
@@ -337,25 +337,25 @@ enum Follows {
 }
 
 fn follows(request: &Request<'_>) -> Result<Follows, SynthesisError> {
-    let asked = request.values.number("schedule");
-    if let Some(points) = asked.filter(|points| points.fract() != 0.0 || !(1.0..=MOST_POINTS).contains(points)) {
+    let setting = request.values.number("schedule");
+    if let Some(points) = setting.filter(|points| points.fract() != 0.0 || !(1.0..=MOST_POINTS).contains(points)) {
         return Err(SynthesisError::SchedulePoints { points });
     }
     if request.plant.is_moved() {
-        return match asked {
+        return match setting {
             Some(points) if points != 1.0 => {
                 Err(SynthesisError::NoSchedule { reason: "it is designed at one operating point".into() })
             }
             _ => Ok(Follows::Nothing),
         };
     }
-    let count = asked.unwrap_or(POINTS);
+    let count = setting.unwrap_or(POINTS);
     if count == 1.0 || request.plant.is_constant() {
         return Ok(Follows::Nothing);
     }
     match turning(&request.plant.reduced) {
         Ok(coordinate) => Ok(Follows::Turns { coordinate, count: count as usize }),
-        Err(reason) if asked.is_some() => Err(SynthesisError::NoSchedule { reason }),
+        Err(reason) if setting.is_some() => Err(SynthesisError::NoSchedule { reason }),
         Err(reason) => Ok(Follows::Cannot(reason)),
     }
 }
@@ -363,7 +363,7 @@ fn follows(request: &Request<'_>) -> Result<Follows, SynthesisError> {
 /// The same design at positions over half a turn. Where the joints have the ratios of a point before, its numbers are taken.
 fn schedule(
     request: &Request<'_>,
-    asked: &Asked<'_>,
+    spec: &DesignSpec<'_>,
     straight: &Designed,
     coordinate: usize,
     count: usize,
@@ -374,7 +374,7 @@ fn schedule(
     sensors.iter_mut().zip(offsets).for_each(|(sensor, offset)| sensor.rest += offset);
     let mechanism = MechanismData::new(reduced);
     let all = |points| ScheduleData { coordinate, points, mechanism, sensors, entries };
-    if let Some(points) = request.plant.turned.of(request.values, request.disturbances) {
+    if let Some(points) = request.plant.schedule_cache.of(request.values, request.disturbances) {
         return Ok(all(points));
     }
     let mut points = vec![straight.data.clone()];
@@ -384,23 +384,23 @@ fn schedule(
         position[coordinate] = PERIOD * k as f64 / count as f64;
         let plant = Plant { elements: request.plant.elements.clone(), ..Plant::new(reduced.clone(), position) };
         let basis = plant.linear.basis.to_f64();
-        let before = ratios.iter().position(|other| {
-            other.as_slice().iter().zip(basis.as_slice()).all(|(x, y)| (x - y).abs() <= SAME_RATIO * y.abs())
+        let before = ratios.iter().position(|candidate| {
+            candidate.as_slice().iter().zip(basis.as_slice()).all(|(x, y)| (x - y).abs() <= SAME_RATIO * y.abs())
         });
         points.push(match before {
             Some(before) => points[before].clone(),
-            None => designed(&Request { plant: &plant, ..*request }, asked, true)?.data,
+            None => designed(&Request { plant: &plant, ..*request }, spec, true)?.data,
         });
         ratios.push(basis);
     }
-    request.plant.turned.keep(request.values, request.disturbances, &points);
+    request.plant.schedule_cache.store(request.values, request.disturbances, &points);
     Ok(all(points))
 }
 
 /// The design at the position of the plant. `forces`: with what the law makes of forces on the coordinates that it is told.
-fn designed(request: &Request<'_>, asked: &Asked<'_>, forces: bool) -> Result<Designed, SynthesisError> {
+fn designed(request: &Request<'_>, spec: &DesignSpec<'_>, forces: bool) -> Result<Designed, SynthesisError> {
     let (plant, values) = (request.plant, request.values);
-    let Asked { inputs, tasks, outputs, lags, clock, .. } = *asked;
+    let DesignSpec { inputs, tasks, outputs, lags, clock, .. } = *spec;
     // What the channels do not see of the plant (the angle of a free wheel) is left out of the design.
     let shown = plant.system(inputs, outputs);
     let quotient = observable_quotient(&shown, &plant.twists());
@@ -441,17 +441,17 @@ fn designed(request: &Request<'_>, asked: &Asked<'_>, forces: bool) -> Result<De
         }
         targets.push(Target { on_state, on_torque, on_disturbance, acceptable, bandwidth });
     }
-    let problem = Problem { a, b, w, lags: lags.to_vec(), targets, changes: asked.changes.to_vec(), clock };
+    let problem = Problem { a, b, w, lags: lags.to_vec(), targets, changes: spec.changes.to_vec(), clock };
     let solution = problem.solve().ok_or(SynthesisError::SampledRiccati { of: "feedback" })?;
     let lift = quotient.projection.to_f64();
     let observed = observer(request, inputs, lags, clock)?;
     let compensation = values.table("observer").and_then(|observer| observer.number("compensation")).unwrap_or(1.0);
     let force_input = pushed(request, external, inputs, lags, clock)?;
-    let mut data = assemble(&problem, &solution, &lift, &observed, compensation, &force_input, asked.bounds)
+    let mut data = assemble(&problem, &solution, &lift, &observed, compensation, &force_input, spec.bounds)
         .ok_or(SynthesisError::TooLarge)?;
     if values.word("governor") != Some("off") {
-        let held = held_shafts(request, tasks, inputs, lags, clock)?;
-        data.governor = governor(&data, &problem, &held);
+        let responses = unit_torque_responses(request, tasks, inputs, lags, clock)?;
+        data.governor = governor(&data, &problem, &responses);
     }
     Ok(Designed { problem, solution, observed, data, definitions: quotient.definitions })
 }
@@ -467,10 +467,10 @@ fn pushed(
 ) -> Result<Matrix<f64>, SynthesisError> {
     let system = request.plant.system(inputs, &[]);
     let (torques, _) = request.plant.torques(shafts, &[]);
-    let held = hold_plant(&system.a.to_f64(), &system.b.to_f64(), &torques.to_f64(), lags, clock)
+    let discrete = zoh_plant(&system.a.to_f64(), &system.b.to_f64(), &torques.to_f64(), lags, clock)
         .ok_or(SynthesisError::SampledOverflow { time: clock.period })?;
-    let own = held.flow.rows() - shafts.len();
-    Ok(Matrix::from_fn(own, shafts.len(), |i, j| held.state[(i, own + j)]))
+    let own = discrete.flow.rows() - shafts.len();
+    Ok(Matrix::from_fn(own, shafts.len(), |i, j| discrete.state[(i, own + j)]))
 }
 
 /// What each channel controls, with the output that shows it: of a torque along a shaft its speed.
@@ -550,16 +550,16 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
     if keys.is_some_and(|keys| keys.has("poles") || keys.word("method") == Some("poles")) {
         return Err(SynthesisError::IdleKey { key: "poles", method: "kalman".into() });
     }
-    let sensors: Vec<OutputSignal> = match keys.and_then(|keys| keys.words("sensors")) {
+    let sensors: Vec<OutputSignal> = match keys.and_then(|keys| keys.names("sensors")) {
         Some(names) => names.iter().map(|name| plant.output(name)).collect::<Result<_, _>>()?,
         None => states.iter().map(|name| plant.output(name)).collect::<Result<_, _>>()?,
     };
     let readings: Vec<Reading> = sensors.iter().map(|sensor| reading(sensor, plant)).collect::<Result<_, _>>()?;
     let system = plant.system(inputs, &sensors);
     let (torques, _) = plant.torques(request.disturbances, &[]);
-    let held = hold_plant(&system.a.to_f64(), &system.b.to_f64(), &torques.to_f64(), lags, clock)
+    let discrete = zoh_plant(&system.a.to_f64(), &system.b.to_f64(), &torques.to_f64(), lags, clock)
         .ok_or(SynthesisError::SampledOverflow { time: clock.period })?;
-    let size = held.flow.rows();
+    let size = discrete.flow.rows();
     let c = system.c.to_f64();
     let output = Matrix::from_fn(c.rows(), size, |i, j| if j < c.columns() { c[(i, j)] } else { 0.0 });
     let out = Observer {
@@ -569,7 +569,7 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
         readings,
         correction: Matrix::from_fn(size, states.len(), |i, j| f64::from(u8::from(i == j))),
         states,
-        prediction: held.state,
+        prediction: discrete.state,
         output,
         result: None,
     };
@@ -593,7 +593,7 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
         .iter()
         .map(|sensor| reading_variance(plant, keys.number("sensor_noise"), sensor, clock.period))
         .collect();
-    let found = filter(&held.flow, &out.output, &intensities, &variances, clock.period)
+    let found = filter(&discrete.flow, &out.output, &intensities, &variances, clock.period)
         .ok_or(SynthesisError::SampledRiccati { of: "observer" })?;
     let out = Observer { full: false, correction: found.gain, ..out };
     if !straight {
@@ -601,7 +601,7 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
     }
     let lagged = inputs.iter().zip(lags).filter(|(_, lag)| **lag > 0.0).map(|(input, _)| plant.effort_of(input).signal);
     let all: Vec<String> = out.states.iter().cloned().chain(lagged).chain(names).collect();
-    let mut sentences = distinguishable_torques(plant, &system, &Left::all(system.states.len()))?;
+    let mut sentences = distinguishable_torques(plant, &system, &ReducedStates::all(system.states.len()))?;
     sentences
         .push(format!("the Riccati equation of the filter holds with the relative residual {:.1e}", found.residual));
     let title = ("observer_gain", "observer gain M of x <- x + M (y - C x)", "");
@@ -683,7 +683,7 @@ fn assemble(
 
 /// Channels of torques whose shaft carries no estimated disturbance, each with what a torque of 1 N m along it makes of the
 /// plant's states in one sample.
-fn held_shafts(
+fn unit_torque_responses(
     request: &Request<'_>,
     tasks: &[Task],
     inputs: &[String],
@@ -703,7 +703,7 @@ fn held_shafts(
 ///
 /// A shaft under a torque channel is held by somebody (the driver's hands): where the law has no estimate of them, what it gives
 /// to the shaft is taken as balanced. A shaft that ran away freely would seem to need ever more torque.
-fn governor(data: &RegulatorData, problem: &Problem, held: &[(usize, Vec<f64>)]) -> Option<GovernorData> {
+fn governor(data: &RegulatorData, problem: &Problem, responses: &[(usize, Vec<f64>)]) -> Option<GovernorData> {
     let [n, k, r, _, m] = data.sizes();
     let limited: Vec<(usize, f64)> =
         data.bounds.iter().enumerate().filter_map(|(i, bounds)| Some((i, bounds.torque?))).collect();
@@ -729,7 +729,7 @@ fn governor(data: &RegulatorData, problem: &Problem, held: &[(usize, Vec<f64>)])
         (0..r).for_each(|j| closed[(n + i, n + k + j)] = data.model_input[(i, j)]);
     }
     (0..r).for_each(|i| closed[(n + k + i, n + k + i)] = 1.0);
-    for (channel, torque) in held {
+    for (channel, torque) in responses {
         torque.iter().enumerate().for_each(|(i, x)| closed[(i, n + 2 * channel)] -= x);
     }
     // Squares of it, as far as they are needed: a slow reference model looks at millions of samples.
@@ -838,16 +838,16 @@ fn notes(
         notes.push(format!("reference model of {output}: critically damped, {} rad/s", target.bandwidth));
     }
     if let Some(schedule) = schedule {
-        let turned = &request.plant.linear.coordinates[schedule.coordinate];
+        let coordinate = &request.plant.linear.coordinates[schedule.coordinate];
         notes.push(format!(
-            "its numbers follow the estimated {turned}.phi through {} positions over half a turn, linear between them (the feedback \
+            "its numbers follow the estimated {coordinate}.phi through {} positions over half a turn, linear between them (the feedback \
              then differs from a design there by about {:.1e} of the motor's largest gain); readings and the forces of speeds are \
              those of the joint where it stands",
             schedule.points.len(),
-            schedule.bend()
+            schedule.interpolation_error()
         ));
         notes.push(format!(
-            "gains, observer, sampled loop, margins and tolerances that are listed are those with {turned}.phi = 0; the loop at \
+            "gains, observer, sampled loop, margins and tolerances that are listed are those with {coordinate}.phi = 0; the loop at \
              other positions is looked at one by one, each at rest there, which is no proof for a column that turns"
         ));
     }
@@ -947,9 +947,9 @@ impl Sampled {
         let [_, models, readings, governed, _] = self.places();
         let [angles, speeds] = rows(&self.readings, self.shafts);
         // x̂ after the correction: (I − M C) x̂ + M y.
-        let kept = Matrix::identity(n).plus(&correction.multiply(output).scale(&-1.0));
+        let uncorrected = Matrix::identity(n).plus(&correction.multiply(output).scale(&-1.0));
         let on_estimate = Matrix::from_fn(m, n, |i, j| -feedback[(i, j)]);
-        let on_states = on_estimate.multiply(&kept);
+        let on_states = on_estimate.multiply(&uncorrected);
         let on_readings = on_estimate.multiply(correction);
         let command = Matrix::from_fn(m, size, |i, j| match j {
             j if j < n => on_states[(i, j)],
@@ -959,7 +959,7 @@ impl Sampled {
         let next_of = |corrected: &Matrix<f64>, commanded: &Matrix<f64>| {
             prediction.multiply(corrected).plus(&input.multiply(commanded))
         };
-        let corrected = Matrix::from_fn(n, size, |i, j| if j < n { kept[(i, j)] } else { 0.0 });
+        let corrected = Matrix::from_fn(n, size, |i, j| if j < n { uncorrected[(i, j)] } else { 0.0 });
         let (next_estimate, next_from_readings) = (next_of(&corrected, &command), next_of(correction, &on_readings));
         let last_command = self.places()[4];
         let states = Matrix::from_fn(size, size, |i, j| match i {
@@ -1058,7 +1058,7 @@ impl Law for Sampled {
         self.linear_of(&self.data)
     }
 
-    fn bends(&self) -> bool {
+    fn is_nonlinear(&self) -> bool {
         self.schedule.is_some()
     }
 

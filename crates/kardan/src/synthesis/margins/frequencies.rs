@@ -54,10 +54,10 @@ pub fn refined<T: Send>(
     next.dedup_by(|a, b| (*a / *b - 1.0).abs() < 1e-9);
     let mut points: Vec<(f64, T, Vec<c64>)> = Vec::new();
     for _ in 0..=ROUNDS {
-        let seen: Vec<(f64, T)> = next.into_par_iter().map(|frequency| (frequency, look(frequency))).collect();
-        points.extend(seen.into_iter().map(|(frequency, seen)| {
-            let curves = curves(&seen);
-            (frequency, seen, curves)
+        let sampled: Vec<(f64, T)> = next.into_par_iter().map(|frequency| (frequency, look(frequency))).collect();
+        points.extend(sampled.into_iter().map(|(frequency, sampled)| {
+            let curves = curves(&sampled);
+            (frequency, sampled, curves)
         }));
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut wide: Vec<(f64, f64)> = points
@@ -72,7 +72,7 @@ pub fn refined<T: Send>(
             break;
         }
     }
-    points.into_iter().map(|(frequency, seen, _)| (frequency, seen)).collect()
+    points.into_iter().map(|(frequency, sampled, _)| (frequency, sampled)).collect()
 }
 
 /// The largest part of itself by which a curve moves between two neighbours.

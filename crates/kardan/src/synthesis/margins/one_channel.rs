@@ -167,8 +167,8 @@ impl OneChannel {
 
     /// Places at which M has the real part −½, but for zero and infinity.
     pub fn half(&self) -> Vec<f64> {
-        let along = self.n.even.times(&self.d.even).plus(&by_square(&self.n.odd.times(&self.d.odd)));
-        places(&along.scale(&Rational::from(2)).plus(&self.d.square()))
+        let real_part = self.n.even.times(&self.d.even).plus(&by_square(&self.n.odd.times(&self.d.odd)));
+        places(&real_part.scale(&Rational::from(2)).plus(&self.d.square()))
     }
 
     /// Whether the loop is stable with this factor of the channel: all roots of `d − (factor − 1) n` are in the left half plane.

@@ -6,7 +6,7 @@ use kardan_rt::functions::{atan, hypot, powf, tan};
 
 use super::one_channel::{LEVEL, OneChannel};
 use crate::num::{
-    Matrix, Polynomial, Rational, Rounding, at_zero, at_zero_within, balance, eigenvalues, golden, rational_from_f64,
+    Matrix, Polynomial, Rational, Rounding, at_zero, at_zero_rounded, balance, eigenvalues, golden, rational_from_f64,
 };
 use crate::synthesis::decoupling::{characteristic_polynomial, common_denominator, resolvent};
 
@@ -199,7 +199,7 @@ impl Response {
     pub fn unstable_poles(&self) -> Option<usize> {
         let rest = match self.sample_time {
             None => at_zero(&self.a)?.rest,
-            Some(_) => at_zero_within(&change(&self.a), Rounding::OfOne)?.rest,
+            Some(_) => at_zero_rounded(&change(&self.a), Rounding::OfOne)?.rest,
         };
         let poles = poles_of_rates(&rest, self.is_sampled())?;
         Some(poles.iter().filter(|(re, im)| *re > NEXT_TO_AXIS * hypot(*re, *im)).count())
@@ -207,7 +207,7 @@ impl Response {
 
     /// The other side of the same loop, `−(I + M)⁻¹ M`: of a loop gain L what errors see when it is closed, of that again L. `None`
     /// where one of them is not proper.
-    pub fn turned_inside_out(&self) -> Option<Self> {
+    pub fn feedback_transform(&self) -> Option<Self> {
         let m = self.channels();
         let inverse = Matrix::<f64>::identity(m).plus(&self.d).solve(&Matrix::identity(m))?;
         let b = self.b.multiply(&inverse);
@@ -309,8 +309,8 @@ impl Response {
         let count = (kardan_rt::functions::log10(high / low) * PER_DECADE).ceil();
         let even = (0..=count as usize).map(|k| low * powf(high / low, k as f64 / count));
         let beside = self.poles.iter().flat_map(|(re, im)| {
-            let around = BESIDE.iter().flat_map(move |k| [im.abs() - k * re.abs(), im.abs() + k * re.abs()]);
-            around.chain([hypot(*re, *im)])
+            let nearby = BESIDE.iter().flat_map(move |k| [im.abs() - k * re.abs(), im.abs() + k * re.abs()]);
+            nearby.chain([hypot(*re, *im)])
         });
         let mut out: Vec<f64> = even.chain(beside).filter(|place| *place > 0.0 && place.is_finite()).collect();
         out.extend([0.0, f64::INFINITY]);
@@ -348,7 +348,7 @@ impl Response {
     /// Whether the balanced disk of the only channel is no smaller than α. `false` says nothing: it may be all the same.
     ///
     /// Where it is at least twice as large beside every pole and in between, the exact test is left out.
-    pub fn holds_disk(&self, alpha: f64) -> bool {
+    pub fn satisfies_disk(&self, alpha: f64) -> bool {
         if self.channels() != 1 {
             return false;
         }
@@ -428,7 +428,7 @@ fn solve(rows: &mut [Vec<c64>]) {
         let row = &mut above[k];
         let (left, right) = row.split_at_mut(n);
         for (x, other) in left[k + 1..].iter().zip(below.iter()) {
-            right.iter_mut().zip(&other[n..]).for_each(|(sum, known)| *sum -= x * known);
+            right.iter_mut().zip(&other[n..]).for_each(|(sum, entry)| *sum -= x * entry);
         }
         right.iter_mut().for_each(|x| *x /= left[k]);
     }
@@ -501,11 +501,11 @@ fn certain_poles(rates: &Matrix<f64>, sampled: bool) -> Option<Vec<(f64, f64)>> 
 /// The same of A, or of Φ − 1, in floating point.
 fn poles_of_rates(rates: &Matrix<f64>, sampled: bool) -> Option<Vec<(f64, f64)>> {
     let found = eigenvalues(rates)?.into_iter();
-    let turned = |(re, im): (f64, f64)| {
+    let bilinear = |(re, im): (f64, f64)| {
         let s = c64::new(re, im) / c64::new(2.0 + re, im);
         (s.re, s.im)
     };
-    let found = found.map(|rate| if sampled { turned(rate) } else { rate });
+    let found = found.map(|rate| if sampled { bilinear(rate) } else { rate });
     Some(found.filter(|(re, im)| re.is_finite() && im.is_finite()).collect())
 }
 

@@ -33,7 +33,7 @@ pub fn together(response: &Response) -> Option<Together> {
     let half = response.balanced();
     let places = half.places();
     // What scaling rows and columns alike leaves is no less than the best: most places need no search.
-    let mut rough: Vec<(f64, f64)> = places.iter().map(|place| (alike(&half.at(*place)).0, *place)).collect();
+    let mut rough: Vec<(f64, f64)> = places.iter().map(|place| (osborne_scaling(&half.at(*place)).0, *place)).collect();
     rough.sort_by(|a, b| b.0.total_cmp(&a.0));
     if let Some((_, place)) = rough.first().filter(|(bound, _)| !bound.is_finite()) {
         // A motion that nobody holds moves with every error.
@@ -54,7 +54,7 @@ pub fn together(response: &Response) -> Option<Together> {
     // Between the neighbours of the worst ones.
     let worst: Vec<f64> = looked.iter().take(PLACES).map(|(_, place)| *place).collect();
     for place in worst {
-        let k = places.iter().position(|other| *other == place)?;
+        let k = places.iter().position(|candidate| *candidate == place)?;
         let near = &places[k.saturating_sub(1)..(k + 2).min(places.len())];
         if near.iter().all(|place| *place > 0.0 && place.is_finite()) {
             let (low, high) = (ln(near[0]), ln(near[near.len() - 1]));
@@ -88,15 +88,15 @@ pub fn structured_singular_value(matrix: &Mat<c64>) -> [f64; 2] {
 }
 
 /// The largest singular value of `D M D⁻¹` with rows and columns alike in size (Osborne), and log D.
-fn alike(matrix: &Mat<c64>) -> (f64, Vec<f64>) {
+fn osborne_scaling(matrix: &Mat<c64>) -> (f64, Vec<f64>) {
     let m = matrix.nrows();
     let mut d = vec![0.0f64; m];
     let size = |i: usize, j: usize| hypot(matrix[(i, j)].re, matrix[(i, j)].im);
     for _ in 0..20 {
         for k in 0..m {
-            let others = || (0..m).filter(|i| *i != k);
-            let row: f64 = others().map(|j| powi(size(k, j) * exp(d[k] - d[j]), 2)).sum();
-            let column: f64 = others().map(|i| powi(size(i, k) * exp(d[i] - d[k]), 2)).sum();
+            let off_diagonal = || (0..m).filter(|i| *i != k);
+            let row: f64 = off_diagonal().map(|j| powi(size(k, j) * exp(d[k] - d[j]), 2)).sum();
+            let column: f64 = off_diagonal().map(|i| powi(size(i, k) * exp(d[i] - d[k]), 2)).sum();
             if row > 0.0 && column > 0.0 {
                 d[k] += 0.25 * ln(column / row);
             }
@@ -116,7 +116,7 @@ fn scaled(matrix: &Mat<c64>, d: &[f64]) -> f64 {
 /// From rows and columns alike in size by line searches in log D, in which the value is convex.
 fn best_scaling(matrix: &Mat<c64>) -> f64 {
     let m = matrix.nrows();
-    let (mut best, mut d) = alike(matrix);
+    let (mut best, mut d) = osborne_scaling(matrix);
     let value = |d: &[f64]| scaled(matrix, d);
     // Along single channels, then along sums of them, as kinks stop the former.
     let directions: Vec<Vec<f64>> = (1..1usize << m.saturating_sub(1).min(4))
@@ -138,12 +138,12 @@ fn best_scaling(matrix: &Mat<c64>) -> f64 {
     for round in 0..if m > 1 { 12 } else { 0 } {
         let before = best;
         for direction in &directions {
-            let along = |t: f64| -> Vec<f64> { d.iter().zip(direction).map(|(d, x)| d + t * x).collect() };
+            let moved_scaling = |t: f64| -> Vec<f64> { d.iter().zip(direction).map(|(d, x)| d + t * x).collect() };
             let reach = if round == 0 { 4.0 } else { 0.5 };
-            let t = golden(-reach, reach, &|t| value(&along(t)));
-            let found = value(&along(t));
+            let t = golden(-reach, reach, &|t| value(&moved_scaling(t)));
+            let found = value(&moved_scaling(t));
             if found < best {
-                (best, d) = (found, along(t));
+                (best, d) = (found, moved_scaling(t));
             }
         }
         if before - best <= 1e-9 * best {
@@ -157,8 +157,8 @@ fn best_scaling(matrix: &Mat<c64>) -> f64 {
 fn worst_turns(matrix: &Mat<c64>) -> (f64, Vec<c64>) {
     let m = matrix.nrows();
     let largest = |angles: &[f64]| {
-        let turned = Mat::from_fn(m, m, |i, j| matrix[(i, j)] * c64::cis(angles[i]));
-        let all = turned.eigenvalues().unwrap_or_default();
+        let rotated = Mat::from_fn(m, m, |i, j| matrix[(i, j)] * c64::cis(angles[i]));
+        let all = rotated.eigenvalues().unwrap_or_default();
         all.into_iter().max_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr())).unwrap_or_default()
     };
     let value = |angles: &[f64]| largest(angles).norm_sqr().sqrt();
@@ -171,9 +171,9 @@ fn worst_turns(matrix: &Mat<c64>) -> (f64, Vec<c64>) {
             let before = now;
             for k in 1..m {
                 let with = |x: f64| {
-                    let mut other = angles.clone();
-                    other[k] = x;
-                    other
+                    let mut turned_angles = angles.clone();
+                    turned_angles[k] = x;
+                    turned_angles
                 };
                 let tried = (0..PHASES).map(|j| angles[k] + step * j as f64);
                 let rough = tried.map(|x| (value(&with(x)), x)).max_by(|a, b| a.0.total_cmp(&b.0));

@@ -4,8 +4,8 @@ use kardan_rt::Health;
 
 use super::estimated_view::EstimatedView;
 use super::model::Model;
-use crate::num::{Float, Keeper};
-use crate::synthesis::{Block, Seen};
+use crate::num::{Float, StateArchive};
+use crate::synthesis::{Block, Observation};
 
 /// A law behind an observer. Of its states those of the observer come first.
 pub(super) struct ObserverBlock<T> {
@@ -16,24 +16,24 @@ pub(super) struct ObserverBlock<T> {
 }
 
 impl<T: Float> Block for ObserverBlock<T> {
-    fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        self.view.keep(keeper);
-        self.law.keep(keeper);
+    fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        self.view.archive_state(archive);
+        self.law.archive_state(archive);
     }
 
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) -> bool {
-        self.law.command(self.view.estimate(&seen), out)
+    fn command(&mut self, observation: Observation<'_>, out: &mut [f64]) -> bool {
+        self.law.command(self.view.estimate(&observation), out)
     }
 
-    fn states(&mut self, seen: Seen<'_>, torques: &[f64], out: &mut [f64]) -> bool {
+    fn states(&mut self, observation: Observation<'_>, torques: &[f64], out: &mut [f64]) -> bool {
         let (own, rest) = out.split_at_mut(self.view.states());
-        self.view.read(&seen);
-        let found = self.model.states(&seen.states[..own.len()], torques, &self.view, own);
-        found && (rest.is_empty() || self.law.states(self.view.estimate(&seen), torques, rest))
+        self.view.read(&observation);
+        let found = self.model.states(&observation.states[..own.len()], torques, &self.view, own);
+        found && (rest.is_empty() || self.law.states(self.view.estimate(&observation), torques, rest))
     }
 
     fn health(&self) -> Health {
         let health = self.law.health();
-        Health { readings_held: health.readings_held + self.view.held, ..health }
+        Health { invalid_readings: health.invalid_readings + self.view.invalid_readings, ..health }
     }
 }

@@ -3,9 +3,9 @@
 use kardan_rt::hold;
 
 use super::reading::Reading;
-use crate::num::{Keeper, Matrix};
+use crate::num::{Matrix, StateArchive};
 use crate::reduce::Kinematics;
-use crate::synthesis::{Plant, Seen};
+use crate::synthesis::{Observation, Plant};
 
 /// From readings and estimates to what the law sees.
 #[derive(Clone)]
@@ -13,7 +13,7 @@ pub(super) struct EstimatedView {
     pub readings: Vec<Reading>,
     pub coordinates: Vec<usize>,
     /// The states that are estimated, as places among `[q_r; q̇_r]`, and what each is over these.
-    pub kept: Vec<usize>,
+    pub retained: Vec<usize>,
     pub measured: Matrix<f64>,
     pub compensation: f64,
     /// Rates of the coordinates at the operating point: currents that flow there.
@@ -22,7 +22,7 @@ pub(super) struct EstimatedView {
     pub offsets: Vec<f64>,
     pub kinematics: Kinematics,
     /// Readings that were not finite.
-    pub held: usize,
+    pub invalid_readings: usize,
     // Memory of one evaluation; of the values those that were finite last.
     pub values: Vec<f64>,
     position: Vec<f64>,
@@ -36,7 +36,7 @@ impl EstimatedView {
         readings: Vec<Reading>,
         plant: &Plant,
         compensation: f64,
-        (kept, measured): (Vec<usize>, Matrix<f64>),
+        (retained, measured): (Vec<usize>, Matrix<f64>),
         disturbed: usize,
     ) -> Self {
         let r = plant.linear.coordinates.len();
@@ -47,10 +47,10 @@ impl EstimatedView {
             rates: plant.point.rates.clone(),
             offsets: at_rest.clone(),
             values: at_rest,
-            held: 0,
+            invalid_readings: 0,
             readings,
             coordinates: plant.reduced.coordinates.clone(),
-            kept,
+            retained,
             measured,
             compensation,
             kinematics,
@@ -67,33 +67,33 @@ impl EstimatedView {
 
     /// States of the observer: coordinates, speeds, disturbances.
     pub fn states(&self) -> usize {
-        self.kept.len() + self.disturbances.len()
+        self.retained.len() + self.disturbances.len()
     }
 
     /// What a snapshot keeps of it.
-    pub fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        keeper.numbers(&mut self.values);
-        keeper.count(&mut self.held);
+    pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        archive.numbers(&mut self.values);
+        archive.count(&mut self.invalid_readings);
     }
 
     /// Takes the readings: those of the sensors, or ideal ones where there are none. Where one is not finite, the last good one
     /// stays; returns how many are not.
-    pub fn read(&mut self, seen: &Seen<'_>) -> usize {
-        if seen.readings.is_empty() {
+    pub fn read(&mut self, observation: &Observation<'_>) -> usize {
+        if observation.readings.is_empty() {
             for (value, reading) in self.values.iter_mut().zip(&self.readings) {
-                *value = reading.read(seen.angles, seen.speeds);
+                *value = reading.read(observation.angles, observation.speeds);
             }
             return 0;
         }
-        hold(seen.readings, &mut self.values)
+        hold(observation.readings, &mut self.values)
     }
 
     /// What the law sees, its own states behind those of the observer: estimates, and in their place what is measured.
-    pub fn estimate<'a>(&'a mut self, seen: &Seen<'a>) -> Seen<'a> {
-        self.held = self.read(seen);
+    pub fn estimate<'a>(&'a mut self, observation: &Observation<'a>) -> Observation<'a> {
+        self.invalid_readings = self.read(observation);
         let r = self.coordinates.len();
         let own = self.states();
-        for (&k, state) in self.kept.iter().zip(seen.states) {
+        for (&k, state) in self.retained.iter().zip(observation.states) {
             if k < r { self.position[k] = *state } else { self.speed[k - r] = *state }
         }
         for (reading, value) in self.readings.iter().zip(&self.values) {
@@ -107,17 +107,17 @@ impl EstimatedView {
             }
         }
         self.kinematics.update(&self.position, &self.speed);
-        for (disturbances, torque) in self.disturbances.iter_mut().zip(&seen.states[self.kept.len()..]) {
+        for (disturbances, torque) in self.disturbances.iter_mut().zip(&observation.states[self.retained.len()..]) {
             *disturbances = self.compensation * torque;
         }
-        Seen {
-            time: seen.time,
+        Observation {
+            time: observation.time,
             angles: &self.kinematics.angles,
             speeds: &self.kinematics.speeds,
             disturbances: &self.disturbances,
-            references: seen.references,
+            references: observation.references,
             readings: &[],
-            states: &seen.states[own..],
+            states: &observation.states[own..],
         }
     }
 }

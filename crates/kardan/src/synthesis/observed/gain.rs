@@ -8,7 +8,7 @@ use crate::equations::Domain;
 use crate::names::SignalName;
 use crate::num::rational_to_f64;
 use crate::results::{ExactMatrix, Pole};
-use crate::synthesis::counters::Left;
+use crate::synthesis::counters::ReducedStates;
 use crate::synthesis::observer::{Noise, distinguishable, kalman, luenberger};
 use crate::synthesis::{Plant, SynthesisError, named, rounded};
 
@@ -53,18 +53,18 @@ pub(super) fn gain(
     Ok((named(title, &extended.states, &extended.outputs, &found.gain), found.poles, found.notes))
 }
 
-/// Which torques on any shafts, and forces on masses, the sensors could tell apart, \[diss. (6.41)-(6.43)\]; `left`: the states that are
+/// Which torques on any shafts, and forces on masses, the sensors could tell apart, \[diss. (6.41)-(6.43)\]; `reduction`: the states that are
 /// estimated.
 pub(in crate::synthesis) fn distinguishable_torques(
     plant: &Plant,
     system: &LinearSystem,
-    left: &Left,
+    reduction: &ReducedStates,
 ) -> Result<Vec<String>, SynthesisError> {
     let moves = |k: &usize| plant.reduced.equations.domain(*k) != Domain::Charge;
     let bodies: Vec<usize> = (0..plant.coordinates().len()).filter(moves).collect();
     let (torques, _) = plant.torques(&bodies, &[]);
     let names: Vec<String> = bodies.iter().map(|body| format!("T_{}", plant.coordinates()[*body])).collect();
     let failed = |error| SynthesisError::Observer { sensors: system.outputs.clone(), error: Box::new(error) };
-    let found = distinguishable(&left.system(system), &left.columns(&torques), &names);
+    let found = distinguishable(&reduction.system(system), &reduction.columns(&torques), &names);
     Ok(found.map_err(failed)?.sentences)
 }

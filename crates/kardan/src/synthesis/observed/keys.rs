@@ -15,7 +15,7 @@ keys! {
                  time. In continuous time they are ideal.";
         }
         optional {
-            disturbances: Words,
+            disturbances: Names,
                 "Shafts and masses on which an unknown constant torque or force acts, which is estimated too; left out: all \
                  reduced coordinates that are shafts or masses and have an inertia.";
             plant: Choice(&["linear", "nonlinear"]),
@@ -47,7 +47,7 @@ keys! {
 pub(in crate::synthesis) fn disturbances(values: &Values, plant: &Plant) -> Result<Vec<usize>, SynthesisError> {
     let Some(observer) = values.table("observer") else { return Ok(Vec::new()) };
     let moves = |k: &usize| plant.reduced.equations.domain(*k) != Domain::Charge;
-    let Some(names) = observer.words("disturbances") else {
+    let Some(names) = observer.names("disturbances") else {
         let moving = plant.linear.moving();
         return Ok(moving.into_iter().map(|k| plant.reduced.coordinates[k]).filter(moves).collect());
     };

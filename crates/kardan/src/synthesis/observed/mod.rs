@@ -14,7 +14,7 @@ pub(super) use reading::{Reading, reading, rows, sensor_table, sensors};
 
 use std::sync::Arc;
 
-use super::counters::{Left, acts_by, counters_beside};
+use super::counters::{ReducedStates, acts_by, counters_beside};
 use super::observer::extend;
 use super::{Block, Clock, ExactLoop, Law, LinearLaw, Plant, Reference, SynthesisError};
 use crate::analysis::{LinearSystem, OutputSignal};
@@ -57,7 +57,7 @@ impl Observed {
         let compensation = compensation(values)?;
         let nonlinear = is_nonlinear(&*law, values, plant, compensation > 0.0 && !disturbed.is_empty())?;
         let sensors: Vec<OutputSignal> = values
-            .words("sensors")
+            .names("sensors")
             .unwrap_or_default()
             .iter()
             .map(|name| plant.output(name))
@@ -68,21 +68,25 @@ impl Observed {
         let (torques, _) = plant.torques(disturbed, &[]);
         let names: Vec<String> = disturbed.iter().map(|&k| plant.coordinates()[k].clone()).collect();
         let states: Vec<String> = names.iter().map(|name| Quantity::Disturbance.of(name)).collect();
-        let left = needed(&*law, plant, &system);
-        let needed_alone = extend(&left.system(&system), &left.columns(&torques), &states);
+        let reduction = needed(&*law, plant, &system);
+        let needed_alone = extend(&reduction.system(&system), &reduction.columns(&torques), &states);
         let (gain, poles, notes) = gain(values, &needed_alone)?;
         let floating = Matrix::from_fn(gain.values.len(), sensors.len(), |i, j| gain.values[i][j]);
         let all = system.states.len();
-        let (left, extended, floating) = match nonlinear && left.kept.len() < all {
-            true => (Left::all(all), extend(&system, &torques, &states), over_all(&floating, &left.kept, all)),
-            false => (left, needed_alone, floating),
+        let (reduction, extended, floating) = match nonlinear && reduction.retained.len() < all {
+            true => (
+                ReducedStates::all(all),
+                extend(&system, &torques, &states),
+                over_all(&floating, &reduction.retained, all),
+            ),
+            false => (reduction, needed_alone, floating),
         };
         let (a, b, c) = (extended.a.to_f64(), extended.b.to_f64(), extended.c.to_f64());
         let correction = floating.multiply(&c);
         let a = Matrix::from_fn(a.rows(), a.columns(), |i, j| a[(i, j)] - correction[(i, j)]);
         let (m, p) = (inputs.len(), sensors.len());
         let b = Matrix::from_fn(a.rows(), m + p, |i, j| if j < m { b[(i, j)] } else { floating[(i, j - m)] });
-        let mut sentences = distinguishable_torques(plant, &system, &left)?;
+        let mut sentences = distinguishable_torques(plant, &system, &reduction)?;
         sentences.extend(notes);
         let method = values.word("method").unwrap_or("poles").to_string();
         let result = ObserverResult {
@@ -96,9 +100,9 @@ impl Observed {
         };
         let rows = rows(&readings, plant.coordinates().len());
         let places = plant.state_places();
-        let kept = left.kept.iter().map(|k| places[*k]).collect();
-        let measured = plant.over_motions(&left.projection).to_f64();
-        let view = EstimatedView::new(readings, plant, compensation, (kept, measured), disturbed.len());
+        let retained = reduction.retained.iter().map(|k| places[*k]).collect();
+        let measured = plant.over_motions(&reduction.projection).to_f64();
+        let view = EstimatedView::new(readings, plant, compensation, (retained, measured), disturbed.len());
         let model = if nonlinear {
             Model::Nonlinear(Box::new(FullModel::new(&*law, plant, &view.readings, disturbed, &floating)?))
         } else {
@@ -196,7 +200,7 @@ impl Observed {
     }
 
     /// Γ = ∫ exp((A − L C) t) dt over a sample time.
-    fn held(&self, clock: Clock) -> Option<Matrix<f64>> {
+    fn zoh_integral(&self, clock: Clock) -> Option<Matrix<f64>> {
         Some(discretise(&self.a, &Matrix::identity(self.own()), clock.period)?.b)
     }
 
@@ -213,7 +217,7 @@ impl Observed {
 
     /// The linear part of an observer `x̂′ = A x̂ + B [u; y]`, or of its sampled form, around that of a law.
     /// `basis`: K of the model where it is linear.
-    fn around(&self, a: &Matrix<f64>, b: &Matrix<f64>, law: &LinearLaw, basis: &Matrix<f64>) -> LinearLaw {
+    fn with_observer(&self, a: &Matrix<f64>, b: &Matrix<f64>, law: &LinearLaw, basis: &Matrix<f64>) -> LinearLaw {
         let (n, k, shafts) = (a.rows(), law.states.rows(), basis.rows());
         let (r, m) = (self.view.coordinates.len(), law.on_angles.rows());
         // How angles and speeds that the law sees follow from estimates and from true ones: measured coordinates are true.
@@ -232,13 +236,13 @@ impl Observed {
                         speeds[(i, self.view.coordinates[j])] = over_w[(i, j)];
                     }
                 }
-                for (at, &k) in self.view.kept.iter().enumerate() {
-                    let (of, known, j) =
+                for (at, &k) in self.view.retained.iter().enumerate() {
+                    let (of, measured, j) =
                         if k < r { (&over_q, &true_angles, k) } else { (&over_w, &true_speeds, k - r) };
-                    states[(i, at)] = if known[j] { 0.0 } else { of[(i, j)] };
+                    states[(i, at)] = if measured[j] { 0.0 } else { of[(i, j)] };
                 }
                 for j in 0..on_disturbances.columns().min(self.disturbances) {
-                    states[(i, self.view.kept.len() + j)] = self.view.compensation * on_disturbances[(i, j)];
+                    states[(i, self.view.retained.len() + j)] = self.view.compensation * on_disturbances[(i, j)];
                 }
             }
             (states, angles, speeds)
@@ -306,26 +310,26 @@ fn is_nonlinear(law: &dyn Law, values: &Values, plant: &Plant, cancels: bool) ->
         plant.check_inertia()?;
     }
     if nonlinear && !laws.is_empty() && cancels {
-        return Err(SynthesisError::LawsCancelledTwice { elements: laws });
+        return Err(SynthesisError::LawDoubleCancellation { elements: laws });
     }
     let more = friction || (law.on_full_model() && !plant.is_linear());
     if more && !nonlinear && cancels {
-        return Err(SynthesisError::CancelledTwice);
+        return Err(SynthesisError::DoubleCancellation);
     }
     Ok(nonlinear)
 }
 
 /// The states of the plant that the observer needs: charges that only count are left out, unless the law acts by them.
-fn needed(law: &dyn Law, plant: &Plant, system: &LinearSystem) -> Left {
+fn needed(law: &dyn Law, plant: &Plant, system: &LinearSystem) -> ReducedStates {
     let acting = acts_by(law, &plant.linear.basis);
-    Left::of(&counters_beside(plant, system, &acting), system.states.len())
+    ReducedStates::of(&counters_beside(plant, system, &acting), system.states.len())
 }
 
 /// A gain over states and disturbances, with rows of zeros for the states that are left out.
-fn over_all(gain: &Matrix<f64>, kept: &[usize], all: usize) -> Matrix<f64> {
-    let mut out = Matrix::zeros(gain.rows() + all - kept.len(), gain.columns());
+fn over_all(gain: &Matrix<f64>, retained: &[usize], all: usize) -> Matrix<f64> {
+    let mut out = Matrix::zeros(gain.rows() + all - retained.len(), gain.columns());
     for i in 0..gain.rows() {
-        let place = kept.get(i).copied().unwrap_or(all + i - kept.len());
+        let place = retained.get(i).copied().unwrap_or(all + i - retained.len());
         (0..gain.columns()).for_each(|j| out[(place, j)] = gain[(i, j)]);
     }
     out
@@ -336,10 +340,10 @@ impl Observed {
     fn model_at<T: Float>(&self, clock: Clock) -> Option<Model<T>> {
         Some(match &self.model {
             Model::Linear(linear) => {
-                let held = discretise(&self.a, &self.b, clock.period)?;
-                Model::Linear(LinearModelBlock::new(&held.a, &held.b, linear.rest().cloned(), true))
+                let sampled = discretise(&self.a, &self.b, clock.period)?;
+                Model::Linear(LinearModelBlock::new(&sampled.a, &sampled.b, linear.rest().cloned(), true))
             }
-            Model::Nonlinear(full) => Model::Nonlinear(Box::new(full.cast(&self.held(clock)?))),
+            Model::Nonlinear(full) => Model::Nonlinear(Box::new(full.cast(&self.zoh_integral(clock)?))),
         })
     }
 }
@@ -364,7 +368,7 @@ impl Law for Observed {
     fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]) {
         let (own, rest) = out.split_at_mut(self.own());
         own.fill(0.0);
-        for (i, state) in own.iter_mut().enumerate().take(self.view.kept.len()) {
+        for (i, state) in own.iter_mut().enumerate().take(self.view.retained.len()) {
             let begins = |k: usize| {
                 self.view.coordinates.get(k).map_or_else(|| self.view.rate_at_rest(k), |&shaft| angles[shaft])
             };
@@ -388,12 +392,12 @@ impl Law for Observed {
     }
 
     fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw> {
-        let held = discretise(&self.a, &self.b, clock.period)?;
-        Some(self.around(&held.a, &held.b, &self.law.linear_sampled(clock)?, &self.basis))
+        let sampled = discretise(&self.a, &self.b, clock.period)?;
+        Some(self.with_observer(&sampled.a, &sampled.b, &self.law.linear_sampled(clock)?, &self.basis))
     }
 
     fn linear(&self) -> LinearLaw {
-        self.around(&self.a, &self.b, &self.law.linear(), &self.basis)
+        self.with_observer(&self.a, &self.b, &self.law.linear(), &self.basis)
     }
 
     fn linear_at(&self, position: &[f64], clock: Option<Clock>) -> Option<LinearLaw> {
@@ -402,22 +406,22 @@ impl Law for Observed {
         kinematics.update(position, &vec![0.0; r]);
         let basis = Matrix::from_fn(kinematics.angles.len(), r, |i, j| kinematics.basis[i * r + j]);
         let Model::Nonlinear(full) = &self.model else {
-            let Some(clock) = clock else { return Some(self.around(&self.a, &self.b, &law, &basis)) };
-            let held = discretise(&self.a, &self.b, clock.period)?;
-            return Some(self.around(&held.a, &held.b, &law, &basis));
+            let Some(clock) = clock else { return Some(self.with_observer(&self.a, &self.b, &law, &basis)) };
+            let sampled = discretise(&self.a, &self.b, clock.period)?;
+            return Some(self.with_observer(&sampled.a, &sampled.b, &law, &basis));
         };
         let read = |reading: &Reading| reading.read(&kinematics.angles, &kinematics.speeds);
         let readings: Vec<f64> = self.view.readings.iter().map(read).collect();
         let [a, b] = full.slopes(position, &readings);
-        let Some(clock) = clock else { return Some(self.around(&a, &b, &law, &basis)) };
+        let Some(clock) = clock else { return Some(self.with_observer(&a, &b, &law, &basis)) };
         // x̂⁺ = x̂ + Γ x̂′
-        let held = self.held(clock)?;
-        let next = Matrix::identity(a.rows()).plus(&held.multiply(&a));
-        Some(self.around(&next, &held.multiply(&b), &law, &basis))
+        let zoh_integral = self.zoh_integral(clock)?;
+        let next = Matrix::identity(a.rows()).plus(&zoh_integral.multiply(&a));
+        Some(self.with_observer(&next, &zoh_integral.multiply(&b), &law, &basis))
     }
 
-    fn bends(&self) -> bool {
-        matches!(self.model, Model::Nonlinear(_)) || self.law.bends()
+    fn is_nonlinear(&self) -> bool {
+        matches!(self.model, Model::Nonlinear(_)) || self.law.is_nonlinear()
     }
 
     fn friction_width(&self) -> Option<f64> {

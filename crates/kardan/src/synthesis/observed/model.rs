@@ -38,7 +38,7 @@ pub(super) struct FullModel<T> {
     disturbances: Vec<usize>,
     gain: Vec<T>,
     /// Γ of a sample time; none in continuous time.
-    held: Vec<T>,
+    zoh_integral: Vec<T>,
     pub friction_width: Option<T>,
     memory: Vec<T>,
     torques: Vec<T>,
@@ -70,7 +70,7 @@ impl FullModel<f64> {
             entries: terms,
             disturbances: disturbances.to_vec(),
             gain: entries(gain),
-            held: Vec::new(),
+            zoh_integral: Vec::new(),
             friction_width: law.friction_width(),
             memory: Vec::new(),
             state: vec![0.0; states],
@@ -139,13 +139,13 @@ impl<T: Float> FullModel<T> {
             entries: &self.entries,
             disturbances: &self.disturbances,
             gain: &self.gain,
-            held: &self.held,
+            zoh_integral: &self.zoh_integral,
             friction_width: self.friction_width,
         }
     }
 
     /// The same in another precision, for a sample time with that Γ.
-    pub fn cast<U: Float>(&self, held: &Matrix<f64>) -> FullModel<U> {
+    pub fn cast<U: Float>(&self, zoh_integral: &Matrix<f64>) -> FullModel<U> {
         let to = |x: T| U::from_f64(x.to_f64());
         let list = |values: &[T]| values.iter().map(|x| to(*x)).collect::<Vec<U>>();
         let sensor = |sensor: &Sensor<T>| Sensor { row: sensor.row, speed: sensor.speed, rest: to(sensor.rest) };
@@ -156,7 +156,7 @@ impl<T: Float> FullModel<T> {
             entries: self.entries.iter().map(|(shaft, x)| (*shaft, to(*x))).collect(),
             disturbances: self.disturbances.clone(),
             gain: list(&self.gain),
-            held: entries(held),
+            zoh_integral: entries(zoh_integral),
             friction_width: self.friction_width.map(to),
             memory: list(&self.memory),
             torques: list(&self.torques),
@@ -176,7 +176,7 @@ impl<T: Float> FullModel<T> {
     fn states(&mut self, states: &[f64], torques: &[f64], readings: &[f64], out: &mut [f64]) -> bool {
         let mut memory = self.take(states, torques, readings);
         let (state, mut result) = (std::mem::take(&mut self.state), std::mem::take(&mut self.result));
-        let found = if self.held.is_empty() {
+        let found = if self.zoh_integral.is_empty() {
             self.block().rates(&state, &self.torques, &self.readings, &mut memory, &mut result)
         } else {
             result.copy_from_slice(&state);
@@ -203,7 +203,7 @@ impl RestOfModel {
         let state = |i: usize| measured.row(i).iter().zip(at_rest()).map(|(x, rest)| x * rest).sum();
         let mut states: Vec<f64> = (0..measured.rows()).map(state).collect();
         states.resize(all, 0.0);
-        let torques = inputs.iter().map(|input| plant.held_torque(input)).collect();
+        let torques = inputs.iter().map(|input| plant.trim_torque(input)).collect();
         plant.is_moved().then_some(Self { states, torques })
     }
 }

@@ -2,8 +2,8 @@ use super::distinguishable::{in_proportion, sentences};
 use super::{Distinguishable, ObserverError, extend};
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Rational, Scalar, echelon};
+use crate::synthesis::notation::linear_combination;
 use crate::synthesis::regulator::{Chains, chains};
-use crate::synthesis::words::in_words;
 
 /// Largest number of sets that are tried as [`Distinguishable::resolving`].
 pub const MOST_SETS: usize = 1000;
@@ -106,15 +106,15 @@ fn resolving(hidden: &Matrix<Rational>) -> Vec<Vec<usize>> {
 
 /// Combinations of the constant states (rows of A and B are zero) that vanish on all hidden ones, in words; empty if none of
 /// them is hidden.
-pub(super) fn seen_constants(explicit: &LinearSystem, hidden: &[Vec<Rational>]) -> Vec<String> {
+pub(super) fn observable_constants(explicit: &LinearSystem, hidden: &[Vec<Rational>]) -> Vec<String> {
     let zero = |m: &Matrix<Rational>, i: usize| m.row(i).iter().all(Scalar::is_zero);
     let constants: Vec<usize> =
         (0..explicit.states.len()).filter(|&i| zero(&explicit.a, i) && zero(&explicit.b, i)).collect();
-    let unseen = independent(hidden, &constants);
-    if unseen.rows() == 0 {
+    let unobservable = independent(hidden, &constants);
+    if unobservable.rows() == 0 {
         return Vec::new();
     }
     let names: Vec<&String> = constants.iter().map(|&i| &explicit.states[i]).collect();
-    let seen = annihilator(&unseen);
-    (0..seen.rows()).map(|i| in_words(&names, seen.row(i))).collect()
+    let observable = annihilator(&unobservable);
+    (0..observable.rows()).map(|i| linear_combination(&names, observable.row(i))).collect()
 }

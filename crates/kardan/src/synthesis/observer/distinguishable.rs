@@ -1,7 +1,7 @@
 //! Which unknown torques sensors tell apart: the answer, and how it is said.
 
 use crate::num::{Matrix, Rational, Scalar};
-use crate::synthesis::words::{in_words, listed};
+use crate::synthesis::notation::{linear_combination, listed};
 
 /// What a set of sensors can tell about unknown constant torques.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,7 +37,8 @@ pub(super) fn sentences(found: &Distinguishable) -> Vec<String> {
     let sensors = listed(&found.sensors);
     let mut out = Vec::new();
     let rows = |m: &Matrix<Rational>| (0..m.rows()).map(|i| m.row(i).to_vec()).collect::<Vec<_>>();
-    let combinations: Vec<String> = rows(&found.combinations).iter().map(|row| in_words(names, row)).collect();
+    let combinations: Vec<String> =
+        rows(&found.combinations).iter().map(|row| linear_combination(names, row)).collect();
     let (all, independent) = (names.len(), found.independent);
     if all > 0 {
         out.push(match independent {
@@ -50,8 +51,8 @@ pub(super) fn sentences(found: &Distinguishable) -> Vec<String> {
         });
     }
     if independent < all && !found.individual.is_empty() {
-        let known: Vec<&String> = found.individual.iter().map(|&i| &names[i]).collect();
-        out.push(format!("By itself only {} can be told.", listed(&known)));
+        let individual: Vec<&String> = found.individual.iter().map(|&i| &names[i]).collect();
+        out.push(format!("By itself only {} can be told.", listed(&individual)));
     }
     for hidden in rows(&found.hidden) {
         out.push(format!("{} cannot be told from no torque.", in_proportion(names, &hidden)));
@@ -73,9 +74,9 @@ pub(super) fn sentences(found: &Distinguishable) -> Vec<String> {
             let rest: Vec<Rational> =
                 (0..all).map(|j| if j == lead { Rational::ZERO } else { Rational::ZERO.minus(&row[j]) }).collect();
             if rest.iter().any(|x| !x.is_zero()) {
-                let rest = in_words(names, &rest);
+                let rest = linear_combination(names, &rest);
                 let rest = rest.strip_prefix('-').map_or_else(|| format!("+ {rest}"), |size| format!("- {size}"));
-                out.push(format!("{} = ({}) {rest}.", names[lead], in_words(names, &row)));
+                out.push(format!("{} = ({}) {rest}.", names[lead], linear_combination(names, &row)));
             }
         }
     }

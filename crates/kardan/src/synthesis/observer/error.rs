@@ -1,6 +1,6 @@
 use crate::results::Pole;
+use crate::synthesis::notation::{format_poles, listed};
 use crate::synthesis::regulator::RiccatiError;
-use crate::synthesis::words::{listed, poles_in_words};
 
 /// Why there is no observer.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -10,7 +10,7 @@ pub enum ObserverError {
         "with {} only {rank} of {states} states can be observed; no sensor shows {}{}",
         listed(sensors),
         hidden.join("; nor "),
-        only(seen)
+        only(observable)
     )]
     NotObservable {
         /// The sensors.
@@ -22,23 +22,23 @@ pub enum ObserverError {
         /// States and torques, in words, that show in no sensor: `T_wg : T_cs : T_fs = 1 : -51 : 50`.
         hidden: Vec<String>,
         /// What of the constant torques can be seen, in words, if not all: `T_wg - 1/50 T_fs`.
-        seen: Vec<String>,
+        observable: Vec<String>,
     },
     /// Neither as many poles as the longest chain has, nor as many as there are states.
     #[error(
-        "{given} pole{} given; {longest} (for every sensor alike) or {states} (for the sensors one after the other) are \
-         needed", if *given == 1 { " is" } else { "s are" }
+        "{actual} pole{} given; {longest} (for every sensor alike) or {states} (for the sensors one after the other) are \
+         needed", if *actual == 1 { " is" } else { "s are" }
     )]
     WrongNumber {
         /// How many are given.
-        given: usize,
+        actual: usize,
         /// Largest observability index.
         longest: usize,
         /// Number of states.
         states: usize,
     },
     /// The poles that fall to a sensor are not self-conjugate.
-    #[error("of the poles, {sensor} takes {}: they are not self-conjugate", poles_in_words(poles))]
+    #[error("of the poles, {sensor} takes {}: they are not self-conjugate", format_poles(poles))]
     NotSelfConjugate {
         /// The sensor.
         sensor: String,
@@ -49,12 +49,12 @@ pub enum ObserverError {
     #[error("the matrix E is singular")]
     Singular,
     /// Not one noise intensity per state or sensor.
-    #[error("{given} noise intensities for {expected} {of}")]
+    #[error("{actual} noise intensities for {expected} {of}")]
     Noises {
         /// `states` or `sensors`.
         of: &'static str,
         /// How many are given.
-        given: usize,
+        actual: usize,
         /// How many are needed.
         expected: usize,
     },
@@ -69,7 +69,7 @@ pub enum ObserverError {
         sensor: bool,
     },
     /// Motions that do not decay show in no sensor.
-    #[error("no sensor shows {}, and the modes {} do not decay", hidden.join("; nor "), poles_in_words(modes))]
+    #[error("no sensor shows {}, and the modes {} do not decay", hidden.join("; nor "), format_poles(modes))]
     NotDetectable {
         /// The modes, 1/s.
         modes: Vec<Pole>,
@@ -87,6 +87,10 @@ pub enum ObserverError {
     Riccati(RiccatiError),
 }
 
-fn only(seen: &[String]) -> String {
-    if seen.is_empty() { String::new() } else { format!(" (of the constant torques only {})", listed(seen)) }
+fn only(observable: &[String]) -> String {
+    if observable.is_empty() {
+        String::new()
+    } else {
+        format!(" (of the constant torques only {})", listed(observable))
+    }
 }

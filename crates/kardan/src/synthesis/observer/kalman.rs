@@ -72,7 +72,7 @@ pub fn kalman(system: &LinearSystem, noise: &Noise) -> Result<KalmanGain, Observ
 
 fn check(of: &'static str, names: &[String], values: &[f64], sensor: bool) -> Result<(), ObserverError> {
     if names.len() != values.len() {
-        return Err(ObserverError::Noises { of, given: values.len(), expected: names.len() });
+        return Err(ObserverError::Noises { of, actual: values.len(), expected: names.len() });
     }
     let good = |value: f64| value.is_finite() && if sensor { value > 0.0 } else { value >= 0.0 };
     match names.iter().zip(values).find(|(_, value)| !good(**value)) {

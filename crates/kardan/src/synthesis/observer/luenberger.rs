@@ -1,12 +1,12 @@
 use super::ObserverError;
-use super::distinguish::{hidden_states, seen_constants};
+use super::distinguish::{hidden_states, observable_constants};
 use super::distinguishable::in_proportion;
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Polynomial, Rational};
 use crate::results::Pole;
+use crate::synthesis::notation::linear_combination;
 use crate::synthesis::regulator::exact_poles::{floats, product};
 use crate::synthesis::regulator::{Chains, ExactPole, chains};
-use crate::synthesis::words::in_words;
 
 /// The gain of an observer `x̂′ = A x̂ + B u + L (y − C x̂ − D u)` with exact entries, A and B for E = I.
 #[derive(Debug, Clone, PartialEq)]
@@ -90,7 +90,7 @@ pub fn luenberger(system: &LinearSystem, poles: &[ExactPole]) -> Result<Observer
         (0..n).for_each(|k| gain[(k, sensor)] = part[(i, k)].clone());
         active.iter().enumerate().for_each(|(j, &other)| combinations[(sensor, other)] = free[(i, j)].clone());
     }
-    let channels: Vec<String> = (0..p).map(|i| in_words(&explicit.outputs, combinations.row(i))).collect();
+    let channels: Vec<String> = (0..p).map(|i| linear_combination(&explicit.outputs, combinations.row(i))).collect();
     let notes = notes(&explicit.outputs, &found.indices, &channels);
     let decoupled = coupling == Matrix::identity(active.len()) && active.len() == p;
     let poles = shares.iter().flat_map(|share| floats(share)).collect();
@@ -109,12 +109,12 @@ fn deal<'a>(
         return Ok(indices.iter().map(|&k| &poles[..k]).collect());
     }
     if poles.len() != states {
-        return Err(ObserverError::WrongNumber { given: poles.len(), longest, states });
+        return Err(ObserverError::WrongNumber { actual: poles.len(), longest, states });
     }
     let mut rest = poles;
     let mut take = |k: usize| {
-        let (share, others) = rest.split_at(k);
-        rest = others;
+        let (share, tail) = rest.split_at(k);
+        rest = tail;
         share
     };
     Ok(indices.iter().map(|&k| take(k)).collect())
@@ -156,6 +156,6 @@ fn not_observable(explicit: &LinearSystem, found: &Chains) -> ObserverError {
         rank: found.vectors.len(),
         states: explicit.states.len(),
         hidden: hidden.iter().map(|v| in_proportion(&explicit.states, v)).collect(),
-        seen: seen_constants(explicit, &hidden),
+        observable: observable_constants(explicit, &hidden),
     }
 }

@@ -2,7 +2,7 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, c64};
 use kardan_rt::functions::ln;
 
-use super::pole_list::WantedPole;
+use super::pole_list::TargetPole;
 use crate::num::Random;
 
 /// A gain with the eigenvectors that it gives.
@@ -16,7 +16,7 @@ pub(super) struct Assignment {
 
 /// A pole or a pair, the space in which its eigenvector can lie, and the eigenvector.
 struct Part {
-    wanted: WantedPole,
+    target: TargetPole,
     /// Orthonormal columns; real for a real pole.
     space: Mat<c64>,
     vector: Mat<c64>,
@@ -33,22 +33,22 @@ const MOST_ROUNDS: usize = 30;
 /// 1985). One pole, pair or two real poles at a time get the vectors that maximise `|det X|` while all others stay (Tits and
 /// Yang 1996): for a real pole the projection of what is orthogonal to all others, for a pair the eigenvector of a Hermitian
 /// matrix, for two real poles singular vectors. `rank` is that of B. `None` if X is numerically singular.
-pub(super) fn assign(a: &Mat<f64>, b: &Mat<f64>, rank: usize, wanted: &[WantedPole]) -> Option<Assignment> {
+pub(super) fn assign(a: &Mat<f64>, b: &Mat<f64>, rank: usize, targets: &[TargetPole]) -> Option<Assignment> {
     let n = a.nrows();
     let svd = b.svd().ok()?;
     let normal = svd.U().get(.., rank..n).to_owned();
     let mut random = Random::new(1);
     let mut parts = Vec::new();
     let mut at = 0;
-    for &wanted in wanted {
-        let space = space_of(a, &normal, wanted)?;
+    for &target in targets {
+        let space = space_of(a, &normal, target)?;
         let weights = Mat::from_fn(space.ncols(), 1, |_, _| {
-            let im = if matches!(wanted, WantedPole::Pair(..)) { random.unit() - 0.5 } else { 0.0 };
+            let im = if matches!(target, TargetPole::Pair(..)) { random.unit() - 0.5 } else { 0.0 };
             c64::new(random.unit() - 0.5, im)
         });
         let vector = unit(&(&space * weights));
-        parts.push(Part { wanted, space, vector, at });
-        at += if matches!(wanted, WantedPole::Pair(..)) { 2 } else { 1 };
+        parts.push(Part { target, space, vector, at });
+        at += if matches!(target, TargetPole::Pair(..)) { 2 } else { 1 };
     }
     let mut x = Mat::zeros(n, n);
     parts.iter().for_each(|part| part.write(&mut x));
@@ -63,9 +63,9 @@ pub(super) fn assign(a: &Mat<f64>, b: &Mat<f64>, rank: usize, wanted: &[WantedPo
     // B K = A − XΛX⁻¹
     let mut moved = Mat::zeros(n, n);
     for part in &parts {
-        match part.wanted {
-            WantedPole::Real(pole) => (0..n).for_each(|i| moved[(i, part.at)] = pole * x[(i, part.at)]),
-            WantedPole::Pair(re, im) => (0..n).for_each(|i| {
+        match part.target {
+            TargetPole::Real(pole) => (0..n).for_each(|i| moved[(i, part.at)] = pole * x[(i, part.at)]),
+            TargetPole::Pair(re, im) => (0..n).for_each(|i| {
                 let (u, v) = (x[(i, part.at)], x[(i, part.at + 1)]);
                 moved[(i, part.at)] = re * u - im * v;
                 moved[(i, part.at + 1)] = im * u + re * v;
@@ -80,7 +80,7 @@ pub(super) fn assign(a: &Mat<f64>, b: &Mat<f64>, rank: usize, wanted: &[WantedPo
 }
 
 /// Null space of `U₁ᵀ(A − λI)`; its dimension is the rank of B where all modes are reached.
-fn space_of(a: &Mat<f64>, normal: &Mat<f64>, wanted: WantedPole) -> Option<Mat<c64>> {
+fn space_of(a: &Mat<f64>, normal: &Mat<f64>, target: TargetPole) -> Option<Mat<c64>> {
     let n = a.nrows();
     let dimension = n - normal.ncols();
     let complex = |x: f64| c64::new(x, 0.0);
@@ -89,12 +89,12 @@ fn space_of(a: &Mat<f64>, normal: &Mat<f64>, wanted: WantedPole) -> Option<Mat<c
     }
     let from = n - dimension;
     let rows = normal.transpose() * a;
-    match wanted {
-        WantedPole::Real(pole) => {
+    match target {
+        TargetPole::Real(pole) => {
             let svd = (rows - faer::Scale(pole) * normal.transpose()).svd().ok()?;
             Some(Mat::from_fn(n, dimension, |i, j| complex(svd.V()[(i, from + j)])))
         }
-        WantedPole::Pair(re, im) => {
+        TargetPole::Pair(re, im) => {
             let matrix = Mat::from_fn(rows.nrows(), n, |i, j| {
                 complex(rows[(i, j)]) - c64::new(re, im) * complex(normal[(j, i)])
             });
@@ -105,7 +105,7 @@ fn space_of(a: &Mat<f64>, normal: &Mat<f64>, wanted: WantedPole) -> Option<Mat<c
 }
 
 fn improve(parts: &mut [Part], x: &mut Mat<f64>) -> Option<()> {
-    let singles: Vec<usize> = (0..parts.len()).filter(|&k| matches!(parts[k].wanted, WantedPole::Real(_))).collect();
+    let singles: Vec<usize> = (0..parts.len()).filter(|&k| matches!(parts[k].target, TargetPole::Real(_))).collect();
     let mut last = f64::NEG_INFINITY;
     for round in 0..MOST_ROUNDS {
         for part in parts.iter_mut() {
@@ -126,7 +126,7 @@ fn improve(parts: &mut [Part], x: &mut Mat<f64>) -> Option<()> {
 
 impl Part {
     fn width(&self) -> usize {
-        if matches!(self.wanted, WantedPole::Pair(..)) { 2 } else { 1 }
+        if matches!(self.target, TargetPole::Pair(..)) { 2 } else { 1 }
     }
 
     /// Puts the vector into X: `√2 Re x, √2 Im x` for a pair, which keeps the condition of `[x, x̄]`.
@@ -196,15 +196,15 @@ fn improve_two(first: &mut Part, second: &mut Part, x: &mut Mat<f64>) -> Option<
 }
 
 /// Orthonormal vectors orthogonal to all columns of X but those given.
-fn orthogonal(x: &Mat<f64>, without: &[usize]) -> Option<Mat<c64>> {
+fn orthogonal(x: &Mat<f64>, excluded: &[usize]) -> Option<Mat<c64>> {
     let n = x.nrows();
-    let kept: Vec<usize> = (0..n).filter(|j| !without.contains(j)).collect();
-    if kept.is_empty() {
+    let retained: Vec<usize> = (0..n).filter(|j| !excluded.contains(j)).collect();
+    if retained.is_empty() {
         return Some(Mat::from_fn(n, n, |i, j| c64::new(f64::from(u8::from(i == j)), 0.0)));
     }
-    let others = Mat::from_fn(n, kept.len(), |i, j| x[(i, kept[j])]);
-    let svd = others.svd().ok()?;
-    Some(Mat::from_fn(n, without.len(), |i, j| c64::new(svd.U()[(i, kept.len() + j)], 0.0)))
+    let kept_vectors = Mat::from_fn(n, retained.len(), |i, j| x[(i, retained[j])]);
+    let svd = kept_vectors.svd().ok()?;
+    Some(Mat::from_fn(n, excluded.len(), |i, j| c64::new(svd.U()[(i, retained.len() + j)], 0.0)))
 }
 
 fn unit(vector: &Mat<c64>) -> Mat<c64> {

@@ -61,20 +61,24 @@ pub fn sampled_lqr(a: &Matrix<f64>, b: &Matrix<f64>, cost: &SampledCost) -> Opti
     let over = |m: &Mat<f64>| factor.as_ref().partial_piv_lu().solve(m.transpose()).transpose().to_owned();
     let (b, cross) = (over(&b), over(&cross));
     let inner = &a - &b * cross.transpose();
-    let left = symmetric(&(&q - &cross * cross.transpose()));
-    let scales = balance_with_costate(&inner, &(&b * b.transpose()), &left);
+    let reduced_weight = symmetric(&(&q - &cross * cross.transpose()));
+    let scales = balance_with_costate(&inner, &(&b * b.transpose()), &reduced_weight);
     let (ones, inverse) = (vec![1.0; m], scales.iter().map(|s| 1.0 / s).collect::<Vec<_>>());
     let inner = scaled(&inner, &scales, &scales);
     let b = scaled(&b, &scales, &ones);
-    let left = symmetric(&scaled(&left, &inverse, &scales));
+    let reduced_weight = symmetric(&scaled(&reduced_weight, &inverse, &scales));
     let cross = scaled(&cross, &inverse, &ones);
-    let x = doubled(&inner, &(&b * b.transpose()), &left)?;
+    let x = doubled(&inner, &(&b * b.transpose()), &reduced_weight)?;
     // R = I: K = (I + BᵀXB)⁻¹(BᵀX(A + B Nᵀ) + Nᵀ) with the A of the file, A = inner + B Nᵀ.
     let full = &inner + &b * cross.transpose();
     let weight = Mat::<f64>::identity(m, m) + b.transpose() * &x * &b;
     let gain = weight.partial_piv_lu().solve(b.transpose() * &x * &full + cross.transpose());
-    let terms =
-        [full.transpose() * &x * &full, -&x, &left + &cross * cross.transpose(), -(gain.transpose() * &weight * &gain)];
+    let terms = [
+        full.transpose() * &x * &full,
+        -&x,
+        &reduced_weight + &cross * cross.transpose(),
+        -(gain.transpose() * &weight * &gain),
+    ];
     let size = terms.iter().map(|term| term.norm_l2()).sum::<f64>();
     let residual = terms.into_iter().fold(Mat::zeros(n, n), |sum, term| sum + term).norm_l2();
     let closed = &full - &b * &gain;

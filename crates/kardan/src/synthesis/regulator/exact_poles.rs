@@ -12,7 +12,8 @@ pub(in crate::synthesis) fn product(poles: &[ExactPole]) -> Option<Polynomial> {
         let (re, im) = pole;
         if im.is_zero() {
             out = times(&out, &[Rational::ZERO.minus(re), Rational::ONE]);
-        } else if let Some(at) = open.iter().position(|other| other.0 == *re && other.1.plus(im).is_zero()) {
+        } else if let Some(at) = open.iter().position(|candidate| candidate.0 == *re && candidate.1.plus(im).is_zero())
+        {
             open.swap_remove(at);
             let size = re.times(re).plus(&im.times(im));
             out = times(&out, &[size, Rational::from(-2).times(re), Rational::ONE]);

@@ -4,7 +4,7 @@ use super::floating::{finite, from_faer, scaled, to_faer};
 use super::schur::Schur;
 use crate::num::{Matrix, balance};
 use crate::results::Pole;
-use crate::synthesis::words::pole_in_words;
+use crate::synthesis::notation::format_pole;
 
 /// A solution of `A X + X Aᵀ + Q = 0`.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,7 +25,7 @@ pub enum LyapunovError {
     #[error("a number is not finite")]
     NotFinite,
     /// Two eigenvalues of A add up to zero: there is no solution or there are many.
-    #[error("the eigenvalues {} and {} add up to zero", pole_in_words(.0), pole_in_words(.1))]
+    #[error("the eigenvalues {} and {} add up to zero", format_pole(.0), format_pole(.1))]
     Singular(Pole, Pole),
     /// The eigenvalue iteration did not converge.
     #[error("the eigenvalue iteration does not converge")]
@@ -67,12 +67,12 @@ pub fn lyapunov(a: &Matrix<f64>, q: &Matrix<f64>) -> Result<Lyapunov, LyapunovEr
     let residual = |x: &Mat<f64>| &a * x + x * a.transpose() + &q;
     x += solver.solve(&residual(&x))?;
     let size = 2.0 * (&a * &x).norm_l2() + q.norm_l2();
-    let left = residual(&x).norm_l2();
+    let residual = residual(&x).norm_l2();
     let x = from_faer(&scaled(&x, &inverse, &scales));
     if !finite(&x) {
         return Err(LyapunovError::NotFinite);
     }
-    Ok(Lyapunov { solution: x, residual: if size > 0.0 { left / size } else { 0.0 } })
+    Ok(Lyapunov { solution: x, residual: if size > 0.0 { residual / size } else { 0.0 } })
 }
 
 /// Solves Lyapunov equations with the same A.

@@ -4,7 +4,7 @@ use crate::results::{Complex, Pole};
 
 /// A real pole or a conjugate pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum WantedPole {
+pub(super) enum TargetPole {
     /// A real pole.
     Real(f64),
     /// `re ± im j`, im > 0.
@@ -12,20 +12,20 @@ pub(super) enum WantedPole {
 }
 
 /// Joins conjugate poles; the error is one without its partner.
-pub(super) fn paired(poles: &[Pole]) -> Result<Vec<WantedPole>, Pole> {
+pub(super) fn paired(poles: &[Pole]) -> Result<Vec<TargetPole>, Pole> {
     let mut out = Vec::new();
     let mut open: Vec<Pole> = Vec::new();
     for &Complex { re, im } in poles {
         if im == 0.0 {
-            out.push(WantedPole::Real(re));
-        } else if let Some(at) = open.iter().position(|other| *other == Complex { re, im: -im }) {
+            out.push(TargetPole::Real(re));
+        } else if let Some(at) = open.iter().position(|candidate| *candidate == Complex { re, im: -im }) {
             open.swap_remove(at);
-            out.push(WantedPole::Pair(re, im.abs()));
+            out.push(TargetPole::Pair(re, im.abs()));
         } else {
             open.push(Complex { re, im });
         }
     }
-    open.first().map_or(Ok(out), |alone| Err(*alone))
+    open.first().map_or(Ok(out), |unpaired| Err(*unpaired))
 }
 
 /// The poles with how often each is wished for.
@@ -33,7 +33,7 @@ pub(super) fn multiplicities(poles: &[Pole]) -> Vec<(Pole, usize)> {
     let mut out: Vec<(Pole, usize)> = Vec::new();
     for pole in poles {
         // −0 and 0 are the same pole.
-        match out.iter_mut().find(|(other, _)| other == pole) {
+        match out.iter_mut().find(|(candidate, _)| candidate == pole) {
             Some((_, times)) => *times += 1,
             None => out.push((*pole, 1)),
         }
@@ -41,11 +41,11 @@ pub(super) fn multiplicities(poles: &[Pole]) -> Vec<(Pole, usize)> {
     out
 }
 
-/// Takes from `poles` the one nearest to each of `others`, and gives the distances; as many as there are others.
-pub(super) fn take_nearest(poles: &mut Vec<Pole>, others: &[Pole]) -> Vec<f64> {
+/// Takes from `poles` the one nearest to each of `references`, and gives the distances; as many as there are others.
+pub(super) fn take_nearest(poles: &mut Vec<Pole>, references: &[Pole]) -> Vec<f64> {
     let mut out = Vec::new();
-    for other in others {
-        let distance = |p: &Pole| hypot(p.re - other.re, p.im - other.im);
+    for reference in references {
+        let distance = |p: &Pole| hypot(p.re - reference.re, p.im - reference.im);
         let nearest = (0..poles.len()).min_by(|&i, &j| distance(&poles[i]).total_cmp(&distance(&poles[j])));
         out.push(nearest.map_or(f64::INFINITY, |at| distance(&poles.swap_remove(at))));
     }
@@ -61,7 +61,7 @@ mod tests {
         let poles = [(-1.0, 2.0), (-3.0, 0.0), (-1.0, 2.0), (-1.0, -2.0), (-1.0, -2.0)].map(Pole::from);
         assert_eq!(
             paired(&poles),
-            Ok(vec![WantedPole::Real(-3.0), WantedPole::Pair(-1.0, 2.0), WantedPole::Pair(-1.0, 2.0)])
+            Ok(vec![TargetPole::Real(-3.0), TargetPole::Pair(-1.0, 2.0), TargetPole::Pair(-1.0, 2.0)])
         );
         assert_eq!(paired(&poles[..3]), Err(Pole::new(-1.0, 2.0)));
         assert_eq!(

@@ -10,7 +10,7 @@ use super::{chains, unreached};
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Rational, balance, echelon};
 use crate::results::{Complex, Pole};
-use crate::synthesis::words::{pole_in_words, poles_in_words};
+use crate::synthesis::notation::{format_pole, format_poles};
 
 /// A state feedback `u = −Kx` with chosen poles.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,15 +34,15 @@ pub enum PlacementError {
     #[error("a number is not finite")]
     NotFinite,
     /// Not as many poles as states.
-    #[error("{given} poles for {states} states")]
+    #[error("{actual} poles for {states} states")]
     WrongNumber {
         /// How many are given.
-        given: usize,
+        actual: usize,
         /// How many states there are.
         states: usize,
     },
     /// A complex pole without its conjugate.
-    #[error("the pole {} needs its conjugate as often as itself", pole_in_words(pole))]
+    #[error("the pole {} needs its conjugate as often as itself", format_pole(pole))]
     NotSelfConjugate {
         /// The pole, 1/s.
         pole: Pole,
@@ -50,7 +50,7 @@ pub enum PlacementError {
     /// A pole more often than there are independent inputs.
     #[error(
         "the pole {} is wished for {times} times; {rank} independent inputs allow at most as many",
-        pole_in_words(pole)
+        format_pole(pole)
     )]
     TooOften {
         /// The pole, 1/s.
@@ -63,7 +63,7 @@ pub enum PlacementError {
     /// Repeated poles that the chains of the inputs allow only with dependent eigenvectors (Rosenbrock).
     #[error(
         "poles repeated that often need dependent eigenvectors: the {inputs} strongest inputs move chains of {needed} \
-         states, but the wishes have only {given} different poles in as many sets without repetition"
+         states, but the wishes have only {actual} different poles in as many sets without repetition"
     )]
     Repeated {
         /// How many inputs.
@@ -71,13 +71,13 @@ pub enum PlacementError {
         /// Sum of their controllability indices.
         needed: usize,
         /// Poles in as many sets.
-        given: usize,
+        actual: usize,
     },
     /// Modes that no input reaches are not among the poles.
     #[error(
         "no input reaches {}: the modes {} stay as they are (roots of {polynomial}) and must be among the poles",
         combinations.join("; "),
-        poles_in_words(modes)
+        format_poles(modes)
     )]
     FixedModes {
         /// The fixed modes, 1/s.
@@ -118,7 +118,7 @@ pub enum PlacementError {
 pub fn place_poles(system: &LinearSystem, poles: &[Pole]) -> Result<Placement, PlacementError> {
     let n = system.states.len();
     if poles.len() != n {
-        return Err(PlacementError::WrongNumber { given: poles.len(), states: n });
+        return Err(PlacementError::WrongNumber { actual: poles.len(), states: n });
     }
     if poles.iter().any(|Complex { re, im }| !(re.is_finite() && im.is_finite())) {
         return Err(PlacementError::NotFinite);
@@ -165,7 +165,7 @@ fn eigenvectors(
     rank: usize,
     poles: &[Pole],
 ) -> Result<Option<Assignment>, PlacementError> {
-    let wanted = paired(poles).map_err(|pole| PlacementError::NotSelfConjugate { pole })?;
+    let targets = paired(poles).map_err(|pole| PlacementError::NotSelfConjugate { pole })?;
     let (a, b) = (a.to_f64(), b.to_f64());
     if !(finite(&a) && finite(&b)) {
         return Err(PlacementError::NotFinite);
@@ -181,7 +181,7 @@ fn eigenvectors(
         let pushes = scaled(&b, &scales, &vec![1.0; b.ncols()]);
         let sizes: Vec<f64> = (0..b.ncols()).map(|j| 1.0 / size(&pushes, j)).collect();
         let pushes = scaled(&pushes, &vec![1.0; a.nrows()], &sizes);
-        let Some(found) = assign(&scaled(&a, &scales, &scales), &pushes, rank, &wanted) else { break };
+        let Some(found) = assign(&scaled(&a, &scales, &scales), &pushes, rank, &targets) else { break };
         let gain = Mat::from_fn(b.ncols(), a.nrows(), |i, j| found.gain[(i, j)] * sizes[i] * inverse[j]);
         // The next round is balanced for the closed loop.
         scales = balance(&(&a - &b * &gain));
@@ -197,7 +197,7 @@ fn mismatch(achieved: &[Pole], wishes: &[Pole]) -> f64 {
     let size = |p: &Pole| hypot(p.re, p.im);
     let largest = wishes.iter().map(size).fold(0.0, f64::max);
     let distances = take_nearest(&mut achieved.to_vec(), wishes);
-    let relative = |(d, wanted): (f64, &Pole)| if d > 0.0 { d / size(wanted).max(1e-3 * largest) } else { 0.0 };
+    let relative = |(d, target): (f64, &Pole)| if d > 0.0 { d / size(target).max(1e-3 * largest) } else { 0.0 };
     distances.into_iter().zip(wishes).map(relative).fold(0.0, f64::max)
 }
 
@@ -215,12 +215,12 @@ fn check_repetitions(a: &Matrix<Rational>, b: &Matrix<Rational>, poles: &[Pole])
     if repeated.len() < poles.len() {
         let mut indices = chains(a, b).indices;
         indices.sort_by(|x, y| y.cmp(x));
-        let (mut needed, mut given) = (0, 0);
+        let (mut needed, mut actual) = (0, 0);
         for (k, index) in indices.iter().enumerate() {
             needed += index;
-            given += repeated.iter().filter(|(_, times)| *times > k).count();
-            if given < needed {
-                return Err(PlacementError::Repeated { inputs: k + 1, needed, given });
+            actual += repeated.iter().filter(|(_, times)| *times > k).count();
+            if actual < needed {
+                return Err(PlacementError::Repeated { inputs: k + 1, needed, actual });
             }
         }
     }

@@ -6,7 +6,7 @@ use super::{Unreached, lyapunov, unreached};
 use crate::analysis::LinearSystem;
 use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, eigenvalues, rational_from_f64};
 use crate::results::Pole;
-use crate::synthesis::words::{in_words, poles_in_words};
+use crate::synthesis::notation::{format_poles, linear_combination};
 
 /// The cost `∫ xᵀQx + 2xᵀNu + uᵀRu dt`.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,12 +45,12 @@ pub struct Regulator {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RiccatiError {
     /// A weight has the wrong shape.
-    #[error("the weight of the {what} is {} × {}; it must be {} × {}", given.0, given.1, expected.0, expected.1)]
+    #[error("the weight of the {what} is {} × {}; it must be {} × {}", actual.0, actual.1, expected.0, expected.1)]
     Shape {
         /// Which weight.
         what: &'static str,
         /// Its rows and columns.
-        given: (usize, usize),
+        actual: (usize, usize),
         /// What they must be.
         expected: (usize, usize),
     },
@@ -78,7 +78,7 @@ pub enum RiccatiError {
     #[error("the matrix E is singular")]
     Singular,
     /// Modes that are not stable and that no input reaches.
-    #[error("not stabilisable: no input reaches the modes {} of {}", poles_in_words(modes), combinations.join("; "))]
+    #[error("not stabilisable: no input reaches the modes {} of {}", format_poles(modes), combinations.join("; "))]
     NotStabilisable {
         /// The modes that no input reaches and that do not decay, 1/s.
         modes: Vec<Pole>,
@@ -86,7 +86,7 @@ pub enum RiccatiError {
         combinations: Vec<String>,
     },
     /// Modes on the imaginary axis that cost nothing: the optimal feedback would leave them alone.
-    #[error("the modes {} of {} cost nothing and do not decay", poles_in_words(modes), motions.join("; "))]
+    #[error("the modes {} of {} cost nothing and do not decay", format_poles(modes), motions.join("; "))]
     NotDetectable {
         /// The modes, 1/s.
         modes: Vec<Pole>,
@@ -130,7 +130,7 @@ pub fn lqr(system: &LinearSystem, weights: &Weights) -> Result<Regulator, Riccat
     if let Definiteness::PositiveSemi { direction } | Definiteness::Indefinite { witness: direction } =
         definiteness(&exact(&r))
     {
-        return Err(RiccatiError::InputWeight { direction: in_words(&system.inputs, &direction) });
+        return Err(RiccatiError::InputWeight { direction: linear_combination(&system.inputs, &direction) });
     }
     let explicit = system.explicit().ok_or(RiccatiError::Singular)?;
     let through = exact(&r).solve(&exact(&cross).transpose()).ok_or(RiccatiError::NotSolved)?;
@@ -142,7 +142,7 @@ pub fn lqr(system: &LinearSystem, weights: &Weights) -> Result<Regulator, Riccat
             return Err(RiccatiError::NotStabilisable { modes, combinations: part.combinations });
         }
     }
-    if let Some(part) = unseen(&explicit, &through, &cost) {
+    if let Some(part) = unobservable(&explicit, &through, &cost) {
         let modes: Vec<Pole> = part.modes.iter().copied().filter(stays).collect();
         if !modes.is_empty() {
             return Err(RiccatiError::NotDetectable { modes, motions: part.combinations });
@@ -199,9 +199,9 @@ fn stays(mode: &Pole) -> bool {
 }
 
 fn check(what: &'static str, m: &Matrix<f64>, expected: (usize, usize)) -> Result<(), RiccatiError> {
-    let given = (m.rows(), m.columns());
-    if given != expected {
-        return Err(RiccatiError::Shape { what, given, expected });
+    let actual = (m.rows(), m.columns());
+    if actual != expected {
+        return Err(RiccatiError::Shape { what, actual, expected });
     }
     if finite(m) { Ok(()) } else { Err(RiccatiError::NotFinite(what)) }
 }
@@ -252,7 +252,7 @@ fn semidefinite(states: &[String], cost: &Mat<f64>) -> Result<(), RiccatiError> 
 }
 
 /// The part of `ẋ = (A − B R⁻¹ Nᵀ) x` that the cost `xᵀ(Q − N R⁻¹ Nᵀ)x` does not see.
-fn unseen(explicit: &LinearSystem, through: &Matrix<Rational>, cost: &Matrix<Rational>) -> Option<Unreached> {
+fn unobservable(explicit: &LinearSystem, through: &Matrix<Rational>, cost: &Matrix<Rational>) -> Option<Unreached> {
     let a = difference(&explicit.a, &explicit.b.multiply(through));
     let dual = LinearSystem::state_space(a.transpose(), cost.transpose(), Matrix::zeros(0, a.rows()));
     unreached(&LinearSystem { states: explicit.states.clone(), ..dual })

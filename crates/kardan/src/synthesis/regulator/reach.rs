@@ -2,7 +2,7 @@ use crate::analysis::{LinearSystem, controllable_rank};
 use crate::num::{Matrix, Polynomial, Rational, Scalar, echelon};
 use crate::results::Pole;
 
-use crate::synthesis::words::in_words;
+use crate::synthesis::notation::linear_combination;
 
 /// Independent columns of the controllability matrix in the order `b₁ … b_m, A b₁ …`: each that does not depend on those
 /// before it.
@@ -110,7 +110,7 @@ pub fn unreached(system: &LinearSystem) -> Option<Unreached> {
             let mut factors = vec![Rational::ZERO; n];
             factors[c] = Rational::ONE;
             pivots.iter().enumerate().for_each(|(k, &p)| factors[p] = Rational::ZERO.minus(&form[(k, c)]));
-            in_words(&system.states, &factors)
+            linear_combination(&system.states, &factors)
         })
         .collect();
     let modes = Pole::list(polynomial.roots());

@@ -51,14 +51,14 @@ pub(super) fn riccati(a: &Mat<f64>, b: &Mat<f64>, q: &Mat<f64>, r: &Mat<f64>, n:
     let mut residual = equation.residual(&x);
     for _ in 0..20 {
         let Some(next) = equation.newton(&x) else { break };
-        let left = equation.residual(&next);
-        if !(left < 0.5 * residual) {
-            if left < residual {
-                (x, residual) = (next, left);
+        let next_residual = equation.residual(&next);
+        if !(next_residual < 0.5 * residual) {
+            if next_residual < residual {
+                (x, residual) = (next, next_residual);
             }
             break;
         }
-        (x, residual) = (next, left);
+        (x, residual) = (next, next_residual);
     }
     let gain = factor.transpose().partial_piv_lu().solve(equation.gain(&x));
     let gain = scaled(&gain, &vec![1.0; gain.nrows()], &inverse);
@@ -81,8 +81,8 @@ impl Equation {
     fn residual(&self, x: &Mat<f64>) -> f64 {
         let [a, b, c, d] = self.terms(x);
         let size = [&a, &b, &c, &d].into_iter().map(|m| m.norm_l2()).sum::<f64>();
-        let left = (a + b + c + d).norm_l2();
-        if size > 0.0 { left / size } else { 0.0 }
+        let norm = (a + b + c + d).norm_l2();
+        if size > 0.0 { norm / size } else { 0.0 }
     }
 
     /// X + Δ with `A_KᵀΔ + ΔA_K + Res(X) = 0`; `None` if X does not stabilise.
@@ -127,10 +127,10 @@ pub(super) fn balance_with_costate(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>) -> 
         let mut changed = false;
         for k in 0..n {
             let entry = |i: usize, j: usize| (a[(i, j)] * scales[j] / scales[i]).abs();
-            let others = || (0..n).filter(|&i| i != k);
-            let column: f64 = others().map(|i| entry(i, k)).sum::<f64>()
+            let off_diagonal = || (0..n).filter(|&i| i != k);
+            let column: f64 = off_diagonal().map(|i| entry(i, k)).sum::<f64>()
                 + (0..n).map(|i| (q[(i, k)] * scales[i] * scales[k]).abs()).sum::<f64>();
-            let row: f64 = others().map(|j| entry(k, j)).sum::<f64>()
+            let row: f64 = off_diagonal().map(|j| entry(k, j)).sum::<f64>()
                 + (0..n).map(|j| (g[(k, j)] / scales[k] / scales[j]).abs()).sum::<f64>();
             if !(column > 0.0 && row > 0.0 && column.is_finite() && row.is_finite()) {
                 continue;

@@ -1,6 +1,6 @@
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Rational, Scalar, echelon};
-use crate::synthesis::words::in_words;
+use crate::synthesis::notation::linear_combination;
 
 /// States and inputs at which the outputs rest at given values, exact: `x = N_x r`, `u = N_u r`.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,19 +87,19 @@ fn reason(system: &LinearSystem, whole: &Matrix<Rational>) -> String {
         .filter(|row| row.iter().any(|x| !x.is_zero()))
         .map(|row| {
             let first = row.iter().find(|x| !x.is_zero()).cloned().unwrap_or(Rational::ONE);
-            in_words(&system.outputs, &row.iter().map(|x| x.over(&first)).collect::<Vec<_>>())
+            linear_combination(&system.outputs, &row.iter().map(|x| x.over(&first)).collect::<Vec<_>>())
         })
         .collect();
     if outputs.is_empty() {
         // ℓA = 0, ℓB = 0: ℓEx never changes.
-        let held: Vec<String> = (e.rank()..whole.rows())
+        let unreachable: Vec<String> = (e.rank()..whole.rows())
             .map(|i| {
                 let row = Matrix::from_fn(1, n, |_, j| e.transform[(i, j)].clone());
-                format!("{} never changes", in_words(&system.states, row.multiply(&system.e).as_slice()))
+                format!("{} never changes", linear_combination(&system.states, row.multiply(&system.e).as_slice()))
             })
             .collect();
-        return held.join("; ");
+        return unreachable.join("; ");
     }
-    let list: Vec<String> = outputs.iter().map(|words| format!("{words} is zero at every rest")).collect();
+    let list: Vec<String> = outputs.iter().map(|notation| format!("{notation} is zero at every rest")).collect();
     list.join("; ")
 }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::{LoopPlant, SampledPart, Teller};
 use crate::analysis::OutputSignal;
 use crate::num::{Matrix, Rational};
-use crate::reduce::AnsweredTorque;
-use crate::synthesis::{Clock, Kinks, LinearLaw, Told};
+use crate::reduce::BlockTorque;
+use crate::synthesis::{Clock, ExportedSignal, Kinks, LinearLaw};
 
 /// A task of blocks in a loop, around a place.
 #[derive(Debug, Clone)]
@@ -20,7 +20,7 @@ pub struct LinearTask {
     /// When it computes; `None`: at every instant.
     pub clock: Option<Clock>,
     /// What its answers are called.
-    pub answers: Vec<String>,
+    pub outputs: Vec<String>,
     /// What its references are called.
     pub references: Vec<String>,
     /// Its sensors.
@@ -33,7 +33,7 @@ pub struct BesideBlocks {
     /// Its references; those that its commands do not follow from are empty.
     pub references: Vec<String>,
     /// What it tells, by names that are unique in the loop.
-    pub tells: Vec<(String, Told)>,
+    pub exported: Vec<(String, ExportedSignal)>,
 }
 
 /// Blocks between the laws of a loop, as its parts: what moves in the loop, acts on them and comes back by way of a law.
@@ -49,44 +49,48 @@ pub struct LoopBlocks {
 }
 
 /// Something that blocks compute: a task, and which of its answers or of what it remembers.
-type Node = (usize, Told);
+type Node = (usize, ExportedSignal);
 
 /// Who follows from whom, by entries that are not zero.
 struct Net<'a> {
     tasks: &'a [LinearTask],
     laws: &'a [BesideBlocks],
-    torques: &'a [AnsweredTorque],
+    torques: &'a [BlockTorque],
 }
 
 impl Net<'_> {
     fn nodes(&self) -> Vec<Node> {
         let of = |(number, task): (usize, &LinearTask)| {
-            let answers = (0..task.answers.len()).map(move |k| (number, Told::Command(k)));
-            answers.chain((0..task.linear.states.rows()).map(move |k| (number, Told::State(k)))).collect::<Vec<_>>()
+            let outputs = (0..task.outputs.len()).map(move |k| (number, ExportedSignal::Command(k)));
+            outputs
+                .chain((0..task.linear.states.rows()).map(move |k| (number, ExportedSignal::State(k))))
+                .collect::<Vec<_>>()
         };
         self.tasks.iter().enumerate().flat_map(of).collect()
     }
 
     /// The task that answers that.
     fn answer(&self, name: &str) -> Option<Node> {
-        let of = |task: &LinearTask| task.answers.iter().position(|answer| answer == name);
-        self.tasks.iter().enumerate().find_map(|(number, task)| Some((number, Told::Command(of(task)?))))
+        let of = |task: &LinearTask| task.outputs.iter().position(|answer| answer == name);
+        self.tasks.iter().enumerate().find_map(|(number, task)| Some((number, ExportedSignal::Command(of(task)?))))
     }
 
     /// The law that tells that.
-    fn told(&self, name: &str) -> Option<(usize, Told)> {
-        let of = |law: &BesideBlocks| law.tells.iter().find(|(own, _)| own == name).map(|(_, told)| *told);
+    fn exported(&self, name: &str) -> Option<(usize, ExportedSignal)> {
+        let of = |law: &BesideBlocks| law.exported.iter().find(|(own, _)| own == name).map(|(_, exported)| *exported);
         self.laws.iter().enumerate().find_map(|(number, law)| Some((number, of(law)?)))
     }
 
     /// Rows of a node: over references, over all that moves, over what its task remembers.
-    fn rows(&self, (task, told): Node) -> [Vec<f64>; 3] {
+    fn rows(&self, (task, exported): Node) -> [Vec<f64>; 3] {
         let linear = &self.tasks[task].linear;
-        let (row, [references, angles, speeds, errors, states]) = match told {
-            Told::Command(k) => {
+        let (row, [references, angles, speeds, errors, states]) = match exported {
+            ExportedSignal::Command(k) => {
                 (k, [&linear.on_references, &linear.on_angles, &linear.on_speeds, &linear.on_errors, &linear.on_states])
             }
-            Told::State(k) => (k, [&linear.references, &linear.angles, &linear.speeds, &linear.errors, &linear.states]),
+            ExportedSignal::State(k) => {
+                (k, [&linear.references, &linear.angles, &linear.speeds, &linear.errors, &linear.states])
+            }
         };
         [
             references.row(row).to_vec(),
@@ -100,15 +104,15 @@ impl Net<'_> {
         let [references, _, states] = self.rows(node);
         let names = references.iter().zip(&self.tasks[node.0].references).filter(|(x, _)| **x != 0.0);
         let mut out: Vec<Node> = names.filter_map(|(_, name)| self.answer(name)).collect();
-        out.extend((0..states.len()).filter(|k| states[*k] != 0.0).map(|k| (node.0, Told::State(k))));
+        out.extend((0..states.len()).filter(|k| states[*k] != 0.0).map(|k| (node.0, ExportedSignal::State(k))));
         out
     }
 
     /// Whether what moves acts on a node, not by way of others.
     fn moves(&self, node: Node) -> bool {
         let [references, moving, _] = self.rows(node);
-        let told = |(x, name): (&f64, &String)| *x != 0.0 && self.told(name).is_some();
-        moving.iter().any(|x| *x != 0.0) || references.iter().zip(&self.tasks[node.0].references).any(told)
+        let exported = |(x, name): (&f64, &String)| *x != 0.0 && self.exported(name).is_some();
+        moving.iter().any(|x| *x != 0.0) || references.iter().zip(&self.tasks[node.0].references).any(exported)
     }
 
     /// Nodes that what moves acts on, and that laws or torques follow from.
@@ -119,7 +123,7 @@ impl Net<'_> {
             out.extend(all.iter().filter(|node| self.before(**node).iter().any(|one| acted.contains(one))));
         });
         let read = self.laws.iter().flat_map(|law| &law.references);
-        let act = self.torques.iter().flat_map(|torque| &torque.on_answers).filter(|(_, slope)| *slope != 0.0);
+        let act = self.torques.iter().flat_map(|torque| &torque.on_outputs).filter(|(_, slope)| *slope != 0.0);
         let read = read.chain(act.map(|(name, _)| name));
         let mut felt: Vec<Node> = read.filter_map(|name| self.answer(name)).collect();
         grow(&mut felt, |felt, out| out.extend(felt.iter().flat_map(|node| self.before(*node))));
@@ -150,31 +154,34 @@ impl LoopBlocks {
     ///
     /// # Panics
     /// If the plant has no input for a torque.
-    pub fn new(tasks: &[LinearTask], laws: &[BesideBlocks], torques: &[AnsweredTorque], plant: &LoopPlant) -> Self {
+    pub fn new(tasks: &[LinearTask], laws: &[BesideBlocks], torques: &[BlockTorque], plant: &LoopPlant) -> Self {
         let net = Net { tasks, laws, torques };
         let closed = net.closed();
-        let own = |task: usize, wanted: fn(&Told) -> Option<usize>| -> Vec<usize> {
-            closed.iter().filter(|(of, _)| *of == task).filter_map(|(_, told)| wanted(told)).collect()
+        let own = |task: usize, select: fn(&ExportedSignal) -> Option<usize>| -> Vec<usize> {
+            closed.iter().filter(|(of, _)| *of == task).filter_map(|(_, exported)| select(exported)).collect()
         };
-        let answer: fn(&Told) -> Option<usize> = |told| if let Told::Command(k) = told { Some(*k) } else { None };
-        let state: fn(&Told) -> Option<usize> = |told| if let Told::State(k) = told { Some(*k) } else { None };
-        let kept: Vec<[Vec<usize>; 2]> = (0..tasks.len()).map(|task| [own(task, answer), own(task, state)]).collect();
+        let answer: fn(&ExportedSignal) -> Option<usize> =
+            |exported| if let ExportedSignal::Command(k) = exported { Some(*k) } else { None };
+        let state: fn(&ExportedSignal) -> Option<usize> =
+            |exported| if let ExportedSignal::State(k) = exported { Some(*k) } else { None };
+        let retained: Vec<[Vec<usize>; 2]> =
+            (0..tasks.len()).map(|task| [own(task, answer), own(task, state)]).collect();
         // Tasks of which nothing is left are no parts.
         let mut numbers = vec![None; tasks.len()];
         let mut count = 0;
-        for (number, kept) in numbers.iter_mut().zip(&kept) {
-            if kept.iter().any(|kept| !kept.is_empty()) {
+        for (number, retained) in numbers.iter_mut().zip(&retained) {
+            if retained.iter().any(|retained| !retained.is_empty()) {
                 *number = Some(laws.len() + count);
                 count += 1;
             }
         }
         let teller = |name: &str| -> Option<Teller> {
-            if let Some((part, told)) = net.told(name) {
-                return Some(Teller { part, told });
+            if let Some((part, exported)) = net.exported(name) {
+                return Some(Teller { part, exported });
             }
-            let (task, Told::Command(answer)) = net.answer(name)? else { return None };
-            let answer = kept[task][0].iter().position(|own| *own == answer)?;
-            Some(Teller { part: numbers[task]?, told: Told::Command(answer) })
+            let (task, ExportedSignal::Command(answer)) = net.answer(name)? else { return None };
+            let answer = retained[task][0].iter().position(|own| *own == answer)?;
+            Some(Teller { part: numbers[task]?, exported: ExportedSignal::Command(answer) })
         };
         let reads = |names: &[String]| -> Vec<(usize, Teller)> {
             names.iter().enumerate().filter_map(|(k, name)| Some((k, teller(name)?))).collect()
@@ -186,7 +193,7 @@ impl LoopBlocks {
             };
             let read: Vec<usize> = (0..sensors.len()).filter(used).collect();
             let sensors: Vec<OutputSignal> = read.iter().map(|k| sensors[*k].clone()).collect();
-            let own: [&[usize]; 3] = [&kept[task][0], &kept[task][1], &read];
+            let own: [&[usize]; 3] = [&retained[task][0], &retained[task][1], &read];
             let part = SampledPart::reading(&sensors, plant, *clock, (linear.part(own), Vec::new()));
             let exact = exact.as_ref().map(|exact| Arc::new(exact.part(own)));
             SampledPart { reads: reads(references), exact, ..part }
@@ -194,13 +201,16 @@ impl LoopBlocks {
         let mut parts: Vec<SampledPart> = parts.collect();
         parts.extend(torques.iter().filter_map(|torque| acting(torque, &teller, plant)));
         let reads = laws.iter().map(|law| reads(&law.references)).collect();
-        let names =
-            closed.iter().filter_map(|(task, told)| Some(tasks[*task].answers[answer(told)?].clone())).collect();
-        let place = |task: usize, told: &Told| match told {
-            Told::Command(k) => *k,
-            Told::State(k) => tasks[task].answers.len() + k,
+        let names = closed
+            .iter()
+            .filter_map(|(task, exported)| Some(tasks[*task].outputs[answer(exported)?].clone()))
+            .collect();
+        let place = |task: usize, exported: &ExportedSignal| match exported {
+            ExportedSignal::Command(k) => *k,
+            ExportedSignal::State(k) => tasks[task].outputs.len() + k,
         };
-        let kinks = closed.iter().filter_map(|(task, told)| tasks[*task].kinks.get(place(*task, told)).cloned());
+        let kinks =
+            closed.iter().filter_map(|(task, exported)| tasks[*task].kinks.get(place(*task, exported)).cloned());
         let kinks = kinks.chain(torques.iter().map(|torque| torque.kinks.clone()));
         Self { parts, reads, names, kinks: kinks.collect() }
     }
@@ -231,10 +241,10 @@ impl LoopBlocks {
     }
 
     /// Whether all of them compute, and what they read is read, at this sample time or at every instant.
-    pub fn keep_step(&self, period: f64) -> bool {
+    pub fn has_sample_time(&self, period: f64) -> bool {
         let slow = self.parts.iter().flat_map(|part| part.slow.iter().map(|(_, sensor)| sensor.period));
         let mut all = self.parts.iter().filter_map(|part| Some(part.clock?.period)).chain(slow);
-        all.all(|other| (other / period - 1.0).abs() < 1e-9)
+        all.all(|candidate| (candidate / period - 1.0).abs() < 1e-9)
     }
 
     /// The parts of a loop with them: laws first, in their order.
@@ -248,10 +258,10 @@ impl LoopBlocks {
 }
 
 /// A torque that follows from blocks, as a part that acts at every instant; `None` if it adds nothing to the plant.
-fn acting(torque: &AnsweredTorque, teller: &dyn Fn(&str) -> Option<Teller>, plant: &LoopPlant) -> Option<SampledPart> {
-    let told: Vec<(Teller, f64)> =
-        torque.on_answers.iter().filter_map(|(name, slope)| Some((teller(name)?, *slope))).collect();
-    if told.is_empty() && torque.on_positions.is_empty() && torque.on_rates.is_empty() {
+fn acting(torque: &BlockTorque, teller: &dyn Fn(&str) -> Option<Teller>, plant: &LoopPlant) -> Option<SampledPart> {
+    let slopes: Vec<(Teller, f64)> =
+        torque.on_outputs.iter().filter_map(|(name, slope)| Some((teller(name)?, *slope))).collect();
+    if slopes.is_empty() && torque.on_positions.is_empty() && torque.on_rates.is_empty() {
         return None;
     }
     let input = plant.inputs.iter().position(|name| *name == torque.element).expect("an input for each torque");
@@ -261,8 +271,8 @@ fn acting(torque: &AnsweredTorque, teller: &dyn Fn(&str) -> Option<Teller>, plan
         entries.iter().for_each(|(shaft, x)| out[(0, *shaft)] += x);
         out
     };
-    let on_references = Matrix::from_fn(1, told.len(), |_, k| told[k].1);
+    let on_references = Matrix::from_fn(1, slopes.len(), |_, k| slopes[k].1);
     let linear = LinearLaw::gains(over(&torque.on_positions), over(&torque.on_rates), on_references);
     let part = SampledPart::reading(&[], plant, None, (linear, vec![input]));
-    Some(SampledPart { reads: told.into_iter().map(|(teller, _)| teller).enumerate().collect(), ..part })
+    Some(SampledPart { reads: slopes.into_iter().map(|(teller, _)| teller).enumerate().collect(), ..part })
 }

@@ -4,15 +4,15 @@ use std::cell::{Cell, OnceCell};
 
 use kardan_rt::functions::{exp2, log2};
 
-use super::course::{Course, Periods};
+use super::event_sequence::{EventSequence, Periods};
 use super::jump::Jump;
 use super::places::{FirstOrderPlant, Places};
 use super::{LoopPlant, SampledPart};
 use crate::analysis::{Plane, stability_of};
 use crate::num::{
-    HeldTo, Matrix, Polynomial, Rational, Scalar, cayley, characteristic_polynomial, contracts, root_sides,
+    ExactZoh, Matrix, Polynomial, Rational, Scalar, cayley, characteristic_polynomial, contracts, root_sides,
 };
-use crate::results::{Stability, StabilityKnown, StabilityVerdict};
+use crate::results::{Stability, StabilityEvidence, StabilityVerdict};
 
 /// Binary digits to which exponentials are computed: more where those before decide nothing.
 const DIGITS: [usize; 3] = [128, 256, 1024];
@@ -60,8 +60,8 @@ impl ExactMap {
             worst.set(worst.get().max(off));
             Some(jump)
         };
-        let course = Course::over(parts, &periods, &places, exponential).ok()?;
-        let (mut map, mut off) = (course.map(places.size), course.off(worst.get()));
+        let event_sequence = EventSequence::over(parts, &periods, &places, exponential).ok()?;
+        let (mut map, mut off) = (event_sequence.map(places.size), event_sequence.off(worst.get()));
         if off > f64::NEG_INFINITY {
             // Products have many more digits than are known.
             map = Matrix::from_fn(map.rows(), map.columns(), |i, j| cut(&map[(i, j)], digits));
@@ -89,8 +89,8 @@ impl ExactMap {
                 false => StabilityVerdict::exact(false, found.border),
             };
         }
-        let word = |word| StabilityVerdict::plain(word, StabilityKnown::Certified);
-        let free = || StabilityVerdict { known: StabilityKnown::Certified, ..StabilityVerdict::free(at_one) };
+        let word = |word| StabilityVerdict::plain(word, StabilityEvidence::Certified);
+        let free = || StabilityVerdict { evidence: StabilityEvidence::Certified, ..StabilityVerdict::free(at_one) };
         if contracts(&self.map, self.off, at_one) {
             return if at_one == 0 { word(Stability::Stable) } else { free() };
         }
@@ -112,9 +112,9 @@ impl ExactMap {
             let polynomial = Polynomial::new(polynomial.coefficients().iter().map(|c| cut(c, digits)).collect());
             let ring = |centre: i32| {
                 // Radii 1 + (centre ± 1/2) 2^−distance.
-                [2 * centre - 1, 2 * centre + 1].map(|twice| {
+                [2 * centre - 1, 2 * centre + 1].map(|half_steps| {
                     let step = Rational::ONE / power_of_two(distance + 1);
-                    inside(&polynomial, &(Rational::ONE + Rational::from(twice) * step))
+                    inside(&polynomial, &(Rational::ONE + Rational::from(half_steps) * step))
                 })
             };
             match at_one {
@@ -148,9 +148,9 @@ fn inside(polynomial: &Polynomial, radius: &Rational) -> Option<usize> {
         scaled
     });
     let scaled = Polynomial::new(scaled.collect());
-    let turned = cayley(&scaled);
-    let sides = root_sides(&turned);
-    (turned.degree() == scaled.degree() && sides.border == 0).then_some(sides.left)
+    let transformed = cayley(&scaled);
+    let sides = root_sides(&transformed);
+    (transformed.degree() == scaled.degree() && sides.border == 0).then_some(sides.left)
 }
 
 /// The number with so many binary digits behind the point.
@@ -176,8 +176,8 @@ fn exponential(flow: &Matrix<Rational>, time: f64, digits: usize) -> Option<(Jum
     let part =
         |columns: &[usize]| Matrix::from_fn(moving.len(), columns.len(), |i, j| flow[(moving[i], columns[j])].clone());
     // Times are differences of doubles: as many digits as those have that somebody wrote.
-    let time = super::places::written_time(time)?;
-    let HeldTo { transition, integral, off } = HeldTo::new(&part(&moving), &time, digits)?;
+    let time = super::places::exact_time(time)?;
+    let ExactZoh { transition, integral, off } = ExactZoh::new(&part(&moving), &time, digits)?;
     let driving = part(&still);
     let driven = integral.multiply(&driving);
     let mut jump = Jump::new();

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::analysis::OutputSignal;
 use crate::results::Design;
-use crate::synthesis::{Block, Clock, ExactLoop, Kept, Law, LinearLaw, Reference};
+use crate::synthesis::{Block, Clock, ExactLoop, Frozen, Law, LinearLaw, Reference};
 
 /// A law as it runs at a sample time; `None` if its numbers overflow there, or if it is for another sample time.
 ///
@@ -62,15 +62,15 @@ impl Law for Sampled {
         self.law.linear_sampled(clock)
     }
 
-    fn bends(&self) -> bool {
-        self.law.bends()
+    fn is_nonlinear(&self) -> bool {
+        self.law.is_nonlinear()
     }
 
     fn linear_at(&self, position: &[f64], _: Option<Clock>) -> Option<LinearLaw> {
         self.law.linear_at(position, Some(self.clock))
     }
 
-    fn keeps(&self) -> Kept {
+    fn keeps(&self) -> Frozen {
         self.law.keeps()
     }
 

@@ -6,7 +6,7 @@ use crate::synthesis::Clock;
 /// A plant `ẋ = A x + B u` whose inputs are held from sample to sample and change with a delay, exactly, over `[x; p₁ … p_h; u]`
 /// with the commands p of the samples before (p₁ the last one) and the one computed now, u.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::synthesis) struct Held {
+pub(in crate::synthesis) struct ZohPlant {
     /// `x⁺`, states × (states, past commands, commands).
     pub state: Matrix<f64>,
     /// `∫₀ᵀ [x; u]ᵀ Q [x; u] dt` over the same.
@@ -20,7 +20,7 @@ pub(in crate::synthesis) fn on_their_way(clock: Clock) -> usize {
     (clock.delay / clock.period - 1e-9).ceil().max(0.0) as usize
 }
 
-impl Held {
+impl ZohPlant {
     /// Samples a plant exactly. `cost` is Q, over states and inputs in force; the inputs in force change once in a sample.
     /// `None` if a number overflows.
     ///
@@ -60,7 +60,7 @@ impl Held {
 
 /// A sampled plant with constant disturbances.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::synthesis) struct HeldPlant {
+pub(in crate::synthesis) struct DisturbedZohPlant {
     /// `[x; τ of motors with a lag; d]⁺` over `[x; τ; d; p₁ … p_h; u]`.
     pub state: Matrix<f64>,
     /// The plant in continuous time over `[x; τ; d]`.
@@ -68,17 +68,17 @@ pub(in crate::synthesis) struct HeldPlant {
 }
 
 /// Samples the plant `ẋ = A x + B τ + W d` with motors of these lags (s; zero for none). `None` if a number overflows.
-pub(in crate::synthesis) fn hold_plant(
+pub(in crate::synthesis) fn zoh_plant(
     a: &Matrix<f64>,
     b: &Matrix<f64>,
     w: &Matrix<f64>,
     lags: &[f64],
     clock: Clock,
-) -> Option<HeldPlant> {
+) -> Option<DisturbedZohPlant> {
     let (flow, input) = plant_flow(a, b, w, lags);
     let size = flow.rows() + input.columns();
-    let held = Held::new(&flow, &input, &Matrix::zeros(size, size), clock)?;
-    Some(HeldPlant { state: held.state, flow })
+    let discrete = ZohPlant::new(&flow, &input, &Matrix::zeros(size, size), clock)?;
+    Some(DisturbedZohPlant { state: discrete.state, flow })
 }
 
 /// `[x; τ of motors with a lag; d]` in continuous time: its matrix, and how commands act.
@@ -162,7 +162,7 @@ mod tests {
         let b = matrix(&[&[0.0], &[0.0], &[6000.0]]);
         let period = 1e-3;
         for delay in [0.0, 0.2e-3, 1e-3, 1.3e-3, 2e-3, 3.7e-3] {
-            let held = Held::new(&a, &b, &Matrix::zeros(4, 4), Clock { period, delay, single: false }).unwrap();
+            let discrete = ZohPlant::new(&a, &b, &Matrix::zeros(4, 4), Clock { period, delay, single: false }).unwrap();
             let whole = (delay / period).ceil();
             let first = if delay > 0.0 { delay - (whole - 1.0) * period } else { 0.0 };
             let augmented = |time: f64| {
@@ -175,9 +175,9 @@ mod tests {
             };
             let (one, two) = (augmented(first), augmented(period - first));
             let waiting = whole as usize;
-            assert_eq!(held.past, waiting.max(1));
-            let place = |before: usize| if before == 0 { 3 + held.past } else { 2 + before };
-            let mut expected = Matrix::zeros(3, 4 + held.past);
+            assert_eq!(discrete.past, waiting.max(1));
+            let place = |before: usize| if before == 0 { 3 + discrete.past } else { 2 + before };
+            let mut expected = Matrix::zeros(3, 4 + discrete.past);
             for i in 0..3 {
                 for k in 0..3 {
                     (0..3).for_each(|j| expected[(i, j)] += two[(i, k)] * one[(k, j)]);
@@ -185,7 +185,7 @@ mod tests {
                 }
                 expected[(i, place(waiting.saturating_sub(1)))] += two[(i, 3)];
             }
-            close(&held.state, &expected, 1e-12);
+            close(&discrete.state, &expected, 1e-12);
         }
     }
 
@@ -196,11 +196,13 @@ mod tests {
         let b = matrix(&[&[0.0], &[20.0]]);
         let q = matrix(&[&[3.0, 0.5, 0.1], &[0.5, 0.2, 0.0], &[0.1, 0.0, 0.7]]);
         let (period, delay) = (0.02, 0.013);
-        let held = Held::new(&a, &b, &q, Clock { period, delay, single: false }).unwrap();
+        let discrete = ZohPlant::new(&a, &b, &q, Clock { period, delay, single: false }).unwrap();
         let (x, before, now) = ([0.3, -2.0], 1.5, -0.7);
         let all = [x[0], x[1], before, now];
-        let found: f64 =
-            (0..4).flat_map(|i| (0..4).map(move |j| (i, j))).map(|(i, j)| all[i] * held.cost[(i, j)] * all[j]).sum();
+        let found: f64 = (0..4)
+            .flat_map(|i| (0..4).map(move |j| (i, j)))
+            .map(|(i, j)| all[i] * discrete.cost[(i, j)] * all[j])
+            .sum();
         // Simpson's rule on the exact motion.
         let motion = |time: f64| {
             let step = |x: [f64; 2], u: f64, time: f64| {

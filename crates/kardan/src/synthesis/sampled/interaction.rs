@@ -1,4 +1,4 @@
-use super::hold::{Held, plant_flow};
+use super::hold::{ZohPlant, plant_flow};
 use crate::num::{Matrix, discretise};
 use crate::synthesis::Clock;
 use crate::synthesis::regulator::{SampledCost, SampledRegulator, sampled_lqr, stein};
@@ -72,22 +72,22 @@ impl Problem {
             Places { lagged: n, disturbances, model, references, size: references + c }
         };
         let (flow, input) = self.flow(&places, &lagged);
-        let held = Held::new(&flow, &input, &self.cost(&places, &lagged), self.clock)?;
+        let discrete = ZohPlant::new(&flow, &input, &self.cost(&places, &lagged), self.clock)?;
         // Regulated: z, lagged torques, past commands. Exogenous: d, ξ, r.
-        let all = places.size + (held.past + 1) * m;
+        let all = places.size + (discrete.past + 1) * m;
         let command = |j: usize| places.size + j;
-        let regulated: Vec<usize> = (0..places.disturbances).chain((0..held.past * m).map(command)).collect();
+        let regulated: Vec<usize> = (0..places.disturbances).chain((0..discrete.past * m).map(command)).collect();
         let exogenous: Vec<usize> = (places.disturbances..places.size).collect();
-        let now: Vec<usize> = (held.past * m..(held.past + 1) * m).map(command).collect();
+        let now: Vec<usize> = (discrete.past * m..(discrete.past + 1) * m).map(command).collect();
         let mut next = Matrix::zeros(all - m, all);
         for i in 0..places.size {
-            (0..all).for_each(|j| next[(i, j)] = held.state[(i, j)]);
+            (0..all).for_each(|j| next[(i, j)] = discrete.state[(i, j)]);
         }
-        for i in 0..held.past * m {
+        for i in 0..discrete.past * m {
             let from = if i < m { now[i] } else { places.size + i - m };
             next[(places.size + i, from)] = 1.0;
         }
-        let mut cost = held.cost.scale(&(1.0 / self.clock.period));
+        let mut cost = discrete.cost.scale(&(1.0 / self.clock.period));
         for (k, change) in self.changes.iter().enumerate() {
             let weight = 1.0 / (change * change);
             let (u, before) = (now[k], command(k));
@@ -118,21 +118,21 @@ impl Problem {
         let x12 = stein(&closed, &a22, &right)?;
         let weight = sampled.input.plus(&b.transpose().multiply(x).multiply(&b));
         let ahead = b.transpose().multiply(&x.multiply(&a12).plus(&x12.multiply(&a22))).plus(&crossed);
-        let known = weight.solve(&ahead)?;
+        let solved = weight.solve(&ahead)?;
         let columns =
             |matrix: &Matrix<f64>, first: usize, count: usize| Matrix::from_fn(m, count, |i, j| matrix[(i, first + j)]);
         let d = self.w.columns();
         let solution = Solution {
             on_state: columns(&regulator.gain, 0, n),
             on_lagged: columns(&regulator.gain, n, lagged.len()),
-            on_past: columns(&regulator.gain, n + lagged.len(), held.past * m),
-            on_disturbance: columns(&known, 0, d),
-            on_model: columns(&known, d, 2 * c),
-            on_reference: columns(&known, d + 2 * c, c),
+            on_past: columns(&regulator.gain, n + lagged.len(), discrete.past * m),
+            on_disturbance: columns(&solved, 0, d),
+            on_model: columns(&solved, d, 2 * c),
+            on_reference: columns(&solved, d + 2 * c, c),
             regulator,
         };
         let finite = |m: &Matrix<f64>| m.as_slice().iter().all(|x| x.is_finite());
-        (finite(&known) && finite(&solution.regulator.gain)).then_some(solution)
+        (finite(&solved) && finite(&solution.regulator.gain)).then_some(solution)
     }
 
     /// Aξ and Bξ of the sampled reference models, `ξ⁺ = Aξ ξ + Bξ r`; `None` if a number overflows.
@@ -178,7 +178,7 @@ impl Problem {
             let mut row = vec![0.0; size];
             row[..target.on_state.len()].copy_from_slice(&target.on_state);
             for (k, share) in target.on_torque.iter().enumerate() {
-                match lagged.iter().position(|other| *other == k) {
+                match lagged.iter().position(|candidate| *candidate == k) {
                     Some(place) => row[places.lagged + place] += share,
                     None => row[places.size + k] += share,
                 }
@@ -226,13 +226,13 @@ mod tests {
             // z = 4 u/20, u + d + z/2 = r.
             let command = (reference - disturbance) / 1.1;
             let lagged = found.on_lagged.row(0).iter().sum::<f64>() * command;
-            let said = -(found.on_state[(0, 0)] * 0.2 * command
+            let output = -(found.on_state[(0, 0)] * 0.2 * command
                 + lagged
                 + found.on_past.row(0).iter().sum::<f64>() * command
                 + found.on_disturbance[(0, 0)] * disturbance
                 + found.on_model[(0, 0)] * reference
                 + found.on_reference[(0, 0)] * reference);
-            assert!((said - command).abs() < 1e-9, "delay {delay}, lag {lag}: {said} {command}");
+            assert!((output - command).abs() < 1e-9, "delay {delay}, lag {lag}: {output} {command}");
         }
     }
 }

@@ -4,7 +4,7 @@ use faer::{Mat, c64};
 use kardan_rt::functions::hypot;
 
 use super::SampledLoop;
-use crate::num::{AtZero, Rounding, at_zero_within};
+use crate::num::{AtZero, Rounding, at_zero_rounded};
 
 /// Directions in which the disk is searched, over half a turn.
 const DIRECTIONS: usize = 24;
@@ -31,7 +31,7 @@ pub struct Lifted {
 impl Lifted {
     /// `free`: how many motions nobody holds; `None` if the map tells another number.
     pub(super) fn new(map: SampledLoop, free: usize) -> Option<Self> {
-        let split = at_zero_within(&map.change(), Rounding::OfOne)?;
+        let split = at_zero_rounded(&map.change(), Rounding::OfOne)?;
         (split.motions.columns() == free).then_some(Self { map, split })
     }
 

@@ -5,11 +5,11 @@ use std::f64::consts::TAU;
 use faer::c64;
 use kardan_rt::functions::{atan2, cos, exp, hypot, ln_1p, powf, sin};
 
-use super::course::{Course, Happening, Periods, SAME, SampledLoopError};
+use super::event_sequence::{EventSequence, LoopEvent, Periods, SAME, SampledLoopError};
 use super::jump::Jump;
 use super::places::Places;
 use super::{LoopPlant, SampledPart};
-use crate::num::{AtZero, Matrix, Rounding, alone, at_zero_within, balance, discretise, eigenvalues, square};
+use crate::num::{AtZero, Matrix, Rounding, at_zero_rounded, balance, discretise, eigenvalues, isolated, square};
 use crate::results::Stability;
 
 /// Doublings of the time over which errors of readings add up: 4096 periods.
@@ -46,7 +46,7 @@ pub struct SampledLoop {
     /// Where the torques are in z that the motors of each law give beyond what they are told, if they were asked for.
     pub(super) excess: Vec<usize>,
     /// Where the commands of each law are that are in force.
-    pub(super) held: Vec<usize>,
+    pub(super) in_force: Vec<usize>,
     /// After which happening new commands of each law are in force; `None` if that is more than once in a period.
     applied: Vec<Option<usize>>,
     /// Reduced coordinates, which stand first in z.
@@ -54,7 +54,7 @@ pub struct SampledLoop {
     /// Where constants begin in z: references and errors.
     constants: usize,
     jumps: Vec<Jump<f64>>,
-    course: Vec<Happening>,
+    event_sequence: Vec<LoopEvent>,
 }
 
 /// The motion of a loop that grows most, or decays least.
@@ -72,7 +72,7 @@ pub struct Slowest {
     /// that stay.
     pub free: usize,
     /// How many motions are left out: those, and more if that was asked for.
-    pub left_out: usize,
+    pub excluded: usize,
     /// How fast the one of them grows that grows most, 1/s; 0 of those that are exactly at zero.
     pub drift: f64,
     /// Below which size numbers counted as zero when they were told from others, 1/s.
@@ -80,71 +80,73 @@ pub struct Slowest {
 }
 
 impl Slowest {
-    /// Of a loop in continuous time `ż = F z`; `left_out`: at least so many motions, those next to zero; `judged`: with its word, which takes time.
+    /// Of a loop in continuous time `ż = F z`; `excluded`: at least so many motions, those next to zero; `judged`: with its word, which takes time.
     pub(super) fn continuous(
         plant: &LoopPlant,
         parts: &[SampledPart],
-        (left_out, judged): (usize, bool),
+        (excluded, judged): (usize, bool),
     ) -> Option<Self> {
         let sizes = Places::sizes(plant, parts);
-        let found = Held::of(
+        let found = NonzeroSpectrum::of(
             &SampledLoop::flow_of(plant, parts),
             sizes.as_ref().map_or(Rounding::OfLargest, Rounding::OfEach),
-            left_out,
+            excluded,
         )?;
         let (re, im) =
-            found.held.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 0.0));
+            found.nonzero.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 0.0));
         let stable = re < 0.0 || re <= found.error((re, im), 0.0);
         let word = if judged { found.word(0.0, |(re, _)| re) } else { Stability::Undecided };
         let drift = found.dropped.iter().map(|(re, _)| *re).fold(0.0, f64::max);
-        let (free, left_out, rounding) = (found.zeros, found.left_out(), found.rounding);
-        Some(Self { growth: exp(re), frequency: im.abs(), stable, word, free, left_out, drift, rounding })
+        let (free, excluded, rounding) = (found.zeros, found.excluded(), found.rounding);
+        Some(Self { growth: exp(re), frequency: im.abs(), stable, word, free, excluded, drift, rounding })
     }
 }
 
 /// Eigenvalues of a matrix without those at zero.
-struct Held {
+struct NonzeroSpectrum {
     /// How many are at zero.
     zeros: usize,
-    held: Vec<(f64, f64)>,
+    nonzero: Vec<(f64, f64)>,
     /// Those that are left out beside the ones at zero.
     dropped: Vec<(f64, f64)>,
     /// Entries on the diagonal of states that stand alone.
-    alone: Vec<f64>,
+    isolated: Vec<f64>,
     /// The matrix on the others, without what is at zero.
     rest: Matrix<f64>,
     /// Below which size numbers counted as zero.
     rounding: f64,
 }
 
-impl Held {
-    fn of(matrix: &Matrix<f64>, rounding: Rounding<'_>, left_out: usize) -> Option<Self> {
+impl NonzeroSpectrum {
+    fn of(matrix: &Matrix<f64>, rounding: Rounding<'_>, excluded: usize) -> Option<Self> {
         if matrix.as_slice().iter().any(|x| !x.is_finite()) {
             return None;
         }
-        let [alone, others] = alone(matrix);
-        let rest = square(matrix, &others);
-        let own = if let Rounding::OfEach(sizes) = rounding { Some((sizes, square(sizes, &others))) } else { None };
-        let split = at_zero_within(&rest, own.as_ref().map_or(rounding, |(_, own)| Rounding::OfEach(own)))?;
+        let [isolated, coupled] = isolated(matrix);
+        let rest = square(matrix, &coupled);
+        let own = if let Rounding::OfEach(sizes) = rounding { Some((sizes, square(sizes, &coupled))) } else { None };
+        let split = at_zero_rounded(&rest, own.as_ref().map_or(rounding, |(_, own)| Rounding::OfEach(own)))?;
         let diagonal = |k: usize| matrix[(k, k)];
         // Scales of the coordinates leave the diagonal as it is.
         let largest = (0..matrix.rows()).map(|k| diagonal(k).abs()).fold(0.0, f64::max);
         let largest = largest.max(if matches!(rounding, Rounding::OfOne) { 1.0 } else { 0.0 });
         let least = 2.0 * ROUNDINGS * matrix.rows() as f64 * f64::EPSILON * largest;
-        let known = |k: usize| own.as_ref().map_or(least, |(sizes, _)| 2.0 * ROUNDINGS * f64::EPSILON * sizes[(k, k)]);
-        let (zero, alone): (Vec<usize>, Vec<usize>) = alone.into_iter().partition(|&k| diagonal(k).abs() <= known(k));
-        let alone: Vec<f64> = alone.into_iter().map(diagonal).collect();
-        let mut held = eigenvalues(&split.rest)?;
-        held.extend(alone.iter().map(|x| (*x, 0.0)));
+        let rounding_of =
+            |k: usize| own.as_ref().map_or(least, |(sizes, _)| 2.0 * ROUNDINGS * f64::EPSILON * sizes[(k, k)]);
+        let (zero, isolated): (Vec<usize>, Vec<usize>) =
+            isolated.into_iter().partition(|&k| diagonal(k).abs() <= rounding_of(k));
+        let isolated: Vec<f64> = isolated.into_iter().map(diagonal).collect();
+        let mut nonzero = eigenvalues(&split.rest)?;
+        nonzero.extend(isolated.iter().map(|x| (*x, 0.0)));
         // The next to zero come first.
-        held.sort_by(|a, b| size(*a).total_cmp(&size(*b)).then(a.1.total_cmp(&b.1)));
+        nonzero.sort_by(|a, b| size(*a).total_cmp(&size(*b)).then(a.1.total_cmp(&b.1)));
         let zeros = zero.len() + split.motions.columns();
-        let more = left_out.saturating_sub(zeros).min(held.len());
-        let dropped = held.drain(..more).collect();
-        Some(Self { zeros, held, dropped, alone, rest: split.rest, rounding: split.rounding.max(least) })
+        let more = excluded.saturating_sub(zeros).min(nonzero.len());
+        let dropped = nonzero.drain(..more).collect();
+        Some(Self { zeros, nonzero, dropped, isolated, rest: split.rest, rounding: split.rounding.max(least) })
     }
 
-    fn left_out(&self) -> usize {
+    fn excluded(&self) -> usize {
         self.zeros + self.dropped.len()
     }
 
@@ -152,7 +154,7 @@ impl Held {
     fn word(&self, added: f64, beyond: impl Fn((f64, f64)) -> f64) -> Stability {
         let size = self.rest.as_slice().iter().fold(0.0f64, |most, x| most.max(x.abs()));
         let near = |value: &&(f64, f64)| beyond(**value) > -CLOSE * size.max(1.0);
-        let signs = self.held.iter().filter(near).map(|value| {
+        let signs = self.nonzero.iter().filter(near).map(|value| {
             let (beyond, error) = (beyond(*value), self.error(*value, added));
             if beyond.abs() <= error { Stability::Undecided } else { outside(beyond > 0.0) }
         });
@@ -163,7 +165,7 @@ impl Held {
 
     /// How far rounding may move one of the eigenvalues of the matrix, plus one that is added to it for the diagonal.
     fn error(&self, value: (f64, f64), added: f64) -> f64 {
-        if value.1 == 0.0 && self.alone.contains(&value.0) {
+        if value.1 == 0.0 && self.isolated.contains(&value.0) {
             // It is beyond that already.
             return 0.0;
         }
@@ -208,9 +210,9 @@ fn error(matrix: &Matrix<f64>, value: (f64, f64)) -> f64 {
     let condition = match (right, left) {
         (Some(x), Some(y)) => {
             let sum = |a: usize, b: usize| (0..n).map(|k| y[(a + k, 0)] * x[(b + k, 0)]).sum::<f64>();
-            let along = hypot(sum(0, 0) + sum(n, n), sum(0, n) - sum(n, 0));
+            let inner_product = hypot(sum(0, 0) + sum(n, n), sum(0, n) - sum(n, 0));
             let length = |x: &Matrix<f64>| x.as_slice().iter().map(|x| x * x).sum::<f64>().sqrt();
-            (length(&x) * length(&y) / along).max(1.0)
+            (length(&x) * length(&y) / inner_product).max(1.0)
         }
         _ => 1.0,
     };
@@ -255,16 +257,16 @@ impl SampledLoop {
         let places = Places::new(plant, parts, driven.is_some());
         let (flow, commands) = places.flow();
         let moving = Moving::of(&flow);
-        let found = Course::over(parts, &periods, &places, |time| moving.exponential(&flow, time))?;
+        let found = EventSequence::over(parts, &periods, &places, |time| moving.exponential(&flow, time))?;
         let map = found.map(places.size);
-        let Course { jumps, happenings: course, applied, .. } = found;
+        let EventSequence { jumps, events: event_sequence, applied, .. } = found;
         if !map.as_slice().iter().all(|x| x.is_finite()) {
             return Err(SampledLoopError::NotFinite);
         }
         let references: Vec<usize> = places.laws.iter().map(|law| law.references.unwrap_or(places.size)).collect();
         let errors = places.laws.iter().map(|law| law.errors.unwrap_or(places.size)).collect();
         let excess = places.laws.iter().map(|law| law.excess.unwrap_or(places.size)).collect();
-        let held = places.laws.iter().map(|law| law.held).collect();
+        let in_force = places.laws.iter().map(|law| law.in_force).collect();
         let once = |all: Vec<usize>| if let [one] = all[..] { Some(one) } else { None };
         let applied = applied.into_iter().map(once).collect();
         let constants = references.first().copied().unwrap_or(places.size);
@@ -278,12 +280,12 @@ impl SampledLoop {
             references,
             errors,
             excess,
-            held,
+            in_force,
             applied,
             degrees_of_freedom,
             constants,
             jumps,
-            course,
+            event_sequence,
         })
     }
 
@@ -298,17 +300,17 @@ impl SampledLoop {
     /// What of a loop without sampled laws is at zero, to the rounding of what each entry of its matrix adds up from.
     pub(super) fn at_zero_of(plant: &LoopPlant, parts: &[SampledPart]) -> Option<AtZero> {
         let flow = Self::flow_of(plant, parts);
-        at_zero_within(&flow, Places::sizes(plant, parts).as_ref().map_or(Rounding::OfLargest, Rounding::OfEach))
+        at_zero_rounded(&flow, Places::sizes(plant, parts).as_ref().map_or(Rounding::OfLargest, Rounding::OfEach))
     }
 
     /// Lets one period pass. `look` is shown z at the end of each interval after which a law computes, and at the end.
     pub fn pass(&self, z: &mut [f64], look: &mut dyn FnMut(&[f64])) {
         let mut memory = Vec::new();
-        for happening in &self.course {
-            match happening {
-                Happening::Jump(jump) => self.jumps[*jump].change(z, &mut memory),
-                Happening::Look => look(z),
-                Happening::Fresh(_) | Happening::Launch(_) => {}
+        for event in &self.event_sequence {
+            match event {
+                LoopEvent::Jump(jump) => self.jumps[*jump].change(z, &mut memory),
+                LoopEvent::Look => look(z),
+                LoopEvent::Fresh(_) | LoopEvent::Launch(_) => {}
             }
         }
     }
@@ -317,19 +319,19 @@ impl SampledLoop {
     pub(super) fn with_factor(&self, factor: c64) -> [Matrix<f64>; 2] {
         let n = self.map.rows();
         let (mut re, mut im) = (Matrix::identity(n), Matrix::zeros(n, n));
-        for happening in &self.course {
-            match happening {
-                Happening::Jump(jump) => {
+        for event in &self.event_sequence {
+            match event {
+                LoopEvent::Jump(jump) => {
                     self.jumps[*jump].change_rows(&mut re);
                     self.jumps[*jump].change_rows(&mut im);
                 }
-                Happening::Launch(place) => {
+                LoopEvent::Launch(place) => {
                     for j in 0..n {
                         let entry = factor * c64::new(re[(*place, j)], im[(*place, j)]);
                         (re[(*place, j)], im[(*place, j)]) = (entry.re, entry.im);
                     }
                 }
-                Happening::Look | Happening::Fresh(_) => {}
+                LoopEvent::Look | LoopEvent::Fresh(_) => {}
             }
         }
         [re, im].map(|m| Matrix::from_fn(self.constants, self.constants, |i, j| m[(i, j)]))
@@ -365,7 +367,7 @@ impl SampledLoop {
 
     /// The motions that nobody holds, columns over z without constants: they stay, an eigenvalue at one of the map.
     pub fn free(&self) -> Option<Matrix<f64>> {
-        Some(at_zero_within(&self.change(), Rounding::OfOne)?.motions)
+        Some(at_zero_rounded(&self.change(), Rounding::OfOne)?.motions)
     }
 
     /// Φ − 1 on all but constants: what stays is an eigenvalue at zero.
@@ -376,25 +378,25 @@ impl SampledLoop {
     /// The motion that grows most, or decays least, but for those of parts that nobody holds (a wheel that turns freely), which
     /// stay exactly; growth zero if there is no other. `None` if the iteration fails.
     pub fn slowest(&self) -> Option<Slowest> {
-        self.slowest_without(0)
+        self.slowest_excluding(0)
     }
 
     /// The same without at least so many motions, those that change least.
-    pub fn slowest_without(&self, left_out: usize) -> Option<Slowest> {
-        self.slowest_of((left_out, true))
+    pub fn slowest_excluding(&self, excluded: usize) -> Option<Slowest> {
+        self.slowest_of((excluded, true))
     }
 
     /// The same; the word takes time and is left out where nobody asks for it.
-    pub(super) fn slowest_of(&self, (left_out, judged): (usize, bool)) -> Option<Slowest> {
-        let found = Held::of(&self.change(), Rounding::OfOne, left_out)?;
+    pub(super) fn slowest_of(&self, (excluded, judged): (usize, bool)) -> Option<Slowest> {
+        let found = NonzeroSpectrum::of(&self.change(), Rounding::OfOne, excluded)?;
         // |1 + μ|² = 1 + 2 Re μ + |μ|²: the growth keeps its digits next to one.
         let grows = |(re, im): (f64, f64)| 2.0 * re + re * re + im * im;
         let per_second = |change: (f64, f64)| 0.5 * ln_1p(grows(change)) / self.period;
         let drift = found.dropped.iter().map(|change| per_second(*change)).fold(0.0, f64::max);
-        let (free, left_out, rounding) = (found.zeros, found.left_out(), found.rounding / self.period);
-        let Some(change) = found.held.iter().copied().max_by(|a, b| grows(*a).total_cmp(&grows(*b))) else {
+        let (free, excluded, rounding) = (found.zeros, found.excluded(), found.rounding / self.period);
+        let Some(change) = found.nonzero.iter().copied().max_by(|a, b| grows(*a).total_cmp(&grows(*b))) else {
             let (stable, word) = (true, Stability::Stable);
-            return Some(Slowest { growth: 0.0, frequency: 0.0, stable, word, free, left_out, drift, rounding });
+            return Some(Slowest { growth: 0.0, frequency: 0.0, stable, word, free, excluded, drift, rounding });
         };
         let own = (1.0 + change.0, change.1);
         let beyond = 0.5 * grows(change);
@@ -406,7 +408,7 @@ impl SampledLoop {
         let growth = powf((1.0 + grows(change)).max(0.0), 0.5 * self.sample_time / self.period);
         let frequency = self.turn(own).abs() / self.period;
         let word = if judged { found.word(1.0, |change| 0.5 * grows(change)) } else { Stability::Undecided };
-        Some(Slowest { growth, frequency, stable, word, free, left_out, drift, rounding })
+        Some(Slowest { growth, frequency, stable, word, free, excluded, drift, rounding })
     }
 
     /// The map from just after new commands of a law are in force to the same instant a period later; `None` if that is more
@@ -414,8 +416,8 @@ impl SampledLoop {
     pub(super) fn between_commands(&self, law: usize) -> Option<Matrix<f64>> {
         let first = self.applied[law]?;
         let mut map = Matrix::identity(self.map.rows());
-        for happening in self.course[first..].iter().chain(&self.course[..first]) {
-            if let Happening::Jump(jump) = happening {
+        for event in self.event_sequence[first..].iter().chain(&self.event_sequence[..first]) {
+            if let LoopEvent::Jump(jump) = event {
                 self.jumps[*jump].change_rows(&mut map);
             }
         }
@@ -463,19 +465,19 @@ impl SampledLoop {
         let part = |first: usize| {
             let mut z = vec![0.0; self.map.rows()];
             (0..n).for_each(|k| z[k] = found[(first + k, 0)] / largest);
-            let mut seen = vec![z[..self.degrees_of_freedom].to_vec()];
-            self.pass(&mut z, &mut |z| seen.push(z[..self.degrees_of_freedom].to_vec()));
-            seen
+            let mut positions = vec![z[..self.degrees_of_freedom].to_vec()];
+            self.pass(&mut z, &mut |z| positions.push(z[..self.degrees_of_freedom].to_vec()));
+            positions
         };
         let (x, y) = (part(0), part(n));
-        let turned: f64 = (1..x.len())
+        let rotation: f64 = (1..x.len())
             .map(|k| {
                 let sum = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-                let along = sum(&x[k - 1], &x[k]) + sum(&y[k - 1], &y[k]);
-                atan2(sum(&x[k - 1], &y[k]) - sum(&y[k - 1], &x[k]), along)
+                let inner_product = sum(&x[k - 1], &x[k]) + sum(&y[k - 1], &y[k]);
+                atan2(sum(&x[k - 1], &y[k]) - sum(&y[k - 1], &x[k]), inner_product)
             })
             .sum();
-        angle + TAU * ((turned - angle) / TAU).round()
+        angle + TAU * ((rotation - angle) / TAU).round()
     }
 
     /// Spectral radius per shortest sample time; below one the loop is stable.
@@ -495,19 +497,19 @@ impl SampledLoop {
         assert!(first + variances.len() <= n, "variances of readings that the loop does not have");
         let variance = |place: usize| place.checked_sub(first).and_then(|k| variances.get(k)).copied().unwrap_or(0.0);
         let pass = |sum: &mut Matrix<f64>, look: &mut dyn FnMut(&Matrix<f64>)| {
-            for happening in &self.course {
-                match happening {
-                    Happening::Jump(jump) => {
+            for event in &self.event_sequence {
+                match event {
+                    LoopEvent::Jump(jump) => {
                         self.jumps[*jump].change_rows(sum);
                         *sum = sum.transpose();
                         self.jumps[*jump].change_rows(sum);
                     }
-                    Happening::Fresh(place) => {
+                    LoopEvent::Fresh(place) => {
                         (0..n).for_each(|k| (sum[(*place, k)], sum[(k, *place)]) = (0.0, 0.0));
                         sum[(*place, *place)] = variance(*place);
                     }
-                    Happening::Look => look(sum),
-                    Happening::Launch(_) => {}
+                    LoopEvent::Look => look(sum),
+                    LoopEvent::Launch(_) => {}
                 }
             }
         };

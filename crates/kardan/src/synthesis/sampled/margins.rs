@@ -124,14 +124,14 @@ impl Survey<'_> {
     }
 
     /// The same of at least so many motions less, and with a word of its own only if that is asked for.
-    fn slowest_of(&self, change: Change, (left_out, judged): (usize, bool)) -> Option<Slowest> {
+    fn slowest_of(&self, change: Change, (excluded, judged): (usize, bool)) -> Option<Slowest> {
         let (parts, plant) = self.changed(change)?;
         if parts.iter().all(|part| part.clock.is_none()) {
-            return Slowest::continuous(&plant, &parts, (left_out, judged));
+            return Slowest::continuous(&plant, &parts, (excluded, judged));
         }
         // What nobody holds in continuous time, sampling may move a little: that makes no held motion of it.
         let free = self.free_motions(change).map_or(0, |free| free.columns());
-        SampledLoop::new(&plant, &parts).ok()?.slowest_of((left_out.max(free), judged))
+        SampledLoop::new(&plant, &parts).ok()?.slowest_of((excluded.max(free), judged))
     }
 
     /// The motions of the changed loop in continuous time that nobody holds, columns whose first entries are `[q_r; q̇_r]`; `None`
@@ -172,18 +172,18 @@ impl Survey<'_> {
     fn first(
         &self,
         values: impl Iterator<Item = f64>,
-        left_out: usize,
+        excluded: usize,
         change: impl Fn(f64) -> Change,
     ) -> Option<Limit> {
         // Negative where the loop is stable; the size is how fast the motion grows or decays.
-        let grows = |value: f64| match self.slowest_of(change(value), (left_out, false)) {
+        let grows = |value: f64| match self.slowest_of(change(value), (excluded, false)) {
             Some(found) if found.stable => -ln(found.growth).abs().max(f64::MIN_POSITIVE),
             Some(found) => ln(found.growth).abs().max(f64::MIN_POSITIVE),
             None => f64::INFINITY,
         };
         let limit = |[before, beyond]: [(f64, f64); 2]| {
             let [low, high] = bracket([before, beyond], 1e-13 * beyond.0.abs(), grows);
-            let frequency = self.slowest_of(change(high), (left_out, false)).map_or(0.0, |found| found.frequency);
+            let frequency = self.slowest_of(change(high), (excluded, false)).map_or(0.0, |found| found.frequency);
             Limit { value: low, frequency }
         };
         // The last two that are stable.
@@ -254,7 +254,7 @@ impl Survey<'_> {
     /// rounding. `None` if the controller has no clock or the loop is unstable as it is.
     pub fn motor_delay(&self, motor: usize) -> Option<Limit> {
         let period = self.clocks[self.number]?.period;
-        let free = self.slowest(self.unchanged())?.left_out;
+        let free = self.slowest(self.unchanged())?.excluded;
         let steps = (0..=(LATE_STEPS * DELAYS) as usize).map(|k| period * k as f64 / LATE_STEPS);
         self.first(steps, free, |late| Change { motor: Some(motor), late, ..self.unchanged() })
     }
@@ -285,7 +285,7 @@ impl Survey<'_> {
 
     fn factors(&self, motor: Option<usize>) -> Option<[Limit; 2]> {
         let change = |gain: f64| Change { gain, motor, ..self.unchanged() };
-        let free = self.slowest(self.unchanged())?.left_out;
+        let free = self.slowest(self.unchanged())?.excluded;
         let up = self.first(path(1.0, GAINS), free, change)?;
         let down = self.first(path(1.0, GAINS).map(|x| 1.0 / x), free, change)?;
         Some([if down.value.is_infinite() { Limit { value: 0.0, ..down } } else { down }, up])

@@ -2,7 +2,7 @@
 
 use kardan_rt::Health;
 
-use crate::num::{Float, Keeper, Matrix};
+use crate::num::{Float, Matrix, StateArchive};
 
 /// Entries of a matrix in a precision.
 pub(in crate::synthesis) fn entries<T: Float>(matrix: &Matrix<f64>) -> Vec<T> {
@@ -10,8 +10,8 @@ pub(in crate::synthesis) fn entries<T: Float>(matrix: &Matrix<f64>) -> Vec<T> {
 }
 
 /// What a block says of its last sample.
-pub(in crate::synthesis) fn keep_health(health: &mut Health, keeper: &mut Keeper<'_>) {
-    let Health { readings_held, references_held, commands_bounded, governed, estimate_kept } = health;
-    [readings_held, references_held, commands_bounded].into_iter().for_each(|count| keeper.count(count));
-    [governed, estimate_kept].into_iter().for_each(|flag| keeper.flag(flag));
+pub(in crate::synthesis) fn archive_health(health: &mut Health, archive: &mut StateArchive<'_>) {
+    let Health { invalid_readings, invalid_references, commands_bounded, governed, estimate_frozen } = health;
+    [invalid_readings, invalid_references, commands_bounded].into_iter().for_each(|count| archive.count(count));
+    [governed, estimate_frozen].into_iter().for_each(|flag| archive.flag(flag));
 }

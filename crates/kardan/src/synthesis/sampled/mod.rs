@@ -2,7 +2,7 @@
 //! laws that know the sample time, the delay and the lag of the motors.
 
 mod blocks;
-mod course;
+mod event_sequence;
 mod exact_map;
 mod filter;
 mod firmware;
@@ -20,20 +20,20 @@ mod plant;
 mod regulator_block;
 mod regulator_data;
 mod responses;
+mod schedule_cache;
 mod scheduled;
-mod turned;
 
 pub use blocks::{BesideBlocks, LinearTask, LoopBlocks};
-pub use course::SampledLoopError;
+pub use event_sequence::SampledLoopError;
 pub use exact_map::ExactMap;
 pub(super) use filter::filter;
 pub use firmware::sampled;
-pub(super) use hold::{hold_plant, on_their_way};
+pub(super) use hold::{on_their_way, zoh_plant};
 pub(super) use interaction::{Problem, Solution, Target};
 pub use lifted::Lifted;
 pub use loop_map::{SampledLoop, Slowest};
 pub use margins::{Change, GAINS, LIMIT_STEP, Limit, Survey};
-pub(super) use memory::{entries, keep_health};
+pub(super) use memory::{archive_health, entries};
 pub use noise::reading_variance;
 pub use part::{SampledPart, Teller, Wire};
 pub(super) use places::{FirstOrderPlant, Places};
@@ -41,6 +41,6 @@ pub use plant::{LoopPlant, Reads, SlowSensor, VariedPlant};
 pub(super) use regulator_block::RegulatorBlock;
 pub(super) use regulator_data::{GovernorData, RegulatorData};
 pub use responses::{ControlLoop, Readings};
+pub(super) use schedule_cache::ScheduleCache;
 use scheduled::Scheduled;
 pub(super) use scheduled::{PERIOD, ScheduleData, turning};
-pub(super) use turned::Turned;

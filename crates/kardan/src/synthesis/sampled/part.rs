@@ -4,7 +4,7 @@ use super::{LoopPlant, SlowSensor};
 use crate::analysis::OutputSignal;
 use crate::names::SignalName;
 use crate::num::{LastDigits, Matrix, Rational};
-use crate::synthesis::{Clock, Law, LinearLaw, Told};
+use crate::synthesis::{Clock, ExportedSignal, Law, LinearLaw};
 
 /// A wire on which the commands of a sampled law to one of its motors are late.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,7 +21,7 @@ pub struct Teller {
     /// Which part.
     pub part: usize,
     /// What of it.
-    pub told: Told,
+    pub exported: ExportedSignal,
 }
 
 /// A law in a sampled loop, or a task of blocks, whose answers stand in the place of commands.
@@ -59,7 +59,7 @@ impl SampledPart {
     ///
     /// # Panics
     /// As [`Self::of`].
-    pub fn standing(law: &dyn Law, plant: &LoopPlant, position: &[f64]) -> Option<Self> {
+    pub fn at_position(law: &dyn Law, plant: &LoopPlant, position: &[f64]) -> Option<Self> {
         Some(Self::with(law, plant, law.clock(), law.linear_at(position, law.clock())?))
     }
 
@@ -105,8 +105,8 @@ impl SampledPart {
     /// Its linear part before rounding, as far as that is known; else the fractions that its numbers are.
     pub fn exactly(&self) -> LinearLaw<Rational> {
         // Of a law that is off the states are left out.
-        let known = self.exact.as_ref().filter(|exact| exact.states.rows() == self.linear.states.rows());
-        known.map_or_else(|| self.direct().exact(), |exact| (**exact).clone())
+        let exact_design = self.exact.as_ref().filter(|exact| exact.states.rows() == self.linear.states.rows());
+        exact_design.map_or_else(|| self.direct().exact(), |exact| (**exact).clone())
     }
 
     /// Whether a number of it is rounded.

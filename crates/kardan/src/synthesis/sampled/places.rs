@@ -2,7 +2,7 @@ use super::jump::{Jump, nonzero};
 use super::{LoopPlant, Reads, SampledPart, Teller, on_their_way};
 use crate::num::{Matrix, Rational, Scalar, rational_from_f64};
 use crate::reduce::{FirstOrder, over_states};
-use crate::synthesis::{Clock, LinearLaw, Told, sizes};
+use crate::synthesis::{Clock, ExportedSignal, LinearLaw, sizes};
 
 /// Numbers over which a loop is put together.
 pub(in crate::synthesis) trait Number: Scalar {
@@ -34,12 +34,12 @@ impl Number for Rational {
         rational_from_f64(value).unwrap_or(Rational::ZERO)
     }
     fn time(value: f64) -> Self {
-        written_time(value).unwrap_or(Rational::ZERO)
+        exact_time(value).unwrap_or(Rational::ZERO)
     }
 }
 
 /// A time that follows from others by differences, s, without what rounding left of them; `None` if it is not finite.
-pub(super) fn written_time(value: f64) -> Option<Rational> {
+pub(super) fn exact_time(value: f64) -> Option<Rational> {
     shortest_decimal(format!("{value:.13e}").parse().ok()?)
 }
 
@@ -114,7 +114,7 @@ pub(in crate::synthesis) struct LawPlaces<'a, S> {
     /// Its linear part, without what slow sensors hold.
     direct: LinearLaw<S>,
     /// Commands in force; of a law in continuous time nowhere.
-    pub held: usize,
+    pub in_force: usize,
     /// Commands on their way, the next first.
     queue: Vec<usize>,
     /// Of a late motor: which input, the command that it has received, and those on the wire, the next first.
@@ -138,7 +138,7 @@ impl<S: Number> LawPlaces<'_, S> {
     }
 
     fn is_slow(&self, reading: usize) -> bool {
-        self.part.slow.iter().any(|(other, _)| *other == reading)
+        self.part.slow.iter().any(|(candidate, _)| *candidate == reading)
     }
 
     /// Where the error of a slow sensor is.
@@ -193,7 +193,7 @@ impl<'a, S: Number> Places<'a, S> {
             .map(|(part, law)| {
                 let outputs = part.outputs();
                 let waiting = part.clock.map_or(0, on_their_way);
-                let held = take(if part.clock.is_some() { outputs } else { 0 });
+                let in_force = take(if part.clock.is_some() { outputs } else { 0 });
                 let queue = (0..waiting).map(|_| take(outputs)).collect();
                 let wire = part.clock.zip(part.wire).map(|(clock, wire)| {
                     let waiting = on_their_way(Clock { delay: wire.delay, ..clock });
@@ -207,7 +207,7 @@ impl<'a, S: Number> Places<'a, S> {
                 LawPlaces {
                     part,
                     direct: law,
-                    held,
+                    in_force,
                     queue,
                     wire,
                     states,
@@ -235,8 +235,8 @@ impl<'a, S: Number> Places<'a, S> {
     /// What a law makes of places beside those of plant and states: with `on_references` (or `references`) and `on_errors` (or
     /// `errors`) it multiplies its references and readings' errors, the readings that slow sensors hold, and what other parts tell it.
     fn enter_references(&self, law: &LawPlaces<'_, S>, [references, errors]: [&Matrix<S>; 2], out: &mut Matrix<S>) {
-        let told: Vec<(usize, Vec<(usize, S)>)> =
-            law.part.reads.iter().map(|(reference, teller)| (*reference, self.told(*teller))).collect();
+        let exported: Vec<(usize, Vec<(usize, S)>)> =
+            law.part.reads.iter().map(|(reference, teller)| (*reference, self.exported(*teller))).collect();
         for i in 0..out.rows() {
             if let Some(first) = law.references {
                 (0..references.columns()).for_each(|k| add(out, (i, first + k), &references[(i, k)]));
@@ -245,10 +245,10 @@ impl<'a, S: Number> Places<'a, S> {
                 let direct = (0..errors.columns()).filter(|k| !law.is_slow(*k));
                 direct.for_each(|k| add(out, (i, first + k), &errors[(i, k)]));
             }
-            for ((reading, _), (held, _)) in law.part.slow.iter().zip(&law.slow) {
-                add(out, (i, *held), &errors[(i, *reading)]);
+            for ((reading, _), (in_force, _)) in law.part.slow.iter().zip(&law.slow) {
+                add(out, (i, *in_force), &errors[(i, *reading)]);
             }
-            for (reference, row) in &told {
+            for (reference, row) in &exported {
                 let gain = &references[(i, *reference)];
                 row.iter().for_each(|(place, x)| add(out, (i, *place), &gain.times(x)));
             }
@@ -256,15 +256,15 @@ impl<'a, S: Number> Places<'a, S> {
     }
 
     /// What a part tells, over z: at a sample the tasks have computed before, and a law tells what it found at its last one.
-    fn told(&self, Teller { part, told }: Teller) -> Vec<(usize, S)> {
+    fn exported(&self, Teller { part, exported }: Teller) -> Vec<(usize, S)> {
         let law = &self.laws[part];
-        match told {
-            Told::State(k) => vec![(law.states + k, S::one())],
-            Told::Command(k) if law.part.clock.is_some() => {
-                vec![(law.queue.last().copied().unwrap_or(law.held) + k, S::one())]
+        match exported {
+            ExportedSignal::State(k) => vec![(law.states + k, S::one())],
+            ExportedSignal::Command(k) if law.part.clock.is_some() => {
+                vec![(law.queue.last().copied().unwrap_or(law.in_force) + k, S::one())]
             }
             // At every instant it follows from what it reads there.
-            Told::Command(k) => nonzero(self.command(part).row(k)),
+            ExportedSignal::Command(k) => nonzero(self.command(part).row(k)),
         }
     }
 
@@ -305,8 +305,8 @@ impl<'a, S: Number> Places<'a, S> {
         for (number, law) in self.laws.iter().enumerate() {
             if law.part.clock.is_some() {
                 for (i, &input) in law.part.inputs.iter().enumerate() {
-                    let received = law.wire.as_ref().filter(|(wired, ..)| *wired == i).map(|(_, place, _)| *place);
-                    add(&mut commands, (input, received.unwrap_or(law.held + i)), &S::one());
+                    let received = law.wire.as_ref().filter(|(sent, ..)| *sent == i).map(|(_, place, _)| *place);
+                    add(&mut commands, (input, received.unwrap_or(law.in_force + i)), &S::one());
                 }
                 continue;
             }
@@ -337,16 +337,16 @@ impl<'a, S: Number> Places<'a, S> {
             }
         }
         for (input, place) in self.lagged.iter().enumerate() {
-            let told = |j: usize| commands[(input, j)].plus(&unit(excess[input] == Some(j)));
+            let commanded = |j: usize| commands[(input, j)].plus(&unit(excess[input] == Some(j)));
             for j in 0..self.size {
                 let torque = match place {
                     Some(place) => {
                         let torque = unit::<S>(j == *place);
-                        let rate = told(j).minus(&torque).over(&S::time(self.plant.lags[input]));
+                        let rate = commanded(j).minus(&torque).over(&S::time(self.plant.lags[input]));
                         add(&mut flow, (*place, j), &rate);
                         torque
                     }
-                    None => told(j),
+                    None => commanded(j),
                 };
                 if place.is_some() {
                     (0..own).for_each(|i| add(&mut flow, (i, j), &gains[input].times(&b[(i, input)]).times(&torque)));
@@ -407,7 +407,7 @@ impl<'a, S: Number> Places<'a, S> {
                 let whole = (1..waiting).fold(S::zero(), |sum, _| sum.plus(&S::one()));
                 let before = S::time(clock.delay).over(&S::time(clock.period)).minus(&whole);
                 let after = if waiting == 1 { command.clone() } else { row(law.queue[0]) };
-                row(law.held).scale(&before).plus(&after.scale(&S::one().minus(&before)))
+                row(law.in_force).scale(&before).plus(&after.scale(&S::one().minus(&before)))
             }
         };
         let mut out = Jump::new();
@@ -415,7 +415,7 @@ impl<'a, S: Number> Places<'a, S> {
             out.set(law.states, &self.rates(number, &torques));
         }
         // The last place is free: the command that was in it has moved on when the one before took effect.
-        out.set(law.queue.last().copied().unwrap_or(law.held), &command);
+        out.set(law.queue.last().copied().unwrap_or(law.in_force), &command);
         if let Some(place) = self.launched(number).filter(|_| law.queue.is_empty()) {
             let input = law.wire.as_ref().map_or(0, |wire| wire.0);
             out.push(place, nonzero(command.row(input)));
@@ -440,9 +440,9 @@ impl<'a, S: Number> Places<'a, S> {
 
     /// The next command of a law that is on its way takes effect, those behind it move up.
     pub(super) fn apply(&self, number: usize) -> Jump<S> {
-        let LawPlaces { held, queue, part, wire, .. } = &self.laws[number];
+        let LawPlaces { in_force, queue, part, wire, .. } = &self.laws[number];
         let mut out = Jump::new();
-        let chain: Vec<usize> = std::iter::once(*held).chain(queue.iter().copied()).collect();
+        let chain: Vec<usize> = std::iter::once(*in_force).chain(queue.iter().copied()).collect();
         for pair in chain.windows(2) {
             (0..part.outputs()).for_each(|i| out.push(pair[0] + i, vec![(pair[1] + i, S::one())]));
         }
@@ -455,23 +455,23 @@ impl<'a, S: Number> Places<'a, S> {
     /// A slow sensor of a law reads.
     pub(super) fn read(&self, number: usize, slow: usize) -> Jump<S> {
         let law = &self.laws[number];
-        let (held, last) = law.slow[slow];
+        let (in_force, last) = law.slow[slow];
         let sensor = &law.part.slow[slow].1;
         let row: Matrix<f64> = Matrix::from_fn(1, self.plant.basis.rows(), |_, k| {
             sensor.row.iter().filter(|(shaft, _)| *shaft == k).map(|(_, x)| x).sum::<f64>()
         });
         let (row, none) = (gains::<S>(&row), Matrix::zeros(1, self.plant.basis.rows()));
         let [angles, speeds] = if sensor.reads == Reads::Speeds { [&none, &row] } else { [&row, &none] };
-        let seen = nonzero(self.plant.over_states([angles, speeds]).row(0));
+        let slopes = nonzero(self.plant.over_states([angles, speeds]).row(0));
         let mut out = Jump::new();
-        let mut reading = seen.clone();
+        let mut reading = slopes.clone();
         if let Some(last) = last {
             reading.push((last, S::zero().minus(&S::one())));
             reading.iter_mut().for_each(|(_, x)| *x = x.over(&S::time(sensor.period)));
-            out.push(last, seen);
+            out.push(last, slopes);
         }
         reading.extend(law.fresh_of(slow).map(|place| (place, S::one())));
-        out.push(held, reading);
+        out.push(in_force, reading);
         out
     }
 }

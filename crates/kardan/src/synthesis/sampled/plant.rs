@@ -3,7 +3,7 @@ use std::sync::Arc;
 use crate::assemble::{CoefficientKind as Kind, TermCoefficient};
 use crate::equations::{Measured, Sensor};
 use crate::num::{Matrix, Rational};
-use crate::reduce::{FirstOrder, LinearModel, Reduced, is_answered};
+use crate::reduce::{FirstOrder, LinearModel, Reduced, reads_blocks};
 
 /// A linear plant with its motors, in floating point: `H q̈ + D q̇ + S q = F τ`. Coordinates without inertia have a damping, and no rate as a state.
 #[derive(Debug, Clone, PartialEq)]
@@ -121,15 +121,15 @@ impl LoopPlant {
     }
 
     /// The same with an input along each torque that follows from what blocks answer, behind those of the motors, by the name of its element.
-    pub fn with_answered(mut self, reduced: &Reduced) -> Self {
-        let laws: Vec<_> = reduced.equations.laws.iter().filter(|law| is_answered(&law.value)).collect();
+    pub fn with_block_torques(mut self, reduced: &Reduced) -> Self {
+        let laws: Vec<_> = reduced.equations.laws.iter().filter(|law| reads_blocks(&law.value)).collect();
         let Some(mut model) = self.exact.as_deref().cloned().filter(|_| !laws.is_empty()) else { return self };
         let own = model.input.columns();
-        let along = |i: usize, row: &[(usize, Rational)]| {
+        let column_entry = |i: usize, row: &[(usize, Rational)]| {
             row.iter().fold(Rational::ZERO, |sum, (shaft, x)| sum + x * &model.basis[(*shaft, i)])
         };
         model.input = Matrix::from_fn(model.input.rows(), own + laws.len(), |i, j| match j.checked_sub(own) {
-            Some(law) => along(i, &laws[law].row),
+            Some(law) => column_entry(i, &laws[law].row),
             None => model.input[(i, j)].clone(),
         });
         let names: Vec<String> = laws.iter().map(|law| law.element.clone()).collect();
@@ -163,10 +163,10 @@ impl VariedPlant {
     /// # Panics
     /// As [`LoopPlant::new`].
     pub fn new(reduced: &Reduced, model: &LinearModel, lags: &[f64]) -> Self {
-        let nominal = LoopPlant::new(model, lags).with_sensors(reduced).with_answered(reduced);
+        let nominal = LoopPlant::new(model, lags).with_sensors(reduced).with_block_torques(reduced);
         let basis = &nominal.basis;
-        let row = |along: &[(usize, f64)]| -> Vec<f64> {
-            (0..basis.columns()).map(|j| along.iter().map(|(shaft, x)| x * basis[(*shaft, j)]).sum()).collect()
+        let row = |column_entry: &[(usize, f64)]| -> Vec<f64> {
+            (0..basis.columns()).map(|j| column_entry.iter().map(|(shaft, x)| x * basis[(*shaft, j)]).sum()).collect()
         };
         let all = reduced.equations.coefficients().into_iter();
         let varied = all.filter(|one| one.kind != Kind::Friction && one.value != 0.0);

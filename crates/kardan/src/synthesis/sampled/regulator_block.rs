@@ -1,9 +1,9 @@
 use kardan_rt::{Bounds, Gain, Governor, Health, Regulator, RegulatorMemory};
 
-use super::{RegulatorData, ScheduleData, Scheduled, entries, keep_health};
-use crate::num::{Float, Keeper};
+use super::{RegulatorData, ScheduleData, Scheduled, archive_health, entries};
+use crate::num::{Float, StateArchive};
 use crate::synthesis::observed::Reading;
-use crate::synthesis::{Block, Seen};
+use crate::synthesis::{Block, Observation};
 
 /// The block [`Regulator`] or [`kardan_rt::ScheduledRegulator`] with its memory. Of a law's states it is estimate, reference
 /// model, last good readings, governed references and commands, one after the other.
@@ -79,22 +79,22 @@ impl<T: Float> RegulatorBlock<T> {
 }
 
 impl<T: Float> Block for RegulatorBlock<T> {
-    fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        keeper.floats(&mut self.memory);
-        keep_health(&mut self.health, keeper);
+    fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        archive.floats(&mut self.memory);
+        archive_health(&mut self.health, archive);
     }
 
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) -> bool {
+    fn command(&mut self, observation: Observation<'_>, out: &mut [f64]) -> bool {
         let [n, k, r, p, m] = self.sizes;
         for (number, reading) in self.readings.iter().enumerate() {
-            let value = match seen.readings.get(number) {
+            let value = match observation.readings.get(number) {
                 Some(value) => *value,
-                None => reading.read(seen.angles, seen.speeds),
+                None => reading.read(observation.angles, observation.speeds),
             };
             self.read[number] = T::from_f64(value - self.offsets[number]);
         }
-        T::narrow(seen.references, &mut self.references);
-        T::narrow(seen.states, &mut self.memory);
+        T::narrow(observation.references, &mut self.references);
+        T::narrow(observation.states, &mut self.memory);
         let (estimate, rest) = self.memory.split_at_mut(n);
         let (model, rest) = rest.split_at_mut(k);
         let (readings, rest) = rest.split_at_mut(p);
@@ -139,7 +139,7 @@ impl<T: Float> Block for RegulatorBlock<T> {
         true
     }
 
-    fn states(&mut self, _: Seen<'_>, _: &[f64], out: &mut [f64]) -> bool {
+    fn states(&mut self, _: Observation<'_>, _: &[f64], out: &mut [f64]) -> bool {
         T::widen(&self.memory, out);
         true
     }

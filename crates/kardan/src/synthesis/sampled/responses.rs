@@ -5,7 +5,7 @@ use std::sync::Arc;
 use faer::Mat;
 
 use super::{FirstOrderPlant, LoopPlant, Places, SampledLoop, SampledPart};
-use crate::num::{Matrix, Rational, Rounding, Scalar, at_zero, at_zero_within, balance, rational_from_f64, scaled};
+use crate::num::{Matrix, Rational, Rounding, Scalar, at_zero, at_zero_rounded, balance, rational_from_f64, scaled};
 use crate::reduce::motions_over_states;
 use crate::synthesis::LinearLaw;
 use crate::synthesis::margins::Response;
@@ -49,7 +49,7 @@ impl ControlLoop<'_> {
             let b = Matrix::from_fn(n, m, |i, j| flow[(i, excess + j)]);
             let c = Matrix::from_fn(m, n, |i, j| commands[(part.inputs[i], j)]);
             let sizes = Places::sizes(self.plant, self.parts);
-            let found = held(&flow, sizes.as_ref(), [&b, &c, &Matrix::zeros(m, m)], None)?;
+            let found = response_without_free(&flow, sizes.as_ref(), [&b, &c, &Matrix::zeros(m, m)], None)?;
             return Some(match self.motors_before_rounding() {
                 Some(exact) => found.before_rounding(exact),
                 None => found,
@@ -57,11 +57,11 @@ impl ControlLoop<'_> {
         };
         part.clock?;
         let found = SampledLoop::driven(self.plant, self.parts, period).ok()?;
-        let (n, excess, first) = (found.states(), found.excess[self.number], found.held[self.number]);
+        let (n, excess, first) = (found.states(), found.excess[self.number], found.in_force[self.number]);
         let map = found.between_commands(self.number)?;
         let b = Matrix::from_fn(n, m, |i, j| map[(i, excess + j)]);
         let c = Matrix::from_fn(m, n, |i, j| f64::from(u8::from(j == first + i)));
-        held(&map, None, [&b, &c, &Matrix::zeros(m, m)], Some(period))
+        response_without_free(&map, None, [&b, &c, &Matrix::zeros(m, m)], Some(period))
     }
 
     /// The same in continuous time before rounding, where it is known: A, B, C, D.
@@ -113,7 +113,7 @@ impl ControlLoop<'_> {
         let (n, first, map, command) = if let Some(period) = period {
             // Commands in force, which follow the readings after the delay: the size is that of the commands themselves.
             let found = SampledLoop::driven(self.plant, &parts, period).ok()?;
-            let in_force = found.held[self.number];
+            let in_force = found.in_force[self.number];
             let command = Matrix::from_fn(m, found.states(), |i, j| f64::from(u8::from(j == in_force + i)));
             (found.states(), found.errors[self.number], found.map, command)
         } else {
@@ -128,13 +128,13 @@ impl ControlLoop<'_> {
         let exact_c = Matrix::from_fn(errors, n, |i, j| rows[i].get(j).unwrap_or(&zero).clone());
         let c = exact_c.to_f64();
         let sizes = if period.is_none() { Places::sizes(self.plant, &parts) } else { None };
-        let mut loops = held(&map, sizes.as_ref(), [&b, &c, &Matrix::zeros(errors, errors)], period)?;
+        let mut loops = response_without_free(&map, sizes.as_ref(), [&b, &c, &Matrix::zeros(errors, errors)], period)?;
         if let Some(places) = self.exact_places(&parts) {
             let (flow, _) = places.flow();
             let b = Matrix::from_fn(n, errors, |i, j| flow[(i, first + j)].clone());
             loops = loops.before_rounding(only_between(&flow, [&b, &exact_c, &Matrix::zeros(errors, errors)]));
         }
-        let commands = held(&map, sizes.as_ref(), [&b, &command, &direct], period)?;
+        let commands = response_without_free(&map, sizes.as_ref(), [&b, &command, &direct], period)?;
         Some(Readings { names, loops, commands })
     }
 
@@ -143,7 +143,7 @@ impl ControlLoop<'_> {
         let linear = &part.linear;
         let fraction = |x: f64| rational_from_f64(x).unwrap_or_default();
         let basis = &self.plant.basis;
-        let seen = match &self.plant.exact {
+        let motion_rows = match &self.plant.exact {
             Some(model) => motions_over_states(&model.basis, &self.plant.moving),
             None => {
                 let basis = Matrix::from_fn(basis.rows(), basis.columns(), |i, j| fraction(basis[(i, j)]));
@@ -157,7 +157,7 @@ impl ControlLoop<'_> {
         all.extend((0..motions.len()).filter(|k| used(&linear.speeds, &linear.on_speeds, *k)).map(|k| (true, k)));
         part.linear = reading(linear, &all);
         part.exact = part.exact.as_deref().map(|exact| Arc::new(reading(exact, &all)));
-        let row = |(speed, k): &(bool, usize)| seen[usize::from(*speed)].row(*k).to_vec();
+        let row = |(speed, k): &(bool, usize)| motion_rows[usize::from(*speed)].row(*k).to_vec();
         all.iter().map(|one| (motions[one.1][usize::from(one.0)].clone(), row(one))).collect()
     }
 
@@ -183,7 +183,7 @@ impl ControlLoop<'_> {
         let slow = self.parts.iter().flat_map(|part| part.slow.iter().map(|(_, sensor)| sensor.period));
         let mut all = self.parts.iter().filter_map(|part| part.clock.map(|clock| clock.period)).chain(slow);
         let first = all.next();
-        let same = |other: f64| first.is_some_and(|first| (other / first - 1.0).abs() < 1e-9);
+        let same = |candidate: f64| first.is_some_and(|first| (candidate / first - 1.0).abs() < 1e-9);
         if all.all(same) { Ok(first) } else { Err(SeveralTimes) }
     }
 }
@@ -201,11 +201,11 @@ fn reading<S: Scalar>(law: &LinearLaw<S>, all: &[(bool, usize)]) -> LinearLaw<S>
 }
 
 /// Part of what adds up to it below which a motion is not seen, or not driven.
-const NOT_SEEN: f64 = 1e-12;
+const NEGLIGIBLE: f64 = 1e-12;
 
 /// The loop for errors that enter by B and signals `C z + D w`, without the motions that nobody holds, as far as these are not driven or not seen: those that
 /// are stay as integrators. `entries`: sizes to whose rounding the entries of the matrix are known.
-fn held(
+fn response_without_free(
     matrix: &Matrix<f64>,
     entries: Option<&Matrix<f64>>,
     [b, c, d]: [&Matrix<f64>; 3],
@@ -238,8 +238,8 @@ fn split_free(
     let b = &Matrix::from_fn(b.rows(), b.columns(), |i, j| b[(i, j)] / scales[i]);
     let c = &Matrix::from_fn(c.rows(), c.columns(), |i, j| c[(i, j)] * scales[j]);
     let own = |entries: Option<&Matrix<f64>>, a: &Matrix<f64>| match entries {
-        _ if sampled => at_zero_within(a, Rounding::OfOne),
-        Some(entries) => at_zero_within(a, Rounding::OfEach(entries)),
+        _ if sampled => at_zero_rounded(a, Rounding::OfOne),
+        Some(entries) => at_zero_rounded(a, Rounding::OfEach(entries)),
         None => at_zero(a),
     };
     let split = own(entries.as_ref(), &a)?;
@@ -268,13 +268,13 @@ fn split_free(
         let sized = |i: usize, j: usize| length(rows.row(i)) * length(columns.row(j));
         (rows.multiply(&columns.transpose()), Matrix::from_fn(rows.rows(), columns.rows(), sized))
     };
-    let ((seen, seen_sizes), (mut driven, mut driven_sizes)) = (product(c, v), product(&w, b));
+    let ((observed, observed_sizes), (mut driven, mut driven_sizes)) = (product(c, v), product(&w, b));
     let chain_sizes = product(&w, v).1.scale(&length(a.as_slice()));
     let mut shares = Vec::new();
     for _ in 0..count {
-        let (found, sized) = (seen.multiply(&driven), seen_sizes.multiply(&driven_sizes));
+        let (found, sized) = (observed.multiply(&driven), observed_sizes.multiply(&driven_sizes));
         shares.push(Matrix::from_fn(c.rows(), b.columns(), |i, j| {
-            if found[(i, j)].abs() > NOT_SEEN * sized[(i, j)] { found[(i, j)] } else { 0.0 }
+            if found[(i, j)].abs() > NEGLIGIBLE * sized[(i, j)] { found[(i, j)] } else { 0.0 }
         }));
         (driven, driven_sizes) = (chain.multiply(&driven), chain_sizes.multiply(&driven_sizes));
     }
@@ -317,22 +317,22 @@ fn only_between<S: Scalar>(matrix: &Matrix<S>, [b, c, d]: [&Matrix<S>; 3]) -> [M
 /// The states that what enters by B reaches, and that the rows of C are reached from: the others have no part in what goes from one to the other.
 fn between<S: Scalar>(matrix: &Matrix<S>, b: &Matrix<S>, c: &Matrix<S>) -> Vec<usize> {
     let n = b.rows();
-    let spread = |mut known: Vec<bool>, acts: &dyn Fn(usize, usize) -> bool| {
-        let mut next: Vec<usize> = (0..n).filter(|&k| known[k]).collect();
+    let spread = |mut reached: Vec<bool>, acts: &dyn Fn(usize, usize) -> bool| {
+        let mut next: Vec<usize> = (0..n).filter(|&k| reached[k]).collect();
         while let Some(k) = next.pop() {
-            for other in 0..n {
-                if !known[other] && acts(k, other) {
-                    known[other] = true;
-                    next.push(other);
+            for next_state in 0..n {
+                if !reached[next_state] && acts(k, next_state) {
+                    reached[next_state] = true;
+                    next.push(next_state);
                 }
             }
         }
-        known
+        reached
     };
     let entered = (0..n).map(|i| b.row(i).iter().any(|x| !x.is_zero())).collect();
-    let seen = (0..n).map(|j| (0..c.rows()).any(|i| !c[(i, j)].is_zero())).collect();
+    let observed = (0..n).map(|j| (0..c.rows()).any(|i| !c[(i, j)].is_zero())).collect();
     let reached = spread(entered, &|from, to| !matrix[(to, from)].is_zero());
-    let reaching = spread(seen, &|to, from| !matrix[(to, from)].is_zero());
+    let reaching = spread(observed, &|to, from| !matrix[(to, from)].is_zero());
     (0..n).filter(|&k| reached[k] && reaching[k]).collect()
 }
 
@@ -345,7 +345,7 @@ mod tests {
     #[test]
     fn states_without_a_part_change_no_answer() {
         let mut random = Random::new(9);
-        let mut left_out = 0;
+        let mut excluded = 0;
         for n in 3..12 {
             for period in [None, Some(0.1)] {
                 let mut sparse = |share: f64| if random.unit() < share { random.unit() - 0.5 } else { 0.0 };
@@ -357,9 +357,9 @@ mod tests {
                 let c = Matrix::from_fn(2, n, |_, _| sparse(1.5 / n as f64));
                 let d = Matrix::from_fn(2, 2, |_, _| sparse(0.5));
                 let states = between(&a, &b, &c);
-                left_out += n - states.len();
+                excluded += n - states.len();
                 let whole = Response::state_space([&a, &b, &c, &d], period).expect("finite");
-                let found = held(&a, None, [&b, &c, &d], period).expect("finite");
+                let found = response_without_free(&a, None, [&b, &c, &d], period).expect("finite");
                 for frequency in [0.0, 0.7, 3.0, 20.0] {
                     let (whole, found) = (whole.at_frequency(frequency), found.at_frequency(frequency));
                     let error = (&whole - &found).norm_l2();
@@ -367,6 +367,6 @@ mod tests {
                 }
             }
         }
-        assert!(left_out > 40, "{left_out}");
+        assert!(excluded > 40, "{excluded}");
     }
 }

@@ -40,10 +40,10 @@ pub(in crate::synthesis) fn turning(reduced: &Reduced) -> Result<usize, String> 
     let mut found: Option<usize> = None;
     for step in &reduced.steps {
         let (Step::Linear { value: affine, .. } | Step::Curve { argument: affine, .. }) = step;
-        let along = |column: usize| {
+        let turns_of = |column: usize| {
             affine.terms.iter().fold(Rational::ZERO, |sum, (shaft, x)| sum.plus(&x.times(&turns[*shaft][column])))
         };
-        let own_turns: Vec<Rational> = (0..r).map(along).collect();
+        let own_turns: Vec<Rational> = (0..r).map(turns_of).collect();
         let own: Vec<bool> = (0..r).map(|k| affine.terms.iter().any(|(shaft, _)| depends[*shaft][k])).collect();
         if let Step::Curve { shaft, curve, .. } = step {
             let name = &reduced.equations.coordinates[*shaft];
@@ -138,7 +138,7 @@ impl ScheduleData {
 
     /// By how much the feedback between two points may differ from a design there, over its largest gain of the same motor: an
     /// eighth of second differences, the error of a straight line through a smooth curve.
-    pub fn bend(&self) -> f64 {
+    pub fn interpolation_error(&self) -> f64 {
         let count = self.points.len();
         let feedback = |k: usize| &self.points[k % count].feedback;
         let mut worst = 0.0f64;

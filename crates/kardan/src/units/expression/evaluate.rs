@@ -18,13 +18,13 @@ const POWER_LIMIT: i32 = 64;
 
 /// What a function asks of what it is given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Asked {
+pub(crate) enum Restriction {
     /// A square root.
     NotNegative,
     /// A logarithm.
     Positive,
     /// An arc sine or cosine.
-    WithinOne,
+    UnitInterval,
 }
 
 /// A number on the way to a value.
@@ -95,9 +95,9 @@ impl Number {
 
     /// Of two numbers of 256 digits that are the same to all but the last of these nothing is left: `sqrt(2)^2 - 2` is zero.
     fn difference(a: &RBig, b: &RBig) -> Self {
-        let left = a - b;
-        let is_noise = !left.is_zero() && precise::is_noise_of(&left, a);
-        if is_noise { Self::Rounded(RBig::ZERO) } else { Self::rounded(&left) }
+        let difference = a - b;
+        let is_noise = !difference.is_zero() && precise::is_noise_of(&difference, a);
+        if is_noise { Self::Rounded(RBig::ZERO) } else { Self::rounded(&difference) }
     }
 
     /// Whether it is no fraction times a power of π, or follows from a number that stands for one.
@@ -169,8 +169,8 @@ impl Node {
     }
 
     /// A table that there is not, among those that there are.
-    pub(crate) fn unknown_table(&self, name: &str, known: &[&str]) -> UnitError {
-        unknown_function(name, self.span.start..self.span.start + name.len(), known)
+    pub(crate) fn unknown_table(&self, name: &str, tables: &[&str]) -> UnitError {
+        unknown_function(name, self.span.start..self.span.start + name.len(), tables)
     }
 
     fn parts(&self) -> &[Self] {
@@ -202,23 +202,23 @@ impl Node {
     }
 
     /// The first part for which this holds, itself included.
-    pub(super) fn find(&self, holds: &dyn Fn(&Self) -> bool) -> Option<&Self> {
-        if holds(self) { Some(self) } else { self.parts().iter().find_map(|part| part.find(holds)) }
+    pub(super) fn find(&self, predicate: &dyn Fn(&Self) -> bool) -> Option<&Self> {
+        if predicate(self) { Some(self) } else { self.parts().iter().find_map(|part| part.find(predicate)) }
     }
 
     /// Parts whose values functions restrict, with what they ask for.
-    pub(super) fn restricted<'n>(&'n self, out: &mut Vec<(&'n Self, Asked)>) {
+    pub(super) fn restricted<'n>(&'n self, out: &mut Vec<(&'n Self, Restriction)>) {
         if matches!(self.kind, Kind::If(..)) {
             return;
         }
         if let Kind::Call(function, parts) = &self.kind {
-            let asked = match function {
-                Called::Sqrt => Some(Asked::NotNegative),
-                Called::Ln => Some(Asked::Positive),
-                Called::Asin | Called::Acos => Some(Asked::WithinOne),
+            let restriction = match function {
+                Called::Sqrt => Some(Restriction::NotNegative),
+                Called::Ln => Some(Restriction::Positive),
+                Called::Asin | Called::Acos => Some(Restriction::UnitInterval),
                 _ => None,
             };
-            out.extend(asked.map(|asked| (&parts[0], asked)));
+            out.extend(restriction.map(|restriction| (&parts[0], restriction)));
         }
         self.parts().iter().for_each(|part| part.restricted(out));
     }
@@ -304,7 +304,7 @@ impl Node {
                 parts[1].like(&a.dimension, &b.dimension)?;
                 // Both must fit, as parameters may change.
                 let order = a.number.compare(&b.number);
-                let holds = match *comparison {
+                let satisfied = match *comparison {
                     "<" => order.is_lt(),
                     "<=" => order.is_le(),
                     ">" => order.is_gt(),
@@ -312,7 +312,7 @@ impl Node {
                     "==" => order.is_eq(),
                     _ => order.is_ne(),
                 };
-                parts[if holds { 2 } else { 3 }].value(lookup)
+                parts[if satisfied { 2 } else { 3 }].value(lookup)
             }
         }
     }
@@ -404,8 +404,8 @@ impl Node {
                 plain(if function == Asin { arc } else { quarter.plus(&arc.negative()) })
             }
             Atan | Atan2 => {
-                let other = if function == Atan { RBig::ONE } else { values[1].number.digits() };
-                plain(arc_of_point(&x, &other))
+                let abscissa = if function == Atan { RBig::ONE } else { values[1].number.digits() };
+                plain(arc_of_point(&x, &abscissa))
             }
         }
     }

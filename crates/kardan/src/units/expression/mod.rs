@@ -10,7 +10,7 @@ mod truth;
 
 use std::ops::Range;
 
-pub(crate) use self::evaluate::{Asked, Value};
+pub(crate) use self::evaluate::{Restriction, Value};
 pub(crate) use self::tree::{Called, Kind, Node};
 use super::quantity::check_range;
 use super::{Dimension, Exact, UnitError};
@@ -114,23 +114,23 @@ impl Expression {
     /// frequency, of something that is one, without a `pi` to turn the one into the other. `of` tells dimensions of names.
     pub(crate) fn mixes_turns(
         &self,
-        wanted: Dimension,
+        expected: Dimension,
         found: Dimension,
         of: &dyn Fn(&str) -> Option<Dimension>,
     ) -> bool {
         let pair = [Dimension::ANGULAR_VELOCITY, Dimension::FREQUENCY];
-        if wanted == found || !pair.contains(&wanted) || !pair.contains(&found) {
+        if expected == found || !pair.contains(&expected) || !pair.contains(&found) {
             return false;
         }
         let is_word = |word: &str| word == "pi" || word == "π";
-        let turned =
+        let has_pi =
             self.text.split(|c: char| !(c.is_alphabetic() || c == '_')).any(is_word) || self.text.contains('π');
         let leaf = |node: &Node| match &node.kind {
             Kind::Literal(_, dimension) => *dimension == found,
             Kind::Name(name) => of(name) == Some(found),
             _ => false,
         };
-        !turned && self.root.find(&leaf).is_some()
+        !has_pi && self.root.find(&leaf).is_some()
     }
 
     /// The parts that something is divided by; not those within `if(...)`, which may keep zero away.
@@ -141,10 +141,10 @@ impl Expression {
     }
 
     /// The parts that functions ask something of; not those within `if(...)`, which may keep them in.
-    pub(crate) fn restricted(&self) -> Vec<(Self, Asked)> {
+    pub(crate) fn restricted(&self) -> Vec<(Self, Restriction)> {
         let mut parts = Vec::new();
         self.root.restricted(&mut parts);
-        parts.into_iter().map(|(root, asked)| (self.part(root), asked)).collect()
+        parts.into_iter().map(|(root, restriction)| (self.part(root), restriction)).collect()
     }
 
     /// Where it takes the sign of what one of these names moves, and of what.
@@ -163,11 +163,11 @@ impl Expression {
     }
 
     /// Its parts that bend or jump somewhere, inner ones first, with where they do in words.
-    pub(crate) fn bends(&self) -> Vec<(Self, String)> {
+    pub(crate) fn kinks(&self) -> Vec<(Self, String)> {
         let mut parts = Vec::new();
         self.root.all(&mut parts);
-        let bend = |node: &Node| {
-            let words = match &node.kind {
+        let kink = |node: &Node| {
+            let reason = match &node.kind {
                 Kind::Call(Called::Abs, _) => "`abs` bends where this is zero".to_string(),
                 Kind::Call(Called::Sign, _) => "`sign` jumps where this is zero".to_string(),
                 Kind::Call(Called::Min, _) => "`min` bends where both are equal".to_string(),
@@ -176,9 +176,9 @@ impl Expression {
                 Kind::Lookup(table, _) => format!("table `{table}` bends at its points or at its ends"),
                 _ => return None,
             };
-            Some((self.part(node), words))
+            Some((self.part(node), reason))
         };
-        parts.into_iter().filter_map(bend).collect()
+        parts.into_iter().filter_map(kink).collect()
     }
 
     fn part(&self, root: &Node) -> Self {

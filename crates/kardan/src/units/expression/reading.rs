@@ -40,10 +40,11 @@ fn syntax(span: Range<usize>, message: impl Into<String>, help: impl Into<String
 
 /// A function that there is not; `tables` are what can be called besides the functions.
 pub(super) fn unknown_function(name: &str, span: Range<usize>, tables: &[&str]) -> UnitError {
-    let known = || FUNCTIONS.iter().map(|(known, ..)| *known).chain(["if"]).chain(tables.iter().copied());
-    let help = match crate::names::nearest(name, known()) {
+    let function_names =
+        || FUNCTIONS.iter().map(|(function_names, ..)| *function_names).chain(["if"]).chain(tables.iter().copied());
+    let help = match crate::names::nearest(name, function_names()) {
         Some(near) => format!("did you mean `{near}`?"),
-        None => format!("there are {}", known().collect::<Vec<_>>().join(", ")),
+        None => format!("there are {}", function_names().collect::<Vec<_>>().join(", ")),
     };
     UnitError::new("expression::function", span, format!("unknown function `{name}`")).help(help)
 }
@@ -421,8 +422,8 @@ impl Parser<'_> {
         if name == "if" {
             return self.condition(span);
         }
-        let known = FUNCTIONS.iter().find(|(known, ..)| *known == name);
-        if known.is_none() && !self.of_time {
+        let function_entry = FUNCTIONS.iter().find(|(function_entry, ..)| *function_entry == name);
+        if function_entry.is_none() && !self.of_time {
             return Err(unknown_function(name, span, &[]));
         }
         let mut arguments = vec![self.whole()?];
@@ -435,16 +436,16 @@ impl Parser<'_> {
         }
         self.close(span.start)?;
         let span = span.start..self.reader.at;
-        let Some((_, function, count)) = known else {
+        let Some((_, function, count)) = function_entry else {
             return Ok(Node { span, kind: Kind::Lookup(name.to_string(), arguments) });
         };
         if !count.contains(&arguments.len()) {
-            let wanted = match (count.start, count.end) {
+            let expected = match (count.start, count.end) {
                 (1, _) => "one value".to_string(),
                 (least, usize::MAX) => format!("at least {least} values"),
                 (exactly, _) => format!("{exactly} values"),
             };
-            let message = format!("`{name}` takes {wanted}, not {}", arguments.len());
+            let message = format!("`{name}` takes {expected}, not {}", arguments.len());
             return Err(syntax(span, message, "separate values by commas"));
         }
         Ok(Node { span, kind: Kind::Call(*function, arguments) })
@@ -452,7 +453,7 @@ impl Parser<'_> {
 
     fn condition(&mut self, span: Range<usize>) -> Result<Node, UnitError> {
         const HELP: &str = "write it like `if(a < b, x, y)`";
-        let holds = self.whole()?;
+        let condition = self.whole()?;
         let mut comma = || {
             self.reader.spaces();
             let found = self.reader.found();
@@ -465,7 +466,7 @@ impl Parser<'_> {
         };
         let (yes, no) = (comma()?, comma()?);
         self.close(span.start)?;
-        Ok(truth::chosen(span.start..self.reader.at, holds, yes, no))
+        Ok(truth::chosen(span.start..self.reader.at, condition, yes, no))
     }
 
     /// A sum, or a condition, which is 1 where it holds, else 0.

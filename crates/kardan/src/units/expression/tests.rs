@@ -135,7 +135,7 @@ fn names_with_a_point_are_no_units() {
 }
 
 #[test]
-fn mistakes_are_told_at_their_place() {
+fn errors_are_reported_at_their_place() {
     for (text, message, place) in [
         ("m_rack + r_pinion", "expected a mass, found a length", "r_pinion"),
         ("2 * nothing", "there is no parameter `nothing`", "nothing"),

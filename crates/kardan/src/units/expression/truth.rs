@@ -18,24 +18,24 @@ pub(super) fn compared(comparison: &'static str, left: Node, right: Node) -> Nod
 }
 
 /// What a number is compared by: of a comparison itself, of any other number whether it is above a half.
-fn comparison(holds: Node) -> (&'static str, [Node; 2]) {
+fn comparison(condition: Node) -> (&'static str, [Node; 2]) {
     let is =
         |node: &Node, value: i64| matches!(&node.kind, Kind::Literal(found, _) if *found == Exact::from_integer(value));
-    match holds.kind {
+    match condition.kind {
         Kind::If(comparison, parts) if is(&parts[2], 1) && is(&parts[3], 0) => {
             let [left, right, ..] = *parts;
             (comparison, [left, right])
         }
         kind => {
-            let node = Node { span: holds.span, kind };
+            let node = Node { span: condition.span, kind };
             ("<", [number(&node.span, 1, 2), node])
         }
     }
 }
 
 /// One of two values.
-pub(super) fn chosen(span: Range<usize>, holds: Node, yes: Node, no: Node) -> Node {
-    let (comparison, [left, right]) = comparison(holds);
+pub(super) fn chosen(span: Range<usize>, condition: Node, yes: Node, no: Node) -> Node {
+    let (comparison, [left, right]) = comparison(condition);
     Node { span, kind: Kind::If(comparison, Box::new([left, right, yes, no])) }
 }
 

@@ -1,0 +1,47 @@
+//! The model that is kept beside rows of a sweep, to tell later what differs.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use kardan::diagnostics::Diagnostic;
+use kardan::project::Project;
+use kardan::study::swept_model;
+
+use crate::files;
+use crate::output::save_in;
+
+/// What its file is called.
+const MODEL: &str = "model-";
+
+/// The model beside rows that follow from this, as it was swept.
+pub fn stored_model(folder: &Path, identity: &str) -> Option<String> {
+    files::read_text(&path_of_model(folder, identity)).ok()
+}
+
+/// Where the model of rows is kept.
+pub fn path_of_model(folder: &Path, identity: &str) -> PathBuf {
+    folder.join(name_of_model(identity))
+}
+
+fn name_of_model(identity: &str) -> String {
+    format!("{MODEL}{}.toml", swept_model(identity).unwrap_or_default())
+}
+
+/// Models that are kept in a folder.
+pub fn models_of(folder: &Path) -> Vec<PathBuf> {
+    let paths = fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok).map(|entry| entry.path());
+    let name = |path: &Path| path.file_name().and_then(|name| name.to_str()).map(String::from);
+    let is_stored = |path: &PathBuf| {
+        let name = name(path).unwrap_or_default();
+        let number = name.strip_prefix(MODEL).and_then(|rest| rest.strip_suffix(".toml")).unwrap_or_default();
+        number.len() == 16 && number.bytes().all(|digit| digit.is_ascii_hexdigit())
+    };
+    paths.filter(is_stored).collect()
+}
+
+/// Keeps the model, with what `--set` has changed, so that what differs can be told later.
+pub fn store_model(folder: &Path, project: &Project, identity: &str) -> Result<(), Diagnostic> {
+    let text = project.to_toml();
+    let is_current = files::read(&path_of_model(folder, identity)).is_ok_and(|bytes| bytes == text.as_bytes());
+    if is_current { Ok(()) } else { save_in(folder, &name_of_model(identity), text.as_bytes()).map(|_| ()) }
+}

@@ -1,0 +1,83 @@
+//! Poles, transfer functions and shares of a design in words.
+
+use super::{list, percent, polynomial};
+use crate::text::figure;
+use kardan::results::{CrossCoupling, Design, Pole, TransferEntry};
+use kardan_rt::functions::hypot;
+
+/// More names are counted.
+const NAMES: usize = 12;
+
+/// Whose pole it is: channels by their output, `zero dynamics`; empty if it is neither.
+pub fn owner(pole: Pole, design: &Design) -> String {
+    let near = |candidate: &Pole| {
+        hypot(candidate.re - pole.re, candidate.im.abs() - pole.im.abs()) <= 1e-6 * pole.abs().max(1e-9)
+    };
+    let channels = design.channels.iter().filter(|channel| channel.poles.iter().any(near));
+    let mut names: Vec<&str> = channels.map(|channel| channel.output.as_str()).collect();
+    if design.zero_dynamics.modes.iter().any(|mode| near(&mode.pole)) {
+        names.push("zero dynamics");
+    }
+    list(&names, NAMES)
+}
+
+/// An entry of the transfer matrix: `400/(s^2 + 28 s + 400)`, or `0 (exact)`.
+pub fn transfer(entry: &TransferEntry) -> String {
+    if entry.numerator.is_empty() {
+        return "0 (exact)".into();
+    }
+    let part = |coefficients: &[String]| {
+        let text = polynomial(coefficients);
+        if text.contains([' ', '/']) { format!("({text})") } else { text }
+    };
+    match &entry.denominator[..] {
+        [] => part(&entry.numerator),
+        [one] if one == "1" => polynomial(&entry.numerator),
+        denominator => format!("{}/{}", part(&entry.numerator), part(denominator)),
+    }
+}
+
+/// The entry of the transfer matrix from that reference to that output.
+pub fn linear<'a>(design: &'a Design, reference: &str, output: &str) -> Option<&'a TransferEntry> {
+    design.transfer.iter().find(|entry| entry.reference == reference && entry.output == output)
+}
+
+/// The deviation of another channel as a share of what the output's own step does; empty without a measure.
+pub fn relative(coupling: &CrossCoupling, all: &[CrossCoupling]) -> Option<f64> {
+    let own = all
+        .iter()
+        .find(|candidate| candidate.own && candidate.output == coupling.output && candidate.failure.is_none())?;
+    // A step of another unit has no share.
+    let own = Some(own).filter(|own| own.step_unit == coupling.step_unit)?.peak?;
+    let share = coupling.peak? / own;
+    (!coupling.own && coupling.failure.is_none() && own > 0.0 && share.is_finite()).then_some(share)
+}
+
+/// A share that may be tiny: `12 %`, `0.024 %`, `0 %`.
+pub fn share(value: f64, digits: usize) -> String {
+    if value == 0.0 || value >= 0.1 { percent(value) } else { format!("{} %", figure(100.0 * value, digits)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn transfer_functions_read_as_written_by_hand() {
+        let rendered = |numerator: &[&str], denominator: &[&str]| {
+            let texts = |coefficients: &[&str]| coefficients.iter().map(|&word| word.into()).collect();
+            let entry =
+                TransferEntry { numerator: texts(numerator), denominator: texts(denominator), ..Default::default() };
+            transfer(&entry)
+        };
+        assert_eq!(rendered(&[], &["1"]), "0 (exact)");
+        assert_eq!(rendered(&["400"], &["400", "28", "1"]), "400/(s^2 + 28 s + 400)");
+        assert_eq!(rendered(&["0", "-3/2"], &["0", "0", "1"]), "(-3/2 s)/s^2");
+        assert_eq!(rendered(&["1", "1"], &["1"]), "s + 1");
+    }
+
+    #[test]
+    fn shares_may_be_tiny() {
+        assert_eq!([0.0, 0.0002304, 0.123].map(|value| share(value, 5)), ["0 %", "0.02304 %", "12 %"]);
+    }
+}

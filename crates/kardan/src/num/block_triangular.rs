@@ -1,0 +1,82 @@
+use super::Matrix;
+
+/// The states of a square matrix in two lots: those that stand alone, and the others.
+///
+/// A state stands alone if none of those that are left acts on it, or if it acts on none of them; then it is left no more, and so on. Entries on the
+/// diagonal do not count. Put in order these states make the matrix block triangular: their entries on the diagonal are
+/// eigenvalues of the matrix, exactly, and the square of the others has all the rest.
+///
+/// ```
+/// use kardan::num::{Matrix, isolated};
+/// // The first drives an oscillator, whose angle the last one adds up.
+/// let rows = [[-5.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [2.0, -4.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]];
+/// let [isolated, coupled] = isolated(&Matrix::from_fn(4, 4, |i, j| rows[i][j]));
+/// assert_eq!((isolated, coupled), (vec![0, 3], vec![1, 2]));
+/// ```
+///
+/// # Panics
+/// If the matrix is not square.
+pub fn isolated(matrix: &Matrix<f64>) -> [Vec<usize>; 2] {
+    let n = matrix.rows();
+    assert_eq!(n, matrix.columns(), "states of a matrix that is not square");
+    let acts = |j: usize, i: usize| i != j && matrix[(i, j)] != 0.0;
+    // How many others act on a state, and on how many it acts, of those that are left.
+    let mut acting: Vec<usize> = (0..n).map(|i| (0..n).filter(|&j| acts(j, i)).count()).collect();
+    let mut acted: Vec<usize> = (0..n).map(|j| (0..n).filter(|&i| acts(j, i)).count()).collect();
+    let mut unvisited = vec![true; n];
+    let mut next: Vec<usize> = (0..n).filter(|&k| acting[k] == 0 || acted[k] == 0).collect();
+    while let Some(k) = next.pop() {
+        if !std::mem::replace(&mut unvisited[k], false) {
+            continue;
+        }
+        for neighbour in (0..n).filter(|&neighbour| unvisited[neighbour]) {
+            acting[neighbour] -= usize::from(acts(k, neighbour));
+            acted[neighbour] -= usize::from(acts(neighbour, k));
+            if acting[neighbour] == 0 || acted[neighbour] == 0 {
+                next.push(neighbour);
+            }
+        }
+    }
+    let (coupled, isolated) = (0..n).partition(|&k| unvisited[k]);
+    [isolated, coupled]
+}
+
+/// The square of a matrix on some of its states.
+pub(crate) fn square(matrix: &Matrix<f64>, states: &[usize]) -> Matrix<f64> {
+    Matrix::from_fn(states.len(), states.len(), |i, j| matrix[(states[i], states[j])])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::{Polynomial, Random, Rational, characteristic};
+
+    /// The characteristic polynomial of a sparse matrix, exactly, is that of the others times `s − d` of each that stands alone; of the others each
+    /// acts on another one and is acted on.
+    #[test]
+    fn the_rest_has_the_rest_of_the_characteristic_polynomial() {
+        let mut random = Random::new(5);
+        let (mut some, mut all) = (0, 0);
+        for n in 1..9 {
+            for _ in 0..30 {
+                let mut entry = |_: usize, _: usize| {
+                    if random.unit() < 1.3 / n as f64 { (random.unit() * 9.0).floor() - 4.0 } else { 0.0 }
+                };
+                let a = Matrix::from_fn(n, n, &mut entry);
+                let [isolated, coupled] = isolated(&a);
+                let exact =
+                    |m: &Matrix<f64>| Matrix::from_fn(m.rows(), m.rows(), |i, j| Rational::from(m[(i, j)] as i64));
+                let rest = characteristic(&exact(&square(&a, &coupled)));
+                let roots: Vec<Rational> = isolated.iter().map(|&k| Rational::from(a[(k, k)] as i64)).collect();
+                assert_eq!(characteristic(&exact(&a)), Polynomial::from_roots(&roots).times(&rest), "{a:?}");
+                for &k in &coupled {
+                    assert!(coupled.iter().any(|&j| j != k && a[(k, j)] != 0.0), "{a:?}");
+                    assert!(coupled.iter().any(|&i| i != k && a[(i, k)] != 0.0), "{a:?}");
+                }
+                some += usize::from(!isolated.is_empty() && !coupled.is_empty());
+                all += usize::from(coupled.is_empty());
+            }
+        }
+        assert!(some > 30 && all > 30, "{some} {all}");
+    }
+}

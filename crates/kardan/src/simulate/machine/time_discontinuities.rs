@@ -1,0 +1,112 @@
+//! Where a loop jumps or bends: places that a step of the integrator must not pass unseen.
+//!
+//! What depends on the time alone is found by intervals, before it comes: an interval of time whose values exclude zero has no such place.
+//! What depends on the state is looked at within each step.
+
+use super::Machine;
+use super::kinks::Kinks;
+use super::timed::Timed;
+use crate::expr::{Expr, Interval};
+use crate::reduce::MotionPlan;
+
+/// Intervals that are looked at for one place at most; beyond them it is left to the looks of each step.
+const INTERVALS: usize = 1000;
+/// Part of the time ahead in which one change of sign is all there is, and in which none is looked for any more.
+const SINGLE: f64 = 1e-6;
+const FINE: f64 = 1e-10;
+/// Where an interval is halved: not where numbers of a model like to lie.
+const HALF: f64 = 0.487_139;
+/// Values that are zero, rounded outward.
+const NOTHING: f64 = 1e-300;
+
+/// Where a loop jumps or bends by the time alone: the last number before, and the first one behind it.
+pub(in crate::simulate) type Discontinuity = (f64, f64);
+
+impl Machine {
+    /// The first place between two times of the segment at which something jumps or bends by the time alone.
+    pub(in crate::simulate) fn next_discontinuity(&mut self, from: f64, until: f64) -> Option<Discontinuity> {
+        if self.kinks.of_time.is_empty() || !(from < until && until.is_finite()) {
+            return None;
+        }
+        let (kinks, lines) = (std::mem::take(&mut self.kinks), std::mem::take(&mut self.lines));
+        let mut first: Option<Discontinuity> = None;
+        for kink in &kinks.of_time {
+            let until = first.map_or(until, |(low, _)| low);
+            first = first_change(&mut self.timed, (&kinks, *kink), &lines, (from, until)).or(first);
+        }
+        (self.kinks, self.lines) = (kinks, lines);
+        first
+    }
+
+    /// Whether the state may bring the loop to places where it jumps or bends.
+    pub(in crate::simulate) fn kinks(&self) -> usize {
+        self.kinks.of_state
+    }
+
+    /// What such a number is of, in words, at the point last evaluated.
+    pub(in crate::simulate) fn describe_kink(&self, kink: usize) -> String {
+        let MotionPlan { plan, more, .. } = self.dynamics.plan();
+        plan.formatted(more.start + self.places.kinks.start + kink, self.work.values())
+    }
+
+    /// The numbers whose zeros these places are, at a time and a state.
+    pub(in crate::simulate) fn evaluate_kinks(&mut self, time: f64, state: &[f64], out: &mut [f64]) {
+        self.give_loop(time, state);
+        let moving = 2 * self.degrees_of_freedom;
+        self.kinks.find(&state[..moving], &self.work.values()[moving..], out);
+    }
+}
+
+/// Two neighbouring numbers of which the later one alone is beyond.
+fn halved(mut low: f64, mut high: f64, mut beyond: impl FnMut(f64) -> bool) -> Discontinuity {
+    loop {
+        let middle = 0.5 * (low + high);
+        if !(low < middle && middle < high) {
+            return (low, high);
+        }
+        if beyond(middle) { high = middle } else { low = middle }
+    }
+}
+
+/// The first change of sign of one place's number between two times.
+fn first_change(
+    timed: &mut Timed,
+    (kinks, kink): (&Kinks, Expr),
+    lines: &[(f64, f64, f64)],
+    (from, until): (f64, f64),
+) -> Option<Discontinuity> {
+    let at = |timed: &mut Timed, time: f64| {
+        let time_values: Vec<f64> = timed.at(time).to_vec();
+        kinks.at(kink, time, lines, &time_values)
+    };
+    let (mut open, mut budget) = (vec![(from, until)], INTERVALS);
+    while let Some((low, high)) = open.pop() {
+        budget = budget.checked_sub(1)?;
+        let span = Interval { low, high };
+        let values = kinks.between(kink, span, lines, &timed.between(span));
+        let vanishes = values.low.abs() < NOTHING && values.high.abs() < NOTHING;
+        if values.low > 0.0 || values.high < 0.0 || vanishes {
+            continue;
+        }
+        let part = (high - low) / (until - from);
+        if part <= SINGLE {
+            let begin = at(timed, low);
+            // What happens where the segment begins has happened.
+            if begin == 0.0 && low > from && at(timed, low.next_up()) != 0.0 {
+                return Some((low, low.next_up()));
+            }
+            if begin * at(timed, high) < 0.0 {
+                let found = halved(low, high, |time| at(timed, time) * begin < 0.0);
+                if found.0 > from {
+                    return Some(found);
+                }
+                continue;
+            }
+        }
+        let middle = low + HALF * (high - low);
+        if part > FINE && low < middle && middle < high {
+            open.extend([(middle, high), (low, middle)]);
+        }
+    }
+    None
+}

@@ -1,0 +1,82 @@
+//! What holds one way or at times, in the expressions of the loop.
+
+use crate::assemble::DirectionalTerm;
+use crate::equations::UnilateralConstraint;
+use crate::expr::Expr;
+use crate::num::Rational;
+use crate::reduce::{Motion, Reduced};
+use crate::units::Exact;
+
+/// What a hold is in the loop.
+pub(super) struct UnilateralTerms {
+    /// Its torque where it does not hold, against the motion along it.
+    pub torque: Expr,
+    /// The speed along it.
+    pub speed: Expr,
+    /// The power that it takes.
+    pub loss: Expr,
+    /// What its modes depend on: of friction its torque when it slides, of a lock what engages it, of stops and cushions the gap and, of the
+    /// latter, what it presses with while it touches.
+    pub mode_inputs: [Expr; 2],
+}
+
+impl UnilateralTerms {
+    /// Of a hold whose sense is given: of friction and clutches that of the motion, of a cushion +1 where it presses, −1 where it is left behind
+    /// by what pressed it, 0 where nothing touches it.
+    pub fn new(
+        motion: &mut Motion,
+        reduced: &Reduced,
+        unilateral: &DirectionalTerm<UnilateralConstraint>,
+        sense: Expr,
+    ) -> Self {
+        let speed = motion.sum(&unilateral.row, |motion, shaft| motion.speeds[shaft]);
+        let speed = motion.graph.group(speed);
+        let zero = motion.graph.integer(0);
+        match &unilateral.value {
+            UnilateralConstraint::Friction { torque, .. } => {
+                let size = motion.formula(reduced, torque);
+                let torque = motion.graph.multiply(sense, size);
+                let loss = motion.graph.multiply(torque, speed);
+                Self { torque, speed, loss, mode_inputs: [size, zero] }
+            }
+            UnilateralConstraint::OneWay | UnilateralConstraint::GearLoss(_) => {
+                Self { torque: zero, speed, loss: zero, mode_inputs: [zero; 2] }
+            }
+            UnilateralConstraint::Lock { engaged } => {
+                let engaged = motion.formula(reduced, engaged);
+                Self { torque: zero, speed, loss: zero, mode_inputs: [engaged, zero] }
+            }
+            UnilateralConstraint::Stop { offset, .. } => {
+                let gap = gap(motion, unilateral, offset);
+                Self { torque: zero, speed, loss: zero, mode_inputs: [gap, zero] }
+            }
+            UnilateralConstraint::Cushion { offset, stiffness, damping, .. } => {
+                let gap = gap(motion, unilateral, offset);
+                let (stiffness, damping) = (motion.exact(stiffness), motion.exact(damping));
+                let graph = &mut motion.graph;
+                let (spring, damper) = (graph.multiply(stiffness, gap), graph.multiply(damping, speed));
+                let pull = graph.add(spring, damper);
+                let pull = graph.group(pull);
+                let square = graph.multiply(sense, sense);
+                let half = Rational::from_parts(1.into(), 2u8.into());
+                let presses = graph.sum(Rational::ZERO, &[(square, half.clone()), (sense, half.clone())]);
+                let separated = graph.sum(Rational::ZERO, &[(square, half.clone()), (sense, -half)]);
+                let torque = graph.multiply(presses, pull);
+                // While it presses the damper takes power; left behind, the spring relaxes by itself.
+                let damped = graph.product(&[(presses, 1), (damper, 1), (speed, 1)]);
+                let relaxed = graph.product(&[(separated, 1), (spring, 1), (speed, 1)]);
+                let loss = graph.subtract(damped, relaxed);
+                let push = graph.negate(pull);
+                Self { torque, speed, loss, mode_inputs: [gap, push] }
+            }
+        }
+    }
+}
+
+/// `aᵀq − offset`
+fn gap(motion: &mut Motion, unilateral: &DirectionalTerm<UnilateralConstraint>, offset: &Exact) -> Expr {
+    let angle = motion.sum(&unilateral.row, |motion, shaft| motion.angles[shaft]);
+    let offset = motion.exact(offset);
+    let gap = motion.graph.subtract(angle, offset);
+    motion.graph.group(gap)
+}

@@ -1,0 +1,308 @@
+//! What an identification asks for: parameters, extra terms, candidates.
+
+use super::extra::{ExtraTerm, declared_terms};
+use super::laws::law_terms;
+use super::settings::IdentifySettings;
+use super::unknowns::{UnknownParameter, parameter_name, possible, unknown_parameter};
+use crate::assemble::CoefficientKind as Kind;
+use crate::diagnostics::{Diagnostic, quoted, shortened};
+use crate::equations::{Domain, Term};
+use crate::identify::{Excitation, Loss, Steadiness};
+use crate::model::{Document, Model, Setting, TableReader};
+use crate::schema::{Sign, Table, Value};
+use crate::study::read::{quantity, read_names, read_scalar, read_word};
+use crate::units::Dimension;
+
+/// What of a log counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Method {
+    Steady,
+    Dynamic,
+}
+
+impl Method {
+    pub fn of(word: &str) -> Self {
+        if word == "steady" { Self::Steady } else { Self::Dynamic }
+    }
+
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Steady => "steady",
+            Self::Dynamic => "dynamic",
+        }
+    }
+
+    pub fn excitation(self) -> Excitation {
+        match self {
+            Self::Steady => Excitation::Steady,
+            Self::Dynamic => Excitation::Free,
+        }
+    }
+}
+
+/// A model to compare.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct CandidateSpec {
+    pub name: String,
+    pub parameters: Vec<String>,
+    pub extras: Vec<String>,
+}
+
+/// All that is asked for.
+#[derive(Debug, Clone)]
+pub(super) struct FitRequest {
+    pub unknowns: Vec<UnknownParameter>,
+    /// Extra terms that are fitted.
+    pub extras: Vec<ExtraTerm>,
+    /// Elements whose play is sought; `None`: all.
+    pub plays: Option<Vec<String>>,
+    /// Whether windows count that do not tell of all extra terms.
+    pub lenient: bool,
+    /// All that the file declares; candidates may have others.
+    pub declared: Vec<ExtraTerm>,
+    pub candidates: Vec<CandidateSpec>,
+    /// `None`: as the logs suggest.
+    pub method: Option<Method>,
+    pub window: Option<f64>,
+    /// With what it is a speed of.
+    pub rest_speed: Option<(f64, Domain)>,
+    pub steadiness: Steadiness,
+    pub shortest: Option<f64>,
+    pub absent: Vec<String>,
+    pub nonnegative: Vec<String>,
+    pub loss: Loss,
+    pub confidence: f64,
+    pub published: Vec<(String, f64)>,
+    pub source: String,
+}
+
+/// Reads what is asked for.
+pub(super) fn request(
+    document: &Document,
+    model: &Model,
+    settings: &[Setting],
+    options: &IdentifySettings,
+    out: &mut Vec<Diagnostic>,
+) -> FitRequest {
+    let table = &document.identification;
+    let word =
+        |options: &Option<String>, key: &str| options.clone().or_else(|| read_word(table, key).map(str::to_string));
+    let method = word(&options.method, "method").map(|word| Method::of(&word));
+    let mut names: Vec<String> = match options.parameters.as_slice() {
+        [] => name_list(table, "parameters"),
+        options => options.iter().map(|name| name.trim().to_string()).collect(),
+    };
+    let all = names.is_empty();
+    if all {
+        names = all_parameters(document, model, method == Some(Method::Dynamic));
+    }
+    let declared = declared_terms(document, model, out);
+    // Parameters of extra terms are named among the others, or all are meant.
+    let fitted = |extra: &&ExtraTerm| all || names.iter().any(|name| extra.is(name));
+    let extras: Vec<ExtraTerm> = declared.iter().filter(fitted).cloned().collect();
+    names.retain(|name| !extras.iter().any(|extra| extra.is(name)));
+    let candidates = candidates(table, &names);
+    let plays = requested_plays(document, &mut names, out);
+    let laws = law_terms(document, model, settings, &mut names, out);
+    let extras: Vec<ExtraTerm> = extras.into_iter().chain(laws).collect();
+    let unknowns = unique_unknowns(document, settings, &names, out);
+    if unknowns.is_empty() && extras.is_empty() && out.is_empty() {
+        out.push(match plays.first() {
+            Some(gear) => Diagnostic::error("identify::nothing", format!("`{gear}.backlash` alone leaves no torque balance to fit"))
+                .help("which way the teeth are pressed follows from that: name a damping or a friction of the model beside it"),
+            None =>
+            Diagnostic::error("identify::nothing", "nothing is to be found: the model has no damping and no friction")
+                .help("name what is to be found with `--parameters shaft.damping,shaft.friction`"),
+        });
+    }
+    let confidence = confidence(document, options, out);
+    if names.iter().any(|name| name.is_empty()) {
+        out.push(
+            Diagnostic::error("identify::parameters", "one of the parameters asked for has no name")
+                .help("write them with commas and nothing empty between: `--parameters wg.damping,wg.friction`"),
+        );
+    }
+    let tolerance = number(document, "steady_tolerance", Dimension::NONE, out).unwrap_or_default();
+    let mut request = FitRequest {
+        published: published(document, settings, out),
+        unknowns,
+        candidates,
+        method,
+        window: options.window.or(number(document, "window", Dimension::TIME, out)),
+        rest_speed: rest_speed(document, out),
+        steadiness: Steadiness { tolerance, ..Steadiness::default() },
+        shortest: number(document, "shortest_segment", Dimension::TIME, out),
+        absent: name_list(table, "absent"),
+        nonnegative: name_list(table, "nonnegative"),
+        loss: match word(&options.loss, "loss").as_deref() {
+            Some("huber") => Loss::Huber,
+            Some("bisquare") => Loss::Bisquare,
+            _ => Loss::Squares,
+        },
+        confidence,
+        source: read_word(table, "source").unwrap_or_default().to_string(),
+        extras,
+        lenient: false,
+        plays: (!all).then_some(plays),
+        declared,
+    };
+    if let Some(window) = request.window.filter(|window| !(*window > 0.0 && window.is_finite())) {
+        out.push(
+            Diagnostic::error("identify::window", format!("a window of {window} s has no width"))
+                .help("write one of some 50 samples: `--window \"50 ms\"`"),
+        );
+    }
+    request.retain_sought_bounds(document, out);
+    request
+}
+
+/// The dampings and frictions of a model; in a dynamic test its inertias and stiffnesses too.
+fn all_parameters(document: &Document, model: &Model, inertial: bool) -> Vec<String> {
+    let possible = possible(document);
+    let mut names: Vec<(usize, String)> = Vec::new();
+    for named in &model.terms {
+        let (order, kind) = match &named.term {
+            Term::Inertia { .. } if inertial => (0, Kind::Inertia),
+            Term::Damper { .. } => (1, Kind::Damping),
+            Term::Spring { .. } if inertial => (2, Kind::Stiffness),
+            Term::Friction { .. } => (3, Kind::Friction),
+            _ => continue,
+        };
+        let name = parameter_name(document, &named.element, kind);
+        if possible.contains(&name) && names.iter().all(|(_, candidate)| *candidate != name) {
+            names.push((order, name));
+        }
+    }
+    names.sort();
+    names.into_iter().map(|(_, name)| name).collect()
+}
+
+/// The parameters of these names, each coefficient once.
+fn unique_unknowns(
+    document: &Document,
+    settings: &[Setting],
+    names: &[String],
+    out: &mut Vec<Diagnostic>,
+) -> Vec<UnknownParameter> {
+    let mut unique: Vec<UnknownParameter> = Vec::new();
+    for name in names.iter().filter(|name| !name.is_empty()) {
+        let Some(one) = unknown_parameter(document, settings, name, out) else { continue };
+        if let Some(other) = unique.iter().find(|other| other.keys.iter().any(|key| one.keys.contains(key))) {
+            let message = format!("`{}` and `{}` are the same coefficient", other.name, one.name);
+            out.push(Diagnostic::error("name::duplicate", message).help("name it once"));
+            continue;
+        }
+        unique.push(one);
+    }
+    unique
+}
+
+/// Takes the widths of plays from the names.
+fn requested_plays(document: &Document, names: &mut Vec<String>, out: &mut Vec<Diagnostic>) -> Vec<String> {
+    let mut found = Vec::new();
+    names.retain(|name| {
+        let gear = |element: &str| {
+            document.elements.iter().find(|instance| instance.name == element && instance.kind.keyword == "gear")
+        };
+        let Some(instance) = name.strip_suffix(".backlash").and_then(gear) else { return true };
+        if !instance.table.values.contains_key("backlash") {
+            let message = format!("`{}` has no play whose width could be found", instance.name);
+            out.push(Diagnostic::error("identify::play", message).at(instance.place.clone(), "no `backlash`").help(
+                "give it some `backlash` to begin with, so that the angles on its two sides are two: `backlash = \"1 mrad\"`",
+            ));
+        }
+        found.push(instance.name.clone());
+        false
+    });
+    found
+}
+
+fn confidence(document: &Document, options: &IdentifySettings, out: &mut Vec<Diagnostic>) -> f64 {
+    let confidence = options.confidence.or(number(document, "confidence", Dimension::NONE, out)).unwrap_or(0.95);
+    if !(confidence > 0.0 && confidence < 1.0) {
+        out.push(
+            Diagnostic::error("identify::confidence", format!("a confidence of {confidence} is not between 0 and 1"))
+                .at(TableReader::place(&document.identification, "confidence"), "this confidence")
+                .help("write 0.95 for 95 %"),
+        );
+    }
+    confidence
+}
+
+fn published(document: &Document, settings: &[Setting], out: &mut Vec<Diagnostic>) -> Vec<(String, f64)> {
+    let Some(Value::Map(entries)) = document.identification.values.get("published").map(|entry| &entry.value) else {
+        return Vec::new();
+    };
+    let reader = TableReader::new(document, settings);
+    let value = |scalar, out: &mut _| Some(reader.scalar(scalar, None, "`published`", out)?.0.to_f64());
+    entries.iter().filter_map(|(name, scalar)| Some((name.value.clone(), value(scalar, out)?))).collect()
+}
+
+/// The models to compare; those that name no parameters have all.
+fn candidates(table: &Table, names: &[String]) -> Vec<CandidateSpec> {
+    let Some(Value::Tables(tables)) = table.values.get("candidate").map(|entry| &entry.value) else {
+        return Vec::new();
+    };
+    let candidate = |own: &Table| {
+        let parameters = name_list(own, "parameters");
+        Some(CandidateSpec {
+            name: read_word(own, "name")?.to_string(),
+            parameters: if parameters.is_empty() { names.to_vec() } else { parameters },
+            extras: name_list(own, "extras"),
+        })
+    };
+    tables.iter().filter_map(candidate).collect()
+}
+
+fn name_list(table: &Table, key: &str) -> Vec<String> {
+    read_names(table, key).iter().map(|word| word.value.clone()).collect()
+}
+
+fn number(document: &Document, key: &str, dimension: Dimension, out: &mut Vec<Diagnostic>) -> Option<f64> {
+    let reader = TableReader::new(document, &[]);
+    quantity(&reader, &document.identification, key, (dimension, Sign::Positive), "`[identification]`", out)
+        .map(|x| x.to_f64())
+}
+
+/// A speed of shafts, or one of masses.
+fn rest_speed(document: &Document, out: &mut Vec<Diagnostic>) -> Option<(f64, Domain)> {
+    let (table, reader) = (&document.identification, TableReader::new(document, &[]));
+    let scalar = read_scalar(table, "rest_speed")?;
+    let (value, dimension) = reader.scalar(&scalar, None, "`rest_speed` of `[identification]`", out)?;
+    let domain = match dimension {
+        Dimension::VELOCITY => Domain::Translation,
+        _ => Domain::Rotation,
+    };
+    let what = (domain.dimensions()[1], Sign::Positive);
+    quantity(&reader, table, "rest_speed", what, "`[identification]`", out).map(|_| (value.to_f64(), domain))
+}
+
+impl FitRequest {
+    /// Keeps of `nonnegative` what is sought. What the file bounds need not be what is asked for this time, but the model must have it.
+    fn retain_sought_bounds(&mut self, document: &Document, out: &mut Vec<Diagnostic>) {
+        let sought = |name: &String| {
+            self.unknowns.iter().any(|one| one.name == *name)
+                || self.extras.iter().any(|extra| extra.name == *name || extra.term == *name)
+        };
+        let possible = possible(document);
+        let is_sought = |name: &String| {
+            let parameter = document.parameters.has(name);
+            sought(name)
+                || parameter
+                || possible.contains(name)
+                || self.declared.iter().any(|extra| extra.name == *name || extra.term == *name)
+        };
+        for name in self.nonnegative.iter().filter(|name| !is_sought(name)) {
+            let names = self.unknowns.iter().map(|one| one.name.as_str());
+            out.push(
+                Diagnostic::error("name::unknown", format!("`nonnegative`: `{}` is not to be found", shortened(name)))
+                    .at(
+                        TableReader::place(&document.identification, "nonnegative"),
+                        "not a parameter of this identification",
+                    )
+                    .help(format!("there are {}", quoted(names))),
+            );
+        }
+        self.nonnegative = self.nonnegative.iter().filter(|name| sought(name)).cloned().collect();
+    }
+}

@@ -1,0 +1,234 @@
+//! Parameters that are to be found, and the model that has a term for each.
+
+use super::extra::{ExtraTerm, Law};
+use crate::assemble::{CoefficientKind as Kind, Equations};
+use crate::diagnostics::{Diagnostic, shortened};
+use crate::identify::Coefficient;
+use crate::model::{Document, Instance, Setting, TableReader};
+use crate::names;
+use crate::names::unknown_name;
+use crate::schema::{Placed, Scalar, Value};
+use crate::units::{Dimension, Exact};
+
+const KINDS: [Kind; 4] = [Kind::Inertia, Kind::Damping, Kind::Stiffness, Kind::Friction];
+
+fn dimension(kind: Kind, translational: bool) -> Dimension {
+    let dimension = match kind {
+        Kind::Inertia => Dimension::INERTIA,
+        Kind::Damping => Dimension::DAMPING,
+        Kind::Stiffness => Dimension::STIFFNESS,
+        Kind::Friction => Dimension::TORQUE,
+    };
+    if translational { dimension.translational() } else { dimension }
+}
+
+/// The key of an element that gives a coefficient.
+fn key(instance: &Instance, kind: Kind) -> &'static str {
+    if instance.kind.keyword == "mass" && kind == Kind::Inertia { "mass" } else { kind.key() }
+}
+
+/// The name of a coefficient of an element: `rotor.mass`.
+pub(super) fn parameter_name(document: &Document, element: &str, kind: Kind) -> String {
+    let own = document.elements.get(element);
+    format!("{element}.{}", own.map_or(kind.key(), |instance| key(instance, kind)))
+}
+
+/// A parameter asked for: a key of an element, or an entry of `[parameters]` that stands for several.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct UnknownParameter {
+    pub name: String,
+    pub keys: Vec<(String, Kind)>,
+    /// What the file gives; none if it gives nothing.
+    pub before: Option<f64>,
+    /// The entry of `[parameters]`, if it is one.
+    pub parameter: bool,
+}
+
+/// Element and kind of `fs.damping`.
+fn split<'a>(document: &Document, name: &'a str) -> Option<(&'a str, Kind)> {
+    let (element, word) = names::parameter(name)?;
+    let own = document.elements.get(element)?;
+    KINDS.into_iter().find(|kind| key(own, *kind) == word).map(|kind| (element, kind))
+}
+
+/// The keys that could be asked for of a model.
+pub(super) fn possible(document: &Document) -> Vec<String> {
+    // The keys of a compliant gear are not the coefficients themselves.
+    let plain =
+        document.elements.iter().filter(|instance| matches!(instance.kind.keyword, "shaft" | "mass" | "spring_damper"));
+    let keys = plain.flat_map(|instance| {
+        let has = |kind: &Kind| instance.kind.fields.iter().any(|field| field.name == key(instance, *kind));
+        KINDS.into_iter().filter(has).map(|kind| format!("{}.{}", instance.name, key(instance, kind)))
+    });
+    keys.collect()
+}
+
+/// The keys of elements that are a parameter's.
+fn users(document: &Document, parameter: &str) -> Vec<(String, Kind)> {
+    let mut out = Vec::new();
+    for instance in &document.elements {
+        for kind in KINDS {
+            if let Some(Placed { value: Value::Scalar(Scalar::Parameter(name)), .. }) =
+                instance.table.values.get(key(instance, kind))
+                && name == parameter
+            {
+                out.push((instance.name.clone(), kind));
+            }
+        }
+    }
+    out
+}
+
+/// The value that the file gives a key.
+fn model_value(document: &Document, settings: &[Setting], element: &str, kind: Kind) -> Option<f64> {
+    let instance = document.elements.get(element)?;
+    let value = instance.table.values.get(key(instance, kind))?;
+    let Value::Scalar(scalar) = &value.value else { return None };
+    let scalar = Placed { value: scalar.clone(), place: value.place.clone() };
+    let mut silent = Vec::new();
+    let read = TableReader::new(document, settings).scalar(&scalar, None, "", &mut silent);
+    read.map(|(value, _)| value.to_f64())
+}
+
+/// A parameter by its name, checked.
+pub(super) fn unknown_parameter(
+    document: &Document,
+    settings: &[Setting],
+    name: &str,
+    out: &mut Vec<Diagnostic>,
+) -> Option<UnknownParameter> {
+    let all = possible(document);
+    if let Some((element, kind)) = split(document, name)
+        && all.iter().any(|declared| declared == name)
+    {
+        let before = model_value(document, settings, element, kind);
+        return Some(UnknownParameter {
+            name: name.into(),
+            keys: vec![(element.into(), kind)],
+            before,
+            parameter: false,
+        });
+    }
+    if let Some(parameter) = document.parameters.get(name) {
+        let keys = users(document, name);
+        let one_kind = keys.first().is_some_and(|(_, kind)| keys.iter().all(|(_, candidate)| candidate == kind));
+        if one_kind {
+            let set = settings.iter().find(|set| set.name == name).map_or(&parameter.value, |set| &set.value);
+            return Some(UnknownParameter { name: name.into(), keys, before: Some(set.to_f64()), parameter: true });
+        }
+        let message = format!("the parameter `{name}` stands for no single coefficient of the torque balance");
+        out.push(Diagnostic::error("identify::parameter", message).help(
+            "only inertias, dampings, stiffnesses and Coulomb frictions enter it linearly; ratios and angles do not",
+        ));
+        return None;
+    }
+    let names = || all.iter().map(String::as_str).chain(document.parameters.iter().map(|p| p.name.as_str()));
+    let help = unknown_name(name, names());
+    let help = match names::parameter(name) {
+        Some((element, key)) => kind_of(key).map_or(help, |kind| {
+            let of = match kind {
+                "offset" => "torque",
+                "backlash" => "spring",
+                "teeth" => "teeth",
+                _ => "friction",
+            };
+            format!("declare the term: `[[identification.extra]]` with `kind = \"{kind}\"` and `{of} = \"{element}\"`")
+        }),
+        None => help,
+    };
+    out.push(
+        Diagnostic::error("name::unknown", format!("there is no parameter `{}` to be found", shortened(name)))
+            .help(help),
+    );
+    None
+}
+
+/// The kind of the extra term that has a parameter of such a key.
+fn kind_of(key: &str) -> Option<&'static str> {
+    let starts = [("cogging", "cogging"), ("friction_ripple", "ripple"), ("friction_recordings", "recordings")];
+    match key {
+        "stribeck" | "stribeck_speed" => Some("stribeck"),
+        "load_loss" => Some("load"),
+        "friction_sense" => Some("sense"),
+        "damping_sense" => Some("sense_damping"),
+        "quadratic_damping" => Some("quadratic"),
+        "friction_drift" => Some("drift"),
+        "offset" => Some("offset"),
+        "backlash" | "backlash_torque" => Some("backlash"),
+        "tooth_loss" | "tooth_loss_back" | "efficiency" | "efficiency_back" => Some("teeth"),
+        key => starts.iter().find(|(start, _)| key.starts_with(start)).map(|(_, kind)| *kind),
+    }
+}
+
+/// A copy of the document with a term for each key that is asked for, where the file gives none or zero.
+pub(super) fn with_terms(
+    document: &Document,
+    settings: &[Setting],
+    unknowns: &[UnknownParameter],
+    extras: &[ExtraTerm],
+) -> (Document, Vec<Setting>) {
+    let (mut out, mut set) = (document.clone(), settings.to_vec());
+    let keys = unknowns.iter().flat_map(|one| one.keys.iter().map(|(element, kind)| (element.clone(), *kind)));
+    let directions = extras.iter().filter_map(|extra| match extra.law {
+        Law::Offset | Law::Parameter { .. } | Law::Teeth { .. } => None,
+        Law::Backlash { .. } => Some((extra.element.clone(), Kind::Stiffness)),
+        _ => Some((extra.element.clone(), Kind::Friction)),
+    });
+    let tiny = Exact::from_ratio(1, 1_000_000_000);
+    // A spring whose backlash is a term of its own is one without.
+    for extra in extras.iter().filter(|extra| matches!(extra.law, Law::Backlash { .. })) {
+        out.elements.get_mut(&extra.element).map(|instance| instance.table.values.remove("backlash"));
+    }
+    for (element, kind) in keys.chain(directions) {
+        let before = model_value(document, settings, &element, kind);
+        if before.is_some_and(|value| value != 0.0) {
+            continue;
+        }
+        let Some(instance) = out.elements.get_mut(&element) else { continue };
+        let key = key(instance, kind);
+        let Some(field) = instance.kind.fields.iter().find(|field| field.name == key) else { continue };
+        let literal = Value::Scalar(Scalar::Literal(tiny.clone(), dimension(kind, instance.table.translational)));
+        match instance.table.values.get_mut(key) {
+            // An implicit parameter, or one of the file, that is zero.
+            Some(Placed { value: Value::Scalar(Scalar::Parameter(name)), .. }) => {
+                set.retain(|setting| setting.name != *name);
+                set.push(Setting { name: name.clone(), value: tiny.clone(), text: String::new() });
+            }
+            Some(spanned) => spanned.value = literal,
+            None => {
+                let place = instance.place.clone();
+                instance.table.values.insert(field.name, Placed { value: literal, place });
+            }
+        }
+    }
+    for extra in extras.iter().filter(|extra| matches!(extra.law, Law::Teeth { .. })) {
+        let Some(instance) = out.elements.get_mut(&extra.element) else { continue };
+        let place = instance.place.clone();
+        // They rub, however little, so that there is a direction.
+        let value = Value::Scalar(Scalar::Literal(Exact::one().plus(&-&tiny), Dimension::NONE));
+        instance.table.values.entry("efficiency").or_insert(Placed { value, place });
+    }
+    (out, set)
+}
+
+/// The coefficients of the equations that parameters are.
+pub(super) fn coefficients(equations: &Equations, unknowns: &[UnknownParameter]) -> Vec<Coefficient> {
+    let all = equations.coefficients();
+    unknowns
+        .iter()
+        .map(|one| {
+            let own = all.iter().filter(|term| {
+                one.keys
+                    .iter()
+                    .any(|(element, kind)| term.kind == *kind && term.name == format!("{element}.{}", kind.key()))
+            });
+            let own: Vec<_> = own.collect();
+            Coefficient {
+                name: one.name.clone(),
+                kind: one.keys[0].1,
+                terms: own.iter().map(|term| term.term).collect(),
+                value: own.first().map_or(0.0, |term| term.value),
+            }
+        })
+        .collect()
+}

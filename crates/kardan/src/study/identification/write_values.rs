@@ -1,0 +1,295 @@
+//! What was found, in the text of the model file: values in place, terms as laws of torques.
+
+use crate::diagnostics::Diagnostic;
+use crate::file::syntax;
+use crate::model::{self, Document, Instance, NewValue};
+use crate::names;
+use crate::results::{FileLaw, FileTerm, FileValue, Identification};
+use crate::schema::{Table, Value};
+use crate::study::prepare::is_error;
+use crate::study::read::{read_names, read_word};
+
+use super::entry_removal::remove_entry;
+use super::request::request;
+use super::settings::IdentifySettings;
+
+/// The text of the model file with what was found in place, and what it cannot hold, with the reason. Terms that were suggested and taken are
+/// in it too: those that a law of a torque can say as `[torque.NAME]` with parameters of their own, others as `[[identification.extra]]`.
+///
+/// # Errors
+/// Mistakes of the file, or those that the values found would make of it.
+pub fn write_values(source: &str, found: &Identification) -> Result<(String, Vec<String>), Vec<Diagnostic>> {
+    let suggested = found.suggestions.as_ref().filter(|suggestions| !suggestions.accepted.is_empty());
+    let (values, terms, entries, not) = match suggested {
+        Some(own) => (&own.for_file, &own.terms_for_file, own.entries_for_file.as_slice(), &own.not_for_file),
+        None => (&found.for_file, &found.terms_for_file, [].as_slice(), &found.not_for_file),
+    };
+    let mut text = source.to_string();
+    let mut new: Vec<FileValue> = values.clone();
+    let mut still_there_entries: Vec<String> = Vec::new();
+    for term in terms {
+        let (document, _) = model::read(&text);
+        let Some(law) = TermEdit::new(&document, term) else { continue };
+        new.extend(law.values.iter().cloned());
+        let unremoved;
+        (text, unremoved) = law.put(&text, &document, term);
+        still_there_entries.extend(unremoved);
+    }
+    for (term, entry) in entries {
+        let (document, _) = model::read(&text);
+        text = with_names(&text, &document, &[], std::slice::from_ref(term)) + "\n" + entry;
+    }
+    let values = new.iter().map(|one| NewValue {
+        name: one.name.clone(),
+        value: one.value,
+        interval: one.interval.map(|it| (it.lower, it.upper)),
+        confidence: found.confidence,
+    });
+    let before = diagnostics(source);
+    let refused = |new: Vec<Diagnostic>| -> Vec<Diagnostic> {
+        let refused = |one: Diagnostic| {
+            let message = format!("with what was found the file would have a mistake: {}", one.message);
+            // Its places are those of a text that nobody has.
+            Diagnostic { message, labels: Vec::new(), ..one }
+        };
+        new.into_iter()
+            .filter(|one| before.iter().all(|candidate| candidate.message != one.message))
+            .map(refused)
+            .collect()
+    };
+    let (text, mut omissions) = model::write_values(&text, &values.collect::<Vec<_>>()).map_err(|diagnostics| {
+        let new = refused(diagnostics.clone());
+        if new.is_empty() { diagnostics } else { new }
+    })?;
+    let new = refused(diagnostics(&text));
+    if !new.is_empty() {
+        return Err(new);
+    }
+    omissions.extend(still_there_entries);
+    omissions.extend(not.iter().cloned());
+    Ok((text, omissions))
+}
+
+/// Mistakes of a file that is read to identify: of the model, and of the names of what is sought.
+fn diagnostics(text: &str) -> Vec<Diagnostic> {
+    let (document, mut out) = model::read(text);
+    out.retain(is_error);
+    if !out.is_empty() {
+        return out;
+    }
+    let set = document.variant_settings().into_iter().next().map(|one| one.settings).unwrap_or_default();
+    let (model, diagnostics) = document.model_with(&set, Some(&[]));
+    out.extend(diagnostics);
+    request(&document, &model, &set, &IdentifySettings::default(), &mut out);
+    // A file need not seek anything.
+    out.retain(|one| is_error(one) && one.code != "identify::nothing");
+    out
+}
+
+/// A term as a law of a torque, and the parameters that it has.
+struct TermEdit {
+    values: Vec<FileValue>,
+    parameters: String,
+    torque: String,
+}
+
+/// A name as an expression has it.
+fn in_expression(name: &str) -> String {
+    if name.contains('-') { format!("'{name}'") } else { name.to_string() }
+}
+
+fn word<'a>(instance: &'a Instance, key: &str) -> Option<&'a str> {
+    read_word(&instance.table, key)
+}
+
+impl TermEdit {
+    /// Nothing where the element has no direction that a `torque` can have.
+    fn new(document: &Document, term: &FileTerm) -> Option<Self> {
+        let instance = document.elements.get(&term.element)?;
+        let ends: Vec<&str> = match instance.kind.keyword {
+            "spring_damper" => ["shaft_1", "shaft_2"].into_iter().filter_map(|key| word(instance, key)).collect(),
+            _ => vec![&instance.name],
+        };
+        let straight = |name: &str| {
+            document.elements.iter().any(|candidate| candidate.name == name && candidate.kind.keyword == "mass")
+        };
+        let is_straight = ends.iter().any(|name| straight(name));
+        let own: Vec<&str> = ends.iter().copied().filter(|name| *name != "ground").collect();
+        let motion = |of: &[names::Quantity; 2]| {
+            let one = |name: &&str| in_expression(&of[usize::from(straight(name))].of(name));
+            match own.as_slice() {
+                [one_end] => one(one_end),
+                [a, b] => format!("({} - {})", one(a), one(b)),
+                _ => String::new(),
+            }
+        };
+        let (angle, speed) = (
+            motion(&[names::Quantity::Angle, names::Quantity::Position]),
+            motion(&[names::Quantity::Speed, names::Quantity::Velocity]),
+        );
+        let is_used =
+            |name: &str| document.parameters.has(name) || document.elements.has(name) || document.signals.has(name);
+        let free = |name: &str| {
+            let plain = name.replace(|c: char| !c.is_ascii_alphanumeric(), "_");
+            let numbered = (2..).map(|k| format!("{plain}_{k}"));
+            std::iter::once(plain.clone()).chain(numbered).find(|name| !is_used(name)).expect("numbers do not end")
+        };
+        let values: Vec<FileValue> =
+            term.coefficients.iter().map(|one| FileValue { name: free(&one.name), ..one.clone() }).collect();
+        let unit = match (&term.law, is_straight) {
+            (FileLaw::SenseDamping, false) => "N m s/rad",
+            (FileLaw::SenseDamping, true) => "N s/m",
+            (FileLaw::Quadratic, false) => "N m s^2/rad^2",
+            (FileLaw::Quadratic, true) => "N s^2/m^2",
+            (_, false) => "N m",
+            (_, true) => "N",
+        };
+        let [a, b] = [0, 1].map(|k| values.get(k).map_or("", |one| one.name.as_str()));
+        let law = match &term.law {
+            FileLaw::Sense => format!("-{a}"),
+            FileLaw::SenseDamping => format!("-{a} * abs({speed})"),
+            FileLaw::Quadratic => format!("-{a} * {speed} * abs({speed})"),
+            FileLaw::Cogging(order) => format!("-{a} * cos({order} * {angle}) - {b} * sin({order} * {angle})"),
+        };
+        let on = match ends.as_slice() {
+            [a] => format!("shaft = \"{a}\"\n"),
+            ["ground", b] => return Some(Self::reversed(values, unit, b, &law, term, &free)),
+            [a, "ground"] => format!("shaft = \"{a}\"\n"),
+            [a, b] => format!("shaft = \"{a}\"\nreaction = \"{b}\"\n"),
+            _ => return None,
+        };
+        Some(Self::of(values, unit, &on, &law, &free(&format!("{} law", term.term))))
+    }
+
+    /// Along the second body alone, the other way round.
+    fn reversed(
+        values: Vec<FileValue>,
+        unit: &str,
+        body: &str,
+        law: &str,
+        term: &FileTerm,
+        free: &dyn Fn(&str) -> String,
+    ) -> Self {
+        let on = format!("coefficients = {{ {body} = -1 }}\n");
+        Self::of(values, unit, &on, law, &free(&format!("{} law", term.term)))
+    }
+
+    fn of(values: Vec<FileValue>, unit: &str, on: &str, law: &str, name: &str) -> Self {
+        let parameters = values.iter().map(|one| format!("{} = \"{:?} {unit}\"\n", one.name, one.value)).collect();
+        Self { parameters, torque: format!("[torque.{name}]\n{on}law = \"{law}\"\n"), values }
+    }
+
+    /// The text of a model file with it, in place of its term; and what is to be said where that is still there.
+    fn put(&self, text: &str, document: &Document, term: &FileTerm) -> (String, Option<String>) {
+        let names: Vec<String> = self.values.iter().map(|one| one.name.clone()).collect();
+        let mut own: Vec<String> = vec![term.term.clone()];
+        own.extend(term.coefficients.iter().map(|one| one.name.clone()));
+        let mut out = with_names(text, document, &own, &names);
+        let mut warning = None;
+        // Places in the text behind the names are others now.
+        let (document, _) = model::read(&out);
+        if let Some(entry) = entry(&document, term) {
+            match remove_entry(&out, ["identification", "extra"], entry) {
+                Some(text) => out = text,
+                None => {
+                    warning = Some(format!(
+                        "{}: it is a law of a torque now, and its entry of `extra` in `[identification]` cannot be told from what stands \
+                         beside it: remove it before you identify again",
+                        term.term
+                    ));
+                }
+            }
+        }
+        if !out.is_empty() && !out.ends_with('\n') {
+            out.push('\n');
+        }
+        match parameters(&out) {
+            Some(place) => out.insert_str(place, &self.parameters),
+            None => out += &format!("\n[parameters]\n{}", self.parameters),
+        }
+        (out + "\n" + &self.torque, warning)
+    }
+}
+
+/// The start of the line below `[parameters]`.
+fn parameters(text: &str) -> Option<usize> {
+    let (entries, _) = syntax(text);
+    let place = entries.keyed("parameters")?.entry.place.span();
+    let header = text[place.clone()].starts_with('[');
+    header.then(|| text[place.end..].find('\n').map_or(text.len(), |end| place.end + end + 1))
+}
+
+/// Where the header of the entry of a term begins.
+fn entry(document: &Document, term: &FileTerm) -> Option<usize> {
+    let Some(Value::Tables(tables)) = document.identification.values.get("extra").map(|entry| &entry.value) else {
+        return None;
+    };
+    let order = |table: &Table| match &term.law {
+        FileLaw::Cogging(order) => crate::study::read::read_scalar(table, "order").is_some_and(
+            |scalar| matches!(&scalar.value, crate::schema::Scalar::Literal(value, _) if value.to_f64() == *order),
+        ),
+        _ => true,
+    };
+    let kind = match term.law {
+        FileLaw::Sense => "sense",
+        FileLaw::SenseDamping => "sense_damping",
+        FileLaw::Quadratic => "quadratic",
+        FileLaw::Cogging(_) => "cogging",
+    };
+    let own = |table: &&Table| {
+        read_word(table, "kind") == Some(kind) && read_word(table, "friction") == Some(&term.element) && order(table)
+    };
+    tables.iter().find(own).map(|table| table.place.span().start)
+}
+
+/// The text with some of the names of what is sought in place of others, where the file names what is sought; new ones come last.
+fn with_names(text: &str, document: &Document, old: &[String], new: &[String]) -> String {
+    let table = &document.identification;
+    let Some(entry) = table.values.get("parameters") else { return text.to_string() };
+    let mut retained: Vec<String> = read_names(table, "parameters").iter().map(|word| word.value.clone()).collect();
+    let replaces = retained.iter().any(|name| old.contains(name)) || old.is_empty();
+    retained.retain(|name| !old.contains(name));
+    if replaces {
+        retained.extend(new.iter().filter(|name| !retained.contains(name)).cloned().collect::<Vec<_>>());
+    }
+    let quoted: Vec<String> = retained.iter().map(|name| format!("\"{name}\"")).collect();
+    let mut out = text.to_string();
+    out.replace_range(entry.place.span(), &format!("[{}]", quoted.join(", ")));
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An entry that is not alone in its line stays, and that is said: the law of a torque has taken its place.
+    #[test]
+    fn an_entry_that_cannot_be_taken_out_stays() {
+        let source = |line: &str| {
+            format!(
+                "[shaft.s]\ninertia = \"1 kg m^2\"\n[identification]\nparameters = [\"s.friction_sense\"]\n\
+                 [[identification.extra]]\nkind = \"sense\"\nfriction = \"s\"{line}\n"
+            )
+        };
+        let coefficient = FileValue { name: "s.friction_sense".into(), value: 0.05, interval: None };
+        let term = FileTerm {
+            term: "s.friction_sense".into(),
+            element: "s".into(),
+            law: FileLaw::Sense,
+            coefficients: vec![coefficient],
+        };
+        let put = |text: &str| {
+            let (document, _) = model::read(text);
+            TermEdit::new(&document, &term).expect("a law of a torque says it").put(text, &document, &term)
+        };
+        let (text, warning) = put(&source(" # a comment"));
+        assert!(warning.is_none() && !text.contains("identification.extra"), "{warning:?} {text}");
+        let (text, warning) = put(&source(" and more"));
+        let warning = warning.expect("it stays");
+        assert!(
+            warning.starts_with("s.friction_sense: ") && warning.contains("remove it before you identify again"),
+            "{warning}"
+        );
+        assert!(text.contains("and more") && text.contains("[torque.s_friction_sense_law]"), "{text}");
+    }
+}

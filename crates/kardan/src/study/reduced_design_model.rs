@@ -1,0 +1,85 @@
+//! Models that designs leave elements out of.
+
+use std::collections::BTreeSet;
+
+use super::checks::signals_of;
+use crate::diagnostics::{Diagnostic, nearest, shortened};
+use crate::model::{ControlSpec, Document, Model, TableReader};
+use crate::names::SignalName;
+use crate::schema::LawKeys;
+use crate::synthesis::Program;
+
+/// What the design of a controller leaves out: elements with their parts; mistakes are told.
+pub(super) fn excluded(
+    document: &Document,
+    control: &ControlSpec,
+    out: &mut Vec<Diagnostic>,
+) -> Option<BTreeSet<String>> {
+    let own = document.controls.iter().find(|own| own.place == control.place);
+    let place = own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, "without"));
+    let mut found = BTreeSet::new();
+    if control.law.keyword == Program::KEYWORD && control.values.has("without") {
+        let message =
+            format!("control `{}`: a program is not designed, so there is nothing to leave out", control.name);
+        out.push(Diagnostic::error("control::without", message).at(place, "not read").help("take it out"));
+        return None;
+    }
+    for name in control.values.names("without").unwrap_or_default() {
+        let Some(element) = document.elements.get(name) else {
+            let element_names = document.elements.iter().map(|element| element.name.as_str());
+            let message = format!("`without` of control `{}`: there is no element `{}`", control.name, shortened(name));
+            let help = match nearest(name, element_names) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => "name elements of the model: a vehicle, a torque, a spring_damper".into(),
+            };
+            out.push(Diagnostic::error("name::unknown", message).at(place, "unknown").help(help));
+            return None;
+        };
+        // Parts stand where the header of their element does.
+        let parts = document.elements.iter().filter(|part| part.place == element.place);
+        found.extend(parts.map(|part| part.name.clone()));
+    }
+    if !found.is_empty() && own.is_some_and(|own| own.table.values.contains_key("at")) {
+        let message = format!(
+            "control `{}`: a design that leaves elements out has no operating point of the whole",
+            control.name
+        );
+        out.push(
+            Diagnostic::error("control::without", message)
+                .at(place, "left out here")
+                .help("take out `at` or `without`"),
+        );
+        return None;
+    }
+    Some(found)
+}
+
+/// The mistake that a controller needs what its design leaves out.
+pub(super) fn needed_by(document: &Document, control: &ControlSpec, model: &Model) -> Option<Diagnostic> {
+    let inputs = (control.law.inputs)(&control.values);
+    let mut signals = signals_of(control.law.fields, &control.values);
+    if let Some(observer) = control.values.table("observer") {
+        signals.extend(observer.names("sensors").unwrap_or_default().iter().cloned());
+        signals.extend(observer.names("disturbances").unwrap_or_default().iter().cloned());
+    }
+    let is_present = |name: &str| {
+        let head = SignalName::new(name).element;
+        model.all_coordinates.iter().any(|coordinate| coordinate == head)
+            || model.terms.iter().any(|named| named.element == head)
+    };
+    let missing = inputs.iter().chain(&signals).find(|name| !is_present(name))?;
+    let own = document.controls.iter().find(|own| own.place == control.place);
+    let place = own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, "without"));
+    let message = format!("control `{}`: its design leaves out `{}`, which it needs", control.name, shortened(missing));
+    let help = "leave out less: with a shaft go the elements that act on it";
+    Some(Diagnostic::error("control::without", message).at(place, "left out here").help(help))
+}
+
+/// The model without elements, and without what acts on their coordinates.
+pub(super) fn model_excluding(model: &Model, excluded: &BTreeSet<String>) -> Model {
+    let gone = |name: &str| excluded.contains(name);
+    let mut out = model.clone();
+    out.terms.retain(|named| !gone(&named.element) && !named.term.coordinates().into_iter().any(gone));
+    out.all_coordinates.retain(|name| !gone(name));
+    out
+}

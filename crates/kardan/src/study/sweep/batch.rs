@@ -1,0 +1,246 @@
+//! Runs of a sweep side by side in lanes, where what varies reaches nothing but coefficients of the equations.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use rayon::prelude::*;
+
+use super::rows::{fill, sampled, seed_of};
+use super::varied::Varied;
+use crate::assemble::CoefficientKind;
+use crate::model::tables::Measure;
+use crate::model::{Document, VariantSettings};
+use crate::num::rational_from_f64;
+use crate::reduce::Reduced;
+use crate::results::{Effort, Energy, IntegrationMethod, Outcome, Run, Series, SweepRow};
+use crate::simulate::{Ensemble, LaneRun, Recorded, RunResult, Scenario, Setup, Tolerance};
+use crate::study::figure::FigureOf;
+use crate::study::requirement::Requirement;
+use crate::study::run::judged;
+use crate::study::{Prepared, PreparedVariant};
+use crate::units::Exact;
+
+/// Where what varies lies when it is looked at what it reaches, as a part of all values.
+const BASE: f64 = 0.5;
+const PROBE_QUANTILES: [f64; 3] = [0.371, 0.993, 0.007];
+/// Runs that a thread takes at least.
+const LEAST: usize = 16;
+
+type Slot = (CoefficientKind, usize);
+
+/// A variant that runs in lanes.
+pub(super) struct Batch<'p> {
+    variant: &'p PreparedVariant,
+    reduced: Reduced,
+    scenario: Scenario,
+    varying: Vec<Slot>,
+    /// Of each coefficient which value it follows, and what it is of it.
+    from: Vec<(usize, f64)>,
+    tolerance: Tolerance,
+    count: Option<usize>,
+    /// Whether each sample draws the noise of its sensors anew.
+    draws: bool,
+    /// Lanes that wait.
+    ready: Mutex<Vec<Ensemble>>,
+}
+
+/// All coefficients.
+fn slots(reduced: &Reduced) -> Vec<Slot> {
+    let equations = &reduced.equations;
+    let kinds = [
+        (CoefficientKind::Inertia, equations.inertias.len()),
+        (CoefficientKind::Damping, equations.dampers.len()),
+        (CoefficientKind::Stiffness, equations.springs.len()),
+        (CoefficientKind::Friction, equations.frictions.len()),
+    ];
+    kinds.into_iter().flat_map(|(kind, count)| (0..count).map(move |term| (kind, term))).collect()
+}
+
+/// Everything else that a run depends on, in words.
+fn rest(variant: &PreparedVariant) -> String {
+    let mut reduced = variant.reduced.clone();
+    slots(&reduced).into_iter().for_each(|slot| *reduced.equations.coefficient_mut(slot) = Exact::one());
+    let PreparedVariant { scenario, computed, start_notes, .. } = variant;
+    format!("{reduced:?} {scenario:?} {computed:?} {start_notes:?}")
+}
+
+/// Whether two variants have the same laws: a program is written anew for each sample.
+fn has_same_laws(one: &PreparedVariant, two: &PreparedVariant) -> bool {
+    let mut pairs = one.implemented.iter().zip(&two.implemented);
+    one.implemented.len() == two.implemented.len() && pairs.all(|(one, two)| Arc::ptr_eq(one, two))
+}
+
+/// Of each coefficient which value it follows, and what it is of it.
+fn followed(
+    all: &[Slot],
+    spread: &[Varied],
+    (base, first): (&[f64], &PreparedVariant),
+    prepared_with: &dyn Fn(&[f64]) -> Option<PreparedVariant>,
+) -> Result<Vec<Option<(usize, f64)>>, String> {
+    let expected = rest(first);
+    let mut from: Vec<Option<(usize, f64)>> = vec![None; all.len()];
+    for (k, varied) in spread.iter().enumerate() {
+        let name = &varied.name;
+        let more = || {
+            format!(
+                "`{name}` reaches more than inertias, dampings, stiffnesses and frictions, or these not in proportion"
+            )
+        };
+        let mut values = base.to_vec();
+        // What has two values in a list may have the same one twice.
+        let probe_values = PROBE_QUANTILES.map(|part| varied.distribution.quantile(part));
+        values[k] = probe_values
+            .into_iter()
+            .find(|value| *value != base[k])
+            .ok_or_else(|| format!("`{name}` has one value"))?;
+        let changed = prepared_with(&values).ok_or_else(|| format!("laws or programs follow `{name}`"))?;
+        if slots(&changed.reduced) != *all || rest(&changed) != expected {
+            return Err(more());
+        }
+        for (slot, from) in all.iter().zip(&mut from) {
+            let [before, now] = [first, &changed].map(|one| one.reduced.equations.coefficient(*slot));
+            if before == now {
+                continue;
+            }
+            let part = |coefficient: &Exact, value: f64| {
+                coefficient.div(&Exact::new(rational_from_f64(value).unwrap_or_default(), 0))
+            };
+            let parts = [part(before, base[k]), part(now, values[k])];
+            match parts {
+                [Some(part), Some(same)] if from.is_none() && part == same => *from = Some((k, part.to_f64())),
+                _ => return Err(more()),
+            }
+        }
+    }
+    Ok(from)
+}
+
+impl<'p> Batch<'p> {
+    /// A variant whose runs differ in coefficients alone, each of them a multiple of one of the values.
+    ///
+    /// # Errors
+    /// What more there is to it.
+    pub fn new(
+        (document, prepared): (&Document, &Prepared),
+        (variant, own): (&'p PreparedVariant, &VariantSettings),
+        spread: &[Varied],
+        (tolerance, recorded, (count, draws)): (Tolerance, &Recorded, (Option<usize>, bool)),
+    ) -> Result<Self, String> {
+        let measures = prepared.figures.iter().filter_map(|figure| match &figure.of {
+            FigureOf::Measure(measure) => Some(&**measure),
+            FigureOf::Value(_) => None,
+        });
+        // Lanes tell of no events.
+        let of_events = |one: &Requirement| matches!(one.measure, Measure::Events | Measure::TimeAtLimit);
+        if prepared.requirements.iter().chain(measures).any(of_events) {
+            return Err("figures or requirements count events".into());
+        }
+        let base: Vec<f64> = spread.iter().map(|varied| varied.distribution.quantile(BASE)).collect();
+        let prepared_with = |values: &[f64]| {
+            let found = sampled(document, (variant, own), spread, (values, None)).ok();
+            found.filter(|found| has_same_laws(found, variant))
+        };
+        let first = prepared_with(&base).ok_or("laws or programs follow what varies")?;
+        let all = slots(&first.reduced);
+        let from = followed(&all, spread, (&base, &first), &prepared_with)?;
+        let varying: Vec<(Slot, (usize, f64))> =
+            all.into_iter().zip(from).filter_map(|(slot, from)| Some((slot, from?))).collect();
+        let mut reduced = first.reduced.clone();
+        for (k, (slot, from)) in varying.iter().enumerate() {
+            let stribeck = |term: usize| reduced.equations.frictions[term].value.stribeck.is_some();
+            let (kind, term) = *slot;
+            let name = &spread[from.0].name;
+            if base[from.0] * from.1 <= 0.0 {
+                return Err(format!("what follows `{name}` is not above zero"));
+            }
+            if kind == CoefficientKind::Friction && stribeck(term) {
+                return Err(format!("`{name}` is a friction that changes with the speed"));
+            }
+            let name = format!("given.{k}");
+            let coefficient = reduced.equations.coefficient_mut(*slot);
+            *coefficient = coefficient.clone().named(name.clone());
+            reduced.equations.run_parameters.push(name);
+        }
+        let mut scenario = first.scenario.clone();
+        scenario.recorded = Some(recorded.clone());
+        let out = Self {
+            variant,
+            reduced,
+            scenario,
+            varying: varying.iter().map(|(slot, _)| *slot).collect(),
+            from: varying.iter().map(|(_, from)| *from).collect(),
+            tolerance,
+            count,
+            draws,
+            ready: Mutex::new(Vec::new()),
+        };
+        let first = out.ensemble()?;
+        out.put_back(first);
+        Ok(out)
+    }
+
+    fn ensemble(&self) -> Result<Ensemble, &'static str> {
+        let waiting = self.ready.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let setup = Setup { reduced: &self.reduced, laws: &self.variant.implemented, scenario: &self.scenario };
+        waiting.map_or_else(|| Ensemble::new(setup, &self.varying, self.tolerance, self.count), Ok)
+    }
+
+    fn put_back(&self, ensemble: Ensemble) {
+        self.ready.lock().unwrap_or_else(PoisonError::into_inner).push(ensemble);
+    }
+
+    /// What is given to a run of its own, where all coefficients have the signs that they are to have.
+    fn run_of(&self, row: &SweepRow) -> Option<LaneRun> {
+        let values: Vec<f64> = self.from.iter().map(|(from, part)| row.values[*from] * part).collect();
+        let own = self.scenario.seed;
+        let seed = if self.draws { seed_of(own, row.sample) } else { own };
+        values.iter().all(|value| *value > 0.0).then_some(LaneRun { values, seed })
+    }
+
+    /// Fills rows of this variant; tells of each whether it is.
+    pub fn fill(&self, prepared: &Prepared, rows: &mut [&mut SweepRow], done: &(dyn Fn() + Sync)) -> Vec<bool> {
+        let chunk = |rows: &mut [&mut SweepRow]| -> Vec<bool> {
+            let lane_runs: Vec<(usize, LaneRun)> =
+                rows.iter().enumerate().filter_map(|(k, row)| Some((k, self.run_of(row)?))).collect();
+            let (places, runs): (Vec<usize>, Vec<LaneRun>) = lane_runs.into_iter().unzip();
+            let mut filled = vec![false; rows.len()];
+            let run = AssertUnwindSafe(|| {
+                let Ok(mut ensemble) = self.ensemble() else { return };
+                ensemble.run(&runs, &mut |number, series| {
+                    let Some(series) = series else { return };
+                    let row = &mut *rows[places[number]];
+                    self.record(prepared, row, series);
+                    filled[places[number]] = true;
+                    done();
+                });
+                self.put_back(ensemble);
+            });
+            // What this program has a mistake in goes on by the reference, and the lanes are dropped.
+            let _ = catch_unwind(run);
+            filled
+        };
+        let chunk_size = rows.len().div_ceil(rayon::current_num_threads()).max(LEAST);
+        rows.par_chunks_mut(chunk_size).flat_map_iter(chunk).collect()
+    }
+
+    /// What a run comes to.
+    fn record(&self, prepared: &Prepared, row: &mut SweepRow, series: &mut Series) {
+        let own = series.signals.len();
+        let result = RunResult {
+            series: std::mem::take(series),
+            energy: Energy { input: 0.0, stored: 0.0, dissipated: 0.0, residual: 0.0, exchanged: 0.0 },
+            events: Vec::new(),
+            outcome: Outcome::Completed,
+            notes: Vec::new(),
+            warnings: Vec::new(),
+            encoder_readings: Vec::new(),
+            sampled: false,
+            motor_loads: Vec::new(),
+            effort: Effort { method: IntegrationMethod::Taylor, ..Effort::default() },
+        };
+        let run: Run = judged(self.variant, prepared, result);
+        fill(row, prepared, &run);
+        *series = run.series;
+        series.signals.truncate(own);
+    }
+}

@@ -1,0 +1,28 @@
+//! What is recorded of the runs of a sweep.
+
+use std::collections::BTreeSet;
+
+use crate::simulate::Recorded;
+use crate::study::Prepared;
+use crate::study::figure::FigureOf;
+use crate::units::Expression;
+
+/// The signals that requirements and figures are measured of, with those that expressions of them name; they have the bits that they have in a run
+/// that records all.
+pub(super) fn recorded_signals(prepared: &Prepared) -> Recorded {
+    let measures = prepared.figures.iter().filter_map(|figure| match &figure.of {
+        FigureOf::Measure(measure) => Some(&**measure),
+        FigureOf::Value(_) => None,
+    });
+    let texts = prepared.requirements.iter().chain(measures).flat_map(|one| [Some(&one.signal), one.over.as_ref()]);
+    let tracks = prepared.all().flat_map(|variant| &variant.computed.tracks);
+    let texts = texts.chain(tracks.map(|track| Some(&track.cones.reached)));
+    let mut names: BTreeSet<String> = BTreeSet::new();
+    for text in texts.flatten() {
+        if let Ok(law) = Expression::parse_law(text) {
+            names.extend(law.names().into_iter().map(String::from));
+        }
+        names.insert(text.clone());
+    }
+    Recorded { names: names.into_iter().collect(), as_all: true }
+}

@@ -1,0 +1,110 @@
+//! What is different where rows are of another sweep.
+
+use crate::diagnostics::shortened;
+use crate::entries::{Entries, RawValue};
+use crate::file::value_to_toml;
+use crate::study::Project;
+
+/// Values of the model that are told, at most.
+const MAX_LISTED: usize = 3;
+/// What rows follow from, by the first words of each part.
+const KINDS: [&str; 8] = ["kardan", "model", "samples", "seed", "--", "limit of steps", "method", "tolerance"];
+
+impl Project {
+    /// In what a sweep of this model differs from another one, in words; each as its rows tell what they follow from. `was` is the other model, if it is known.
+    ///
+    /// ```
+    /// use kardan::project::Project;
+    ///
+    /// let open = |inertia: &str| Project::open(format!("[shaft.a]\ninertia = \"{inertia}\"\n[scenario]\n"));
+    /// let identity = |project: &Project| project.sweep_plan(&Default::default()).unwrap().head.identity;
+    /// let (one, other) = (open("2 kg m^2 ± 10 %"), open("3 kg m^2 ± 10 %"));
+    /// assert_eq!(
+    ///     one.sweep_mismatch(&identity(&one), &identity(&other), Some(&other.to_toml())),
+    ///     "`shaft.a.inertia` \"3 kg m^2 ± 10 %\", here \"2 kg m^2 ± 10 %\""
+    /// );
+    /// ```
+    pub fn sweep_mismatch(&self, here: &str, other_identity: &str, was: Option<&str>) -> String {
+        let mut differences = Vec::new();
+        for kind in KINDS {
+            let [own, other] = [here, other_identity].map(|identity| part(identity, kind));
+            match (own, other) {
+                (own, other) if own == other => {}
+                (Some(own), Some(other)) => differences.push(match was.filter(|_| kind == "model") {
+                    Some(was) => changed(Self::open(was).entries(), self.entries()),
+                    None => format!("{other}, here {own}"),
+                }),
+                (Some(own), None) => differences.push(format!("{own} here alone")),
+                (None, other) => differences.extend(other.map(|other| format!("{other}, here not"))),
+            }
+        }
+        differences.join("; ")
+    }
+
+    /// The same of rows that are run again: in what this model differs from theirs; nothing, if it does not.
+    pub fn other_model(&self, other_identity: &str, was: Option<&str>) -> Option<String> {
+        let here = self.origin();
+        let other_identity =
+            KINDS[..2].iter().filter_map(|kind| part(other_identity, kind)).collect::<Vec<_>>().join(", ");
+        (here != other_identity).then(|| self.sweep_mismatch(&here, &other_identity, was))
+    }
+}
+
+/// Values that differ from those of another model.
+fn changed(was: &Entries, now: &Entries) -> String {
+    let mut all = Vec::new();
+    compare("", was, now, &mut all);
+    match all.len() {
+        0 => "the order of the model's keys, or a file that it names".into(),
+        count @ 1..=MAX_LISTED => all[..count].join("; "),
+        count => format!("{}; and {} more", all[..MAX_LISTED].join("; "), count - MAX_LISTED),
+    }
+}
+
+/// The number of the model that rows follow from.
+pub fn swept_model(identity: &str) -> Option<&str> {
+    part(identity, "model")?.strip_prefix("model ")
+}
+
+/// A part of what rows follow from.
+fn part<'i>(identity: &'i str, kind: &str) -> Option<&'i str> {
+    // Names of variants stand in backticks, with commas between them.
+    let samples = identity.find(" samples of ");
+    if kind == "samples" {
+        let (start, end) = (identity[..samples?].rfind(", ")? + 2, identity.rfind("`")? + 1);
+        return identity.get(start..end);
+    }
+    let is_kind = |text: &&str| text.starts_with(kind);
+    let ends = samples.map_or((identity, ""), |at| (&identity[..at], &identity[identity.rfind("`").unwrap_or(at)..]));
+    ends.0.split(", ").chain(ends.1.split(", ").skip(1)).find(is_kind)
+}
+
+/// Tells what one table says otherwise than another.
+fn compare(path: &str, was: &Entries, now: &Entries, out: &mut Vec<String>) {
+    let path_of = |key: &str| if path.is_empty() { key.to_string() } else { format!("{path}.{key}") };
+    for one in was.iter() {
+        compare_values(&path_of(&one.key), &one.entry.value, now.get(&one.key), out);
+    }
+    let new = now.iter().filter(|one| was.get(&one.key).is_none());
+    out.extend(new.map(|one| format!("`{}` is here alone", path_of(&one.key))));
+}
+
+fn compare_values(path: &str, was: &RawValue, now: Option<&RawValue>, out: &mut Vec<String>) {
+    let tables = |list: &[crate::entries::Entry]| list.iter().all(|one| matches!(one.value, RawValue::Table(_)));
+    match (was, now) {
+        (_, None) => out.push(format!("`{path}` is not here")),
+        (RawValue::Table(was), Some(RawValue::Table(now))) => compare(path, was, now, out),
+        (RawValue::List(was), Some(RawValue::List(now))) if tables(was) && tables(now) => {
+            for (k, one) in was.iter().enumerate() {
+                compare_values(&format!("{path}[{k}]"), &one.value, now.get(k).map(|now| &now.value), out);
+            }
+            out.extend((was.len()..now.len()).map(|k| format!("`{path}[{k}]` is here alone")));
+        }
+        (was, Some(now)) => {
+            let [was, now] = [was, now].map(value_to_toml);
+            if was != now {
+                out.push(format!("`{path}` {}, here {}", shortened(&was), shortened(&now)));
+            }
+        }
+    }
+}

@@ -1,0 +1,280 @@
+//! What many rows say together.
+
+use statrs::distribution::{Beta, ContinuousCDF};
+
+use super::indices::{effects, sobol_indices};
+use super::points::Axis;
+use super::reasons::reasons;
+use crate::num::Matrix;
+use crate::results::{
+    SweepRowOf, SweepRows, SweptEffect, SweptFailure, SweptFigure, SweptIndex, SweptRequirement, SweptShare,
+    SweptValues,
+};
+
+/// Confidence of intervals of probabilities.
+pub(super) const CONFIDENCE: f64 = 0.95;
+/// Parts of all numbers, of which quantiles are told.
+const PARTS: [f64; 7] = [0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0];
+
+/// How samples were made.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Sampled<'a> {
+    /// From the distributions.
+    Drawn,
+    /// All combinations of some values.
+    Grid,
+    /// In groups of A, B, and A with one axis after another of B.
+    Saltelli { group: u64 },
+    /// In paths.
+    Morris { group: u64, axes: &'a [Axis] },
+    /// One from another.
+    Sought,
+}
+
+impl Sampled<'_> {
+    /// Whether parts of them are probabilities.
+    pub fn is_drawn(self) -> bool {
+        matches!(self, Self::Drawn | Self::Saltelli { .. })
+    }
+
+    /// Whether a sample is drawn by itself.
+    fn counts(self, sample: u64) -> bool {
+        !matches!(self, Self::Saltelli { group } if sample % group > 1)
+    }
+}
+
+/// Rows, by sample and variant, and what is known of them beside: what to fill in.
+pub(super) struct SweepStatistics<'a> {
+    pub rows: &'a SweepRows,
+    /// Names of what varies.
+    pub parameters: Vec<String>,
+    /// The same, those that vary together in one.
+    pub moving: Vec<String>,
+    /// Names of the variants.
+    pub variants: &'a [String],
+    /// How they were made.
+    pub sampled: Sampled<'a>,
+    /// What they follow from.
+    pub seed: u64,
+    /// That of intervals of probabilities.
+    pub confidence: f64,
+}
+
+impl SweepStatistics<'_> {
+    /// Rows of a variant, those that are drawn by themselves where others are too.
+    pub fn of(&self, variant: &str) -> impl Iterator<Item = SweepRowOf<'_>> {
+        self.all_of(variant).filter(|row| self.sampled.counts(row.sample))
+    }
+
+    fn all_of(&self, variant: &str) -> impl Iterator<Item = SweepRowOf<'_>> {
+        let number = self.variants.iter().position(|name| name == variant);
+        self.rows.iter().filter(move |row| Some(row.variant) == number)
+    }
+
+    pub fn fill_requirement(&self, number: usize, out: &mut SweptRequirement) {
+        let verdicts = self.of(&out.variant).map(|row| row.passed[number]).filter(|verdict| !verdict.is_nan());
+        let (passed, failed) =
+            verdicts.fold((0, 0), |(yes, no), one| if one > 0.5 { (yes + 1, no) } else { (yes, no + 1) });
+        (out.passed, out.failed) = (passed, failed);
+        let all = passed + failed;
+        if all > 0 && self.sampled.is_drawn() {
+            out.probability = Some(passed as f64 / all as f64);
+            out.interval = Some(clopper_pearson(passed, all, self.confidence));
+        }
+        out.measured = self.spread(&out.variant, |row| row.measured[number]);
+    }
+
+    pub fn fill_figure(&self, number: usize, out: &mut SweptFigure) {
+        out.values = self.spread(&out.variant, |row| row.figures[number]);
+    }
+
+    /// Runs that did not come to their end, by reason, the most first.
+    pub fn failures(&self) -> Vec<SweptFailure> {
+        reasons(self.rows.iter(), self.variants)
+    }
+
+    /// The numbers of a variant; what a run has measured up to an early end is none.
+    fn spread(&self, variant: &str, number: impl Fn(SweepRowOf<'_>) -> f64) -> SweptValues {
+        let number = |row: SweepRowOf<'_>| if row.reason.is_empty() { number(row) } else { f64::NAN };
+        let with: Vec<(SweepRowOf<'_>, f64)> =
+            self.of(variant).map(|row| (row, number(row))).filter(|(_, x)| x.is_finite()).collect();
+        let runs = self.of(variant).count() as u64;
+        let ended = self.of(variant).filter(|row| !row.reason.is_empty()).count() as u64;
+        let Some(first) = with.first() else { return SweptValues { runs, ended, ..SweptValues::default() } };
+        let count = with.len() as f64;
+        // Sums about the first number lose nothing to a large mean.
+        let mean = first.1 + with.iter().map(|(_, x)| x - first.1).sum::<f64>() / count;
+        let squares = with.iter().map(|(_, x)| (x - mean) * (x - mean)).sum::<f64>();
+        let mut sorted: Vec<f64> = with.iter().map(|(_, x)| *x).collect();
+        sorted.sort_by(f64::total_cmp);
+        let end = |is: fn(f64, f64) -> bool| {
+            with.iter().fold(first, |best, one| if is(one.1, best.1) { one } else { best }).0.sample
+        };
+        let (shares, explained) = self.shares(&with, mean, squares);
+        let (indices, effects) = self.followed(variant, &number);
+        SweptValues {
+            runs,
+            ended,
+            count: with.len() as u64,
+            mean: Some(mean),
+            deviation: (with.len() > 1).then(|| (squares / (count - 1.0)).sqrt()),
+            quantiles: Some(PARTS.map(|part| quantile(&sorted, part))),
+            ends: Some([end(|a, b| a < b), end(|a, b| a > b)]),
+            shares,
+            explained,
+            indices,
+            effects,
+        }
+    }
+
+    /// What a number follows, of samples that were made for it: of whole groups alone.
+    fn followed(&self, variant: &str, number: &impl Fn(SweepRowOf<'_>) -> f64) -> (Vec<SweptIndex>, Vec<SweptEffect>) {
+        let (Sampled::Saltelli { group } | Sampled::Morris { group, .. }) = self.sampled else {
+            return (Vec::new(), Vec::new());
+        };
+        let mut groups: Vec<(u64, Vec<f64>)> = Vec::new();
+        for row in self.all_of(variant) {
+            let first = row.sample / group * group;
+            match groups.last_mut().filter(|(own, _)| *own == first) {
+                Some((_, numbers)) => numbers.push(number(row)),
+                None => groups.push((first, vec![number(row)])),
+            }
+        }
+        groups.retain(|(_, numbers)| numbers.len() as u64 == group);
+        match self.sampled {
+            Sampled::Morris { axes, .. } => {
+                let place = |sample: u64, axis: usize| axes[axis].at(sample);
+                (Vec::new(), effects(&groups, place, &self.parameters))
+            }
+            _ => {
+                groups.retain(|(_, numbers)| numbers.iter().all(|x| x.is_finite()));
+                let groups: Vec<Vec<f64>> = groups.into_iter().map(|(_, numbers)| numbers).collect();
+                (sobol_indices(&groups, &self.moving, self.seed), Vec::new())
+            }
+        }
+    }
+
+    /// The regression of numbers over all that varies, standardised; nothing of fewer samples than it has unknowns, of a number that is always
+    /// the same, and where parameters do not vary independently.
+    fn shares(&self, with: &[(SweepRowOf<'_>, f64)], mean: f64, squares: f64) -> (Vec<SweptShare>, Option<f64>) {
+        let (n, k) = (with.len(), self.parameters.len());
+        if n < 2 * k + 2 || squares <= 0.0 {
+            return (Vec::new(), None);
+        }
+        let column = |j: usize| with.iter().map(move |(row, _)| row.values[j]);
+        let means: Vec<f64> = (0..k).map(|j| column(j).sum::<f64>() / n as f64).collect();
+        let sizes: Vec<f64> =
+            (0..k).map(|j| column(j).map(|x| (x - means[j]) * (x - means[j])).sum::<f64>().sqrt()).collect();
+        let moving: Vec<usize> = (0..k).filter(|&j| sizes[j] > 1e-12 * means[j].abs() * (n as f64).sqrt()).collect();
+        let scaled = |row: SweepRowOf<'_>, j: usize| (row.values[j] - means[j]) / sizes[j];
+        let product = |i: usize, j: usize| with.iter().map(|(row, _)| scaled(*row, i) * scaled(*row, j)).sum::<f64>();
+        let correlations = Matrix::from_fn(moving.len(), moving.len(), |i, j| product(moving[i], moving[j]));
+        let size = squares.sqrt();
+        let own = |j: usize| with.iter().map(|(row, x)| scaled(*row, j) * (x - mean) / size).sum::<f64>();
+        let right = Matrix::from_fn(moving.len(), 1, |i, _| own(moving[i]));
+        let Some(slopes) = correlations.solve(&right) else { return (Vec::new(), None) };
+        let explained = (0..moving.len()).map(|i| slopes[(i, 0)] * right[(i, 0)]).sum::<f64>();
+        let mut shares: Vec<SweptShare> = moving
+            .iter()
+            .enumerate()
+            .map(|(i, &j)| SweptShare { parameter: self.parameters[j].clone(), slope: slopes[(i, 0)] })
+            .collect();
+        shares.sort_by(|a, b| b.slope.abs().total_cmp(&a.slope.abs()));
+        (shares, Some(explained.clamp(0.0, 1.0)))
+    }
+}
+
+/// The number below which this part of sorted ones lies, between two of them on a straight line.
+fn quantile(sorted: &[f64], part: f64) -> f64 {
+    let place = part * (sorted.len() - 1) as f64;
+    let (below, rest) = (place.floor() as usize, place.fract());
+    let above = (below + 1).min(sorted.len() - 1);
+    sorted[below] + rest * (sorted[above] - sorted[below])
+}
+
+/// The interval of a probability of which `hits` of `all` were seen.
+pub(super) fn clopper_pearson(hits: u64, all: u64, confidence: f64) -> [f64; 2] {
+    let (k, n, tail) = (hits as f64, all as f64, 0.5 * (1.0 - confidence));
+    let point = |a: f64, b: f64, part: f64| Beta::new(a, b).map_or(f64::NAN, |beta| beta.inverse_cdf(part));
+    // At its ends it has a closed form.
+    let low = match hits {
+        0 => 0.0,
+        _ if hits == all => kardan_rt::functions::exp(kardan_rt::functions::ln(tail) / n),
+        _ => point(k, n - k + 1.0, tail),
+    };
+    let high = match hits {
+        _ if hits == all => 1.0,
+        0 => 1.0 - kardan_rt::functions::exp(kardan_rt::functions::ln(tail) / n),
+        _ => point(k + 1.0, n - k, 1.0 - tail),
+    };
+    [low, high]
+}
+
+#[cfg(test)]
+mod tests {
+    use kardan_rt::functions::powi;
+
+    use super::*;
+    use crate::results::SweepRow;
+
+    /// The defining equation: at each end the tail of the binomial distribution is half of what the confidence leaves.
+    #[test]
+    fn intervals_of_probabilities_have_their_tails() {
+        let choose = |n: u64, k: u64| (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);
+        let mass = |n: u64, k: u64, p: f64| choose(n, k) * powi(p, k as i32) * powi(1.0 - p, (n - k) as i32);
+        for (hits, all) in [(0, 10), (1, 10), (5, 10), (9, 10), (10, 10), (37, 60)] {
+            let [low, high] = clopper_pearson(hits, all, 0.95);
+            let above: f64 = (hits..=all).map(|k| mass(all, k, low)).sum();
+            let below: f64 = (0..=hits).map(|k| mass(all, k, high)).sum();
+            assert!(hits == 0 && low == 0.0 || (above - 0.025).abs() < 1e-9, "{hits} of {all}: {above}");
+            assert!(hits == all && high == 1.0 || (below - 0.025).abs() < 1e-9, "{hits} of {all}: {below}");
+        }
+    }
+
+    fn figure_of(sample: u64, reason: &str, values: Vec<f64>, figure: f64) -> SweepRow {
+        SweepRow { sample, reason: reason.into(), values, figures: vec![figure], ..SweepRow::default() }
+    }
+
+    /// What a run has measured up to an early end is no number of it; runs without one are counted.
+    #[test]
+    fn runs_that_ended_early_have_no_numbers() {
+        let rows = [("", 1.0), ("it ended", 1e9), ("", 3.0), ("", f64::NAN), ("it was refused", f64::NAN)];
+        let rows = rows.into_iter().zip(0..).map(|((reason, x), k)| figure_of(k, reason, vec![k as f64], x)).collect();
+        let (variants, parameters) = (&["only".to_string()], vec!["a".to_string()]);
+        let (sampled, moving) = (Sampled::Drawn, Vec::new());
+        let statistics =
+            SweepStatistics { rows: &rows, moving, parameters, variants, sampled, seed: 0, confidence: CONFIDENCE };
+        let found = statistics.spread("only", |row| row.figures[0]);
+        assert_eq!((found.runs, found.ended, found.count, found.mean, found.ends), (5, 2, 2, Some(2.0), Some([0, 2])));
+    }
+
+    /// A number that is a straight line of what varies is explained whole, by slopes in standard deviations.
+    #[test]
+    fn straight_lines_are_explained() {
+        let row = |k: u64| {
+            let (a, b) = ((k * 7 % 20) as f64, (k * 3 % 20) as f64 * (k % 2) as f64);
+            figure_of(k, "", vec![a, b, 4.0], 5.0 + 3.0 * a - 2.0 * b)
+        };
+        let rows: SweepRows = (0..40).map(row).collect();
+        let parameters = ["a", "b", "same"].map(String::from).to_vec();
+        let (variants, sampled) = (&["only".to_string()], Sampled::Drawn);
+        let moving = Vec::new();
+        let statistics =
+            SweepStatistics { rows: &rows, moving, parameters, variants, sampled, seed: 0, confidence: CONFIDENCE };
+        let found = statistics.spread("only", |row| row.figures[0]);
+        let deviation = |of: &dyn Fn(SweepRowOf<'_>) -> f64| {
+            let mean = rows.iter().map(of).sum::<f64>() / 40.0;
+            (rows.iter().map(|row| (of(row) - mean) * (of(row) - mean)).sum::<f64>() / 39.0).sqrt()
+        };
+        let (a, b, y) =
+            (deviation(&|row| row.values[0]), deviation(&|row| row.values[1]), deviation(&|row| row.figures[0]));
+        assert!((found.explained.unwrap() - 1.0).abs() < 1e-12 && (found.deviation.unwrap() - y).abs() < 1e-12);
+        let slope = |name: &str| found.shares.iter().find(|share| share.parameter == name).unwrap().slope;
+        assert!((slope("a") - 3.0 * a / y).abs() < 1e-12 && (slope("b") + 2.0 * b / y).abs() < 1e-12);
+        assert_eq!(found.shares.len(), 2);
+        let quantiles = found.quantiles.unwrap();
+        assert!(
+            quantiles[0] <= quantiles[1] && quantiles[6] == rows.iter().map(|r| r.figures[0]).fold(f64::MIN, f64::max)
+        );
+    }
+}

@@ -1,0 +1,87 @@
+//! The way of a sweep from block to block: where samples follow from those before them, and when there are enough.
+
+use std::ops::Range;
+
+use super::goal::{InterimAnalyses, SweepGoal, Target};
+use super::plan::SweepPlan;
+use super::rare::Rare;
+use super::together::{values_at, values_of_scores};
+use super::worst::Worst;
+use crate::results::SweepRow;
+
+/// Where a sweep stands.
+pub(super) enum StoppingRule {
+    /// Each sample follows from its number.
+    Plain,
+    /// The same, until there are enough.
+    Until(InterimAnalyses),
+    /// A search.
+    Worst(Target, Box<Worst>),
+    /// A subset simulation.
+    Rare(Target, Box<Rare>),
+}
+
+impl StoppingRule {
+    /// At its begin.
+    pub fn of(plan: &SweepPlan) -> Self {
+        let seed = plan.head.seed;
+        match (&plan.goal, &plan.target) {
+            (SweepGoal::Until(width), _) => Self::Until(InterimAnalyses::new(*width, plan.blocks(), &plan.head)),
+            (SweepGoal::Worst(_), Some(target)) => {
+                let explore = plan.samples_of(0..plan.blocks().div_ceil(2)).end;
+                let mixed = |k: usize| plan.together.iter().any(|group| group.members.contains(&k));
+                Self::Worst(target.clone(), Box::new(Worst::new(seed, explore, &plan.spread, mixed)))
+            }
+            (SweepGoal::Rare(_), Some(target)) => {
+                Self::Rare(target.clone(), Box::new(Rare::new(seed, plan.block(), &plan.spread)))
+            }
+            _ => Self::Plain,
+        }
+    }
+
+    /// Whether samples follow from those before them.
+    pub fn is_led(&self) -> bool {
+        matches!(self, Self::Worst(..) | Self::Rare(..))
+    }
+
+    /// Whether each sample follows from its number, and all of them count.
+    pub fn is_plain(&self) -> bool {
+        matches!(self, Self::Plain)
+    }
+
+    /// Values of the samples of the next block; nothing if it has come to its end.
+    pub fn values(&mut self, plan: &SweepPlan, samples: Range<u64>) -> Option<Vec<Vec<f64>>> {
+        let of = (&plan.spread[..], &plan.together[..]);
+        match self {
+            Self::Until(interim_analyses) if interim_analyses.status().reached => None,
+            Self::Plain | Self::Until(_) => Some(samples.map(|sample| plan.values(sample)).collect()),
+            Self::Worst(_, worst) => {
+                Some(worst.propose(samples).iter().map(|places| values_at(of.0, of.1, places)).collect())
+            }
+            Self::Rare(_, rare) => {
+                Some(rare.propose(samples)?.iter().map(|scores| values_of_scores(of.0, of.1, scores)).collect())
+            }
+        }
+    }
+
+    /// Takes the rows of that block.
+    pub fn take(&mut self, plan: &SweepPlan, block: u64, rows: &[SweepRow]) {
+        match self {
+            Self::Plain => {}
+            Self::Until(interim_analyses) => interim_analyses.take(block, rows, plan.head.variants.len()),
+            Self::Worst(target, worst) => {
+                worst.update(plan.samples_of(block..block + 1).start, &target.margins(rows, Target::margin_of_case));
+            }
+            Self::Rare(target, rare) => rare.update(&target.margins(rows, Target::margin)),
+        }
+    }
+
+    /// Whether no sample more is needed.
+    pub fn is_done(&self) -> bool {
+        match self {
+            Self::Until(interim_analyses) => interim_analyses.status().reached,
+            Self::Rare(_, rare) => rare.levels().1.is_some(),
+            Self::Plain | Self::Worst(..) => false,
+        }
+    }
+}

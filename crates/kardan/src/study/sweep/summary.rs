@@ -1,0 +1,298 @@
+//! What the rows of a sweep say together, and what is to be known of it.
+
+use super::goal::SweepGoal;
+use super::plan::{Shard, SweepPlan};
+use super::points::{SamplingMethod, moved};
+use super::region::{self, failing_rules};
+use super::statistics::{CONFIDENCE, Sampled, SweepStatistics};
+use super::stopping_rule::StoppingRule;
+use super::together::factors;
+use crate::equations::Sensor;
+use crate::results::{
+    Sweep, SweepRows, SweptAt, SweptCompared, SweptFigure, SweptRare, SweptRequirement, SweptValues, SweptWorst,
+};
+use crate::study::{Prepared, PreparedVariant};
+
+/// Axes that Halton's sequence fills evenly with few samples.
+const MOST_OF_HALTON: usize = 8;
+
+/// What the rows say together.
+pub(super) fn summarise(
+    prepared: &Prepared,
+    plan: &SweepPlan,
+    rows: &SweepRows,
+    stopping_rule: &StoppingRule,
+) -> Sweep {
+    let (until, confidence) = match stopping_rule {
+        StoppingRule::Until(interim_analyses) => {
+            (Some(interim_analyses.status().clone()), interim_analyses.status().confidence)
+        }
+        _ => (None, CONFIDENCE),
+    };
+    let statistics = statistics(plan, rows, confidence);
+    let own_samples = plan.samples_of(plan.own_blocks());
+    let mut out = Sweep {
+        model: prepared.name.clone(),
+        description: prepared.description.clone(),
+        samples: plan.head.samples,
+        seed: plan.head.seed,
+        points: plan.points().into(),
+        variants: plan.head.variants.clone(),
+        varied: plan.head.varied.clone(),
+        rows: rows.len() as u64,
+        missing: match stopping_rule.is_done() {
+            true => 0,
+            false => (own_samples.end - own_samples.start) * plan.head.variants.len() as u64 - rows.len() as u64,
+        },
+        failures: statistics.failures(),
+        compared: compared(plan, rows),
+        confidence: CONFIDENCE,
+        until,
+        worst: worst(plan, rows, stopping_rule, prepared),
+        rare: rare(plan, stopping_rule, prepared),
+        ..Sweep::default()
+    };
+    if out.worst.is_some() || out.rare.is_some() {
+        out.notes = notes(prepared, plan, &out);
+        return out;
+    }
+    let own = |names: &[String]| {
+        let own = |name: &&String| names.is_empty() || names.contains(name);
+        plan.head.variants.iter().filter(own).cloned().collect::<Vec<_>>()
+    };
+    for (k, requirement) in prepared.requirements.iter().enumerate() {
+        for variant in own(&requirement.variants) {
+            let mut one = SweptRequirement {
+                text: plan.head.requirements[k].text.clone(),
+                unit: requirement.unit.clone(),
+                display: requirement.display.clone(),
+                below: requirement.below,
+                above: requirement.above,
+                passed: 0,
+                failed: 0,
+                probability: None,
+                interval: None,
+                measured: SweptValues::default(),
+                rules: Vec::new(),
+                variant,
+            };
+            statistics.fill_requirement(k, &mut one);
+            if statistics.sampled.is_drawn() {
+                one.rules = failing_rules(&statistics, (k, &one.variant), &plan.head.varied);
+            }
+            out.requirements.push(one);
+        }
+    }
+    for (k, figure) in prepared.figures.iter().enumerate() {
+        for variant in own(&figure.variants) {
+            let mut one = SweptFigure {
+                name: figure.name.clone(),
+                text: figure.describe(),
+                variant,
+                unit: figure.unit.clone(),
+                display: figure.display.clone(),
+                values: SweptValues::default(),
+            };
+            statistics.fill_figure(k, &mut one);
+            out.figures.push(one);
+        }
+    }
+    out.notes = notes(prepared, plan, &out);
+    out.warnings.extend(uneven(plan, &out));
+    out
+}
+
+/// Intervals of a sequence that fills many axes unevenly: bases of Halton's grow with their number, and long parts of their digits run side by side.
+fn uneven(plan: &SweepPlan, found: &Sweep) -> Option<String> {
+    let (axes, has_intervals) = (plan.spread.len(), found.requirements.iter().any(|one| one.interval.is_some()));
+    (has_intervals && axes > MOST_OF_HALTON && plan.points() == SamplingMethod::Halton.word()).then(|| {
+        format!(
+            "intervals of probabilities are those of random draws and may be too narrow: Halton's sequence fills {axes} axes unevenly, beyond some {MOST_OF_HALTON} \
+             of them it may be farther off than random draws; write `points = \"sobol\"` or `points = \"random\"` under `[sweep]`"
+        )
+    })
+}
+
+/// What its rows are of.
+fn statistics<'a>(plan: &'a SweepPlan, rows: &'a SweepRows, confidence: f64) -> SweepStatistics<'a> {
+    let parameters = plan.head.varied.iter().map(|varied| varied.name.clone()).collect();
+    let (variants, seed) = (&plan.head.variants[..], plan.head.seed);
+    SweepStatistics { rows, moving: moving(plan), parameters, variants, sampled: sampled(plan), seed, confidence }
+}
+
+/// Names of what moves by itself; those that vary together are one.
+fn moving(plan: &SweepPlan) -> Vec<String> {
+    let mut out: Vec<String> = Vec::new();
+    for (varied, factor) in plan.head.varied.iter().zip(factors(plan.spread.len(), &plan.together)) {
+        match out.get_mut(factor) {
+            Some(together) => *together += &format!(" with {}", varied.name),
+            None => out.push(varied.name.clone()),
+        }
+    }
+    out
+}
+
+/// How its samples were made.
+fn sampled(plan: &SweepPlan) -> Sampled<'_> {
+    let group = plan.sampling.group(moved(&factors(plan.spread.len(), &plan.together)));
+    match (&plan.goal, plan.sampling) {
+        (SweepGoal::Worst(_) | SweepGoal::Rare(_), _) => Sampled::Sought,
+        (_, SamplingMethod::Levels(_)) => Sampled::Grid,
+        (_, SamplingMethod::Saltelli) => Sampled::Saltelli { group },
+        (_, SamplingMethod::Morris) => Sampled::Morris { group, axes: &plan.axes },
+        _ => Sampled::Drawn,
+    }
+}
+
+/// What is to be known of the answers.
+fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
+    let mut notes: Vec<String> = Vec::new();
+    match (&plan.goal, plan.sampling) {
+        (SweepGoal::Worst(_), _) => notes.push(
+            "The worst case is a found one, and no proof: there may be worse ones. The search stays between the ends of the distributions, and within three \
+             deviations where they have none."
+                .into(),
+        ),
+        (SweepGoal::Rare(_), _) => notes.push(
+            "The probability is an estimate by chains of samples. Its deviation follows from the correlations that the chains show themselves. The interval, of \
+             about 95 %, is an approximation, and a failure that no chain comes near to is not in it: other seeds tell more."
+                .into(),
+        ),
+        (_, SamplingMethod::Levels(_) | SamplingMethod::Morris) => notes.push(
+            "The samples are no draw: in how many of them a requirement holds is a count, and no probability.".into(),
+        ),
+        (_, SamplingMethod::Saltelli) => notes.push(
+            "Probabilities, means and regressions are those of the two samples A and B alone. Intervals of indices are those of a bootstrap over base samples, as if \
+             these were drawn each by itself; those of a sequence spread less as a rule. An index may come out a little below 0 or above 1."
+                .into(),
+        ),
+        _ => {}
+    }
+    // Runs of which nothing is measured have nothing to compare.
+    let measured = !prepared.requirements.is_empty() || !prepared.figures.is_empty();
+    notes.extend(found.compared.as_ref().filter(|_| measured).map(side_by_side));
+    if let Some(until) = &found.until {
+        notes.push(format!(
+            "Whoever looks often sees a narrow interval by chance sooner. So there are {} looks at most, planned before, and the intervals of each have a confidence of \
+             {:.3} %: all of them together hold with {} %, whichever look is the last. They are wider than one for as many samples, planned before, would be.",
+            until.interim_analyses,
+            100.0 * until.confidence,
+            100.0 * CONFIDENCE
+        ));
+        if !until.reached && found.missing == 0 {
+            notes.push(format!(
+                "After all {} samples an interval is still wider than ± {}: ask for more samples.",
+                plan.head.samples, until.half_width
+            ));
+        }
+    }
+    if !plan.together.is_empty() {
+        notes.push(
+            "Correlations are those of normal numbers that distributions follow by their parts; of normal distributions they are those of the values."
+                .into(),
+        );
+    }
+    if let Some(Shard { number, of }) = plan.shard {
+        let own_samples = plan.samples_of(plan.own_blocks());
+        notes.push(match own_samples.is_empty() {
+            true => format!("Shard {number} of {of}: there are fewer blocks of samples than shards, and it has none."),
+            false => format!(
+                "Shard {number} of {of}, samples {} to {} of {}: the whole is told by `kardan sweep merge` of all shards.",
+                own_samples.start,
+                own_samples.end - 1,
+                plan.head.samples
+            ),
+        });
+    }
+    if found.requirements.iter().any(|one| !one.rules.is_empty()) {
+        notes.push(region::NOTE.into());
+    }
+    notes.extend(noise(prepared, plan));
+    if prepared.all().any(|variant| !variant.implemented.is_empty()) {
+        notes.push(
+            "Laws are those of the values in the file, whatever the sample of the plant is; programs and blocks follow its values."
+                .into(),
+        );
+    }
+    notes
+}
+
+/// Whether samples differ in the noise of their sensors, where there is some.
+fn noise(prepared: &Prepared, plan: &SweepPlan) -> Option<String> {
+    let is_noisy = |(_, sensor): &(String, Sensor)| sensor.noise.is_some();
+    let noisy = |variant: &PreparedVariant| {
+        variant.reduced.equations.sensors.iter().any(is_noisy) || !variant.scenario.faults.is_empty()
+    };
+    let note = match plan.draws() {
+        true => {
+            "Noise of sensors, and what faults draw, is drawn anew for each sample; signals of the kind `noise` are the same in all."
+        }
+        false => "Noise of sensors is the same in all samples, so that they can be compared.",
+    };
+    prepared.all().any(noisy).then(|| note.into())
+}
+
+/// How far runs side by side are from the reference, in words.
+fn side_by_side(SweptCompared { rows, difference, sample, .. }: &SweptCompared) -> String {
+    let differ = match *difference {
+        0.0 => "do not differ".to_string(),
+        _ => format!(
+            "differ by at most {difference:.1e} of themselves, or of a bound where that is larger (sample {sample})"
+        ),
+    };
+    format!(
+        "Runs go side by side in lanes. {rows} of them were run by the reference too, one by one: figures and what requirements measure {differ}. \
+         With `--method taylor` all runs go by the reference."
+    )
+}
+
+/// How far rows are from the reference, of those that were compared.
+fn compared(plan: &SweepPlan, rows: &SweepRows) -> Option<SweptCompared> {
+    let all = || rows.iter().filter_map(|row| Some((row.difference?, row.sample, row.variant)));
+    let (difference, sample, variant) = all().max_by(|one, other| one.0.total_cmp(&other.0))?;
+    Some(SweptCompared { rows: all().count() as u64, difference, sample, variant: plan.head.variants[variant].clone() })
+}
+
+/// The worst case, of a search.
+fn worst(plan: &SweepPlan, rows: &SweepRows, stopping_rule: &StoppingRule, prepared: &Prepared) -> Option<SweptWorst> {
+    let StoppingRule::Worst(target, search) = stopping_rule else { return None };
+    let (least, before) = search.least();
+    let (margin, sample) = least?;
+    let of_sample = rows.range(sample..sample + 1).map(|number| rows.get(number).to_row());
+    let row = of_sample.min_by(|one, other| target.margin_of_case(one).total_cmp(&target.margin_of_case(other)))?;
+    let number = |x: f64| x.is_finite().then_some(x);
+    let values = plan.head.varied.iter().zip(&row.values);
+    Some(SweptWorst {
+        text: plan.head.requirements[target.requirement].text.clone(),
+        variant: plan.head.variants[row.variant].clone(),
+        unit: prepared.requirements[target.requirement].unit.clone(),
+        margin: number(margin),
+        measured: number(row.measured[target.requirement]),
+        fails: margin <= 0.0,
+        sample,
+        values: values
+            .map(|(one, value)| SweptAt { parameter: one.name.clone(), unit: one.unit.clone(), value: *value })
+            .collect(),
+        before: before.and_then(number),
+        explored: search.explored().min(rows.len() as u64 / plan.head.variants.len().max(1) as u64),
+        rests: search.rests(),
+    })
+}
+
+/// The probability of a rare failure.
+fn rare(plan: &SweepPlan, stopping_rule: &StoppingRule, prepared: &Prepared) -> Option<SweptRare> {
+    let StoppingRule::Rare(target, found) = stopping_rule else { return None };
+    let (levels, ended) = found.levels();
+    let probability = found.probability();
+    Some(SweptRare {
+        text: plan.head.requirements[target.requirement].text.clone(),
+        variant: plan.head.variants.join(", "),
+        unit: prepared.requirements[target.requirement].unit.clone(),
+        probability: probability.map(|(probability, _)| probability),
+        deviation: probability.map(|(_, deviations)| deviations[0]),
+        deviation_most: probability.map(|(_, deviations)| deviations[1]),
+        interval: found.interval(),
+        levels: levels.to_vec(),
+        ended: ended.unwrap_or("it was ended before its last level").into(),
+    })
+}

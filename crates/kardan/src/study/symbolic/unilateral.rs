@@ -1,0 +1,163 @@
+//! Kept constraints, what holds by modes, and what is prescribed, as equations in symbols have them.
+
+use super::names::{Names, index, word};
+use crate::assemble::MultiplierConstraint;
+use crate::diagnostics::Diagnostic;
+use crate::equations::{InputKind, Meaning, UnilateralConstraint};
+use crate::model::NamedTerms;
+use crate::num::Rational;
+use crate::reduce::Reduced;
+use crate::results::{SymbolicFormula, SymbolicMode, SymbolicMultiplierConstraint, SymbolicText};
+use crate::symbolic::{Form, FunctionSource, Laurent, Letter, Monomial, Symbol, SymbolicMotion, SymbolicMultiplier};
+
+/// A table in a kept constraint has no derivative in letters.
+pub(super) fn refuse_tables(reduced: &Reduced) -> Result<(), Vec<Diagnostic>> {
+    for constraint in &reduced.equations.multiplier_constraints {
+        let names = constraint.law.formulas().into_iter().flat_map(|formula| &formula.names);
+        let Some((table, _)) = names.into_iter().find(|(_, meaning)| matches!(meaning, Meaning::Table(_))) else {
+            continue;
+        };
+        let message =
+            format!("`{}` calls the table `{table}`, whose slopes are not written in symbols", constraint.element);
+        let help = "write an expression in its place, or look at the equations without --symbolic";
+        return Err(vec![Diagnostic::error("symbolic::table", message).help(help)]);
+    }
+    Ok(())
+}
+
+/// The constraints that are kept with their multipliers.
+pub(super) fn multiplier_constraints(
+    names: &Names<'_>,
+    reduced: &Reduced,
+    motion: &SymbolicMotion,
+) -> Vec<SymbolicMultiplierConstraint> {
+    let one = |(k, (constraint, found)): (usize, (&MultiplierConstraint, &SymbolicMultiplier))| {
+        let element = &constraint.element;
+        let entry = |(column, value): (&usize, &Laurent)| {
+            let coordinate = reduced.coordinates[*column];
+            let symbol = SymbolicText {
+                text: format!("A[{}, {}]", word(element), names.coordinates[coordinate]),
+                latex: format!("A_{{{},{}}}", index(element), index(&reduced.equations.coordinates[coordinate])),
+            };
+            SymbolicFormula { symbol, formula: names.formula(value) }
+        };
+        let [rates, accelerations] = found.left.each_ref().map(|left| names.sum(left));
+        let rate = |right| SymbolicFormula { symbol: rates, formula: names.formula(right) };
+        SymbolicMultiplierConstraint {
+            of: element.clone(),
+            multiplier: SymbolicText { text: names.multiplier(k, Form::Text), latex: names.multiplier(k, Form::Latex) },
+            position: found.position.as_ref().map(|position| {
+                let term =
+                    |(monomial, number): (&Monomial, &Rational)| Laurent::of([(monomial.clone(), number.clone())]);
+                names.sum(&position.terms().map(term).collect::<Vec<_>>())
+            }),
+            row: found.row.iter().map(entry).collect(),
+            rates: found.rate.as_ref().map(rate),
+            accelerations: SymbolicFormula { symbol: accelerations, formula: names.formula(&found.acceleration) },
+        }
+    };
+    reduced.equations.multiplier_constraints.iter().zip(&motion.multiplier_constraints).enumerate().map(one).collect()
+}
+
+/// On what depends what clutches, stops, locks and teeth carry.
+pub(super) fn modes(names: &Names<'_>, reduced: &Reduced, motion: &SymbolicMotion) -> Vec<SymbolicMode> {
+    let unilaterals = &reduced.equations.unilaterals;
+    let mode = |(element, rubs, by_symbol): &(String, bool, [Laurent; 2])| {
+        let [angle, speed] = by_symbol.each_ref().map(|by_symbol| names.formula(by_symbol).text);
+        let own = unilaterals.iter().filter(|unilateral| unilateral.element == *element);
+        let own = own.filter(|unilateral| matches!(unilateral.value, UnilateralConstraint::GearLoss(_)) == *rubs);
+        let texts: Vec<String> =
+            own.map(|unilateral| describe_hold(&unilateral.value, element, &angle, &speed)).collect();
+        SymbolicMode {
+            symbol: SymbolicText {
+                text: names.unilateral(element, *rubs, Form::Text),
+                latex: names.unilateral(element, *rubs, Form::Latex),
+            },
+            of: element.clone(),
+            what: texts.join("; "),
+        }
+    };
+    motion.directions.iter().map(mode).collect()
+}
+
+/// Shares are rounded to these parts in words.
+const DIGITS: f64 = 1e6;
+
+/// What holds, over the angle and the speed along its element.
+fn describe_hold(unilateral: &UnilateralConstraint, element: &str, angle: &str, speed: &str) -> String {
+    let signed = |value: f64| if value == 0.0 { 0.0 } else { value };
+    let side = |upper: bool, offset: f64| match upper {
+        false => (format!("{angle} > {}", signed(offset)), "below"),
+        true => (format!("{angle} < {}", signed(-offset)), "above"),
+    };
+    match unilateral {
+        UnilateralConstraint::Friction { torque, at_rest } => {
+            let more = match at_rest.to_f64() {
+                1.0 => "as much".to_string(),
+                times => format!("{times} times as much"),
+            };
+            let size = torque.expression.text();
+            format!("against {speed} while it slips, of the size {size}; up to {more} either way while it sticks")
+        }
+        UnilateralConstraint::OneWay => format!("zero while {speed} > 0; else what keeps it from below zero"),
+        UnilateralConstraint::Stop { upper, offset, restitution } => {
+            let (free, beyond) = side(*upper, offset.to_f64());
+            let back = match restitution.to_f64() {
+                0.0 => String::new(),
+                part => format!(", from which it goes back with {part} of its speed"),
+            };
+            format!("zero while {free}; else what keeps it from going {beyond}{back}")
+        }
+        UnilateralConstraint::Cushion { upper, offset, stiffness, damping } => {
+            let (free, beyond) = side(*upper, offset.to_f64());
+            let [s, d] = [stiffness, damping].map(|value| value.to_f64());
+            format!(
+                "zero while {free}; {beyond} that, a stiffness of {s} and a damping of {d} press back, and never pull"
+            )
+        }
+        UnilateralConstraint::Lock { engaged } => {
+            format!("what keeps {speed} at zero while {} > 0.5; else zero", engaged.expression.text())
+        }
+        UnilateralConstraint::GearLoss(gear) => {
+            let [forth, back] = [&gear.forth, &gear.back].map(|share| (share.to_f64() * DIGITS).round() / DIGITS);
+            let more = match &gear.loss {
+                Some(loss) => format!(", and {}", loss.expression.text()),
+                None => String::new(),
+            };
+            format!(
+                "against {speed}, what the teeth of {element} lose: {forth} of what they carry while it drives, {back} while it is driven{more}"
+            )
+        }
+    }
+}
+
+/// What is prescribed in words, or by a rate.
+pub(super) fn prescribed(names: &Names<'_>, used: &[Letter], named: &NamedTerms) -> Vec<SymbolicMode> {
+    let mut out: Vec<SymbolicMode> = Vec::new();
+    for letter in used {
+        let Symbol::OfTime(element, _) = names.letters.symbol(*letter) else { continue };
+        let Some(function) = named.functions.get(element).filter(|_| out.iter().all(|one| one.of != *element)) else {
+            continue;
+        };
+        let what = match (&function.source, function.rate) {
+            (FunctionSource::Text(text), false) => text.clone(),
+            (FunctionSource::Text(text), true) => format!("the integral by the time, from zero, of {text}"),
+            (_, true) => format!("the integral by the time, from zero, of {}'", word(element)),
+            (_, false) => continue,
+        };
+        let symbol = SymbolicText { text: names.of_time(element, 0, false), latex: names.of_time(element, 0, true) };
+        out.push(SymbolicMode { symbol, of: element.clone(), what });
+    }
+    out.sort_by(|a, b| a.of.cmp(&b.of));
+    out
+}
+
+/// Motors with a ripple.
+pub(super) fn ripples(reduced: &Reduced) -> Vec<String> {
+    let rippled = reduced
+        .equations
+        .inputs
+        .iter()
+        .filter(|input| matches!(&input.value, InputKind::Motor(motor) if motor.ripple.is_some()));
+    rippled.map(|input| input.element.clone()).collect()
+}

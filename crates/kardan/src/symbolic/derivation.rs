@@ -1,0 +1,125 @@
+//! The reduction in letters on its way, and what comes out.
+
+use std::collections::BTreeMap;
+
+use super::elimination::{Assumed, Entry};
+use super::terms::{Row, Terms};
+use super::{Laurent, Letter, Letters};
+use crate::reduce::Reduced;
+use crate::units::{Exact, Expression};
+
+/// How what a constraint prescribes is given.
+#[derive(Debug, Clone)]
+pub enum FunctionSource {
+    /// A number.
+    Exact(Exact),
+    /// An expression of the time `t` and of parameters.
+    Formula(Expression),
+    /// In words: it names signals or tables, or events set it.
+    Text(String),
+}
+
+/// What a constraint prescribes.
+#[derive(Debug, Clone)]
+pub struct TimeFunction {
+    /// How.
+    pub source: FunctionSource,
+    /// Whether that is the rate of what stands in the constraint.
+    pub rate: bool,
+}
+
+/// What a constraint prescribes, and its rates, where they have formulas.
+pub(super) type Formulas = [Option<Laurent>; 3];
+
+/// A kept constraint over the reduced coordinates.
+#[derive(Debug, Clone, Default)]
+pub struct SymbolicMultiplier {
+    /// What is zero at all times, of a relation of positions.
+    pub position: Option<Laurent>,
+    /// A, by the number of the reduced coordinate; what is not zero.
+    pub row: BTreeMap<usize, Laurent>,
+    /// The terms of `A q̇_r` and of `A q̈_r`.
+    pub left: [Vec<Laurent>; 2],
+    /// b, unless accelerations alone are prescribed.
+    pub rate: Option<Laurent>,
+    /// c = ḃ − Ȧ q̇_r
+    pub acceleration: Laurent,
+}
+
+/// A letter and what it is short for.
+#[derive(Debug, Clone)]
+pub struct Definition {
+    /// The letter.
+    pub letter: Letter,
+    /// What it is short for.
+    pub value: Laurent,
+}
+
+/// `H q̈_r + v(q, q̇) + D q̇_r + s(q) + friction + held = F u + Aᵀλ` \[diss. (4.18), (4.23), (6.114)\], each entry a sum of products of letters.
+#[derive(Debug)]
+pub struct SymbolicMotion {
+    /// What all letters stand for.
+    pub letters: Letters,
+    /// Letters of curves and of frictions, each behind those that it needs.
+    pub definitions: Vec<Definition>,
+    /// Angles of the coordinates that follow, by number, in the order in which they follow.
+    pub angles: Vec<(usize, Laurent)>,
+    /// Their rates over those of the reduced coordinates.
+    pub speeds: Vec<(usize, Laurent)>,
+    /// Their accelerations, where they are not the same sums of accelerations.
+    pub accelerations: Vec<(usize, Laurent)>,
+    /// H on and below the diagonal, what is not zero.
+    pub inertia: BTreeMap<(usize, usize), Laurent>,
+    /// v, quadratic in speeds; and what prescribed motions do by their speeds and accelerations.
+    pub velocity: Vec<Laurent>,
+    /// D on and below the diagonal, what is not zero.
+    pub damping: BTreeMap<(usize, usize), Laurent>,
+    /// s
+    pub stiffness: Vec<Laurent>,
+    /// Coulomb friction.
+    pub friction: Vec<Laurent>,
+    /// F u
+    pub input: Vec<Laurent>,
+    /// What is carried by modes.
+    pub unilateral: Vec<Laurent>,
+    /// The constraints that are kept with their multipliers λ.
+    pub multiplier_constraints: Vec<SymbolicMultiplier>,
+    /// Aᵀλ
+    pub multiplier_forces: Vec<Laurent>,
+    /// The speed along what holds by modes: its element, whether teeth rub, angle and speed.
+    pub directions: Vec<(String, bool, [Laurent; 2])>,
+    /// The multipliers of all other constraints, those of transmissions last.
+    pub multipliers: Vec<Laurent>,
+    /// What must not be zero.
+    pub divisors: Vec<Laurent>,
+    /// What is zero for the values of the model, and was taken as zero.
+    pub zeros: Vec<Laurent>,
+}
+
+/// What is known of a coordinate.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ResolvedCoordinate {
+    /// Over the reduced coordinates.
+    pub(super) basis: BTreeMap<usize, Laurent>,
+    /// The speed that is prescribed.
+    pub(super) drift: Laurent,
+    pub(super) bias: Laurent,
+    pub(super) angle: Laurent,
+}
+
+pub(super) struct Derivation<'a> {
+    pub(super) reduced: &'a Reduced,
+    pub(super) terms: Terms,
+    pub(super) letters: Letters,
+    pub(super) assumed: Assumed,
+    pub(super) resolved: Vec<ResolvedCoordinate>,
+    /// Angles at the start.
+    pub(super) numbers: Vec<f64>,
+    /// Of each transmission whether it was taken backwards, and its slope.
+    pub(super) slopes: BTreeMap<usize, (bool, Entry)>,
+    /// What is prescribed, by element.
+    pub(super) times: BTreeMap<String, Formulas>,
+    /// Kept constraints over all coordinates.
+    pub(super) multiplier_rows: Vec<Row>,
+    pub(super) out: SymbolicMotion,
+}

@@ -1,0 +1,181 @@
+//! A law in the loop of a run: one runner for all laws.
+
+use kardan_rt::Health;
+
+use super::Clock;
+use crate::num::StateArchive;
+
+/// What of a law computes: code of `kardan-rt` with its numbers and its work space, made for every instant or for a sample time.
+pub trait Block: Send {
+    /// Commands in N m. Returns whether it has finite ones; if not, what it has written is of no use.
+    fn command(&mut self, observation: Observation<'_>, out: &mut [f64]) -> bool;
+    /// The right side of its state equation, while its inputs apply these torques (N m): at every instant the rates of its states,
+    /// 1/s; at a sample time the states at the next sample. Returns whether it is finite; if not, what it has written is of no use.
+    fn states(&mut self, _observation: Observation<'_>, _torques: &[f64], _out: &mut [f64]) -> bool {
+        true
+    }
+    /// What it remembers besides its states.
+    fn archive_state(&mut self, _archive: &mut StateArchive<'_>) {}
+    /// What went wrong at the last sample, and was dealt with in the block itself.
+    fn health(&self) -> Health {
+        Health::default()
+    }
+}
+
+/// A designed law in the loop of a run. It has memory, and belongs to that run.
+///
+/// Where the block has no finite answer, a law at every instant gives what is no number: the step of the run shrinks, or the run
+/// ends. A law with a clock commands and remembers what it did at the sample before, and says so in its [`health`](Self::health).
+pub struct LawRuntime {
+    block: Box<dyn Block>,
+    clock: Option<Clock>,
+    /// The last commands that were numbers.
+    commands: Vec<f64>,
+    commands_frozen: bool,
+    states_frozen: bool,
+}
+
+impl LawRuntime {
+    /// A block that commands so many inputs.
+    pub fn new(block: Box<dyn Block>, clock: Option<Clock>, inputs: usize) -> Self {
+        Self { block, clock, commands: vec![0.0; inputs], commands_frozen: false, states_frozen: false }
+    }
+
+    /// When it runs; `None`: at every instant.
+    pub fn clock(&self) -> Option<Clock> {
+        self.clock
+    }
+
+    /// Commands in N m.
+    pub fn command(&mut self, observation: Observation<'_>, out: &mut [f64]) {
+        self.commands_frozen = !self.block.command(observation, out);
+        match (self.commands_frozen, self.clock) {
+            (false, None) => {}
+            (false, Some(_)) => self.commands.copy_from_slice(out),
+            (true, None) => out.fill(f64::NAN),
+            (true, Some(_)) => out.copy_from_slice(&self.commands),
+        }
+    }
+
+    /// Rates of the states of a law without a clock, 1/s, while its inputs apply these torques (N m).
+    pub fn rates(&mut self, observation: Observation<'_>, torques: &[f64], out: &mut [f64]) {
+        debug_assert!(self.clock.is_none(), "a law with a clock has no rates");
+        if !self.block.states(observation, torques, out) {
+            out.fill(f64::NAN);
+        }
+    }
+
+    /// The states of a law with a clock at the next sample, if its inputs apply these torques (N m) in between.
+    pub fn next(&mut self, observation: Observation<'_>, torques: &[f64], out: &mut [f64]) {
+        debug_assert!(self.clock.is_some(), "a law without a clock has no next sample");
+        self.states_frozen = !self.block.states(observation, torques, out);
+        if self.states_frozen {
+            out.copy_from_slice(observation.states);
+        }
+    }
+
+    /// All that it remembers besides the states.
+    pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        archive.numbers(&mut self.commands);
+        archive.flag(&mut self.commands_frozen);
+        archive.flag(&mut self.states_frozen);
+        self.block.archive_state(archive);
+    }
+
+    /// What went wrong at the last sample, and was dealt with.
+    pub fn health(&self) -> Health {
+        let health = self.block.health();
+        let frozen = if self.commands_frozen { self.commands.len() } else { 0 };
+        Health {
+            commands_bounded: health.commands_bounded + frozen,
+            estimate_frozen: health.estimate_frozen || self.states_frozen,
+            ..health
+        }
+    }
+}
+
+/// What a law sees at one instant.
+#[derive(Debug, Clone, Copy)]
+pub struct Observation<'a> {
+    /// The time, s.
+    pub time: f64,
+    /// Angles of all shafts, sorted by name, rad.
+    pub angles: &'a [f64],
+    /// Their speeds, rad/s.
+    pub speeds: &'a [f64],
+    /// Disturbance torques on the shafts of [`Request::disturbances`](super::Request::disturbances), N m.
+    pub disturbances: &'a [f64],
+    /// What the scenario tells it, in the order of [`Law::references`](super::Law::references).
+    pub references: &'a [f64],
+    /// What its sensors read, in the order of [`Law::sensors`](super::Law::sensors); in continuous time nothing, and sensors are ideal.
+    pub readings: &'a [f64],
+    /// Its own states.
+    pub states: &'a [f64],
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Twice the reference; no answer where that is no number.
+    struct Doubler;
+
+    impl Block for Doubler {
+        fn command(&mut self, observation: Observation<'_>, out: &mut [f64]) -> bool {
+            out[0] = 2.0 * observation.references[0];
+            out[0].is_finite()
+        }
+
+        fn states(&mut self, observation: Observation<'_>, _: &[f64], out: &mut [f64]) -> bool {
+            self.command(observation, out)
+        }
+    }
+
+    fn observation<'a>(reference: &'a [f64], states: &'a [f64]) -> Observation<'a> {
+        Observation {
+            time: 0.0,
+            angles: &[],
+            speeds: &[],
+            disturbances: &[],
+            references: reference,
+            readings: &[],
+            states,
+        }
+    }
+
+    #[test]
+    fn without_an_answer_a_clock_freezes_and_no_clock_says_so() {
+        let clock = Clock { period: 1e-3, delay: 0.0, single: false };
+        let (mut sampled, mut continuous) =
+            (LawRuntime::new(Box::new(Doubler), Some(clock), 1), LawRuntime::new(Box::new(Doubler), None, 1));
+        let (mut command, mut state) = ([0.0], [0.0]);
+        for (reference, invalid, expected) in [(1.5, false, 3.0), (f64::NAN, true, 3.0), (-2.0, false, -4.0)] {
+            sampled.command(observation(&[reference], &[7.0]), &mut command);
+            sampled.next(observation(&[reference], &[7.0]), &[], &mut state);
+            assert_eq!((command[0], state[0]), (expected, if invalid { 7.0 } else { expected }));
+            let health = sampled.health();
+            assert_eq!((health.commands_bounded, health.estimate_frozen), (usize::from(invalid), invalid));
+            continuous.command(observation(&[reference], &[7.0]), &mut command);
+            continuous.rates(observation(&[reference], &[7.0]), &[], &mut state);
+            assert_eq!([command[0], state[0]].map(f64::is_nan), [invalid; 2]);
+            assert!(invalid || command == state && command[0] == 2.0 * reference);
+        }
+    }
+
+    #[test]
+    fn frozen_commands_are_part_of_a_snapshot() {
+        let clock = Clock { period: 1e-3, delay: 0.0, single: false };
+        let mut one = LawRuntime::new(Box::new(Doubler), Some(clock), 1);
+        one.command(observation(&[4.0], &[]), &mut [0.0]);
+        let mut archive = StateArchive::taking();
+        one.archive_state(&mut archive);
+        let data = archive.data();
+        let mut restored = LawRuntime::new(Box::new(Doubler), Some(clock), 1);
+        let mut archive = StateArchive::putting(&data);
+        restored.archive_state(&mut archive);
+        assert!(archive.fits());
+        let mut command = [0.0];
+        restored.command(observation(&[f64::NAN], &[]), &mut command);
+        assert_eq!(command, [8.0]);
+    }
+}
