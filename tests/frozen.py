@@ -41,7 +41,7 @@ ALONE = [["--help"], ["elements"], ["elements", "--json"], ["schema"], ["schema"
 LEFT_OUT = {("afs-steering", "safety"), ("afs-steering", "safety-json")}
 # What differs from run to run: times, threads, addresses of files.
 VARYING = re.compile(
-    rb"\d+(\.\d+)?( ?[munµ]s| s| min)\b(?= (of|per|for|to)? ?(comput|run|simul|wall|prepar))|/tmp/[^\s\"'<,)]*|"
+    rb"\d+(\.\d+)?( ?(?:[mun]|\xc2\xb5)s| s| min)\b(?= (of|per|for|to)? ?(comput|run|simul|wall|prepar))|/tmp/[^\s\"'<,)]*|"
     rb"\"(elapsed|wall|seconds|duration_of_run)[a-z_]*\": ?[-+.e0-9]+"
 )
 NUMBER = re.compile(rb"(?<![A-Za-z_#])[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?")
