@@ -91,6 +91,9 @@ pub struct RunArgs {
     /// Print one JSON object instead of the summary.
     #[arg(long)]
     pub json: bool,
+    /// Print everything that the report says, instead of a summary of at most 60 lines.
+    #[arg(long, short, conflicts_with = "json")]
+    pub verbose: bool,
     /// Write the tables only, neither report nor plots.
     #[arg(long)]
     pub no_report: bool,

@@ -34,6 +34,12 @@ pub fn render_text(page: &Page, origin: &str) -> String {
     page.text_within(origin, terminal.map_or(100, |(width, _)| usize::from(width.0)))
 }
 
+/// The same in so many lines at most.
+pub fn render_summary(page: &Page, origin: &str, lines: usize) -> String {
+    let terminal = terminal_size::terminal_size_of(io::stdout());
+    page.text_on_screen(origin, terminal.map_or(100, |(width, _)| usize::from(width.0)), lines)
+}
+
 fn print_bytes(bytes: &[u8]) -> Result<(), Diagnostic> {
     let mut out = io::stdout().lock();
     match fault::write(&mut out, bytes).and_then(|()| out.flush()) {

@@ -191,8 +191,8 @@ fn early(mut part: Part, reason: &str) -> Part {
             Arc::make_mut(study).warnings.push(warning);
         }
         Part::Analysis(found) => because(&mut found.unfinished, reason),
-        Part::Design(found) => because(&mut found.unfinished, reason),
-        Part::Identification(found) => because(&mut found.unfinished, reason),
+        Part::Design(found) => because(&mut found.incomplete_reason, reason),
+        Part::Identification(found) => because(&mut found.incomplete_reason, reason),
         Part::Safety(table) => {
             if let Some(last) = table.warnings.last_mut().filter(|_| table.missing > 0) {
                 *last = format!("{reason}: {last}");

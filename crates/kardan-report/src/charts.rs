@@ -69,7 +69,8 @@ fn curve(curve: &Curve) -> String {
 /// The times at which references step or ramp, s: what a reader wants to see closely.
 fn marks(study: &Study) -> Vec<f64> {
     let events = study.runs.iter().flat_map(|run| &run.events);
-    let commanded = events.filter(|event| event.what.contains("steps to") || event.what.contains("ramps to"));
+    let commanded =
+        events.filter(|event| event.description.contains("steps to") || event.description.contains("ramps to"));
     let mut marks: Vec<f64> = commanded.map(|event| event.time).filter(|time| time.is_finite()).collect();
     marks.sort_by(f64::total_cmp);
     let resolution = 1e-6 / curves::clock(study).per_second;

@@ -244,7 +244,7 @@ fn curve<'a>(
     let count = run.series.time.len().min(signal.values.len());
     let time = &run.series.time[..count];
     let (from, until) = plot.window.map_or((0, count), |window| {
-        (time.partition_point(|&t| t < window.from), time.partition_point(|&t| t <= window.until))
+        (time.partition_point(|&t| t < window.start), time.partition_point(|&t| t <= window.end))
     });
     let shown = from.min(until)..until;
     let (size, unit) = in_unit(plot, signal);

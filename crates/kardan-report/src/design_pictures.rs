@@ -136,7 +136,7 @@ fn cell(design: &Design, found: Option<&CrossCoupling>, (x, y, width, height): (
                 format!("{} {}", figure(found.peak.unwrap_or(f64::NAN), 3), unit(&found.unit)).trim_end().to_owned();
             let share = design_phrases::relative(found, &design.cross_coupling);
             let second = share.map_or(String::new(), |share| format!("{} of its own", design_phrases::share(share, 2)));
-            match (found.own, share) {
+            match (found.same_channel, share) {
                 (true, _) => ("own", 1.0, peak, "own channel".into()),
                 (false, Some(share)) => ("coupled", strength(share), peak, second),
                 (false, None) => ("coupled", if found.peak == Some(0.0) { 0.0 } else { 0.25 }, peak, second),

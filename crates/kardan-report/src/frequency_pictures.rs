@@ -312,13 +312,13 @@ impl Drawn<'_> {
 
 /// The loop gains that are drawn: those of the motors or those of the readings.
 fn drawn<'a>(found: &'a LoopResponses, margins: &'a [ChannelMargin], readings: bool) -> Vec<Drawn<'a>> {
-    let all = found.loops.iter().filter(|one| one.reading == readings && !one.open);
+    let all = found.loops.iter().filter(|one| one.is_sensor == readings && !one.open);
     let of = |(colour, one): (usize, &'a LoopGain)| Drawn {
         name: one.name.clone(),
         real: &one.real,
         imaginary: &one.imaginary,
         colour,
-        margin: margins.iter().find(|margin| margin.name == one.name && margin.reading == readings),
+        margin: margins.iter().find(|margin| margin.name == one.name && margin.is_sensor == readings),
     };
     all.enumerate().map(of).collect()
 }
@@ -569,7 +569,7 @@ fn closed_loop_gain(panel: &Panel, contour: f64, turns: std::ops::RangeInclusive
 
 /// How a function of the loop is named.
 pub(super) fn name(one: &SingularValues) -> String {
-    let at = if one.readings { "readings" } else { "motors" };
+    let at = if one.at_sensors { "readings" } else { "motors" };
     match one.function {
         LoopFunction::S => format!("S at the {at}"),
         LoopFunction::T => format!("T at the {at}"),
@@ -581,7 +581,7 @@ pub(super) fn name(one: &SingularValues) -> String {
 pub(super) fn singular_values(found: &LoopResponses) -> Vec<Picture> {
     let of = |readings: bool, noise: bool| -> Vec<&SingularValues> {
         let all = found.sensitivities.iter();
-        all.filter(|one| one.readings == readings && (one.function == LoopFunction::Ks) == noise).collect()
+        all.filter(|one| one.at_sensors == readings && (one.function == LoopFunction::Ks) == noise).collect()
     };
     let titles = [
         ("Singular values of S and T at the motors", of(false, false)),
@@ -721,7 +721,7 @@ pub(super) fn over_positions(found: &MarginsOverPositions) -> Option<Picture> {
     }
     let caption = format!(
         "Of the linear loop where {} stand; a gap is a loop that is not stable.<br>{}",
-        escape(&found.coordinates),
+        escape(&found.rotated_coordinates),
         legend(names.iter().enumerate().map(|(colour, name)| (colour, name.to_string())))
     );
     let drawn = drawing(LEFT + WIDTH + RIGHT, TOP + HEIGHT + 44.0, "disk margins over the angle of the joints", &body);

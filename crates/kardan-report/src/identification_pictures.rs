@@ -102,7 +102,7 @@ pub(super) fn intervals(found: &Identification) -> Option<Picture> {
         [
             Some(part(*value, interval.lower)),
             Some(part(*value, interval.upper)),
-            relative(one.before),
+            relative(one.model_value),
             relative(one.published),
         ]
     });
@@ -149,7 +149,7 @@ pub(super) fn intervals(found: &Identification) -> Option<Picture> {
             ),
             None => String::new(),
         };
-        body += &mark(one.before, 1, "M0 -7L6 0L0 7L-6 0Z");
+        body += &mark(one.model_value, 1, "M0 -7L6 0L0 7L-6 0Z");
         body += &mark(one.published, 2, "M-5 -5L5 5M-5 5L5 -5");
     }
     let below = bottom + 58.0;

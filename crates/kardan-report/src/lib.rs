@@ -47,6 +47,7 @@ pub use present::identification::page as identification;
 pub use present::safety::page as safety;
 pub use present::study::page as study;
 pub use present::study::text_page as study_text;
+pub use present::summary::page as summary;
 pub use present::sweep::page as sweep;
 pub use present::sweep::page_with as sweep_with;
 pub use samples::{Again, Samples};
@@ -81,6 +82,11 @@ impl Page {
     /// The same in so many columns, at most 100: tables that do not fit are written row by row.
     pub fn text_within(&self, origin: &str, columns: usize) -> String {
         terminal::text(self, origin, columns)
+    }
+
+    /// The same in so many lines at most; those left out are counted.
+    pub fn text_on_screen(&self, origin: &str, columns: usize, lines: usize) -> String {
+        terminal::on_screen(&self.text_within(origin, columns), lines)
     }
 
     /// Markdown with tables, without pictures. Every text is escaped.

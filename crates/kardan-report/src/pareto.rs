@@ -66,7 +66,11 @@ pub(super) fn pareto(found: &Exploration) -> Option<Picture> {
         LEFT + WIDTH / 2.0,
         TOP + HEIGHT + 38.0,
         "middle",
-        if found.limited { "largest torque asked, over the motor's limit" } else { "largest torque asked, N m" },
+        if found.relative_to_limits {
+            "largest torque asked, over the motor's limit"
+        } else {
+            "largest torque asked, N m"
+        },
     );
     let mut times: Vec<f64> = all.iter().map(|one| one.sample_time).collect();
     times.sort_by(|a, b| b.total_cmp(a));

@@ -115,7 +115,7 @@ pub fn class(class: &Class) -> String {
 /// What breaks an assumption, elements with the same reason together.
 pub fn breaches(assumption: &Assumption) -> Vec<(Vec<&str>, &str)> {
     let mut out: Vec<(Vec<&str>, &str)> = Vec::new();
-    for Breach { element, why } in &assumption.breaches {
+    for Breach { element, reason: why } in &assumption.violations {
         match out.iter_mut().find(|(_, known)| known == why) {
             Some((elements, _)) => elements.push(element),
             None => out.push((vec![element], why)),
@@ -155,7 +155,7 @@ pub fn elimination(elimination: &Elimination, structure: &Structure) -> Vec<Stri
         sentences.push(format!("{} {follow} from the others and the inputs at once.", list(removed, 12)));
     }
     let defined: Vec<String> =
-        definitions.iter().map(|Definition { state: name, is: what }| format!("{name} = {what}")).collect();
+        definitions.iter().map(|Definition { state: name, expression: what }| format!("{name} = {what}")).collect();
     if !defined.is_empty() {
         sentences.push(format!("New states: {}.", list(&defined, 12)));
     }
@@ -354,7 +354,7 @@ pub fn within_last_digit(distances: Option<&MatrixDistances>) -> Option<String> 
     let both = [("controllable", &distances.controllability), ("observable", &distances.observability)];
     let lost: Vec<&str> = both
         .iter()
-        .filter(|(_, found)| found.as_ref().is_some_and(|found| found.below_last_digit))
+        .filter(|(_, found)| found.as_ref().is_some_and(|found| found.within_data_uncertainty))
         .map(|(what, _)| *what)
         .collect();
     (!lost.is_empty()).then(|| {
@@ -370,12 +370,12 @@ pub fn nearest_system(what: &str, found: &MatrixDistance) -> String {
     let mode = pair(found.eigenvalue);
     let names: Vec<&str> = found.states.iter().take(4).map(|one| one.name.as_str()).collect();
     let moved = list(&names, 100);
-    match found.below_last_digit {
+    match found.within_data_uncertainty {
         true => format!(
             "Warning: a change of {} makes it {what}, no more than the last digit of the data ({}). The mode {mode} 1/s is lost \
              there ({moved}); rely on it only if the numbers are meant exactly.",
             number(found.upper),
-            number(found.last_digit)
+            number(found.data_uncertainty)
         ),
         false => format!("A change of {} makes it {what}: the mode {mode} 1/s is lost ({moved}).", number(found.upper)),
     }

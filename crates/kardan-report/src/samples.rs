@@ -52,7 +52,8 @@ impl Samples {
     pub fn new(head: &SweepHead, found: &Sweep, rows: &SweepRows) -> Self {
         let columns = head.varied.len() + 2 * head.requirements.len() + head.figures.len() + 1;
         let measured = found.requirements.iter().map(|one| &one.measured);
-        let ends = measured.chain(found.figures.iter().map(|one| &one.values)).filter_map(|values| values.ends);
+        let ends =
+            measured.chain(found.figures.iter().map(|one| &one.values)).filter_map(|values| values.extreme_samples);
         let always_drawn: BTreeSet<u64> = ends.flatten().chain(found.worst.iter().map(|worst| worst.sample)).collect();
         Self::at_most(MOST.min(MOST_NUMBERS / columns), head, &always_drawn, rows)
     }

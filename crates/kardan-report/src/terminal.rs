@@ -49,6 +49,16 @@ pub(super) fn text(page: &Page, origin: &str, columns: usize) -> String {
     bidi_escaped(&out).chars().map(plain).collect()
 }
 
+/// See [`Page::text_on_screen`].
+pub(super) fn on_screen(text: &str, lines: usize) -> String {
+    let count = text.lines().count();
+    if count <= lines {
+        return text.into();
+    }
+    let first: Vec<&str> = text.lines().take(lines.saturating_sub(1)).collect();
+    format!("{}\n… and {} more lines; --verbose prints them\n", first.join("\n"), count - first.len())
+}
+
 fn blocks(out: &mut String, body: &Body, width: usize) {
     for block in &body.0 {
         match block {

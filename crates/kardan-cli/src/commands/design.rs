@@ -46,7 +46,7 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
         Failure { source: Some(source), diagnostics }
     })?;
     if let Some(reason) = stop::reason() {
-        because(&mut design.unfinished, &reason);
+        because(&mut design.incomplete_reason, &reason);
     }
     report_result(&design, args, &origin, quiet)
 }
@@ -64,7 +64,7 @@ fn report_result(design: &Design, args: &DesignArgs, origin: &str, quiet: bool) 
     for path in args.report.iter().chain(&args.controller).filter(|_| !quiet) {
         note_written(path);
     }
-    Ok(if design.unfinished.is_none() { DONE } else { ERROR })
+    Ok(if design.incomplete_reason.is_none() { DONE } else { ERROR })
 }
 
 fn settings(args: &DesignArgs) -> Result<DesignSettings, Failure> {

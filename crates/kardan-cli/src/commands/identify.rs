@@ -58,7 +58,7 @@ pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
     match found {
         Ok(mut found) => {
             if let Some(reason) = stop::reason() {
-                because(&mut found.unfinished, &reason);
+                because(&mut found.incomplete_reason, &reason);
             }
             report_result(&found, args, &source, quiet)
         }
@@ -72,7 +72,7 @@ fn report_result(found: &Identification, args: &IdentifyArgs, source: &Source, q
     if let Some(path) = &args.report {
         save_page(path, &page)?;
     }
-    let whole = found.unfinished.is_none();
+    let whole = found.incomplete_reason.is_none();
     let write_to = args.write.as_deref().filter(|_| whole);
     let omissions = write_to.map(|path| write(path, &args.model, source, found)).transpose();
     // What was found is printed also where it cannot be written; of JSON there is one object, then that of the mistake.

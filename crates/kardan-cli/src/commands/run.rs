@@ -19,10 +19,15 @@ use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
 use crate::files;
 use crate::folder::{Folder, note_moved_files};
 use crate::input;
-use crate::output::{print, reason, render_text, shown, where_to_look};
+use crate::output::{print, reason, render_summary, render_text, shown, where_to_look};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::stop;
+
+/// Lines of what is printed without `--verbose`, the files included.
+const SUMMARY_LINES: usize = 60;
+/// More files of one kind are counted.
+const FEW_FILES: usize = 4;
 
 pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
     let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
@@ -120,10 +125,13 @@ fn report_result(
     if args.json {
         print(&(export::json(study, &files) + "\n"))?;
     } else {
-        let paths = files.runs.iter().flatten().chain(&files.figures).chain(&files.report).chain(&files.plots);
-        let mut paths: String = paths.map(|path| format!("wrote {path}\n")).collect();
+        let mut paths = written_files(&files, args.verbose);
         files.report.iter().for_each(|report| paths += &where_to_look(report));
-        print(&(render_text(&page, origin) + "\n" + &render::visible(&paths)))?;
+        let text = match args.verbose {
+            true => render_text(&page, origin),
+            false => render_summary(&report::summary(study), origin, SUMMARY_LINES - 1 - paths.lines().count()),
+        };
+        print(&(text + "\n" + &render::visible(&paths)))?;
     }
     note_moved_files(&gone, quiet);
     // What comes while all is there and written changes nothing.
@@ -131,6 +139,19 @@ fn report_result(
     let missing: Vec<&String> = study.warnings.iter().filter(early).collect();
     missing.iter().for_each(|warning| render::note(warning));
     Ok(if problems.is_empty() && missing.is_empty() { verdict(&study.runs, args.strict) } else { ERROR })
+}
+
+/// The files that were written, one line each; of more tables or plots than a few their number.
+fn written_files(files: &Files, all: bool) -> String {
+    let list = |paths: Vec<&String>, what: &str| match &paths[..] {
+        [first, .., last] if paths.len() > FEW_FILES && !all => {
+            format!("wrote {} {what}: {first} … {last}\n", paths.len())
+        }
+        _ => paths.iter().map(|path| format!("wrote {path}\n")).collect(),
+    };
+    let tables = list(files.runs.iter().flatten().collect(), "tables");
+    let others = list(files.figures.iter().chain(&files.report).collect(), "files");
+    tables + &others + &list(files.plots.iter().collect(), "plots")
 }
 
 /// Writes everything that can be written, tables first; gives what could not.

@@ -181,7 +181,7 @@ fn looked_into(
 /// Samples of the worst cases of the first requirements, with their variants.
 fn worst_cases(found: &Sweep) -> Vec<(u64, &str)> {
     let worst = |one: &SweptRequirement| {
-        let ([least, largest], quantiles) = (one.measured.ends?, one.measured.quantiles?);
+        let ([least, largest], quantiles) = (one.measured.extreme_samples?, one.measured.quantiles?);
         let above = one.above.map_or(f64::INFINITY, |bound| quantiles[0] - bound);
         let below = one.below.map_or(f64::INFINITY, |bound| bound - quantiles[6]);
         Some(if above < below { least } else { largest })

@@ -44,13 +44,13 @@ pub fn linear<'a>(design: &'a Design, reference: &str, output: &str) -> Option<&
 
 /// The deviation of another channel as a share of what the output's own step does; empty without a measure.
 pub fn relative(coupling: &CrossCoupling, all: &[CrossCoupling]) -> Option<f64> {
-    let own = all
-        .iter()
-        .find(|candidate| candidate.own && candidate.output == coupling.output && candidate.failure.is_none())?;
+    let own = all.iter().find(|candidate| {
+        candidate.same_channel && candidate.output == coupling.output && candidate.failure.is_none()
+    })?;
     // A step of another unit has no share.
     let own = Some(own).filter(|own| own.step_unit == coupling.step_unit)?.peak?;
     let share = coupling.peak? / own;
-    (!coupling.own && coupling.failure.is_none() && own > 0.0 && share.is_finite()).then_some(share)
+    (!coupling.same_channel && coupling.failure.is_none() && own > 0.0 && share.is_finite()).then_some(share)
 }
 
 /// A share that may be tiny: `12 %`, `0.024 %`, `0 %`.

@@ -16,7 +16,9 @@ pub(super) fn exploration(found: &Exploration) -> Body {
     let mut best: Vec<&Alternative> = found.designs.iter().filter(|one| one.best).collect();
     best.retain(|one| one.bandwidth == 1.0);
     best.sort_by(|a, b| b.sample_time.total_cmp(&a.sample_time).then(a.torque.total_cmp(&b.torque)));
-    let torque = |x: f64| if found.limited { format!("{} %", number(100.0 * x)) } else { format!("{} N m", number(x)) };
+    let torque = |x: f64| {
+        if found.relative_to_limits { format!("{} %", number(100.0 * x)) } else { format!("{} N m", number(x)) }
+    };
     let designs = best.iter().map(|one| {
         row![
             format!("{} Hz", number(1.0 / one.sample_time)),
@@ -52,13 +54,13 @@ fn found_designs(found: &Exploration) -> Vec<String> {
         "{} designs were found, {} combinations have no stable one{}. Interaction: {}, in {}. Torque and noise are {}.",
         found.designs.len(),
         found.failed,
-        match found.not_judged {
+        match found.not_evaluated {
             0 => String::new(),
             count => format!(", {count} are not judged, as their sample times have no short common period"),
         },
         found.interaction,
         found.unit,
-        if found.limited { "parts of the motors' limits" } else { "in N m, as no motor has a limit" }
+        if found.relative_to_limits { "parts of the motors' limits" } else { "in N m, as no motor has a limit" }
     )];
     out.extend(found.advice.iter().cloned());
     out

@@ -104,7 +104,7 @@ fn rank_verdict(analysis: &Analysis) -> Option<Verdict> {
         return Some(Verdict { sound: false, text });
     }
     let counting = analysis.counting.as_ref();
-    let but = counting.map_or([false; 2], |found| [found.rest_controllable, found.rest_observable]);
+    let but = counting.map_or([false; 2], |found| [found.remaining_controllable, found.remaining_observable]);
     let counts_only = (controllable || but[0]) && (observable || but[1]);
     let text = match (controllable, observable) {
         _ if but != [false; 2] && counts_only => {
@@ -190,7 +190,7 @@ fn properties(analysis: &Analysis) -> Body {
 fn distances(distances: &MatrixDistances) -> Body {
     let both = [("not controllable", &distances.controllability), ("not observable", &distances.observability)];
     let row = |what: &str, found: &MatrixDistance| {
-        row![what, found.lower, found.upper, found.last_digit, phrases::pair(found.eigenvalue)]
+        row![what, found.lower, found.upper, found.data_uncertainty, phrases::pair(found.eigenvalue)]
     };
     let computed = || both.iter().filter_map(|(what, found)| Some((*what, found.as_ref()?)));
     let rows = computed().map(|(what, found)| row(what, found));
@@ -250,7 +250,7 @@ fn decision(decided: Option<bool>, satisfied: bool) -> Cell {
 /// What the model is on the other side of the kinks at its operating point.
 fn opposite_side(analysis: &Analysis) -> Body {
     let Some(other_side) = &analysis.opposite_side else { return Body::default() };
-    let OppositeModel { own, side, controllable, observable, .. } = other_side;
+    let OppositeModel { reference_side: own, side, controllable, observable, .. } = other_side;
     let judged = |what: &str, decided: Option<bool>| row![what, decision(decided, decided == Some(true))];
     Body::default()
         .paragraph(format!(
@@ -433,7 +433,7 @@ fn placement(analysis: &Analysis) -> Body {
 }
 
 fn sets(search: &PlacementSearch, property: &str) -> Body {
-    let none = search.none_because.as_ref();
+    let none = search.infeasible_reason.as_ref();
     let none = none.map_or(String::new(), |why| format!("No set makes the model {property}: {why}."));
     let several = search.sets.len() > 1;
     let rows = search.sets.iter().enumerate().map(|(k, set)| {
@@ -568,8 +568,8 @@ mod tests {
             };
             let counting = counting.map(|[rest_controllable, rest_observable]| Counting {
                 charges: vec!["M.q".into()],
-                rest_controllable,
-                rest_observable,
+                remaining_controllable: rest_controllable,
+                remaining_observable: rest_observable,
             });
             let verdict = rank_verdict(&Analysis { structure, counting, ..Analysis::default() }).unwrap();
             (verdict.sound, verdict.text)

@@ -108,15 +108,15 @@ fn pair(experiment: &Experiment) -> Body {
         "#at s",
     ];
     let rows = experiment.responses.iter().map(|one| {
-        let Response { settled, farthest, .. } = one;
+        let Response { steady_state, max_deviation, .. } = one;
         row![
             &one.output,
             one.physical.unit(),
-            settled.simulation,
-            settled.bench,
-            farthest.simulation,
-            farthest.bench,
-            one.distance,
+            steady_state.simulation,
+            steady_state.bench,
+            max_deviation.simulation,
+            max_deviation.bench,
+            one.max_difference,
             one.distance_at,
         ]
     });
@@ -128,13 +128,14 @@ fn causes(found: &ClosedLoop) -> Vec<String> {
     let mut out = Vec::new();
     let everywhere = || found.experiments.iter().flat_map(|experiment| &experiment.responses);
     let size = |output: &str| {
-        everywhere().filter(|one| one.output == output).map(|one| one.farthest.bench).fold(0.0_f64, f64::max)
+        everywhere().filter(|one| one.output == output).map(|one| one.max_deviation.bench).fold(0.0_f64, f64::max)
     };
     for experiment in &found.experiments {
-        let differs = |one: &&Response| one.distance > ROUNDING * size(&one.output);
+        let differs = |one: &&Response| one.max_difference > ROUNDING * size(&one.output);
         for one in experiment.responses.iter().filter(differs) {
             let unit = one.physical.unit();
-            let mut by: Vec<_> = one.differences.iter().filter_map(|by| Some((&by.what, by.added?))).collect();
+            let mut by: Vec<_> =
+                one.differences.iter().filter_map(|by| Some((&by.source, by.added_to_simulation?))).collect();
             by.sort_by(|a, b| b.1.total_cmp(&a.1));
             let least = by.first().map_or(0.0, |first| SMALL * first.1);
             by.retain(|by| by.1 > least);
@@ -147,7 +148,7 @@ fn causes(found: &ClosedLoop) -> Vec<String> {
                 "{}, {}: the bench is up to {} {unit} from the simulation; {by}.",
                 experiment.name,
                 one.output,
-                number(one.distance)
+                number(one.max_difference)
             ));
         }
     }
@@ -163,10 +164,12 @@ fn differences(study: &BenchStudy) -> Body {
             headers.extend([format!("#{}, {}: alone", one.output, one.physical.unit()), "#bench without it".into()]);
         }
         let mut all = row!["all"];
-        all.extend(responses.iter().flat_map(|one| row![one.distance, "–"]));
+        all.extend(responses.iter().flat_map(|one| row![one.max_difference, "–"]));
         let rows = first.differences.iter().enumerate().map(|(k, difference)| {
-            let both = responses.iter().flat_map(|one| row![one.differences[k].added, one.differences[k].removed]);
-            row![&difference.what].into_iter().chain(both).collect()
+            let both = responses
+                .iter()
+                .flat_map(|one| row![one.differences[k].added_to_simulation, one.differences[k].removed_from_bench]);
+            row![&difference.source].into_iter().chain(both).collect()
         });
         let title = format!("Largest distance from the simulation: {}", experiment.name);
         body = body.part(&title, Body::default().table(&headers, std::iter::once(all).chain(rows)));
@@ -188,7 +191,7 @@ fn truth(study: &BenchStudy) -> Body {
         let interval = format!("{} … {}", number(lower), number(upper));
         let good = inside(found, truth.value);
         let covered = Cell::Mark(good, if good { "inside" } else { "outside" }.into());
-        row![&found.name, &found.unit, found.before, truth.value, found.value, interval, covered]
+        row![&found.name, &found.unit, found.model_value, truth.value, found.value, interval, covered]
     });
     let interval = format!("#{} % interval", number(100.0 * study.identification.confidence));
     let headers = ["parameter", "unit", "#in the file", "#true", "#found", &interval, "the true value is"];

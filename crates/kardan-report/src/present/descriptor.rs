@@ -61,7 +61,8 @@ fn orders(found: &DescriptorSystem, discrete: bool) -> Vec<String> {
             phrases::list(&blocks, ORDERS)
         ),
     ];
-    let defined: Vec<String> = found.definitions.iter().map(|one| format!("{} = {}", one.state, one.is)).collect();
+    let defined: Vec<String> =
+        found.definitions.iter().map(|one| format!("{} = {}", one.state, one.expression)).collect();
     if !defined.is_empty() {
         all.push(format!("States of the equivalent state space: {}.", phrases::list(&defined, 12)));
     }
@@ -79,12 +80,11 @@ fn verdict(what: &str, found: &DescriptorSystem, of: fn(&DescriptorVerdicts) -> 
 fn missed(found: &DescriptorSystem) -> Vec<String> {
     let sides = [(&found.controllability, "reached by no input"), (&found.observability, "shown by no output")];
     let of = |(side, what): &(&DescriptorVerdicts, &str)| {
-        let impulses = match side.missed_impulses {
+        let impulses = match side.impulse_defect {
             0 => String::new(),
             count => format!("; rank for impulses short by {count}"),
         };
-        (side.missed_at_infinity > 0)
-            .then(|| format!("Infinite eigenvalues {what}: {}{impulses}.", side.missed_at_infinity))
+        (side.infinite_defect > 0).then(|| format!("Infinite eigenvalues {what}: {}{impulses}.", side.infinite_defect))
     };
     sides.iter().filter_map(of).collect()
 }
@@ -107,7 +107,7 @@ fn transfer(found: &DescriptorSystem, unit: &str, discrete: bool) -> Vec<String>
         ));
         all.push(format!(
             "No state space has these outputs: {} left out of what follows.",
-            match found.excluded.as_slice() {
+            match found.improper_outputs.as_slice() {
                 [one] => format!("{one} is"),
                 more => format!("{} are", phrases::list(more, 12)),
             }

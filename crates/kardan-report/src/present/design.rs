@@ -99,7 +99,7 @@ fn head(design: &Design) -> Body {
         "" => String::new(),
         values => format!("The outputs do not show the motions at {values} 1/s; the law leaves them."),
     };
-    let definitions = design.definitions.iter().map(|one| row![&one.state, &one.is]);
+    let definitions = design.definitions.iter().map(|one| row![&one.state, &one.expression]);
     Body::default()
         .list(what_is_designed(design))
         .names("States", &design.states)
@@ -226,7 +226,7 @@ fn poles(design: &Design) -> Body {
         .hint("Linear loop with all controllers, at the design point.")
         .table_of(POLES, &headers, phrases::joined(&design.closed_loop_poles).iter().map(row))
         .hint(if design.exact_poles { "" } else { FLOATING })
-        .hint(counters(&design.counters))
+        .hint(counters(&design.integrals_without_effect))
         .pictures(pictures::plane(design))
 }
 
@@ -374,7 +374,7 @@ fn cross_coupling(design: &Design) -> Body {
     let with_unit =
         |value: Option<f64>, unit: &str| format!("{} {unit}", number(value.unwrap_or(f64::NAN))).trim_end().to_owned();
     let row = |c: &CrossCoupling| {
-        let mut row = row![step(c), &c.output, if c.own { "own" } else { "other" }];
+        let mut row = row![step(c), &c.output, if c.same_channel { "own" } else { "other" }];
         row.extend(match &c.failure {
             Some(_) => row![Cell::Mark(false, "failed".into()), "", ""],
             None => {
@@ -401,9 +401,11 @@ fn cross_coupling(design: &Design) -> Body {
 /// The loop with the parameters of the variant, one sentence each.
 fn loop_along_path(found: &LoopAlongPath) -> Vec<String> {
     let degrees = |angle: f64| format!("{} deg", number((1e6 * angle.to_degrees()).round() / 1e6));
-    let at = |angle: f64| if found.coordinates.is_empty() { String::new() } else { format!(" at {}", degrees(angle)) };
+    let at = |angle: f64| {
+        if found.rotated_coordinates.is_empty() { String::new() } else { format!(" at {}", degrees(angle)) }
+    };
     let mut out = vec![
-        if found.coordinates.is_empty() {
+        if found.rotated_coordinates.is_empty() {
             "The loop is looked at with the parameters of the variant, which are not those of the design, in linear approximation."
                 .into()
         } else {
@@ -411,9 +413,9 @@ fn loop_along_path(found: &LoopAlongPath) -> Vec<String> {
                 "The loop is looked at with the parameters of the variant, in linear approximation at {} positions: {} turned from \
                  {} to {}.",
                 found.positions,
-                found.coordinates,
-                degrees(found.range.from),
-                degrees(found.range.until)
+                found.rotated_coordinates,
+                degrees(found.range.start),
+                degrees(found.range.end)
             )
         },
         "Law, observer and plant are linearised there in floating point, without Coulomb friction and limits of the motors; all \

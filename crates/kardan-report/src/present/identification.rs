@@ -46,7 +46,7 @@ fn parameters(found: &Identification) -> Body {
     let rows = found.parameters.iter().map(|one| {
         let name = format!("{}{}", one.name, one.combination);
         let interval = one.interval.map_or("–".into(), |it| format!("{} … {}", number(it.lower), number(it.upper)));
-        let mut row = row![name, &one.unit, one.before, one.value, one.standard_error, interval];
+        let mut row = row![name, &one.unit, one.model_value, one.value, one.standard_error, interval];
         row.extend(published.then(|| one.published.into()));
         row.extend(reasons.then(|| if one.interval.is_none() { one.remark.as_str().into() } else { "".into() }));
         row
@@ -76,8 +76,8 @@ fn head(found: &Identification) -> Vec<String> {
     let mut omitted = Vec::new();
     for (count, why) in [
         (windows.incomplete, "lack samples of a channel"),
-        (windows.resting, "have a friction at rest or of unknown sign"),
-        (windows.moving, "are not steady"),
+        (windows.sticking, "have a friction at rest or of unknown sign"),
+        (windows.unsteady, "are not steady"),
     ] {
         if count > 0 {
             omitted.push(format!("{count} {why}"));
@@ -97,7 +97,7 @@ fn head(found: &Identification) -> Vec<String> {
         "What is left over is {} times what the noise of the sensors explains; condition {}, {} degrees of freedom.",
         number(found.scale),
         number(found.condition),
-        found.freedom
+        found.degrees_of_freedom
     ));
     out
 }
@@ -106,9 +106,9 @@ fn undetermined(found: &Identification) -> Body {
     Body::default()
         .part(
             "By the structure of the model, whatever is logged in this way",
-            Body::default().list(found.not_determined.by_structure.iter().cloned()),
+            Body::default().list(found.unidentifiable.structurally.iter().cloned()),
         )
-        .part("By these data", Body::default().list(found.not_determined.by_data.iter().cloned()))
+        .part("By these data", Body::default().list(found.unidentifiable.practically.iter().cloned()))
         .pictures(pictures::correlation(found))
 }
 
@@ -120,7 +120,11 @@ fn likelihood(probability: f64) -> String {
 /// Tests of what is left over.
 fn tests(all: &[ResidualTest]) -> Body {
     let rows = all.iter().map(|test| {
-        row![&test.what, likelihood(test.probability), if test.meaning.is_empty() { "holds" } else { &test.meaning }]
+        row![
+            &test.hypothesis,
+            likelihood(test.probability),
+            if test.if_rejected.is_empty() { "holds" } else { &test.if_rejected }
+        ]
     });
     Body::default().table_of(ROWS, &["if the model is right", "#probability", "verdict"], rows)
 }
@@ -172,32 +176,34 @@ fn percent(torque: f64, residual: Option<f64>) -> String {
 fn suggestions(found: &Identification) -> Body {
     let Some(suggested) = &found.suggestions else { return Body::default() };
     let mut body = Body::default();
-    if suggested.accepted.is_empty() {
-        let why = match (suggested.tried.is_empty(), suggested.failed_tests()) {
+    if suggested.selected_terms.is_empty() {
+        let why = match (suggested.tested_terms.is_empty(), suggested.failed_tests()) {
             (_, 0) => "No test of what is left over speaks against the model: nothing is suggested.",
             (true, _) => "No term that can be tried answers to the tests that speak against the model.",
             _ => "No term that was tried predicts unseen segments better.",
         };
         body = body.judge(suggested.failed_tests() == 0, why);
     }
-    for (now, then) in found.validation.iter().zip(&suggested.validation).filter(|_| !suggested.accepted.is_empty()) {
+    for (now, then) in
+        found.validation.iter().zip(&suggested.validation).filter(|_| !suggested.selected_terms.is_empty())
+    {
         body = body.paragraph(format!(
             "With {} unseen segments of {} are predicted to {} ({} without).",
-            list(&suggested.accepted, 12),
+            list(&suggested.selected_terms, 12),
             now.row,
             percent(then.torque, then.cross_validated),
             percent(now.torque, now.cross_validated),
         ));
     }
     let torque = |row: &str| found.validation.iter().find(|one| one.row == row).map_or(0.0, |one| one.torque);
-    for one in suggested.held_out_logs.iter().filter(|_| !suggested.accepted.is_empty()) {
+    for one in suggested.log_cross_validation.iter().filter(|_| !suggested.selected_terms.is_empty()) {
         let [before, after] = [one.before, one.after].map(|residual| percent(torque(&one.row), Some(residual)));
         body = body.paragraph(format!(
             "Whole logs that no fit has seen: {} {after} ({before} without), terms of single logs left out.",
             one.row
         ));
     }
-    if !suggested.accepted.is_empty() {
+    if !suggested.selected_terms.is_empty() {
         let summary = match suggested.failed_tests() {
             0 => "All tests of what is left over then hold.".to_string(),
             1 => "One test of what is left over still speaks against the model.".into(),
@@ -210,7 +216,7 @@ fn suggestions(found: &Identification) -> Body {
     }
     let part = |x: Option<f64>| x.map_or("–".into(), |x| format!("{:.2} %", 100.0 * x));
     let is_listed = |one: &&Suggestion| one.gain.is_some() || one.probability.is_none();
-    let tried = suggested.tried.iter().filter(is_listed).map(|one| {
+    let tried = suggested.tested_terms.iter().filter(is_listed).map(|one| {
         let gain = match one.gain_spread {
             Some(_) => format!("{} ± {}", part(one.gain), part(one.gain_spread)),
             None => "–".into(),
@@ -221,7 +227,7 @@ fn suggestions(found: &Identification) -> Body {
     let headers = ["round", "term", "#parameters", "asked for by", "#probability", "#gain", "verdict"];
     body = body.table_of(ROWS, &headers, tried);
     body = body.paragraph(silent(suggested));
-    if !suggested.tried.is_empty() {
+    if !suggested.tested_terms.is_empty() {
         body = body.hint(
             "The tests that speak against a model ask for terms; each round takes the one that gains most for each of its parameters. \
              Probability: that a term looks as it does, or more, if it is not there; told from zero are those below 1 % for all of a round \
@@ -232,30 +238,30 @@ fn suggestions(found: &Identification) -> Body {
     let lines = suggested.text.lines().map(|line| vec![Cell::Verbatim(line.into())]);
     body.table_of(ROWS, &["what to write into the model file"], lines).part(
         "With the terms taken",
-        if suggested.accepted.is_empty() { Body::default() } else { extended(suggested, found.confidence) },
+        if suggested.selected_terms.is_empty() { Body::default() } else { extended(suggested, found.confidence) },
     )
 }
 
 /// What was tried and cannot be told from zero.
 fn silent(suggested: &Suggestions) -> String {
     let mut names: Vec<String> = Vec::new();
-    for one in &suggested.tried {
-        let has_gain = suggested.tried.iter().any(|other| other.term == one.term && other.gain.is_some());
+    for one in &suggested.tested_terms {
+        let has_gain = suggested.tested_terms.iter().any(|other| other.term == one.term && other.gain.is_some());
         if !has_gain && one.probability.is_some() && !names.contains(&one.term) {
             names.push(one.term.clone());
         }
     }
-    if suggested.silent > 0 {
-        names.push(format!("{} harmonics of angles", suggested.silent));
+    if suggested.insignificant_harmonics > 0 {
+        names.push(format!("{} harmonics of angles", suggested.insignificant_harmonics));
     }
-    let orders = match suggested.orders.as_slice() {
+    let orders = match suggested.harmonic_orders.as_slice() {
         [] => String::new(),
         orders => {
             let periods: Vec<String> = orders.iter().map(|order| number(*order)).collect();
             format!(" Harmonics were tried with {} periods in a turn, no others.", list(&periods, 40))
         }
     };
-    let not_tried: String = suggested.not_tried.iter().map(|one| format!(" Not tried: {one}.")).collect();
+    let not_tried: String = suggested.untested_terms.iter().map(|one| format!(" Not tried: {one}.")).collect();
     let silent =
         if names.is_empty() { String::new() } else { format!("Tried, and not told from zero: {}.", list(&names, 40)) };
     format!("{silent}{orders}{not_tried}")
@@ -295,7 +301,7 @@ fn log(log: &LogRead) -> Body {
         let noise = format!("{} {}{}", number(one.noise), one.si, if one.stated { " (stated)" } else { "" });
         row![&one.name, &one.unit, &one.signal, format!("{} s", number(one.sample_time)), noise]
     });
-    let Span { from, until } = log.span.unwrap_or(Span { from: f64::NAN, until: f64::NAN });
+    let Span { start: from, end: until } = log.span.unwrap_or(Span { start: f64::NAN, end: f64::NAN });
     let length = format!("{}: {} rows, {} s to {} s", log.name, log.rows, number(from), number(until));
     Body::default().paragraph(length).list(log.remarks.iter().cloned()).table_of(
         ROWS,

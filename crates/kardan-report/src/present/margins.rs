@@ -17,7 +17,7 @@ pub(super) fn margins(found: &Margins) -> Body {
 
 /// The same on the other side of where the loop bends.
 pub(super) fn opposite_side(found: &OppositeSide) -> Body {
-    let OppositeSide { own, side, margins: other_side } = found;
+    let OppositeSide { reference_side: own, side, margins: other_side } = found;
     let text = format!(
         "The loop bends at its operating point. All else on this page is about the side where {own}. Where {side}: {}",
         other_side.verdict
@@ -79,10 +79,10 @@ fn channels(channels: &[ChannelMargin]) -> Body {
             None => "–".into(),
         };
         let disk = number(one.disk) + &at(one.disk_frequency);
-        let disk = if one.searched { format!("{disk}, searched") } else { disk };
+        let disk = if one.multirate_search { format!("{disk}, searched") } else { disk };
         let [from, to] = phrases::factors(one.disk_gain, |_, factor| number(factor));
         let disk_range = format!("{from} to {to}, {}", degrees(one.disk_phase));
-        let what = if one.reading { format!("reading {}", one.name) } else { format!("torque of {}", one.name) };
+        let what = if one.is_sensor { format!("reading {}", one.name) } else { format!("torque of {}", one.name) };
         row![what, format!("{low} to {high}"), phase, delay, disk, disk_range]
     };
     let headers =
@@ -99,7 +99,7 @@ fn contacts(margins: &Margins) -> Body {
             |one| {
                 [
                     number(one.disk),
-                    if one.reading { format!("reading {}", one.name) } else { format!("torque of {}", one.name) },
+                    if one.is_sensor { format!("reading {}", one.name) } else { format!("torque of {}", one.name) },
                 ]
             },
         )
@@ -113,7 +113,7 @@ fn contacts(margins: &Margins) -> Body {
     let all: Vec<String> = first.closed.iter().chain(&first.open).cloned().collect();
     let [disk, channel] = least(&margins.channels);
     let together = |found: &Option<TogetherMargin>| found.as_ref().map_or("–".to_string(), |all| number(all.disk[0]));
-    let here = vec![row!["–", "", names(&all), stable(margins.stable), disk, channel, together(&margins.together)]];
+    let here = vec![row!["–", "", names(&all), stable(margins.stable), disk, channel, together(&margins.multiloop)]];
     let in_contact = margins.contacts.iter().map(|one| {
         let [disk, channel] = least(&one.channels);
         row![
@@ -123,7 +123,7 @@ fn contacts(margins: &Margins) -> Body {
             stable(one.stable),
             disk,
             channel,
-            together(&one.together)
+            together(&one.multiloop)
         ]
     });
     let headers = ["in contact", "flank", "open", "loop", "#least disk margin", "of", "#of all motors at once"];

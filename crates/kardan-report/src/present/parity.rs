@@ -53,7 +53,7 @@ fn residuals(found: &Parity) -> Body {
     }
     let count = found.residuals.len();
     let plural = if count == 1 { "" } else { "s" };
-    let all = match found.all_listed {
+    let all = match found.exhaustive {
         true => format!(
             "{count} minimal residual{plural}, {} of them independent; these are all. Each is constant whatever the model does, and without one of its readings nothing is left of it.",
             found.independent
@@ -99,7 +99,7 @@ fn validity(one: &Residual) -> String {
 }
 
 fn limits(k: usize, one: &Residual, limit: &Threshold) -> Option<String> {
-    let smallest = one.terms.iter().zip(&limit.smallest);
+    let smallest = one.terms.iter().zip(&limit.min_detectable);
     let smallest: Vec<String> = smallest.map(|(term, size)| format!("{} {}", term.signal, number(*size))).collect();
     let alarms = match limit.false_alarms_per_hour {
         rate if rate > 0.0 => format!("at most {} false alarms an hour from white Gaussian noise", number(rate)),
@@ -110,11 +110,8 @@ fn limits(k: usize, one: &Residual, limit: &Threshold) -> Option<String> {
         true => format!("{samples} beyond it are an alarm, after {} s at the latest", number(limit.detection_time)),
         false => "it is read at every instant".into(),
     };
-    let times = if limit.different_times {
-        " Its sensors have different sample times: add how far it moves within one."
-    } else {
-        ""
-    };
+    let times =
+        if limit.multirate { " Its sensors have different sample times: add how far it moves within one." } else { "" };
     Some(format!(
         "r{}: threshold {} {} (noise {}, steps up to {}): {alarms}; {late}. Changes that are seen with 99.9 %: {}.{times}",
         k + 1,
@@ -138,11 +135,8 @@ fn in_time(one: &FaultVerdict, limit: &Threshold) -> Option<String> {
         _ => "no false alarm: there is no noise, and no step exceeds it".into(),
     };
     let samples = if limit.debounce == 1 { "one sample".into() } else { format!("{} samples", limit.debounce) };
-    let time_note = if limit.different_times {
-        " Its sensors have different sample times: add how far it moves within one."
-    } else {
-        ""
-    };
+    let time_note =
+        if limit.multirate { " Its sensors have different sample times: add how far it moves within one." } else { "" };
     Some(format!(
         "{}: the relation behind 1/({filter} s + 1){times}, by the bilinear rule at {} s: threshold {} {} (noise {}, steps up to {}): {alarms}. A change by {} {} \
          is seen with 99.9 % after {} s, {samples} beyond it.{time_note}",
@@ -152,7 +146,7 @@ fn in_time(one: &FaultVerdict, limit: &Threshold) -> Option<String> {
         one.unit,
         number(limit.noise),
         number(limit.steps),
-        limit.smallest.first().copied().map(number)?,
+        limit.min_detectable.first().copied().map(number)?,
         one.fault_unit,
         number(limit.detection_time),
     ))
@@ -168,23 +162,24 @@ fn tolerances(name: &str, terms: &[ParityTerm]) -> Option<String> {
 }
 
 fn faults(found: &Parity) -> Body {
-    let friction = found.faults.iter().any(|one| one.despite_friction.is_some());
+    let friction = found.faults.iter().any(|one| one.detectable_despite_friction.is_some());
     let mut columns = vec!["something added to", "is shown", "while it stays", "cannot be told from", "#derivatives"];
     if friction {
         columns.insert(2, "with friction unknown");
     }
     let yes = |validity: bool| Cell::Mark(validity, if validity { "yes" } else { "no" }.into());
     let rows = found.faults.iter().map(|one| {
-        let stays = match one.stays {
-            _ if !one.shown => "–".into(),
+        let stays = match one.strongly_detectable {
+            _ if !one.detectable => "–".into(),
             None => Cell::from("not decided"),
             Some(stays) => yes(stays),
         };
-        let same = if one.same_as.is_empty() { "–".into() } else { phrases::list(&one.same_as, NAMES) };
+        let same =
+            if one.not_isolable_from.is_empty() { "–".into() } else { phrases::list(&one.not_isolable_from, NAMES) };
         let order = one.order.map_or("–".into(), |order| order.to_string());
-        let mut cells = row![place(one), yes(one.shown), stays, same, order];
+        let mut cells = row![place(one), yes(one.detectable), stays, same, order];
         if friction {
-            cells.insert(2, one.despite_friction.map_or("–".into(), yes));
+            cells.insert(2, one.detectable_despite_friction.map_or("–".into(), yes));
         }
         cells
     });
@@ -220,7 +215,7 @@ fn faults(found: &Parity) -> Body {
 }
 
 fn place(one: &FaultVerdict) -> String {
-    match one.place {
+    match one.location {
         FaultPlace::Sensor => one.fault.clone(),
         FaultPlace::Input => format!("{}.tau", one.fault),
     }
@@ -230,11 +225,11 @@ fn place(one: &FaultVerdict) -> String {
 fn sentences(found: &Parity) -> Vec<String> {
     let named =
         |which: &dyn Fn(&&FaultVerdict) -> bool| found.faults.iter().filter(which).map(place).collect::<Vec<_>>();
-    let silent = named(&|one| !one.shown);
-    let isolable = named(&|one| one.shown && one.same_as.is_empty());
+    let silent = named(&|one| !one.detectable);
+    let isolable = named(&|one| one.detectable && one.not_isolable_from.is_empty());
     let mut groups: Vec<Vec<String>> = Vec::new();
-    for one in found.faults.iter().filter(|one| !one.same_as.is_empty()) {
-        let mut group = named(&|other| one.same_as.contains(&other.fault) || other.fault == one.fault);
+    for one in found.faults.iter().filter(|one| !one.not_isolable_from.is_empty()) {
+        let mut group = named(&|other| one.not_isolable_from.contains(&other.fault) || other.fault == one.fault);
         group.sort();
         if !groups.contains(&group) {
             groups.push(group);
@@ -259,7 +254,7 @@ fn sentences(found: &Parity) -> Vec<String> {
 fn sets(found: &[SensorSets]) -> Body {
     let one = |set: &Vec<String>| set.join(" + ");
     let row = |sets: &SensorSets| {
-        let which = match (sets.sets.is_empty(), sets.all_tried) {
+        let which = match (sets.sets.is_empty(), sets.exhaustive) {
             (true, true) => "no set of the candidates".to_string(),
             (true, false) => "not found: there are too many sets to try".into(),
             _ => phrases::list(&sets.sets.iter().map(one).collect::<Vec<_>>(), NAMES),

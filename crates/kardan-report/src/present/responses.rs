@@ -48,10 +48,10 @@ fn sentences(found: &LoopResponses) -> Vec<String> {
             list(&open, NAMES)
         ));
     }
-    if let Some(all) = &found.readings_together {
+    if let Some(all) = &found.sensors_multiloop {
         let wrong =
-            |one: &WrongTorque| format!("{} × {} ∠ {}°", one.motor, number(one.factor), number(one.turn.to_degrees()));
-        let worst: Vec<String> = all.worst.iter().map(wrong).collect();
+            |one: &WrongTorque| format!("{} × {} ∠ {}°", one.motor, number(one.factor), number(one.phase.to_degrees()));
+        let worst: Vec<String> = all.worst_perturbation.iter().map(wrong).collect();
         out.push(format!(
             "With errors of all readings at once the disk margin is between {} and {} (computed, not proven): {} make the loop unstable, at {} rad/s.",
             number(all.disk[0]),
@@ -72,7 +72,7 @@ fn sentences(found: &LoopResponses) -> Vec<String> {
 fn largest(found: &LoopResponses) -> Body {
     let row = |one: &SingularValues| {
         let largest = one.largest?;
-        let meaning = match (one.function, one.readings) {
+        let meaning = match (one.function, one.at_sensors) {
             (LoopFunction::S, false) => "disturbing torques at the motors: what is left of them",
             (LoopFunction::T, false) => "disturbing torques at the motors: what the motors give against them",
             (LoopFunction::S, true) => "errors of the readings: what the controller sees of them",
@@ -105,14 +105,14 @@ fn largest(found: &LoopResponses) -> Body {
 
 /// The least margins of each motor along the motions of the joints.
 fn over_positions(found: &LoopResponses) -> Body {
-    let Some(over_positions) = &found.over_positions else { return Body::default() };
+    let Some(over_positions) = &found.margins_over_position else { return Body::default() };
     let stable = over_positions.positions.iter().filter(|one| !one.motors.is_empty()).count();
     let Some((worst, at)) = over_positions.worst() else { return Body::default() };
     let degrees = |angle: f64| format!("{}°", number(angle.to_degrees()));
     let count = over_positions.positions.len();
     let mut sentences = vec![format!(
         "The linear loop where {} stand, at {count} positions: the least disk margin of a motor is {} ({}, at {}).",
-        over_positions.coordinates,
+        over_positions.rotated_coordinates,
         number(worst.disk),
         worst.name,
         degrees(at)

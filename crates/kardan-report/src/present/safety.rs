@@ -87,8 +87,8 @@ fn rows(table: &Safety) -> Body {
     columns.extend(noted.then(|| "note".to_string()));
     let one = |one: &SafetyRow| {
         let mut cells = head(one, several);
-        let after = one.detected_after.filter(|_| !one.faults.is_empty());
-        let shown = match (after, one.detected_after) {
+        let after = one.detection_time.filter(|_| !one.faults.is_empty());
+        let shown = match (after, one.detection_time) {
             (Some(after), _) => number(1e3 * after),
             (None, Some(at)) => format!("at {} s", number(at)),
             (None, None) => String::new(),
@@ -149,7 +149,9 @@ fn effects(table: &Safety) -> Body {
         let mut cells = head(one, several);
         let cell = |(effect, found): (&SafetyEffect, &EffectMeasured)| {
             let shown = found.measured.map_or_else(|| "none".to_string(), |value| in_unit(value, effect));
-            found.satisfied.map_or_else(|| Cell::Text(shown.clone()), |satisfied| Cell::Mark(satisfied, shown.clone()))
+            found
+                .within_bounds
+                .map_or_else(|| Cell::Text(shown.clone()), |satisfied| Cell::Mark(satisfied, shown.clone()))
         };
         let all = table.effects.iter().zip(&one.effects).map(cell);
         cells.extend(all.collect::<Vec<_>>());

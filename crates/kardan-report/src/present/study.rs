@@ -95,7 +95,7 @@ fn whose(study: &Study) -> String {
 }
 
 /// One sentence: did all variants run to the end, do the requirements hold? `true` if nothing is wrong.
-fn verdict(study: &Study) -> Verdict {
+pub(super) fn verdict(study: &Study) -> Verdict {
     if study.runs.is_empty() {
         return Verdict { sound: true, text: "No runs.".into() };
     }
@@ -161,7 +161,7 @@ fn failed(study: &Study) -> String {
 fn doubtful_runs(study: &Study) -> String {
     let reason = |run: &Run| {
         let found = run.accuracy.as_ref()?;
-        let text = match (&found.unreliable, &found.undecided) {
+        let text = match (&found.unreliable, &found.quantisation_ambiguity) {
             (Some(one), _) => format!("the estimated error of {} reaches its first digit", one.signal),
             (None, Some(first)) => {
                 format!("counts of `{}` decide from {} on", first.sensor, clock(study).time(first.time))
@@ -228,7 +228,7 @@ fn ended(study: &Study) -> String {
 }
 
 /// An alert for each run whose numbers are not those of a whole run, and for each warning.
-fn alerts(study: &Study) -> Vec<Alert> {
+pub(super) fn alerts(study: &Study) -> Vec<Alert> {
     let name = |run: &Run| {
         let label = variant_label(study, run);
         if label == run.name { label } else { format!("{} ({label})", run.name) }
@@ -300,7 +300,7 @@ fn span(text: impl Into<String>, index: usize, rows: usize) -> Cell {
 }
 
 /// Extremes and last values of every signal plotted for a variant; of all signals if there are no plots.
-fn key_figures(study: &Study) -> Body {
+pub(super) fn key_figures(study: &Study) -> Body {
     let mut names: Vec<&String> = Vec::new();
     let all = study.runs.iter().filter(|_| study.plots.is_empty()).flat_map(|run| &run.series.signals);
     for name in study.plots.iter().flat_map(|plot| &plot.signals).chain(all.map(|signal| &signal.name)) {
@@ -382,7 +382,7 @@ fn figures(study: &Study) -> Body {
 }
 
 /// A number in the unit that is asked for, if there is one.
-fn measured(value: Option<f64>, display: Option<&DisplayUnit>, unit: &str) -> String {
+pub(super) fn measured(value: Option<f64>, display: Option<&DisplayUnit>, unit: &str) -> String {
     match (value.filter(|value| value.is_finite()), display) {
         (Some(value), Some(display)) => format!("{} {}", number(display.of(value)), display.unit),
         (Some(value), None) => format!("{} {unit}", number(value)).trim_end().to_string(),
@@ -460,7 +460,7 @@ fn accuracy(study: &Study) -> Body {
         let those = estimated().filter(|(_, found)| which(found)).map(|(run, _)| variant_label(study, run));
         those.collect::<Vec<String>>().join(", ")
     };
-    let rounded = those(&|found| found.rounded && found.undecided.is_none());
+    let rounded = those(&|found| found.limited_by_rounding && found.quantisation_ambiguity.is_none());
     let rounded = match rounded.is_empty() {
         true => String::new(),
         false => format!(
@@ -470,11 +470,11 @@ fn accuracy(study: &Study) -> Body {
     let body = Body::default().table(&headers, estimated().map(row_of)).hint(format!(
         "How far the integration is estimated to be off, over all rows, in the signal where that is most (readings of sensors are not \
          compared). Not proven: a third of the difference to a second run at the tolerance {} instead of {}.{rounded}",
-        figure(first.looser, 2),
+        figure(first.comparison_tolerance, 2),
         figure(first.tolerance, 2)
     ));
     let body = counts(body, study);
-    let changed_events = those(&|found| !found.same_events && found.undecided.is_none());
+    let changed_events = those(&|found| !found.same_events && found.quantisation_ambiguity.is_none());
     if changed_events.is_empty() {
         return body;
     }
@@ -488,7 +488,8 @@ fn accuracy(study: &Study) -> Body {
 
 /// Of which runs counts of sensors decide, and from when on.
 fn counts(body: Body, study: &Study) -> Body {
-    let undecided = study.runs.iter().filter_map(|run| Some((run, run.accuracy.as_ref()?.undecided.as_ref()?)));
+    let undecided =
+        study.runs.iter().filter_map(|run| Some((run, run.accuracy.as_ref()?.quantisation_ambiguity.as_ref()?)));
     let clock = clock(study);
     let rows: Vec<_> = undecided
         .map(|(run, first)| {
@@ -520,8 +521,10 @@ fn events(study: &Study) -> Body {
 }
 
 fn listed(events: &[Event], clock: Clock) -> Body {
-    let rows =
-        events.iter().take(EVENTS).map(|event| row![format!("{:.6}", event.time * clock.per_second), &event.what]);
+    let rows = events
+        .iter()
+        .take(EVENTS)
+        .map(|event| row![format!("{:.6}", event.time * clock.per_second), &event.description]);
     let hint = match events.len().saturating_sub(EVENTS) {
         0 => String::new(),
         rest => format!("The first {EVENTS} are listed; {rest} later ones are in the exported data."),

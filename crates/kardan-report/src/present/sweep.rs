@@ -58,7 +58,7 @@ fn cases(found: &Sweep, again: &Again) -> Body {
         rows.push(cells);
     };
     for (name, variant, values, (unit, display), worst) in requirements.chain(figures) {
-        let (Some(ends), Some(quantiles)) = (values.ends, values.quantiles) else { continue };
+        let (Some(ends), Some(quantiles)) = (values.extreme_samples, values.quantiles) else { continue };
         let [least, largest] = [0, 6].map(|k| shown(quantiles[k], unit, display));
         if quantiles[0] == quantiles[6] {
             add(name, variant, "the same in all".into(), least, ends[0]);
@@ -132,7 +132,7 @@ fn verdict(found: &Sweep) -> Verdict {
                 let [probability, low, high] = [probability, low, high].map(|x| figure(x, 2));
                 format!("{} fails with the probability {probability} (about {low} to {high})", rare.text)
             }
-            _ => format!("How rarely {} fails was not found: {}", rare.text, rare.ended),
+            _ => format!("How rarely {} fails was not found: {}", rare.text, rare.stop_reason),
         };
         return Verdict {
             sound: rare.probability.is_none() && found.missing == 0,
@@ -234,7 +234,7 @@ fn rule(rule: &SweptRule) -> String {
     let conditions: Vec<String> = rule.bounds.iter().map(bound).collect();
     let [low, high] = rule.interval.map(|part| share(part, 3));
     let SweptRule { inside, failed, .. } = rule;
-    let covers = share(rule.covers, 3);
+    let covers = share(rule.coverage, 3);
     format!(
         "{}: {failed} of {inside} samples there fail ({low} % to {high} %), {covers} % of all failures.",
         conditions.join(" and ")
@@ -277,7 +277,7 @@ fn shares(values: &SweptValues) -> String {
     let main_shares: Vec<String> =
         main_shares.map(|share| format!("{} {}", share.parameter, figure(share.slope, 2))).collect();
     let explained =
-        values.explained.map_or_else(String::new, |part| format!(" ({} % explained)", number((100.0 * part).round())));
+        values.r_squared.map_or_else(String::new, |part| format!(" ({} % explained)", number((100.0 * part).round())));
     if main_shares.is_empty() { String::new() } else { main_shares.join(", ") + &explained }
 }
 
@@ -305,7 +305,7 @@ fn without_a_value<'a>(
     all: impl Iterator<Item = (&'a String, &'a String, &'a SweptValues)>,
 ) -> Vec<String> {
     let fewer = all.filter(|(_, _, values)| values.count < values.runs);
-    let sentences = fewer.map(|(name, variant, SweptValues { runs, ended, count, .. })| {
+    let sentences = fewer.map(|(name, variant, SweptValues { runs, invalid_runs: ended, count, .. })| {
         let variant = if several(found) { format!(" ({variant})") } else { String::new() };
         let why = match (*ended, runs - count - ended) {
             (0, _) => String::new(),
@@ -326,7 +326,7 @@ fn measured(found: &Sweep) -> Body {
         let mut cells = row![&one.text];
         cells.extend(several(found).then(|| Cell::Text(one.variant.clone())));
         cells.extend(numbers(&one.measured, &one.unit, one.display.as_ref()));
-        let ends = one.measured.ends.map(|[least, most]| format!("least {least}, largest {most}"));
+        let ends = one.measured.extreme_samples.map(|[least, most]| format!("least {least}, largest {most}"));
         cells.extend(row![ends.unwrap_or_default(), shares(&one.measured)]);
         cells
     });
@@ -344,10 +344,11 @@ fn format_margin(worst: &SweptWorst) -> String {
 
 fn worst(found: &Sweep, worst: &SweptWorst) -> Body {
     let variant = if found.variants.len() > 1 { format!(", variant {}", worst.variant) } else { String::new() };
-    let before =
-        worst.before.map_or_else(String::new, |x| format!(", {} before the search", shown(x, &worst.unit, None)));
-    let SweptWorst { sample, explored, .. } = worst;
-    let rested = match worst.rests {
+    let before = worst
+        .margin_before_search
+        .map_or_else(String::new, |x| format!(", {} before the search", shown(x, &worst.unit, None)));
+    let SweptWorst { sample, exploration_samples: explored, .. } = worst;
+    let rested = match worst.restarts {
         0 => "the search did not come to rest yet: more samples may find more".to_string(),
         1 => "the search came to rest once, and began anew elsewhere".to_string(),
         many => format!("the search came to rest {many} times, and began anew elsewhere"),
@@ -367,17 +368,17 @@ fn rare(found: &Sweep, rare: &SweptRare) -> Body {
         row![
             (k + 1).to_string(),
             level.samples.to_string(),
-            percent(level.part),
+            percent(level.fraction),
             shown(level.margin, &rare.unit, None),
             figure(level.correlation, 2),
-            level.accepted.map_or_else(String::new, percent)
+            level.acceptance_rate.map_or_else(String::new, percent)
         ]
     });
-    let mut hint = format!("It ended as {}.", rare.ended);
+    let mut hint = format!("It ended as {}.", rare.stop_reason);
     if found.variants.len() > 1 {
         hint += &format!(" A sample fails where any of its variants does: {}.", rare.variant);
     }
-    if let (Some(deviation), Some(most)) = (rare.deviation, rare.deviation_most) {
+    if let (Some(deviation), Some(most)) = (rare.deviation, rare.deviation_upper_bound) {
         hint += &format!(
             " Standard deviation: {} of the probability by the correlations in the chains, the levels independent; at most {} if they depend on each other.",
             percent(deviation),
@@ -474,9 +475,9 @@ fn varied(found: &Sweep) -> Body {
     };
     let hint = match found.points.as_str() {
         "corners" | "grid" => format!("{} samples: {how}.", found.samples),
-        _ if found.until.is_some() => format!(
+        _ if found.stopping_rule.is_some() => format!(
             "{} of at most {} samples by {how}, seed {}: each follows from the seed and its number alone.",
-            found.until.as_ref().map_or(0, |until| until.samples),
+            found.stopping_rule.as_ref().map_or(0, |until| until.samples),
             found.samples,
             found.seed
         ),

@@ -20,7 +20,7 @@ fn a_warning_of_a_design() {
     let settings = DesignSettings { simulate: false, ..DesignSettings::default() };
     let found = design(source, &settings, &Silent).expect("a design");
     let margins = found.margins.as_ref().expect("margins");
-    let factor = margins.channels.iter().find(|one| !one.reading).expect("a motor").gain[1];
+    let factor = margins.channels.iter().find(|one| !one.is_sensor).expect("a motor").gain[1];
     let page = kardan_report::design(&found).html();
     assert!(!found.verdict().sound && page.contains("class=\"verdict bad\""));
     for said in [&format!("times {factor:.4} makes the loop unstable"), "but hardly"] {
@@ -77,7 +77,7 @@ fn runs_without_a_value_are_counted() {
     let (_, found, _) = swept(&format!("{PUSHED}{figure}"), 80);
     let page = kardan_report::sweep(&found).markdown();
     let rise = &found.figures[0].values;
-    assert!((rise.runs, rise.ended) == (80, 20) && (10..60).contains(&rise.count), "{rise:?}");
+    assert!((rise.runs, rise.invalid_runs) == (80, 20) && (10..60).contains(&rise.count), "{rise:?}");
     let none = 60 - rise.count;
     let reported =
         format!("rise: {} of 80 runs have a value: 20 did not come to their end and are left out, {none}", rise.count);

@@ -392,8 +392,8 @@ fn operating_point(equations: &Equations, angles: &[f64], stuck: &BTreeSet<Strin
 }
 
 fn assumption(statement: &str, breaches: Vec<(String, String)>) -> Assumption {
-    let breaches: Vec<Breach> = breaches.into_iter().map(|(element, why)| Breach { element, why }).collect();
-    Assumption { statement: statement.into(), satisfied: breaches.is_empty(), breaches }
+    let breaches: Vec<Breach> = breaches.into_iter().map(|(element, why)| Breach { element, reason: why }).collect();
+    Assumption { statement: statement.into(), satisfied: breaches.is_empty(), violations: breaches }
 }
 
 /// Shafts that keep the inertia matrix of all shafts from being definite.

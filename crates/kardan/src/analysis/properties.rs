@@ -167,8 +167,8 @@ fn stability_of_factors(factors: &[Factor]) -> StabilityVerdict {
         frequency: root.im,
         poles: factor.algebraic * if root.im > 0.0 { 2 } else { 1 },
         // Of g chains of m poles together one has at least ⌈m/g⌉.
-        growth: factor.algebraic.div_ceil(factor.geometric.max(1)) - 1,
-        free: false,
+        growth_exponent: factor.algebraic.div_ceil(factor.geometric.max(1)) - 1,
+        uncontrolled: false,
     });
     StabilityVerdict::exact(outside, border.collect())
 }

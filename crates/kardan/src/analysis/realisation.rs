@@ -33,11 +33,12 @@ pub fn realisations(system: &LinearSystem, certificate: &Certificate) -> Option<
         return None;
     }
     let explicit = system.explicit()?;
-    let (reached, observable) = (certificate.reached.as_ref()?, certificate.observable.as_ref()?);
+    let (reached, observable) =
+        (certificate.controllability_minor.as_ref()?, certificate.observability_minor.as_ref()?);
     let (rank, observable_rank) = (reached.columns.len(), observable.columns.len());
-    let unreached = rows(certificate.unreached.as_ref(), n - rank, n)?.multiply(&system.e);
+    let unreached = rows(certificate.uncontrollable_invariant.as_ref(), n - rank, n)?.multiply(&system.e);
     let reachable = echelon(&unreached, &(0..n).collect::<Vec<_>>()).kernel();
-    let hidden = rows(certificate.unobservable.as_ref(), n - observable_rank, n)?.transpose();
+    let hidden = rows(certificate.unobservable_invariant.as_ref(), n - observable_rank, n)?.transpose();
     let parts = kalman_basis(&reachable, &hidden);
     let names = ["reached, not seen", "reached and seen", "neither reached nor seen", "seen, not reached"];
     let kalman = transformed(&explicit, &parts, names.map(String::from).into())?;

@@ -65,7 +65,7 @@ fn motions(
             for root in roots.iter().filter(|root| root.1 >= 0.0) {
                 let both = if root.1 > 0.0 { 2 } else { 1 };
                 let frequency = frequency(*root, plane);
-                out.push(BorderMotion { frequency, poles: both * times, growth, free: false });
+                out.push(BorderMotion { frequency, poles: both * times, growth_exponent: growth, uncontrolled: false });
             }
         }
     }
@@ -152,7 +152,8 @@ pub fn despite_rounding(
     perturbed: impl IntoIterator<Item = StabilityVerdict>,
 ) -> StabilityVerdict {
     let shape = |verdict: &StabilityVerdict| {
-        let border = verdict.border.iter().map(|motion| (motion.poles, motion.growth, motion.frequency == 0.0));
+        let border =
+            verdict.border.iter().map(|motion| (motion.poles, motion.growth_exponent, motion.frequency == 0.0));
         (verdict.word, border.collect::<Vec<_>>())
     };
     if found.word == Stability::Undecided || perturbed.into_iter().all(|candidate| shape(&candidate) == shape(&found)) {

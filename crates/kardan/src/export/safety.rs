@@ -41,7 +41,7 @@ fn cells(table: &Safety, row: &SafetyRow) -> Vec<String> {
     let number = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
     let mut cells = vec![row.faults.join("+"), row.variant.clone()];
     cells.extend(row.values.iter().map(|value| value.value.clone()));
-    cells.extend([number(row.begins), number(row.detected_after)]);
+    cells.extend([number(row.fault_time), number(row.detection_time)]);
     let states: Vec<String> = row.reaction.iter().map(|one| format!("{} after {} s", one.state, one.after)).collect();
     cells.push(states.join("; "));
     cells.extend((0..table.effects.len()).map(|k| number(row.effects.get(k).and_then(|effect| effect.measured))));

@@ -362,7 +362,7 @@ pub fn manual_tables() -> Vec<ManualTable> {
 fn manual_keys(fields: &[Field]) -> Vec<ManualKey> {
     let key = |field: &Field| ManualKey {
         name: field.name.into(),
-        value_kind: value_kind(field),
+        value_type: value_kind(field),
         required: field.required,
         default: field.default.map(Into::into),
         summary: field.doc.into(),

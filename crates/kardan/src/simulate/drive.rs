@@ -78,7 +78,7 @@ impl Spans {
     /// All of them, the last one up to a time.
     pub(super) fn until(&self, time: f64) -> Vec<Span> {
         let open = self.since.filter(|from| *from < time).map(|from| (from, time));
-        self.closed.iter().copied().chain(open).map(|(from, until)| Span { from, until }).collect()
+        self.closed.iter().copied().chain(open).map(|(from, until)| Span { start: from, end: until }).collect()
     }
 }
 
@@ -205,7 +205,7 @@ mod tests {
         {
             spans.now(time, active);
         }
-        assert_eq!(spans.until(6.0), [Span { from: 1.0, until: 2.0 }, Span { from: 4.0, until: 6.0 }]);
-        assert_eq!(spans.until(4.0), [Span { from: 1.0, until: 2.0 }]);
+        assert_eq!(spans.until(6.0), [Span { start: 1.0, end: 2.0 }, Span { start: 4.0, end: 6.0 }]);
+        assert_eq!(spans.until(4.0), [Span { start: 1.0, end: 2.0 }]);
     }
 }

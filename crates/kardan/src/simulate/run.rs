@@ -598,7 +598,7 @@ impl RunLoop {
         self.machine.tick(0.0, &self.state);
         let blows = self.machine.settle(0.0, &mut self.state, &[], true, &self.names, &self.input_names);
         if self.machine.was_struck() {
-            self.events.extend(blows.into_iter().map(|what| Event { time: 0.0, what }));
+            self.events.extend(blows.into_iter().map(|what| Event { time: 0.0, description: what }));
         }
         self.contradict()?;
         self.machine.stay_on_rows(0.0, &mut self.state);
@@ -652,7 +652,7 @@ impl RunLoop {
             self.state[size - 1] -= gained;
             format!("{what}: springs lose {:.6} J", -gained)
         };
-        self.events.push(Event { time, what });
+        self.events.push(Event { time, description: what });
     }
 
     /// What is due at a sample that falls on the end of the run: its row is like all others at samples.
@@ -903,7 +903,7 @@ impl RunLoop {
             "{} jams: its load drives it and would lock it harder than it pushes (Painlevé); the blow takes {lost:.6} J",
             self.names[direction]
         );
-        self.events.extend([what].into_iter().chain(happened).map(|what| Event { time, what }));
+        self.events.extend([what].into_iter().chain(happened).map(|what| Event { time, description: what }));
         self.note_shared_friction();
         self.machine.clear_jammed_gear();
         self.time = time;
@@ -937,7 +937,7 @@ impl RunLoop {
                  taken, the other one jams",
                 self.names[direction]
             );
-            self.events.push(Event { time, what });
+            self.events.push(Event { time, description: what });
         }
         self.doubted = doubted;
     }
@@ -1066,7 +1066,7 @@ impl RunLoop {
     /// What happened last since a time, in words; where that changed nothing, what left its mode and came back to it.
     fn last_events(&self, since: f64, crossing: &[usize]) -> String {
         let own = self.events.iter().rev().take_while(|event| event.time >= since);
-        let what: Vec<&str> = own.take(6).map(|event| event.what.as_str()).collect();
+        let what: Vec<&str> = own.take(6).map(|event| event.description.as_str()).collect();
         if !what.is_empty() {
             return format!("the last ones: {}", what.join("; "));
         }
@@ -1109,7 +1109,7 @@ impl RunLoop {
 
     fn settle(&mut self, time: f64, crossing: &[usize]) -> Result<(), Outcome> {
         let happened = self.machine.settle(time, &mut self.state, crossing, false, &self.names, &self.input_names);
-        self.events.extend(happened.into_iter().map(|what| Event { time, what }));
+        self.events.extend(happened.into_iter().map(|what| Event { time, description: what }));
         self.note_shared_friction();
         self.note_blows();
         self.contradict()
@@ -1591,7 +1591,7 @@ impl RunLoop {
     /// Notes the steps and ramps of the scenario that begin at a time, and the faults that begin or end there.
     fn announce(&mut self, time: f64) {
         let events = self.scenario.faults.events().into_iter().filter(|(at, _)| *at == time);
-        self.events.extend(events.map(|(time, what)| Event { time, what }));
+        self.events.extend(events.map(|(time, what)| Event { time, description: what }));
         for event in self.scenario.events.iter().filter(|event| event.at == time) {
             let source = &self.scenario.sources[event.source];
             let value = match source.physical {
@@ -1603,12 +1603,12 @@ impl RunLoop {
             } else {
                 format!("{} steps to {value}", source.name)
             };
-            self.events.push(Event { time, what });
+            self.events.push(Event { time, description: what });
         }
         for part in self.machine.reported_at(time) {
             let value = part.pieces.value(time + SAME * time);
             let what = format!("{} steps to {value} {}", part.name, part.dimension.si());
-            self.events.push(Event { time, what });
+            self.events.push(Event { time, description: what });
         }
     }
 

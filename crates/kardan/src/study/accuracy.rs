@@ -104,7 +104,15 @@ pub(super) fn estimate(
     let looser = LOOSER * tolerance.relative;
     let same_events = gaps_to(second).is_some();
     let unreliable = least_reliable(sized, looser);
-    Some(Accuracy { tolerance: tolerance.relative, looser, same_events, rounded, undecided, errors, unreliable })
+    Some(Accuracy {
+        tolerance: tolerance.relative,
+        comparison_tolerance: looser,
+        same_events,
+        limited_by_rounding: rounded,
+        quantisation_ambiguity: undecided,
+        errors,
+        unreliable,
+    })
 }
 
 /// The signal with the largest error beside its size, where that shows in its first digit.
@@ -138,7 +146,7 @@ pub(super) fn accuracy_warnings(run: &Run, second: &RunResult) -> Vec<String> {
         format!("the estimated error of {signal} is {error}, of a signal of at most {size}: not even its first digit is known")
     });
     // Where counts of sensors decide no tolerance tells which events are right, and the error says how far the ways are apart.
-    let event_note = (!found.same_events && found.undecided.is_none()).then(|| {
+    let event_note = (!found.same_events && found.quantisation_ambiguity.is_none()).then(|| {
         format!(
             "a second run, at a tolerance that is {LOOSER} times as large, comes through other events, or in another order: a smaller `--tolerance` tells \
              which are right"
@@ -149,7 +157,7 @@ pub(super) fn accuracy_warnings(run: &Run, second: &RunResult) -> Vec<String> {
 
 /// The times between each event and its like, if both runs have the same ones.
 fn gaps(own: &[Event], other: &[Event]) -> Option<Vec<(f64, f64)>> {
-    let same = own.len() == other.len() && own.iter().zip(other).all(|(a, b)| a.what == b.what);
+    let same = own.len() == other.len() && own.iter().zip(other).all(|(a, b)| a.description == b.description);
     same.then(|| own.iter().zip(other).map(|(a, b)| (a.time.min(b.time), a.time.max(b.time))).collect())
 }
 
@@ -187,7 +195,7 @@ mod tests {
     fn rows_between_an_event_and_its_like_are_left_out() {
         let series = |time: &[f64]| Series { time: time.to_vec(), signals: Vec::new() };
         let (own, other) = (series(&[0.0, 1.0, 2.0, 3.0, 4.0]), series(&[0.0, 1.0, 1.5, 2.0, 3.0, 4.0]));
-        let event = |time: f64| Event { time, what: "a slips forward".into() };
+        let event = |time: f64| Event { time, description: "a slips forward".into() };
         let gaps = gaps(&[event(1.0), event(1.0), event(3.5)], &[event(1.0), event(2.0), event(3.6)]).expect("alike");
         // An event that both have at 1 s, one that comes at 1 s here and at 2 s there, one between two rows.
         assert_eq!(gaps, [(1.0, 1.0), (1.0, 2.0), (3.5, 3.6)]);

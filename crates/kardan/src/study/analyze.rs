@@ -71,7 +71,7 @@ impl Project {
         let variant = prepared.variant(settings.variant.as_deref())?;
         let mut analysis = analyze_variant(prepared, variant, settings, progress)?;
         let toleranced = !variant.model.tolerances.is_empty();
-        if toleranced && analysis.class.as_ref().is_some_and(|class| class.operating_point.moves) {
+        if toleranced && analysis.class.as_ref().is_some_and(|class| class.operating_point.in_motion) {
             let note = "what the tolerances allow is not looked at: the operating point is one in motion";
             analysis.notes.push(note.into());
         } else if variant.unfrozen.is_none() {
@@ -101,7 +101,7 @@ fn store_partial(progress: &dyn Progress, analysis: &Analysis, missing: &str) {
 /// The class of a model, and where it is looked at.
 fn class_at(variant: &PreparedVariant, point: &WorkingPoint) -> Class {
     let mut found = class_of(variant, &point.position, &point.stuck);
-    found.operating_point.moves = point.moves;
+    found.operating_point.in_motion = point.moves;
     found.operating_point.motion = if point.moves { point.signals(variant) } else { Vec::new() };
     found
 }
@@ -115,12 +115,12 @@ fn class_of(variant: &PreparedVariant, position: &[f64], stuck: &BTreeSet<String
     found.constraints.retain(|constraint| !is_classified(&constraint.element));
     if let Some(assumption) = found.assumptions.iter_mut().find(|one| one.statement.starts_with("the constraints are"))
     {
-        assumption.breaches.retain(|breach| !is_classified(&breach.element));
+        assumption.violations.retain(|breach| !is_classified(&breach.element));
         let broken = classes
             .iter()
-            .filter_map(|(class, why)| Some(Breach { element: class.element.clone(), why: why.clone()? }));
-        assumption.breaches.extend(broken);
-        assumption.satisfied = assumption.breaches.is_empty();
+            .filter_map(|(class, why)| Some(Breach { element: class.element.clone(), reason: why.clone()? }));
+        assumption.violations.extend(broken);
+        assumption.satisfied = assumption.violations.is_empty();
     }
     found.constant_linear = found.assumptions.iter().all(|assumption| assumption.satisfied);
     found.constraints.extend(classes.into_iter().map(|(class, _)| class));
@@ -216,7 +216,7 @@ fn opposite_model(
     let opposite = analyze_variant(prepared, &variant.on_side(&side), settings, &Silent)?;
     let [own, side] = kinks.describe_sides();
     Ok(Some(OppositeModel {
-        own,
+        reference_side: own,
         side,
         controllable: opposite.structure.controllability(),
         observable: opposite.structure.observability(),
@@ -239,7 +239,11 @@ fn counting(found: &Structure, linear: &LinearSystem, non_angle_domains: &NonAng
     let rest = structure(&rest).ok()?;
     let rest_controllable = !found.controllable() && rest.controllable();
     let rest_observable = !found.observable() && hidden && rest.observable();
-    (rest_controllable || rest_observable).then_some(Counting { charges, rest_controllable, rest_observable })
+    (rest_controllable || rest_observable).then_some(Counting {
+        charges,
+        remaining_controllable: rest_controllable,
+        remaining_observable: rest_observable,
+    })
 }
 
 /// Constraint forces, if there are constraints, and orthogonal bases.
@@ -418,7 +422,11 @@ fn matrix_distances(analysis: &Analysis, system: &LinearSystem, digits: &DataDig
     let of = |side: Side, satisfied: bool, data: f64| {
         let found = satisfied.then(|| distance_of_matrices(system, side)).flatten()?;
         let last_digit = per_row * (data + digits.descriptor * size) * computed;
-        Some(MatrixDistance { last_digit, below_last_digit: found.upper <= last_digit, ..found })
+        Some(MatrixDistance {
+            data_uncertainty: last_digit,
+            within_data_uncertainty: found.upper <= last_digit,
+            ..found
+        })
     };
     let found = MatrixDistances {
         controllability: of(Side::Inputs, analysis.structure.controllable(), digits.inputs),

@@ -294,7 +294,7 @@ pub fn signal_graph(model: &Model) -> Vec<SignalNode> {
             order: k + 1,
             outputs: task.outputs.iter().map(answer).collect(),
             reads: signals.clone(),
-            at_once: signals.into_iter().filter(|name| is_answer(model, name)).collect(),
+            direct_feedthrough: signals.into_iter().filter(|name| is_answer(model, name)).collect(),
         }
     });
     let mut out: Vec<SignalNode> = sensors.collect();
@@ -309,7 +309,7 @@ pub fn signal_graph(model: &Model) -> Vec<SignalNode> {
                 order: k + 1,
                 outputs: task.outputs.iter().filter(|answer| own(&answer.name)).map(answer).collect(),
                 reads: step.reads.clone(),
-                at_once: inputs.into_iter().cloned().collect(),
+                direct_feedthrough: inputs.into_iter().cloned().collect(),
             });
         }
     }
@@ -323,7 +323,7 @@ pub fn signal_graph(model: &Model) -> Vec<SignalNode> {
             order: k + 1,
             outputs: task.outputs.iter().map(answer).collect(),
             reads: task.names.clone(),
-            at_once: task.names.iter().filter(|name| is_answer(model, name)).cloned().collect(),
+            direct_feedthrough: task.names.iter().filter(|name| is_answer(model, name)).cloned().collect(),
         });
     }
     out

@@ -102,10 +102,10 @@ impl Coupling {
         if let Some(cause) = &failure {
             self.warnings.push(format!("the simulated step of {name} fails: {cause}"));
         }
-        if let Some(event) = run.events.iter().find(|event| event.what.contains(" limit")) {
+        if let Some(event) = run.events.iter().find(|event| event.description.contains(" limit")) {
             self.warnings.push(format!(
                 "the step of {name} by 1 {unit} drives a motor to its limit ({}): cross coupling then tells of the limit too",
-                event.what
+                event.description
             ));
         }
         for input in design.inputs.iter().filter(|_| failure.is_none()) {
@@ -128,7 +128,7 @@ impl Coupling {
                 step_unit: unit.into(),
                 output: output.clone(),
                 unit: unit_of_output.into(),
-                own: output == own,
+                same_channel: output == own,
                 peak: size.map(|(peak, _)| peak),
                 rms: size.map(|(_, rms)| rms),
                 window,

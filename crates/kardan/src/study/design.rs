@@ -231,7 +231,7 @@ fn tried(
         match responses(variant, number, &design) {
             Ok(found) => {
                 design.responses =
-                    Some(LoopResponses { over_positions: margins_over_positions(variant, number), ..found })
+                    Some(LoopResponses { margins_over_position: margins_over_positions(variant, number), ..found })
             }
             Err(why) => design.notes.push(format!("{NO_RESPONSES}{why}")),
         }
@@ -241,7 +241,7 @@ fn tried(
         scenario_motor_loads(prepared, &mut design, progress);
     }
     if progress.stop().is_some() {
-        design.unfinished = Some("what was not computed or simulated by then is missing".into());
+        design.incomplete_reason = Some("what was not computed or simulated by then is missing".into());
     }
     progress.release();
     design
@@ -251,7 +251,7 @@ fn tried(
 fn store_partial(progress: &dyn Progress, design: &Design, missing: &[&str]) {
     progress.store_partial(&|| {
         let unfinished = Some(format!("not looked at: {}", missing.join(", ")));
-        Part::Design(Box::new(Design { unfinished, ..design.clone() }))
+        Part::Design(Box::new(Design { incomplete_reason: unfinished, ..design.clone() }))
     });
 }
 
@@ -456,7 +456,7 @@ fn described(description: &str, variant: &PreparedVariant, number: usize) -> Des
 fn add_poles(variant: &PreparedVariant, number: usize, design: &mut Design) {
     let (laws, plant, whole) = (&variant.designed, &variant.design_models[number], &*variant.whole_model(number));
     let counters = counting_charges(whole, laws);
-    design.counters = counters.names(whole);
+    design.integrals_without_effect = counters.names(whole);
     if let Some(exact) = laws[number].exact() {
         prove(&exact, plant, design);
         // What is proven is about the loop without what the design leaves out.
@@ -515,7 +515,7 @@ fn add_margins(
         _ => {}
     }
     if let Some(poles) = margins.poles.take().filter(|_| !design.exact_poles) {
-        design.closed_loop_poles = without_counters(poles, design.counters.len());
+        design.closed_loop_poles = without_counters(poles, design.integrals_without_effect.len());
         design.exact_poles = true;
     }
     design.warnings.extend(margin_warnings(&margins));
@@ -541,7 +541,7 @@ fn add_opposite_side(variant: &PreparedVariant, number: usize, kinks: &LoopKinks
     }
     design.warnings.extend(margin_warnings(&margins).into_iter().map(|warning| format!("where {side}: {warning}")));
     design.notes.push(description);
-    design.opposite_side = Some(OppositeSide { own, side, margins });
+    design.opposite_side = Some(OppositeSide { reference_side: own, side, margins });
 }
 
 /// Poles without so many at zero, which are those of charges that only count.

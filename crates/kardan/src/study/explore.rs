@@ -92,9 +92,9 @@ pub(super) fn explore(
     let mut out = Exploration {
         interaction: format!("{} after a step of {} by {} {}", watched.name, step.name, step.size, step.unit),
         unit: watched.unit.into(),
-        limited: scale.limited,
+        relative_to_limits: scale.limited,
         failed: failed(Failure::NotStable),
-        not_judged: failed(Failure::NotJudged),
+        not_evaluated: failed(Failure::NotJudged),
         ..Exploration::default()
     };
     for (change, tried) in changes.iter().zip(&tried) {
@@ -305,7 +305,8 @@ fn attempt(variant: &PreparedVariant, number: usize, change: &Change, base: Cloc
 /// What to take from it.
 fn advice(found: &Exploration) -> Vec<String> {
     let Some(own) = found.designs.first() else { return Vec::new() };
-    let of = if found.limited { "of the torque of the most strained motor" } else { "asked of a motor at most" };
+    let of =
+        if found.relative_to_limits { "of the torque of the most strained motor" } else { "asked of a motor at most" };
     let mut out = vec![format!(
         "The design of the file: {} {:.3e} {}, {} {of}, noise {} rms.",
         found.interaction,
@@ -316,7 +317,7 @@ fn advice(found: &Exploration) -> Vec<String> {
     )];
     let same = |one: &&Alternative| one.sample_time == own.sample_time && one.sensors == own.sensors;
     // Without limits nobody knows how much a motor can do: not much more than it does now.
-    let most = if found.limited { 1.0 } else { own.torque };
+    let most = if found.relative_to_limits { 1.0 } else { own.torque };
     let least = found
         .designs
         .iter()

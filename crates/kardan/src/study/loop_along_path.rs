@@ -130,9 +130,13 @@ fn loops_along_paths(
     }
     let angles = || points.iter().map(|(angle, _)| *angle);
     Ok(LoopAlongPath {
-        coordinates: paths.iter().map(|path| path.coordinates.join(" and ")).collect::<Vec<_>>().join("; then "),
+        rotated_coordinates: paths
+            .iter()
+            .map(|path| path.coordinates.join(" and "))
+            .collect::<Vec<_>>()
+            .join("; then "),
         positions: points.len(),
-        range: Span { from: angles().fold(f64::INFINITY, f64::min), until: angles().fold(f64::NEG_INFINITY, f64::max) },
+        range: Span { start: angles().fold(f64::INFINITY, f64::min), end: angles().fold(f64::NEG_INFINITY, f64::max) },
         stable: shown.iter().all(|shown| shown.stable),
         stability: [Stability::Unstable, Stability::Undecided]
             .into_iter()
@@ -239,7 +243,7 @@ pub(super) fn check_loop_along_path(variant: &PreparedVariant, out: &mut Vec<Dia
                     "control `{}`: the loop is unstable with the parameters of the variant{}: a motion grows with {:.4} 1/s (linear \
                      loop with all controllers, computed in floating point)",
                     control.name,
-                    place(&found.coordinates, found.growth_at),
+                    place(&found.rotated_coordinates, found.growth_at),
                     found.growth
                 );
                 let help =
@@ -263,7 +267,7 @@ pub(super) fn check_loop_along_path(variant: &PreparedVariant, out: &mut Vec<Dia
             worst.signal,
             worst.largest,
             worst.unit,
-            place(&found.coordinates, worst.at),
+            place(&found.rotated_coordinates, worst.at),
             worst.acceptable
         );
         let help = "let law and observer know the values of the variant, with `plant = \"nonlinear\"` in both; a faster observer \
@@ -291,7 +295,7 @@ pub(super) fn warnings(found: &LoopAlongPath) -> Vec<String> {
     if !found.stable {
         out.push(format!(
             "with the parameters of the variant the loop is unstable{}: a motion grows with {:.4} 1/s",
-            place(&found.coordinates, found.growth_at),
+            place(&found.rotated_coordinates, found.growth_at),
             found.growth
         ));
     }
@@ -305,7 +309,7 @@ pub(super) fn warnings(found: &LoopAlongPath) -> Vec<String> {
             one.signal,
             one.largest,
             one.unit,
-            place(&found.coordinates, one.at),
+            place(&found.rotated_coordinates, one.at),
             one.acceptable
         )
     }));

@@ -24,7 +24,11 @@ pub(super) fn margins_over_positions(variant: &PreparedVariant, number: usize) -
     // The laws are evaluated one by one: they are not for several threads.
     let positions: Vec<PositionMargins> = points().map(look).collect();
     positions.iter().any(|one| !one.motors.is_empty()).then(|| MarginsOverPositions {
-        coordinates: paths.iter().map(|path| path.coordinates.join(" and ")).collect::<Vec<_>>().join("; then "),
+        rotated_coordinates: paths
+            .iter()
+            .map(|path| path.coordinates.join(" and "))
+            .collect::<Vec<_>>()
+            .join("; then "),
         positions,
     })
 }

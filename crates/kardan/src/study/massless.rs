@@ -104,7 +104,7 @@ impl Mechanical {
                 .iter()
                 .map(|(name, terms)| Definition {
                     state: name.clone(),
-                    is: plain_combination(&terms.iter().map(term).collect::<Vec<_>>()),
+                    expression: plain_combination(&terms.iter().map(term).collect::<Vec<_>>()),
                 })
                 .collect(),
         }

@@ -129,7 +129,7 @@ pub(super) fn parity(
         commands: subject.known.iter().map(name).collect(),
         unknown: subject.unknown.iter().map(name).collect(),
         independent: found.independent,
-        all_listed: found.all,
+        exhaustive: found.all,
         residuals: subject.residuals(found.relations, &context),
         exact: transfer.is_exact(),
         faults: subject.verdicts(&own, &transfer, &context),
@@ -377,11 +377,16 @@ impl<'a> Subject<'a> {
             }
             FaultVerdict {
                 fault: name(&fault),
-                place: if matches!(fault, Fault::Output(_)) { FaultPlace::Sensor } else { FaultPlace::Input },
-                shown,
-                stays: if shown { constant_is_detectable(own, fault, &self.unknown) } else { Some(false) },
-                despite_friction: (!self.frictions.is_empty()).then(|| transfer.detects(&sensors, fault, &rubbed)),
-                same_as: same_group.filter(|&&other| other != k).map(|&other| name(&faults[other])).collect(),
+                location: if matches!(fault, Fault::Output(_)) { FaultPlace::Sensor } else { FaultPlace::Input },
+                detectable: shown,
+                strongly_detectable: if shown {
+                    constant_is_detectable(own, fault, &self.unknown)
+                } else {
+                    Some(false)
+                },
+                detectable_despite_friction: (!self.frictions.is_empty())
+                    .then(|| transfer.detects(&sensors, fault, &rubbed)),
+                not_isolable_from: same_group.filter(|&&other| other != k).map(|&other| name(&faults[other])).collect(),
                 order: relation.map(Relation::order),
                 friction_in_relation: friction.into_iter().cloned().collect(),
                 unit: relation.map(|one| self.unit(one, context)).unwrap_or_default(),
@@ -408,7 +413,7 @@ impl<'a> Subject<'a> {
             let found = smallest_sets(transfer, goal_kind, &self.known, &self.unknown);
             let names = |set: Vec<usize>| set.into_iter().map(|k| candidates[k].clone()).collect();
             let sets = found.sets.into_iter().map(names).collect();
-            SensorSets { goal, candidates: candidates.clone(), sets, all_tried: found.all }
+            SensorSets { goal, candidates: candidates.clone(), sets, exhaustive: found.all }
         };
         goals.map(search).collect()
     }

@@ -73,7 +73,7 @@ impl Places<'_> {
         let mut out = place(&linear, side, &places, least, self.spec.horizon.to_f64(), &ranking(&states)?)?;
         out.unit = unit.into();
         if out.sets.is_empty() {
-            out.none_because = Some(why_not(&linear, side, &places));
+            out.infeasible_reason = Some(why_not(&linear, side, &places));
         }
         Some(out)
     }

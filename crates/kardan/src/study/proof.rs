@@ -134,7 +134,7 @@ pub(super) fn exact_poles(exact: &ExactLoop, design: &Design) -> Vec<Pole> {
 /// What the outputs do not show, without charges that only count, which no output shows.
 fn not_counting(design: &Design) -> Vec<Pole> {
     let mut hidden = design.hidden.clone();
-    for _ in &design.counters {
+    for _ in &design.integrals_without_effect {
         let at_zero = hidden.iter().position(|pole| *pole == Pole::default());
         at_zero.map(|place| hidden.remove(place));
     }
@@ -152,7 +152,7 @@ fn with_hidden(verdict: &StabilityVerdict, hidden: &[Pole]) -> StabilityVerdict 
         let poles = if pole.im > 0.0 { 2 } else { 1 };
         match border.iter_mut().find(|motion| motion.is_of(*pole)) {
             Some(motion) => motion.poles += poles,
-            None => border.push(BorderMotion { frequency: pole.im, poles, growth: 0, free: false }),
+            None => border.push(BorderMotion { frequency: pole.im, poles, growth_exponent: 0, uncontrolled: false }),
         }
     }
     StabilityVerdict::exact(outside || hidden.iter().any(|pole| pole.re > 0.0), border)

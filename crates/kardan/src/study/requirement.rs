@@ -117,7 +117,7 @@ fn measure_of<'s>(
             let element = SignalName::new(signal).element;
             let of_element = |event: &&Event| {
                 signal == "t"
-                    || event.what.split(' ').next().is_some_and(|name| SignalName::new(name).element == element)
+                    || event.description.split(' ').next().is_some_and(|name| SignalName::new(name).element == element)
             };
             let inside = ran.events.iter().filter(|event| (*from..=*until).contains(&event.time));
             Ok(exact(inside.filter(of_element).count() as f64))

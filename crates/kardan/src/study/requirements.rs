@@ -675,7 +675,7 @@ fn window(table: &Table, context: &SignalContext<'_>, what: &str, out: &mut Vec<
                 .help("lengthen `duration` or let `from` come before its end"),
         );
     }
-    (from.is_some() || until.is_some()).then_some(Span { from: begin, until: until.unwrap_or(f64::INFINITY) })
+    (from.is_some() || until.is_some()).then_some(Span { start: begin, end: until.unwrap_or(f64::INFINITY) })
 }
 
 pub(super) fn plots(context: &SignalContext<'_>, variants: &[String], out: &mut Vec<Diagnostic>) -> Vec<Plot> {
@@ -774,7 +774,7 @@ fn check_spectrum(
     let [duration, step] = ["duration", "output_step"]
         .map(|key| quantity(reader, scenario, key, TIME, "", &mut Vec::new()).map(|value| value.to_f64()));
     let (Some(duration), Some(step)) = (duration, step.filter(|step| *step > 0.0)) else { return };
-    let Span { from, until } = window.unwrap_or(Span { from: 0.0, until: f64::INFINITY });
+    let Span { start: from, end: until } = window.unwrap_or(Span { start: 0.0, end: f64::INFINITY });
     let rows = ((until.min(duration) - from) / step).max(0.0).floor();
     if rows < LEAST_ROWS as f64 {
         let message = format!(

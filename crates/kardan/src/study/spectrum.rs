@@ -16,7 +16,7 @@ pub(super) fn spectra(plot: &Plot, runs: &[Run]) -> Vec<Spectrum> {
     for run in runs.iter().filter(drawn) {
         let names = plot.signals.iter().chain(plot.references.iter().map(|reference| &reference.signal));
         for (name, signal) in names.filter_map(|name| Some((name, run.series.signal(name)?))) {
-            let window = plot.window.map_or([f64::NEG_INFINITY, f64::INFINITY], |span| [span.from, span.until]);
+            let window = plot.window.map_or([f64::NEG_INFINITY, f64::INFINITY], |span| [span.start, span.end]);
             let rows = run.series.time.iter().zip(&signal.values);
             let rows = rows.filter(|(time, _)| (window[0]..=window[1]).contains(*time));
             let (times, values): (Vec<f64>, Vec<f64>) = rows.map(|(time, value)| (*time, *value)).unzip();

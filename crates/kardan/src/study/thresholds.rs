@@ -192,10 +192,10 @@ pub(super) fn threshold(
         threshold,
         debounce,
         sample_time,
-        different_times: beside || times.iter().any(|time| *time != sample_time),
+        multirate: beside || times.iter().any(|time| *time != sample_time),
         false_alarms_per_hour: if noise > 0.0 { options.false_alarms_per_hour } else { 0.0 },
         detection_time: changes.iter().map(|(_, samples)| *samples).max().unwrap_or(debounce) as f64 * sample_time,
-        smallest: changes.iter().map(|(size, _)| (threshold + steps + margin) / size).collect(),
+        min_detectable: changes.iter().map(|(size, _)| (threshold + steps + margin) / size).collect(),
         filter: filter.map(|(time, _)| time),
     })
 }

@@ -49,7 +49,7 @@ impl ExactMotions {
             return Some(found);
         }
         for motion in found.border.iter_mut().filter(|motion| motion.frequency == 0.0) {
-            motion.free = (self.free || self.designed) && motion.growth <= 1;
+            motion.uncontrolled = (self.free || self.designed) && motion.growth_exponent <= 1;
         }
         Some(StabilityVerdict::exact(false, found.border))
     }

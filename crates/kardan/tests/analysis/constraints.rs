@@ -94,7 +94,7 @@ fn frobenius_distinguishes_rolling_from_integrable_constraints() {
         assert!(reason.contains(witness), "{reason}");
         // The verdict on the model is that of its rows.
         let verdict = analysis(&source).class.unwrap();
-        let broken: Vec<_> = verdict.assumptions.iter().flat_map(|one| &one.breaches).collect();
+        let broken: Vec<_> = verdict.assumptions.iter().flat_map(|one| &one.violations).collect();
         assert_eq!((verdict.constant_linear, broken.is_empty()), (expected[2], expected[2]), "{rates}: {broken:?}");
     }
 }
@@ -337,7 +337,7 @@ fn relations_of_positions_and_prescribed_motions_have_their_class() {
         let verdict = analysis(&source).class.unwrap();
         let is_linear = source.contains("h.phi - k.phi / 2\"");
         assert_eq!(verdict.constant_linear, is_linear, "{source}");
-        let why = verdict.assumptions.iter().flat_map(|one| &one.breaches).map(|breach| breach.why.as_str());
+        let why = verdict.assumptions.iter().flat_map(|one| &one.violations).map(|breach| breach.reason.as_str());
         let why = why.collect::<Vec<_>>().join("; ");
         let said = match expected {
             _ if is_linear => why.is_empty(),

@@ -177,7 +177,7 @@ fn a_car_with_road_load_has_a_linear_model_at_its_speed() {
         close(mode.eigenvalue.abs(), stiffness.sqrt(), 1e-3, "the shuffle mode");
         close(mode.eigenvalue.re, -damping / 2.0, 1e-2, "its damping");
         let motion = &analysis.class.expect("a class").operating_point;
-        assert!(motion.moves && motion.motion.iter().any(|one| one.name == "em.tau"), "{motion:?}");
+        assert!(motion.in_motion && motion.motion.iter().any(|one| one.name == "em.tau"), "{motion:?}");
     }
     // The grade at 2 s is one half.
     let later = linear(&source, &[("car.v", "20 km/h"), ("t", "2 s")]);

@@ -474,28 +474,34 @@ fn simulation_and_bench_side_by_side() {
         let [angle, torque] = &experiment.responses[..] else { panic!("two outputs") };
         assert_eq!((angle.signal.as_str(), torque.signal.as_str()), ("cs.phi", "hd.fs.tau"));
         let (other, size) = if k == 0 { (torque, 0.1) } else { (angle, 0.4) };
-        assert!(other.farthest.simulation < 1e-7 * size && other.settled.simulation.abs() < 1e-7 * size, "{other:?}");
-        assert!((angle.settled.simulation - if k == 0 { 0.4 } else { 0.0 }).abs() < 1e-6);
-        assert!((torque.settled.simulation - if k == 0 { 0.0 } else { 0.1 }).abs() < 1e-6);
+        assert!(
+            other.max_deviation.simulation < 1e-7 * size && other.steady_state.simulation.abs() < 1e-7 * size,
+            "{other:?}"
+        );
+        assert!((angle.steady_state.simulation - if k == 0 { 0.4 } else { 0.0 }).abs() < 1e-6);
+        assert!((torque.steady_state.simulation - if k == 0 { 0.0 } else { 0.1 }).abs() < 1e-6);
         // What no sensor tells apart is left of the friction of the flexspline, 0.0091 N m.
-        assert!((angle.settled.bench - angle.settled.simulation).abs() < 0.02 * 0.4, "{angle:?}");
-        assert!((torque.settled.bench - torque.settled.simulation).abs() < 0.03, "{torque:?}");
+        assert!((angle.steady_state.bench - angle.steady_state.simulation).abs() < 0.02 * 0.4, "{angle:?}");
+        assert!((torque.steady_state.bench - torque.steady_state.simulation).abs() < 0.03, "{torque:?}");
     }
     let torque = &found.experiments[0].responses[1];
-    let by = |what: &str| torque.differences.iter().find(|one| one.what.contains(what)).expect("it is told");
+    let by = |what: &str| torque.differences.iter().find(|one| one.source.contains(what)).expect("it is told");
     let both = by("compliance and delay");
     assert!(
-        torque.farthest.bench > 0.2
-            && both.added.unwrap() > 0.5 * torque.distance
-            && both.removed.unwrap() < 0.5 * torque.distance
+        torque.max_deviation.bench > 0.2
+            && both.added_to_simulation.unwrap() > 0.5 * torque.max_difference
+            && both.removed_from_bench.unwrap() < 0.5 * torque.max_difference
     );
-    assert!(by("Coulomb friction").added.unwrap() < 0.5 * both.added.unwrap());
+    assert!(by("Coulomb friction").added_to_simulation.unwrap() < 0.5 * both.added_to_simulation.unwrap());
     // The gear is not loaded, so that compliance alone makes nothing of it.
-    assert!(by("compliance of hd").added.unwrap() < 1e-5);
+    assert!(by("compliance of hd").added_to_simulation.unwrap() < 1e-5);
     let errors = |found: &kardan::results::ClosedLoop| {
         let torque = &found.experiments[1].responses[1];
-        let kind = torque.differences.iter().find(|one| one.what.starts_with("errors of the values"));
-        (kind.expect("it is told").added.unwrap(), (torque.settled.bench - torque.settled.simulation).abs())
+        let kind = torque.differences.iter().find(|one| one.source.starts_with("errors of the values"));
+        (
+            kind.expect("it is told").added_to_simulation.unwrap(),
+            (torque.steady_state.bench - torque.steady_state.simulation).abs(),
+        )
     };
     // Of the flexspline's damping the last digits are missing; the guesses of the file cost much.
     let rough = source().replace("duration = \"5 s\"", "duration = \"2 s\"");
@@ -524,7 +530,7 @@ fn a_bench_like_the_model_differs_by_the_controller_alone() {
         for name in ["cs.phi", "hd.fs.tau", "wg_motor.tau"] {
             assert_eq!(signal(&experiment.simulated, name), signal(run, name), "{name}");
         }
-        let fixed: Vec<&str> = experiment.responses[0].differences.iter().map(|one| one.what.as_str()).collect();
+        let fixed: Vec<&str> = experiment.responses[0].differences.iter().map(|one| one.source.as_str()).collect();
         assert_eq!(fixed, ["delay (sampling, computation, motors, sensors)", "Coulomb friction and stiction"]);
     }
     let none = short.replace("[control.drive", "[unknown.drive");

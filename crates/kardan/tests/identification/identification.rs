@@ -207,7 +207,7 @@ fn inertias_by_filtered_derivatives() {
     }
     assert!((found.scale - 1.0).abs() < 0.1, "{}", found.scale);
     assert!(found.tests.iter().all(|test| test.probability > 1e-4), "{:?}", found.tests);
-    assert!(found.windows.resting > 0 && found.windows.used > 100);
+    assert!(found.windows.sticking > 0 && found.windows.used > 100);
 }
 
 /// Intervals of 95 % cover the truth about as often: 60 logs, six parameters. The count of a binomial distribution with 360 trials
@@ -233,7 +233,7 @@ fn a_torque_that_nobody_measured() {
     let blind: String = log.lines().map(|line| line.rsplit_once(',').expect("columns").0.to_string() + "\n").collect();
     // What acts along it alone is lost by structure; the flexspline's damping and friction are seen through the other torque.
     let six = self::found(drive(), vec![blind.clone()], &settings(&SIX, "steady"));
-    assert_eq!(six.not_determined.by_structure.len(), 2, "{:?}", six.not_determined.by_structure);
+    assert_eq!(six.unidentifiable.structurally.len(), 2, "{:?}", six.unidentifiable.structurally);
     for name in ["cs.damping", "cs.friction"] {
         assert!(
             one(&six, name).standard_error.unwrap().is_infinite()
@@ -280,7 +280,7 @@ fn combinations_by_structure() {
     near(&whole, "b.damping", 0.9, 4.0);
     assert!(one(&whole, "b.inertia").standard_error.unwrap().is_infinite());
     assert_eq!(
-        whole.not_determined.by_structure,
+        whole.unidentifiable.structurally,
         ["b.inertia up by 1 and a.inertia down by 0.111111 give the same torques"]
     );
     // Constant speeds only: nothing accelerates.
@@ -292,7 +292,7 @@ fn combinations_by_structure() {
             })
             .collect::<String>();
     let steady = found(GEARS, vec![held], &asked("steady"));
-    assert_eq!(steady.not_determined.by_structure.len(), 2);
+    assert_eq!(steady.unidentifiable.structurally.len(), 2);
     assert!(one(&steady, "a.inertia").remark.contains("whatever is logged"));
     near(&steady, "b.damping", 0.9, 4.0);
 }
@@ -547,14 +547,14 @@ fn the_time_is_found() {
         + &rows().map(|(t, rest)| format!("{};{rest}\n", t.parse::<f64>().expect("a time") * 1e3)).collect::<String>();
     let found_ms = found(plain, vec![in_ms], &IdentifySettings::default());
     near(&found_ms, "s.damping", 0.02, 4.0);
-    assert!((found_ms.logs[0].span.unwrap().until - 19.999).abs() < 1e-6);
+    assert!((found_ms.logs[0].span.unwrap().end - 19.999).abs() < 1e-6);
     let two: String = "Clock;t;s.w;m.tau;load.tau\n".to_string()
         + &rows()
             .map(|(t, rest)| format!("{t};{};{rest}\n", 7.0 * t.parse::<f64>().expect("a time")))
             .collect::<String>();
     let named = format!("[log.bench]\ntime = \"clock\"\n{plain}");
     let found_two = found(&named, vec![two], &IdentifySettings::default());
-    assert!((found_two.logs[0].span.unwrap().until - 19.999).abs() < 1e-6, "{:?}", found_two.logs[0].span);
+    assert!((found_two.logs[0].span.unwrap().end - 19.999).abs() < 1e-6, "{:?}", found_two.logs[0].span);
 }
 
 /// Outliers: squares follow them, the bisquare does not.
@@ -643,9 +643,9 @@ fn what_a_log_holds_is_reported_in_the_file() {
         .unwrap_or_else(|wrong| panic!("{}", plain(source, &wrong)));
     near(&found, "s.damping", 0.004, 4.0);
     near(&found, "s.friction", 0.2, 4.0);
-    assert!(one(&found, "s.damping").before.is_none());
+    assert!(one(&found, "s.damping").model_value.is_none());
     assert_eq!(found.logs.len(), 2);
-    assert!(found.windows.resting > 0);
+    assert!(found.windows.sticking > 0);
 }
 
 /// Gaps, a clock that jumps back, rows twice: told, and the rest is used; a slow channel need not be filled up.

@@ -175,7 +175,7 @@ fn the_width_of_a_play() {
     near(&found, "g.backlash", 0.02, 1e-3);
     near(&found, "g.offset", 0.005, 1e-3);
     near(&found, "b.damping", 0.5, 2e-2);
-    assert_eq!(one(&found.parameters, "g.backlash").before, Some(0.001));
+    assert_eq!(one(&found.parameters, "g.backlash").model_value, Some(0.001));
     assert_eq!(found.eliminated, ["g"]);
     let (text, left) = study::write_values(&model("1 mrad", "0 mrad"), &found).unwrap();
     assert!(left.is_empty() && text.contains("backlash = \"0.0"), "{left:?}\n{text}");
@@ -231,7 +231,7 @@ fn losses_of_teeth_are_suggested() {
     let source = lossy("", "");
     let found = tried(&source, &log, settings).unwrap();
     let suggestions = found.suggestions.as_ref().unwrap();
-    assert_eq!(suggestions.accepted.first().map(String::as_str), Some("g.tooth_loss"), "{suggestions:?}");
+    assert_eq!(suggestions.selected_terms.first().map(String::as_str), Some("g.tooth_loss"), "{suggestions:?}");
     let (text, _) = study::write_values(&source, &found).unwrap();
     assert!(text.contains("efficiency = \"0.") && text.contains("efficiency_back = \"0."), "{text}");
     let again = self::found(&text, &log, &["a.inertia"]);

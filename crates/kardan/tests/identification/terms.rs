@@ -105,7 +105,7 @@ fn an_offset_of_a_torque_sensor() {
     // Both at once act alike here, and that is told.
     let both = source + "[[identification.extra]]\nkind = \"sense\"\nfriction = \"s\"\n";
     let found = self::found(&both, &[log(2, |at| plain_torque(at) + 0.04)], false);
-    let reported = found.not_determined.by_data.join("; ");
+    let reported = found.unidentifiable.practically.join("; ");
     assert!(reported.contains("m.offset") && reported.contains("s.friction_sense"), "{reported}");
 }
 
@@ -187,7 +187,7 @@ fn the_width_of_a_backlash() {
     near(&found, "k.backlash_torque", stiffness * half);
     near(&found, "k.backlash", 2.0 * half);
     assert_eq!(one(&found.parameters, "k.backlash").unit, "rad");
-    assert!(found.windows.resting > 0, "in the backlash nothing is told");
+    assert!(found.windows.sticking > 0, "in the backlash nothing is told");
 }
 
 /// Hysteresis of a spring, in loops that are run through, is friction along it: its torque differs by twice that between the two ways.
@@ -211,7 +211,7 @@ fn suggested(source: &str, logs: &[String]) -> (Identification, Suggestions) {
 fn nothing_is_suggested_where_nothing_is_missing() {
     for seed in 100..110 {
         let (found, suggestions) = suggested(SHAFT, &[log(seed, plain_torque)]);
-        assert_eq!(suggestions.accepted, Vec::<String>::new(), "{seed}: {suggestions:?}");
+        assert_eq!(suggestions.selected_terms, Vec::<String>::new(), "{seed}: {suggestions:?}");
         assert_eq!(suggestions.text, "");
         assert_eq!(found.tests, suggestions.tests, "{seed}");
         assert_eq!(found.validation, suggestions.validation, "{seed}");
@@ -237,11 +237,11 @@ fn what_is_there_is_suggested() {
     for (name, torque, seeds) in cases {
         let logs = logs_of(&|at, seed| plain_torque(at) + torque(at, seed), seeds);
         let (found, suggestions) = suggested(SHAFT, &logs);
-        assert_eq!(suggestions.accepted, [name], "{suggestions:?}");
+        assert_eq!(suggestions.selected_terms, [name], "{suggestions:?}");
         assert_eq!(suggestions.failed_tests(), 0, "{name}: {:?}", suggestions.tests);
         let cross_validated = |of: &[kardan::results::Validation]| of[0].cross_validated.unwrap();
         assert!(cross_validated(&suggestions.validation) < cross_validated(&found.validation), "{name}");
-        let accepted = suggestions.tried.iter().find(|one| one.accepted).expect("one is taken");
+        let accepted = suggestions.tested_terms.iter().find(|one| one.selected).expect("one is taken");
         assert!(
             accepted.gain.unwrap() > 2.0 * accepted.gain_spread.unwrap() && accepted.probability.unwrap() < 1e-3,
             "{accepted:?}"
@@ -259,9 +259,9 @@ fn the_ripple_of_the_bench() {
     let bench = study::prepare_bench(&study::Project::open(source), &study::BenchSettings::default()).unwrap();
     let text = String::from_utf8(kardan::export::csv(&bench.log(0, &mut |_| None))).unwrap();
     let (_, suggestions) = suggested(source, &[text]);
-    let mut accepted = suggestions.accepted.clone();
+    let mut accepted = suggestions.selected_terms.clone();
     accepted.sort();
-    assert_eq!(accepted, ["cs.cogging_18", "fs.cogging_18"], "{:?}", suggestions.tried);
+    assert_eq!(accepted, ["cs.cogging_18", "fs.cogging_18"], "{:?}", suggestions.tested_terms);
     assert_eq!(suggestions.failed_tests(), 0, "{:?}", suggestions.tests);
     for (name, truth) in [
         ("cs.cogging_18_sin", -0.02),
@@ -279,9 +279,9 @@ fn the_ripple_of_the_bench() {
 #[test]
 fn terms_that_look_the_same_are_reported() {
     let (_, suggestions) = suggested(SHAFT, &[log(31, |at| plain_torque(at) + 0.05)]);
-    assert_eq!(suggestions.accepted, ["s.friction_sense"]);
-    let other = suggestions.tried.iter().find(|one| one.term == "m.offset").expect("it was tried");
-    assert!(!other.accepted && other.verdict.contains("the same torques as s.friction_sense"), "{other:?}");
+    assert_eq!(suggestions.selected_terms, ["s.friction_sense"]);
+    let other = suggestions.tested_terms.iter().find(|one| one.term == "m.offset").expect("it was tried");
+    assert!(!other.selected && other.verdict.contains("the same torques as s.friction_sense"), "{other:?}");
 }
 
 /// What is held out does not enter: whatever stands in a fold, the predictions of that fold stay the same to the last bit.
@@ -531,7 +531,7 @@ fn suggested_terms_are_written() {
     for (name, torque, write_values) in cases {
         let logs = [log(51, |at| plain_torque(at) + torque(at))];
         let (found, suggestions) = suggested(SHAFT, &logs);
-        assert_eq!(suggestions.accepted, [name], "{suggestions:?}");
+        assert_eq!(suggestions.selected_terms, [name], "{suggestions:?}");
         let (text, _) = study::write_values(SHAFT, &found).unwrap();
         assert!(text.contains(write_values), "{text}");
         let again = self::found(&text, &logs, false);
@@ -554,7 +554,7 @@ fn plays_and_losses_are_suggested() {
     let (stiffness, half) = (100.0, 0.002_f64);
     let spring = |twist: f64, _| if twist.abs() > half { stiffness * (twist - half.copysign(twist)) } else { 0.0 };
     let (_, suggestions) = suggested(SPRING, &[spring_log(spring)]);
-    assert_eq!(suggestions.accepted.first().map(String::as_str), Some("k.backlash_torque"), "{suggestions:?}");
+    assert_eq!(suggestions.selected_terms.first().map(String::as_str), Some("k.backlash_torque"), "{suggestions:?}");
     let [width, error] = {
         let one = one(&suggestions.parameters, "k.backlash");
         [one.value.unwrap(), one.standard_error.unwrap()]

@@ -266,7 +266,7 @@ fn messages_are_true() {
     let normal = |loss: &str| {
         let settings = IdentifySettings { loss: Some(loss.into()), ..dynamic(&["l.damping", "l.inertia"]) };
         let found = tried(&geared("10", ""), std::slice::from_ref(&outliers), &settings).unwrap();
-        found.tests.iter().find(|test| test.what == "normal").unwrap().meaning.clone()
+        found.tests.iter().find(|test| test.hypothesis == "normal").unwrap().if_rejected.clone()
     };
     assert!(!normal("huber").contains("try the loss huber"));
     // What is not tried is said, and which orders are.
@@ -274,8 +274,8 @@ fn messages_are_true() {
     let found = tried(&geared("10", ""), &[text], &settings).unwrap();
     let suggestions = found.suggestions.unwrap();
     assert!(
-        suggestions.not_tried.iter().any(|one| one.contains("load") && one.contains('l')),
+        suggestions.untested_terms.iter().any(|one| one.contains("load") && one.contains('l')),
         "{:?}",
-        suggestions.not_tried
+        suggestions.untested_terms
     );
 }

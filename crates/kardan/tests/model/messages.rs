@@ -100,7 +100,7 @@ fn both_sides_of_a_kink_are_analysed() {
             value.re * value.re + value.im * value.im
         };
         let there = found.opposite_side.expect("a kink");
-        ([there.own, there.side], [squared(&found.modes), squared(&there.modes)])
+        ([there.reference_side, there.side], [squared(&found.modes), squared(&there.modes)])
     };
     // abs(w) sign(w) is smooth; -phi and phi are one place.
     let one =

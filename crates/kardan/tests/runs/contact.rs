@@ -23,7 +23,7 @@ fn last(run: &Run, name: &str) -> f64 {
 
 /// The time of the first event that begins with these words.
 fn first(run: &Run, words: &str) -> f64 {
-    let found = run.events.iter().find(|event| event.what.starts_with(words));
+    let found = run.events.iter().find(|event| event.description.starts_with(words));
     found.unwrap_or_else(|| panic!("no event {words:?} among {:?}", run.events)).time
 }
 
@@ -92,7 +92,7 @@ fn a_ball_comes_to_rest_in_long_runs() {
 fn elastic_blows_lose_nothing() {
     let source = ball("restitution = 1").replace("3 s", "800 s").replace("10 ms", "400 ms");
     let run = by(&source, Method::Automatic);
-    let blows = run.events.iter().filter(|event| event.what.starts_with("ground meets 4.0000")).count();
+    let blows = run.events.iter().filter(|event| event.description.starts_with("ground meets 4.0000")).count();
     assert_eq!(blows, 1000, "of {}", run.events.len());
     near(at(&run, "ball.s", 800.0), 0.8, 1e-6, "after 800 s");
     assert_eq!(run.energy.dissipated, 0.0);
@@ -326,8 +326,12 @@ initial = { \"a.w\" = \"1 rad/s\" }
         // From 2 s on a falls back through the play of 0.2 rad with 1 rad/s², and takes b along.
         let back = 2.0 + 0.4_f64.sqrt();
         near(at(&run, "b.w", 2.5), 0.25, 1e-9, &what);
-        let meets: Vec<f64> =
-            run.events.iter().filter(|event| event.what.starts_with("mesh meets")).map(|event| event.time).collect();
+        let meets: Vec<f64> = run
+            .events
+            .iter()
+            .filter(|event| event.description.starts_with("mesh meets"))
+            .map(|event| event.time)
+            .collect();
         assert_eq!(meets.len(), 2, "{what}: {meets:?}");
         near(meets[1], back, 1e-7, &what);
         // It carries back: the torque on a is forward.
@@ -363,7 +367,11 @@ initial = { \"belt.v\" = \"1 m/s\", \"a.v\" = \"1 m/s\", \"a.s\" = \"5 cm\" }
         let what = format!("{method:?}");
         // It leaves at 15/100 m; then x = 0.1 + 0.05 cos 10t + 0.1 sin 10t has the speed 1 again where it has come down as far.
         let times = |which: &str| -> Vec<f64> {
-            run.events.iter().filter(|event| event.what == format!("contact {which}")).map(|event| event.time).collect()
+            run.events
+                .iter()
+                .filter(|event| event.description == format!("contact {which}"))
+                .map(|event| event.time)
+                .collect()
         };
         let (slips, sticks) = (times("slips backward"), times("sticks"));
         near(slips[0], 0.1, 1e-8, &what);
@@ -474,10 +482,13 @@ fn a_clutch_pressed_at_rest_moves_nothing() {
     for method in METHODS {
         let run = by(source, method);
         assert!(["a.w", "b.w"].iter().all(|speed| signal(&run, speed).iter().all(|x| *x == 0.0)), "{method:?}");
-        let reported = |event: &kardan::results::Event| event.what.starts_with("now ") || event.what == "c is released";
-        let others: Vec<_> = run.events.iter().filter(|event| !reported(event) && event.what != "c sticks").collect();
+        let reported = |event: &kardan::results::Event| {
+            event.description.starts_with("now ") || event.description == "c is released"
+        };
+        let others: Vec<_> =
+            run.events.iter().filter(|event| !reported(event) && event.description != "c sticks").collect();
         assert!(others.is_empty(), "{method:?}: {others:?}");
-        let sticks = run.events.iter().filter(|event| event.what == "c sticks").map(|event| event.time);
+        let sticks = run.events.iter().filter(|event| event.description == "c sticks").map(|event| event.time);
         assert_eq!(sticks.collect::<Vec<_>>(), [0.1, 0.5, 0.9, 1.3, 1.7], "{method:?}: with the pulse, not behind it");
     }
 }

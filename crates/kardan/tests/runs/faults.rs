@@ -37,7 +37,7 @@ fn a_motor_that_gives_a_part_of_its_torque() {
             // Work of the motor is the energy of the wheel.
             assert!(run.energy.residual.abs() < 1e-10, "{kind}: {:?}", run.energy);
             let times: Vec<f64> =
-                run.events.iter().filter(|event| event.what.starts_with("m ")).map(|event| event.time).collect();
+                run.events.iter().filter(|event| event.description.starts_with("m ")).map(|event| event.time).collect();
             assert_eq!(times, [1.0, 2.0]);
         });
     }
@@ -374,9 +374,9 @@ fn a_bar_that_breaks() {
         }
         assert!((run.energy.dissipated - 15.0 * twist * twist).abs() < 1e-9, "{:?}", run.energy);
         assert!(run.energy.residual.abs() < 1e-10, "{:?}", run.energy);
-        let reported = run.events.iter().find(|event| event.what.starts_with("bar breaks")).expect("an event");
+        let reported = run.events.iter().find(|event| event.description.starts_with("bar breaks")).expect("an event");
         assert!(
-            reported.time == 0.77 && reported.what.contains(&format!("{:.6} J", 15.0 * twist * twist)),
+            reported.time == 0.77 && reported.description.contains(&format!("{:.6} J", 15.0 * twist * twist)),
             "{reported:?}"
         );
     });

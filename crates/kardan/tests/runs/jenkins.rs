@@ -76,7 +76,7 @@ fn loop_takes_its_area_each_cycle() {
         // Of the energy of the body: the loss itself is 1e-8 of it.
         assert!(run.energy.residual.abs() <= 1e-8 * 0.5 * inertia * (omega * amplitude).powi(2), "{:?}", run.energy);
         sticks_or_slips(&run, 1, c);
-        let slips = run.events.iter().filter(|event| event.what.starts_with("f1 slips")).count();
+        let slips = run.events.iter().filter(|event| event.description.starts_with("f1 slips")).count();
         assert_eq!(slips, 10, "twice each cycle: {:?}", run.events);
     }
 }

@@ -87,7 +87,7 @@ fn where_it_fails_is_the_closed_form() {
     let [rule] = &found.requirements[0].rules[..] else { panic!("{:?}", found.requirements[0].rules) };
     let all = rows.iter().filter(|row| row.values[0] > 2.0).count() as f64;
     let failed = rule.failed;
-    assert_eq!((rule.inside, rule.covers), (failed, 1.0));
+    assert_eq!((rule.inside, rule.coverage), (failed, 1.0));
     // Each is counted by lot: within five standard deviations of half of them.
     assert!((failed as f64 - 0.5 * all).abs() < 2.5 * all.sqrt(), "{failed} of {all}");
     // Halfway between neighbours it has as few digits as lie between them.

@@ -278,7 +278,7 @@ points = \"saltelli\"
     }
     assert_eq!(values.indices.len(), 2);
     // The regression beside it explains what is straight: less than the whole.
-    assert!(values.shares.len() == 2 && values.explained.is_some_and(|part| part > 0.8 && part < 1.0));
+    assert!(values.shares.len() == 2 && values.r_squared.is_some_and(|part| part > 0.8 && part < 1.0));
     // Effects of paths: that of the torque is the range 4 N m times T/J, for some J.
     let paths = Project::open(text.replace("saltelli", "morris"));
     let (_, found) = swept(&paths, &asked(60, SweepGoal::Samples), &[]);
@@ -321,8 +321,8 @@ fn samples_end_when_they_are_enough() {
     let project = project(&text);
     let until = asked(1500, SweepGoal::Until(0.05));
     let (rows, found) = always_the_same(&project, &until);
-    let seen = found.until.clone().unwrap();
-    assert!(seen.reached && found.missing == 0 && (128..900).contains(&seen.samples), "{seen:?}");
+    let seen = found.stopping_rule.clone().unwrap();
+    assert!(seen.converged && found.missing == 0 && (128..900).contains(&seen.samples), "{seen:?}");
     assert_eq!((found.rows, rows.len() as u64), (seen.samples, seen.samples));
     let [low, high] = found.requirements[0].interval.unwrap();
     // P(Z < 1.5).
@@ -334,7 +334,7 @@ fn samples_end_when_they_are_enough() {
     assert_eq!(all.head.identity, project.sweep_plan(&until).unwrap().head.identity);
     // Rows behind the end change nothing.
     let (_, whole) = swept(&project, &asked(1500, SweepGoal::Samples), &rows);
-    assert_eq!((whole.rows, whole.until), (1500, None));
+    assert_eq!((whole.rows, whole.stopping_rule), (1500, None));
     let (blocks, all_rows) = (whole.rows, swept(&project, &asked(1500, SweepGoal::Samples), &[]).0);
     let known: Vec<SweepRow> = all_rows.into_values().flatten().collect();
     let (made, again) = swept(&project, &until, &known);
@@ -379,7 +379,7 @@ fn worst_cases_are_found() {
     let worst = found.worst.unwrap();
     assert!(worst.fails && (worst.margin.unwrap() + 0.001).abs() < 1e-6, "{worst:?}");
     assert!((worst.values[0].value - 0.3).abs() < 1e-3 && (worst.values[1].value - 0.7).abs() < 1e-3);
-    assert!(worst.before.unwrap() > worst.margin.unwrap() && rows.len() == 600);
+    assert!(worst.margin_before_search.unwrap() > worst.margin.unwrap() && rows.len() == 600);
     assert_eq!(rows[worst.sample as usize].measured[0], worst.measured.unwrap());
     assert!(found.requirements.is_empty() && found.notes.iter().any(|note| note.contains("no proof")));
     let (_, found) = swept(&project, &asked(400, SweepGoal::Worst("f < 0.99".into())), &[]);
@@ -396,7 +396,7 @@ fn worst_cases_are_found() {
     let (rows, found) = always_the_same(&project, &asked(200, SweepGoal::Worst("2".into())));
     let worst = found.worst.unwrap();
     assert!(
-        (worst.margin.unwrap() - 0.009).abs() < 1e-12 && worst.variant == "far" && worst.explored <= 200,
+        (worst.margin.unwrap() - 0.009).abs() < 1e-12 && worst.variant == "far" && worst.exploration_samples <= 200,
         "{worst:?}"
     );
     assert!(found.variants == ["near", "far"] && rows.len() == 400 && found.missing == 0);
@@ -415,7 +415,7 @@ fn rare_failures_have_their_probability() {
         rare.interval.is_some_and(|[low, high]| low <= exact && exact <= high)
     };
     assert!(holds(&rare, 3.167e-5), "{rare:?}");
-    assert!(rare.levels.len() >= 4 && rare.deviation.unwrap() < 0.8 && rare.deviation <= rare.deviation_most);
+    assert!(rare.levels.len() >= 4 && rare.deviation.unwrap() < 0.8 && rare.deviation <= rare.deviation_upper_bound);
     assert_eq!(
         (found.missing, found.rows, rows.len() as u64),
         (0, 300 + 270 * (rare.levels.len() as u64 - 1), found.rows)

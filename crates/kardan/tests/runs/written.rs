@@ -20,7 +20,7 @@ fn run(name: &str, time: Vec<f64>, values: Vec<f64>) -> Run {
         }],
         series: Series { time, signals: vec![signal] },
         energy: Energy { input: 3.0, stored: 1.0, dissipated: 2.0, residual: 1e-12, exchanged: 3.0 },
-        events: vec![Event { time: 0.5, what: "rk sticks".into() }],
+        events: vec![Event { time: 0.5, description: "rk sticks".into() }],
         outcome: Outcome::Completed,
         requirements: vec![RequirementResult {
             text,

@@ -110,7 +110,7 @@ fn harmonic_drive_spring_as_in_the_source() {
     let system = &quotient.system;
     let z = "wg.phi - 51 rk.phi + 50 fs.phi".to_string();
     assert_eq!(system.states, ["rk.phi", &z, "wg.w", "rk.w", "fs.w"]);
-    assert_eq!(quotient.definitions, [Definition { state: z.clone(), is: z }]);
+    assert_eq!(quotient.definitions, [Definition { state: z.clone(), expression: z }]);
     assert_eq!(quotient.hidden, polynomial(&[0, 1]));
     is_golden(&system.a, &rows(&golden["A5"]), "A5");
     is_golden(&system.b, &rows(&golden["B5"]), "B5");
@@ -783,7 +783,7 @@ fn long_combinations_get_short_names() {
     let quotient = observable_quotient(&system, &[]);
     assert_eq!(quotient.system.states, ["z2"]);
     let expression = "10 shaft_0.phi + 11 shaft_1.phi + 12 shaft_2.phi + 13 shaft_3.phi + 14 shaft_4.phi + 15 z1";
-    assert_eq!(quotient.definitions, [Definition { state: "z2".into(), is: expression.into() }]);
+    assert_eq!(quotient.definitions, [Definition { state: "z2".into(), expression: expression.into() }]);
     assert_eq!(quotient.hidden, polynomial(&[0, 0, 0, 0, 0, 1]));
     // A preferred row is taken as it points, in smallest whole numbers.
     let row: Vec<Rational> = (0..n).map(|j| frac(-10 - j as i64, 7)).collect();

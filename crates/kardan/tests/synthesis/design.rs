@@ -768,7 +768,7 @@ fn no_channel_of_the_linear_loops_moves_another() {
             let rms = found.rms.unwrap();
             println!("{what}: peak {peak:.2e}, rms {rms:.2e}");
             assert_eq!(found.failure, None, "{what}");
-            assert!(if found.own { peak > 0.04 } else { peak < 1e-9 }, "{what}: {peak}");
+            assert!(if found.same_channel { peak > 0.04 } else { peak < 1e-9 }, "{what}: {peak}");
             assert!(rms <= peak);
         }
     }

@@ -71,7 +71,7 @@ fn a_position_loop_of_a_motor_without_inductance() {
     assert_eq!(poles.len(), 2, "the charge that counts is not listed");
     close(poles[0], -10.0, 1e-12);
     close(poles[1], -12.0, 1e-12);
-    assert_eq!(found.counters, ["supply.q"]);
+    assert_eq!(found.integrals_without_effect, ["supply.q"]);
     let moves = run(&source);
     for t in [0.05_f64, 0.1, 0.3] {
         let (fast, slow) = ((-12.0 * t).exp(), (-10.0 * t).exp());
@@ -141,7 +141,13 @@ fn what_flows_past_a_capacitor_only_counts() {
     let law = POLES.replace("[-10, -12]", "[-10, -14, -40]");
     let source = format!("{FILTERED}{law}{CHANNEL}{STEP}");
     let found = design(&source);
-    assert_eq!((found.states.len(), found.counters.len()), (3, 1), "{:?} {:?}", found.states, found.counters);
+    assert_eq!(
+        (found.states.len(), found.integrals_without_effect.len()),
+        (3, 1),
+        "{:?} {:?}",
+        found.states,
+        found.integrals_without_effect
+    );
     for (pole, expected) in found.closed_loop_poles.iter().zip(poles) {
         close(pole.re, expected, 1e-9);
     }
@@ -182,8 +188,8 @@ fn what_flows_past_a_capacitor_only_counts() {
         assert_eq!(charges.iter().fold(Rational::ZERO, |sum, x| sum + x), Rational::ZERO, "{volts}: {charges:?}");
     }
     let design = design(&format!("{twice}{LQR}{CHANNEL}{STEP}"));
-    assert_eq!((design.states.len(), design.counters.len(), design.closed_loop_poles.len()), (4, 1, 4));
-    assert!(design.margins.expect("margins").only_count, "exactly zero along what counts");
+    assert_eq!((design.states.len(), design.integrals_without_effect.len(), design.closed_loop_poles.len()), (4, 1, 4));
+    assert!(design.margins.expect("margins").uncontrolled_are_integrals, "exactly zero along what counts");
 }
 
 const ARM: &str = "[model]\nname = \"series\"\n[shaft.a]\ninertia = \"0.02 kg m^2\"\ndamping = \"0.01 N m s/rad\"\n\

@@ -216,7 +216,7 @@ fn both_sides_of_a_kink_are_given() {
     assert_eq!(design.margins.as_ref().and_then(|found| found.stable), Some(true));
     // J s² + 24 s + (30 − 40) on the other side: a root to the right.
     let opposite = design.opposite_side.as_ref().expect("a kink");
-    assert_eq!([&opposite.own, &opposite.side], ["`sin(arm.phi)` > 0", "`sin(arm.phi)` < 0"]);
+    assert_eq!([&opposite.reference_side, &opposite.side], ["`sin(arm.phi)` > 0", "`sin(arm.phi)` < 0"]);
     assert_eq!(opposite.margins.stable, Some(false));
     let unstable = "on the side where `sin(arm.phi)` < 0 the loop is unstable";
     assert!(reported(&design.warnings, unstable), "{:?}", design.warnings);
@@ -309,7 +309,7 @@ fn slopes_beside_many_conditions_are_exact() {
     let (product, sum) = (design("0.001 * held * arm.phi / (1 rad)"), design("0.001 * held"));
     assert_eq!((blocks(&product).as_str(), blocks(&sum).as_str()), ("`ref`", "`ref`, `slow`"));
     // With one clock there are margins of the reading, and frequency responses.
-    assert!(product.margins.expect("margins").channels.iter().any(|channel| channel.reading));
+    assert!(product.margins.expect("margins").channels.iter().any(|channel| channel.is_sensor));
 }
 
 #[test]

@@ -26,8 +26,8 @@ pub(super) fn verdicts(
         finite,
         impulse: missed_impulses == 0,
         complete: finite.map(|finite| finite && missed_at_infinity == 0),
-        missed_impulses,
-        missed_at_infinity,
+        impulse_defect: missed_impulses,
+        infinite_defect: missed_at_infinity,
     }
 }
 

@@ -96,7 +96,7 @@ pub fn descriptor(system: &LinearSystem) -> Result<DecomposedDescriptor, Descrip
         controllability: verdicts(system, &apart, Side::Inputs, finite(|found| found.controllability())),
         observability: verdicts(system, &apart, Side::Outputs, finite(|found| found.observability())),
         definitions,
-        excluded: excluded.collect(),
+        improper_outputs: excluded.collect(),
         polynomial_part,
         normal_rank,
         zeros,
@@ -126,7 +126,7 @@ fn named(reading: &Matrix<Rational>, variables: &[String]) -> (Vec<String>, Vec<
             _ => {
                 let free = (k + 1..).map(|number| format!("z{number}")).find(|name| !variables.contains(name));
                 let state = free.unwrap_or_default();
-                definitions.push(Definition { state: state.clone(), is: plain_combination(&terms) });
+                definitions.push(Definition { state: state.clone(), expression: plain_combination(&terms) });
                 state
             }
         }

@@ -192,8 +192,8 @@ impl Change {
             change_of_a: change(0, n),
             change_of_b: change(n, n + pair.b.columns()),
             proof: Invariant { rows: texts(&self.rows), action: texts(&action) },
-            last_digit: 0.0,
-            below_last_digit: false,
+            data_uncertainty: 0.0,
+            within_data_uncertainty: false,
         }
     }
 }

@@ -250,10 +250,10 @@ fn certificate(
         pencil: pencil(system),
         inputs,
         outputs,
-        unreached: ranks.unreached.map(InvariantRows::into_fractions),
-        unobservable: ranks.unobservable.map(InvariantRows::into_fractions),
-        reached: Some(reached),
-        observable: Some(observable),
+        uncontrollable_invariant: ranks.unreached.map(InvariantRows::into_fractions),
+        unobservable_invariant: ranks.unobservable.map(InvariantRows::into_fractions),
+        controllability_minor: Some(reached),
+        observability_minor: Some(observable),
         stability: StabilityProofs::default(),
     }
 }

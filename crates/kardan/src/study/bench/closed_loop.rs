@@ -300,18 +300,18 @@ impl Pair<'_> {
             whole.and_then(of).map(|values| self.apart(&one, &values).0)
         };
         let differences = kinds.iter().zip(variations.chunks_exact(2)).map(|(kind, runs)| Difference {
-            what: kind.what.clone(),
-            added: left(&runs[0]),
-            removed: left(&runs[1]),
+            source: kind.what.clone(),
+            added_to_simulation: left(&runs[0]),
+            removed_from_bench: left(&runs[1]),
         });
         let (distance, distance_at) = self.apart(&one, &two);
         Some(Response {
             output: output.into(),
             reference: reference.into(),
             physical: self.simulated.series.signal(&signal).map_or(Physical::Angle, |found| found.physical),
-            settled: Compared { simulation: settled(&one, self.simulated), bench: settled(&two, self.measured) },
-            farthest: Compared { simulation: self.apart(&one, &desired).0, bench: self.apart(&two, &desired).0 },
-            distance,
+            steady_state: Compared { simulation: settled(&one, self.simulated), bench: settled(&two, self.measured) },
+            max_deviation: Compared { simulation: self.apart(&one, &desired).0, bench: self.apart(&two, &desired).0 },
+            max_difference: distance,
             distance_at,
             differences: differences.collect(),
             signal,

@@ -44,7 +44,7 @@ impl Chosen {
     pub fn windows(&self) -> WindowCount {
         let used = self.samples.windows.iter().sum();
         let moving = if self.method == Method::Steady { self.built.samples.len() - used } else { 0 };
-        WindowCount { moving, used, ..self.built.count }
+        WindowCount { unsteady: moving, used, ..self.built.count }
     }
 
     /// The fit of all samples.
@@ -136,7 +136,7 @@ fn too_little(chosen: &Chosen, needed: usize, window: f64) -> Diagnostic {
         count.all,
         short(window),
         count.incomplete,
-        count.resting,
+        count.sticking,
     );
     let help = if steady {
         "use `--method dynamic`, a wider `steady_tolerance`, or a shorter `--window`; or ask for fewer parameters"

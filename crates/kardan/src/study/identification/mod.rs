@@ -182,14 +182,17 @@ impl Fitting<'_> {
             |what: &str| Some(self.early.iter().map(String::as_str).chain([what]).collect::<Vec<_>>().join("; "));
         let ends = || self.early.is_some() || progress.stop().is_some();
         store_partial(&|| Identification {
-            unfinished: missing("validation and comparison are missing"),
+            incomplete_reason: missing("validation and comparison are missing"),
             ..self.summary(None)
         });
         let chosen = self.whole.chosen;
         let cross_validated =
             (!ends()).then(|| cross_validated(&chosen.samples, chosen.method, &self.options).0).flatten();
         let mut out = self.summary(cross_validated.as_deref());
-        store_partial(&|| Identification { unfinished: missing("the comparison of models is missing"), ..out.clone() });
+        store_partial(&|| Identification {
+            incomplete_reason: missing("the comparison of models is missing"),
+            ..out.clone()
+        });
         if request.compare && !ends() {
             out.candidates = compare(&self.whole, &self.material, progress)?;
             if out.candidates.is_empty() {
@@ -198,11 +201,11 @@ impl Fitting<'_> {
             }
         }
         if request.suggest && !ends() {
-            store_partial(&|| Identification { unfinished: missing("suggestions are missing"), ..out.clone() });
+            store_partial(&|| Identification { incomplete_reason: missing("suggestions are missing"), ..out.clone() });
             out.suggestions = suggest(&self.whole, &self.material, &self.options, &self.plays(), progress);
         }
         if ends() {
-            out.unfinished = missing("what was left to validate and to compare is missing");
+            out.incomplete_reason = missing("what was left to validate and to compare is missing");
         }
         progress.release();
         Ok(out)

@@ -75,7 +75,7 @@ impl Fitted<'_> {
             standard_error: (!bounded && !error.is_nan()).then_some(error),
             name,
             unit: unit.into(),
-            before,
+            model_value: before,
             value: Some(value),
             combination: String::new(),
         }
@@ -90,7 +90,7 @@ impl Fitted<'_> {
             return IdentifiedParameter {
                 name: name.clone(),
                 unit: unit.into(),
-                before,
+                model_value: before,
                 value: before,
                 standard_error: Some(f64::INFINITY),
                 remark: "not determined by a test of this kind, whatever is logged".into(),

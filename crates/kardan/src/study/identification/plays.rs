@@ -165,7 +165,7 @@ impl Play {
         IdentifiedParameter {
             name: format!("{}.{word}", self.element),
             unit: if self.straight { "m" } else { "rad" }.into(),
-            before,
+            model_value: before,
             ..IdentifiedParameter::default()
         }
     }

@@ -174,8 +174,8 @@ impl Recording {
         read: &mut LogRead,
     ) -> Vec<String> {
         let mut damage = Vec::new();
-        let before = read.span.unwrap_or(Span { from: reader.first, until: reader.last });
-        read.span = Some(Span { from: before.from.min(reader.first), until: before.until.max(reader.last) });
+        let before = read.span.unwrap_or(Span { start: reader.first, end: reader.last });
+        read.span = Some(Span { start: before.start.min(reader.first), end: before.end.max(reader.last) });
         for (number, (slot, one)) in reader.slots.iter().zip(channels).enumerate() {
             if let Some((lacks, is_damage)) = reader.lacks(number) {
                 let remark = format!("`{}` {lacks}", group.channels[one.channel].name);

@@ -274,7 +274,7 @@ impl Built {
             }
         }
         if !lenient && dropped.contains(&true) {
-            self.count.resting += dropped.iter().filter(|dropped| **dropped).count();
+            self.count.sticking += dropped.iter().filter(|dropped| **dropped).count();
             let retained = (0..dropped.len()).filter(|&k| !dropped[k]).map(|k| k..k + 1);
             self.samples = self.samples.averaged(&retained.collect::<Vec<_>>());
         }
@@ -308,7 +308,7 @@ impl Built {
         let finite = self.samples.x(last).iter().all(numbers) && self.samples.y(last).iter().all(|x| x.is_finite());
         if !certain || !finite {
             self.samples.pop();
-            self.count.resting += 1;
+            self.count.sticking += 1;
             return;
         }
         let parts = [&motion.position_variance, &motion.speed_variance, &motion.acceleration_variance];

@@ -468,7 +468,7 @@ impl<'a> Search<'a> {
             probability,
             gain: gain.map(|(gain, _)| gain),
             gain_spread: gain.map(|(_, error)| error),
-            accepted: false,
+            selected: false,
             verdict,
         };
         (suggestion, gain.map(|(gain, _)| gain).filter(|_| helps))
@@ -485,26 +485,26 @@ impl<'a> Search<'a> {
         let level = LEVEL / trials.len().max(1) as f64;
         // Place in the list, number of the term, gain.
         let mut better: Vec<(usize, usize, f64)> = Vec::new();
-        out.silent = 0;
+        out.insignificant_harmonics = 0;
         for (number, &(k, test)) in trials.iter().enumerate() {
             progress.advance(1, "suggestions", number as f64 / trials.len() as f64);
             let (suggestion, gain) = self.attempt(k, test, level, (now, &before), accepted);
             if self.pool[k].is_harmonic() && suggestion.gain.is_none() {
-                out.silent += 1;
+                out.insignificant_harmonics += 1;
                 continue;
             }
-            better.extend(gain.map(|gain| (out.tried.len(), k, gain)));
-            out.tried.push(suggestion);
+            better.extend(gain.map(|gain| (out.tested_terms.len(), k, gain)));
+            out.tested_terms.push(suggestion);
         }
         let each = |one: &(usize, usize, f64)| one.2 / self.pool[one.1].columns.len() as f64;
         // Of equal ones the first.
         let best = better.iter().copied().max_by(|a, b| each(a).total_cmp(&each(b)).then(b.0.cmp(&a.0)))?;
         let name = self.pool[best.1].term();
         for (place, _, gain) in better {
-            let one = &mut out.tried[place];
-            one.accepted = place == best.0;
+            let one = &mut out.tested_terms[place];
+            one.selected = place == best.0;
             one.verdict = match () {
-                () if one.accepted => "take it".into(),
+                () if one.selected => "take it".into(),
                 () if (gain - best.2).abs() < SAME => {
                     format!("the same torques as {name} in these logs: which of the two it is they do not tell")
                 }
@@ -582,7 +582,11 @@ pub(super) fn suggest(
     progress: &dyn Progress,
 ) -> Option<Suggestions> {
     let search = Search::new(whole, material, options);
-    let mut out = Suggestions { orders: search.orders.clone(), not_tried: not_tried(whole), ..Suggestions::default() };
+    let mut out = Suggestions {
+        harmonic_orders: search.orders.clone(),
+        untested_terms: not_tried(whole),
+        ..Suggestions::default()
+    };
     let mut terms: Vec<usize> = Vec::new();
     while terms.len() < MOST && progress.stop().is_none() {
         let now = search.tried(&terms)?;
@@ -607,9 +611,9 @@ pub(super) fn suggest(
         noise: &whole.chosen.built.noise,
         plays,
     });
-    out.accepted = terms.iter().map(|&k| search.pool[k].term().to_string()).collect();
+    out.selected_terms = terms.iter().map(|&k| search.pool[k].term().to_string()).collect();
     out.text = search.text(&terms);
-    out.held_out_logs = search.held_out_logs(&search.tried_on(&[], &terms)?, &terms);
+    out.log_cross_validation = search.held_out_logs(&search.tried_on(&[], &terms)?, &terms);
     let declared = terms.iter().map(|&k| &search.pool[k].extras[0]).filter(|extra| !is_in_file(extra));
     out.entries_for_file = declared.map(|extra| (extra.term.clone(), extra.file_entry(search.domain(extra)))).collect();
     (out.for_file, out.terms_for_file, out.not_for_file) = (found.for_file, found.terms_for_file, found.not_for_file);

@@ -52,14 +52,14 @@ pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
         }
         .into(),
         outliers: fit.weights.iter().filter(|weight| **weight < 0.1).count(),
-        not_determined: NotDetermined {
-            by_structure: columns.structural.iter().map(|row| free_combination(row, columns)).collect(),
-            by_data: weak(fitted, &parameters),
+        unidentifiable: NotDetermined {
+            structurally: columns.structural.iter().map(|row| free_combination(row, columns)).collect(),
+            practically: weak(fitted, &parameters),
         },
         correlation: Correlation { names: fitted.column_names(), values: fit.correlation.to_rows() },
         condition: fit.condition,
         scale: fit.scale,
-        freedom: fit.freedom,
+        degrees_of_freedom: fit.freedom,
         lags: fit.lags,
         damping: damping(fitted, &parameters),
         tests: tests(fitted),
@@ -182,9 +182,9 @@ fn tests(fitted: &Fitted<'_>) -> Vec<ResidualTest> {
     residual_tests(fitted.samples, &chosen, fitted.fit)
         .into_iter()
         .map(|test| ResidualTest {
-            what: test_name(test.what, &rows, &speeds),
+            hypothesis: test_name(test.what, &rows, &speeds),
             probability: test.probability,
-            meaning: if test.probability < UNLIKELY {
+            if_rejected: if test.probability < UNLIKELY {
                 meaning(test.what, fitted.request.loss).into()
             } else {
                 String::new()

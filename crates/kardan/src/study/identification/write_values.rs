@@ -19,7 +19,7 @@ use super::settings::IdentifySettings;
 /// # Errors
 /// Mistakes of the file, or those that the values found would make of it.
 pub fn write_values(source: &str, found: &Identification) -> Result<(String, Vec<String>), Vec<Diagnostic>> {
-    let suggested = found.suggestions.as_ref().filter(|suggestions| !suggestions.accepted.is_empty());
+    let suggested = found.suggestions.as_ref().filter(|suggestions| !suggestions.selected_terms.is_empty());
     let (values, terms, entries, not) = match suggested {
         Some(own) => (&own.for_file, &own.terms_for_file, own.entries_for_file.as_slice(), &own.not_for_file),
         None => (&found.for_file, &found.terms_for_file, [].as_slice(), &found.not_for_file),

@@ -14,7 +14,7 @@ use crate::synthesis::{ControlLoop, Law, Limit, Plant, Readings, Survey};
 fn named(name: &str, reading: bool, found: &ChannelMargins) -> ChannelMargin {
     ChannelMargin {
         name: name.into(),
-        reading,
+        is_sensor: reading,
         gain: found.gain,
         gain_frequency: found.gain_frequency,
         phase: found.phase,
@@ -25,7 +25,7 @@ fn named(name: &str, reading: bool, found: &ChannelMargins) -> ChannelMargin {
         disk_frequency: Some(found.disk_frequency),
         own_time: None,
         sampled: false,
-        searched: false,
+        multirate_search: false,
         disk_gain: found.disk_gain(),
         disk_phase: found.disk_phase(),
     }
@@ -79,7 +79,7 @@ fn searched(survey: &Survey<'_>, motor: usize, name: &str) -> Option<ChannelMarg
         disk: lifted.disk(),
         ..ChannelMargins::default()
     };
-    Some(ChannelMargin { searched: true, disk_frequency: None, ..named(name, false, &found) })
+    Some(ChannelMargin { multirate_search: true, disk_frequency: None, ..named(name, false, &found) })
 }
 
 /// Each sensor of a law with its row over `[q_r; q̇_r]`.
@@ -128,8 +128,8 @@ pub(super) fn named_together(response: &Response, names: &[String]) -> Option<To
     let wrong = |(name, (re, im)): (&String, &(f64, f64))| WrongTorque {
         motor: name.clone(),
         factor: hypot(*re, *im),
-        turn: atan2(*im, *re),
+        phase: atan2(*im, *re),
     };
     let worst = names.iter().zip(&found.worst).map(wrong).collect();
-    Some(TogetherMargin { disk: found.disk, frequency: found.frequency, worst })
+    Some(TogetherMargin { disk: found.disk, frequency: found.frequency, worst_perturbation: worst })
 }

@@ -182,7 +182,7 @@ fn of_loop(variant: &PreparedVariant, number: usize) -> ContactMargins {
     let stable = decided.as_ref().and_then(LoopStability::controlled_is_stable);
     let (channels, together) =
         if stable == Some(true) { errors(variant, number, &reduced_survey) } else { Default::default() };
-    ContactMargins { stable, channels, together, ..ContactMargins::default() }
+    ContactMargins { stable, channels, multiloop: together, ..ContactMargins::default() }
 }
 
 /// `mesh1 and mesh2 in contact`, with the flank where it matters.
@@ -206,7 +206,7 @@ pub(in crate::study) fn contacts_verdict(margins: &Margins) -> Option<String> {
         quoted(first.closed.iter().chain(&first.open).map(String::as_str))
     )];
     for one in &margins.contacts {
-        let least = one.channels.iter().filter(|one| !one.reading).min_by(|a, b| a.disk.total_cmp(&b.disk));
+        let least = one.channels.iter().filter(|one| !one.is_sensor).min_by(|a, b| a.disk.total_cmp(&b.disk));
         out.push(match (one.stable, least) {
             (Some(false), _) => format!("With {} the loop is UNSTABLE.", describe_contact(one)),
             (Some(true), Some(least)) => format!(
@@ -214,7 +214,7 @@ pub(in crate::study) fn contacts_verdict(margins: &Margins) -> Option<String> {
                 describe_contact(one),
                 least.disk,
                 least.name,
-                one.together
+                one.multiloop
                     .as_ref()
                     .map_or(String::new(), |all| format!(", of all its motors at once {:.4}", all.disk[0]))
             ),
@@ -229,7 +229,7 @@ pub(in crate::study) fn contact_warnings(margins: &Margins) -> Vec<String> {
     let of = |one: &ContactMargins| match one.stable {
         Some(false) if margins.stable != Some(false) => Some("the loop is unstable".to_string()),
         _ => {
-            let motors = one.channels.iter().filter(|one| !one.reading);
+            let motors = one.channels.iter().filter(|one| !one.is_sensor);
             motors.min_by(|a, b| a.disk.total_cmp(&b.disk)).and_then(close)
         }
     };

@@ -96,14 +96,14 @@ pub(in crate::study) fn responses(
     let is_small = |found: &&Readings| stable && found.names.len() <= MOST_TOGETHER;
     let readings = views.readings.as_ref().filter(is_small);
     Ok(LoopResponses {
-        readings_together: readings.and_then(|found| named_together(&found.loops, &found.names)),
+        sensors_multiloop: readings.and_then(|found| named_together(&found.loops, &found.names)),
         frequencies: points.iter().map(|(frequency, _)| *frequency).collect(),
         nyquist: views.motors.nyquist(),
         loops: views.loops(law, &points),
         sensitivities: if stable { views.sensitivities(&points) } else { Vec::new() },
         references: from_references(law, &outputs.names, design, &points),
         steps,
-        over_positions: None,
+        margins_over_position: None,
     })
 }
 
@@ -159,7 +159,7 @@ impl Views {
     /// S and T at the motors and at the readings, and K S between them.
     fn sensitivities(&self, points: &[(f64, FrequencyPoint)]) -> Vec<SingularValues> {
         let motors = |one: &FrequencyPoint| Some(one.motors.clone());
-        let about = |function, readings| SingularValues { function, readings, ..SingularValues::default() };
+        let about = |function, readings| SingularValues { function, at_sensors: readings, ..SingularValues::default() };
         let mut out = vec![
             singular(&self.motors.sensitivity(), about(LoopFunction::S, false), points, &|one| {
                 motors(one).map(sensitivity)
@@ -220,7 +220,7 @@ fn from_references(
                 reference: reference.name.clone(),
                 output: output.clone(),
                 unit: quotient(SignalName::new(output).unit(), reference.physical.unit()),
-                own: channel.is_some_and(|channel| channel.output == *output),
+                same_channel: channel.is_some_and(|channel| channel.output == *output),
                 real: all.iter().map(|m| m[(i, j)].re).collect(),
                 imaginary: all.iter().map(|m| m[(i, j)].im).collect(),
             });
@@ -235,7 +235,7 @@ fn broken(response: &Response, names: &[String], reading: bool, all: &[&Mat<c64>
         let gains: Vec<c64> = all.iter().map(|m| gain(m[(k, k)])).collect();
         LoopGain {
             name: name.clone(),
-            reading,
+            is_sensor: reading,
             open: all.iter().all(|m| m[(k, k)].norm_sqr() < NOTHING * NOTHING),
             unstable_poles: response.channel(k).feedback_transform().and_then(|broken| broken.unstable_poles()),
             real: gains.iter().map(|gain| gain.re).collect(),

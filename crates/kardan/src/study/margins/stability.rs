@@ -105,7 +105,7 @@ impl StabilityProblem<'_> {
                 _ => decided,
             };
         }
-        let free = verdict.border.iter().any(|motion| motion.free);
+        let free = verdict.border.iter().any(|motion| motion.uncontrolled);
         let zeros = if free { exact.zeros() } else { 0 };
         let poles = roots(&crate::num::characteristic_polynomial(&exact.matrix));
         let more = found.excluded.saturating_sub(zeros);

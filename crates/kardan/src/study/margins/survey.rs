@@ -89,10 +89,11 @@ pub(in crate::study) fn survey(
     };
     let ((channels, together), ([longest_delay, longest_lag], rates)) =
         rayon::join(channels, || rayon::join(|| <[_; 2]>::from(limits()), rates));
-    let only_motor = channels.first().filter(|one| laws[number].inputs().len() == 1 && !one.reading && !one.searched);
+    let only_motor =
+        channels.first().filter(|one| laws[number].inputs().len() == 1 && !one.is_sensor && !one.multirate_search);
     let gain_margin = only_motor.map(of_motor).or_else(|| reduced_survey.gain_margin().filter(|_| tolerated));
     let hard = |[low, high]: [f64; 2]| low > 1.0 / LOW_MARGIN || high < LOW_MARGIN;
-    let low_margins = channels.iter().any(|one| !one.reading && low_margins(one))
+    let low_margins = channels.iter().any(|one| !one.is_sensor && low_margins(one))
         || gain_margin.is_some_and(|[down, up]| hard([down.value, up.value]));
     let free = match &exact {
         Some(exact) => moving_exactly(&exact.motions, &variant.linear_model(), &variant.reduced.equations.coordinates),
@@ -103,7 +104,7 @@ pub(in crate::study) fn survey(
     Margins {
         sample_time: own.map(|clock| clock.period),
         delay: own.map_or(0.0, |clock| clock.delay),
-        single: own.is_some_and(|clock| clock.single),
+        single_precision: own.is_some_and(|clock| clock.single),
         spectral_radius: as_it_is
             .as_ref()
             .filter(|_| clocks.iter().any(Option::is_some))
@@ -118,14 +119,16 @@ pub(in crate::study) fn survey(
         longest_delay: longest_delay.map(limit),
         longest_lag: longest_lag.map(limit),
         gain_margin: gain_margin.map(|both| both.map(limit)),
-        free,
-        free_poles: decided.as_ref().map_or(0, |decided| decided.zeros),
-        zero_pole_evidence: decided.as_ref().map(|decided| decided.how).unwrap_or_default(),
-        only_count: exact.as_ref().is_some_and(|exact| only_count(exact, &variant.whole_model(number), laws)),
-        next_to_zero: decided.map(|decided| decided.next_to_zero).unwrap_or_default(),
+        uncontrolled_modes: free,
+        uncontrolled_poles: decided.as_ref().map_or(0, |decided| decided.zeros),
+        uncontrolled_poles_method: decided.as_ref().map(|decided| decided.how).unwrap_or_default(),
+        uncontrolled_are_integrals: exact
+            .as_ref()
+            .is_some_and(|exact| only_count(exact, &variant.whole_model(number), laws)),
+        near_zero_poles: decided.map(|decided| decided.next_to_zero).unwrap_or_default(),
         drift: as_it_is.as_ref().map_or(0.0, |found| found.drift),
         channels,
-        together,
+        multiloop: together,
         low_margins,
         contacts: Vec::new(),
         peaks: Vec::new(),

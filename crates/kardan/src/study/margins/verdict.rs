@@ -48,30 +48,37 @@ fn stability(margins: &Margins) -> String {
 
 /// Motions that nobody holds, and those that only look so.
 fn free_motions(margins: &Margins, out: &mut Vec<String>) {
-    if margins.free_poles > 0 {
-        let poles = if margins.free_poles == 1 { "pole".to_string() } else { "poles".into() };
-        let of = if margins.free.is_empty() { "its own states".into() } else { list(&margins.free) };
-        let how = match margins.zero_pole_evidence {
+    if margins.uncontrolled_poles > 0 {
+        let poles = if margins.uncontrolled_poles == 1 { "pole".to_string() } else { "poles".into() };
+        let of = if margins.uncontrolled_modes.is_empty() {
+            "its own states".into()
+        } else {
+            list(&margins.uncontrolled_modes)
+        };
+        let how = match margins.uncontrolled_poles_method {
             ZeroPoleEvidence::Design => {
                 "exactly (over the rationals, with the gains before they are rounded)".to_string()
             }
             ZeroPoleEvidence::Rounded => "exactly (over the rationals, with the gains as they are rounded)".into(),
             ZeroPoleEvidence::ToRounding(size) => format!("to the rounding of the loop (below {size:.0e} 1/s)"),
         };
-        let what = match margins.only_count {
+        let what = match margins.uncontrolled_are_integrals {
             true => format!("Charges that nothing depends on only count what has flowed, through {of}"),
             false => format!("Nobody holds a motion of {of}"),
         };
-        out.push(format!("{what}: {} {poles} at zero, {how}, left out of all that is said here.", margins.free_poles));
-        if margins.drift > 0.0 && !margins.only_count {
+        out.push(format!(
+            "{what}: {} {poles} at zero, {how}, left out of all that is said here.",
+            margins.uncontrolled_poles
+        ));
+        if margins.drift > 0.0 && !margins.uncontrolled_are_integrals {
             out.push(format!(
                 "At this sample time it does not stay quite free: left alone it grows with {:.2e} 1/s.",
                 margins.drift
             ));
         }
     }
-    if !margins.next_to_zero.is_empty() {
-        let all: Vec<String> = margins.next_to_zero.iter().map(|re| format!("{re:.2e}")).collect();
+    if !margins.near_zero_poles.is_empty() {
+        let all: Vec<String> = margins.near_zero_poles.iter().map(|re| format!("{re:.2e}")).collect();
         out.push(format!(
             "Not at zero, but too close to it for floating point, which would take it for zero: {} 1/s; this was decided exactly, and \
              limits are told without it.",
@@ -133,7 +140,7 @@ fn limits(margins: &Margins, out: &mut Vec<String>) {
 
 /// How wrong single motors may be, and all at once.
 fn channels(margins: &Margins, out: &mut Vec<String>) {
-    let motors = margins.channels.iter().filter(|one| !one.reading);
+    let motors = margins.channels.iter().filter(|one| !one.is_sensor);
     if let Some(worst) = motors.min_by(|a, b| a.disk.total_cmp(&b.disk)) {
         out.push(format!(
             "The least disk margin of a motor is {:.3} (`{}`{}): factors from {:.3} to {:.3} with {:.1}° of phase.",
@@ -144,7 +151,7 @@ fn channels(margins: &Margins, out: &mut Vec<String>) {
             worst.disk_gain[1],
             worst.disk_phase.to_degrees()
         ));
-        if worst.searched {
+        if worst.multirate_search {
             out.push(
                 "With several clocks these margins of its motors are searched on the exact map over the common period, each for an \
                  error that is the same at each sample: factor and delay in steps, phase every 5°, the disk in 25 directions. Those \
@@ -159,7 +166,7 @@ fn channels(margins: &Margins, out: &mut Vec<String>) {
                 .into(),
         );
     }
-    if let Some(all) = &margins.together {
+    if let Some(all) = &margins.multiloop {
         let sentence = at_once(all);
         out.push(format!("W{}.", &sentence[1..]));
     }
@@ -202,9 +209,9 @@ pub(super) fn time(seconds: f64) -> String {
 /// The margin of all motors at once in words.
 pub(super) fn at_once(found: &TogetherMargin) -> String {
     let worst: Vec<String> = found
-        .worst
+        .worst_perturbation
         .iter()
-        .map(|one| format!("`{}` × {:.3} ∠ {:.1}°", one.motor, one.factor, one.turn.to_degrees()))
+        .map(|one| format!("`{}` × {:.3} ∠ {:.1}°", one.motor, one.factor, one.phase.to_degrees()))
         .collect();
     format!(
         "with errors of all its motors at once the disk margin is between {:.4} and {:.4}: {} make the loop unstable{}",

@@ -49,7 +49,7 @@ pub(in crate::study) fn warnings(found: &Margins) -> Vec<String> {
     let single_disk = found.channels.iter().map(|one| one.disk).fold(f64::INFINITY, f64::min);
     let worse =
         |all: &&TogetherMargin| all.disk[1] < DISK_TOGETHER && (out.is_empty() || all.disk[1] < WORSE * single_disk);
-    if let Some(all) = found.together.as_ref().filter(worse) {
+    if let Some(all) = found.multiloop.as_ref().filter(worse) {
         out.push(format!(
             "{}; below {DISK_TOGETHER} (a factor of 1.22, 11°) small errors of the model are too much",
             at_once(all)
@@ -60,7 +60,7 @@ pub(in crate::study) fn warnings(found: &Margins) -> Vec<String> {
 
 /// Of which channel something is said.
 fn of(one: &ChannelMargin) -> String {
-    if one.reading { format!("the reading `{}`", one.name) } else { format!("the torque of `{}`", one.name) }
+    if one.is_sensor { format!("the reading `{}`", one.name) } else { format!("the torque of `{}`", one.name) }
 }
 
 /// Whether factors within 10 %, together with the turn of the phase that goes with them (5.5°), are more than a channel bears.
@@ -150,24 +150,24 @@ mod tests {
         let together = TogetherMargin {
             disk: [0.05, 0.0501],
             frequency: 3.0,
-            worst: vec![WrongTorque { motor: "a".into(), factor: 1.05, turn: 0.0 }],
+            worst_perturbation: vec![WrongTorque { motor: "a".into(), factor: 1.05, phase: 0.0 }],
         };
         let found =
-            Margins { channels: vec![good("a"), good("b")], together: Some(together.clone()), ..Margins::default() };
+            Margins { channels: vec![good("a"), good("b")], multiloop: Some(together.clone()), ..Margins::default() };
         let texts = warnings(&found);
         assert!(
             matches!(&texts[..], [one] if one.contains("errors of all its motors at once") && one.contains("3.0000 rad/s"))
         );
         let beside = Margins {
             channels: vec![ChannelMargin { disk: 0.3, ..good("a") }, good("b")],
-            together: Some(together.clone()),
+            multiloop: Some(together.clone()),
             ..Margins::default()
         };
         assert_eq!(warnings(&beside).len(), 2);
         // What follows from one channel alone is not said twice.
         let same = Margins {
             channels: vec![ChannelMargin { disk: 0.055, ..good("a") }, good("b")],
-            together: Some(together),
+            multiloop: Some(together),
             ..Margins::default()
         };
         assert_eq!(warnings(&same).len(), 1);

@@ -132,8 +132,8 @@ pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: Begi
 }
 
 fn verdict(effects: &[EffectMeasured], in_time: bool, ever: bool) -> SafetyVerdict {
-    let harmful = effects.iter().any(|effect| effect.satisfied == Some(false));
-    let bounded = effects.iter().any(|effect| effect.satisfied.is_some());
+    let harmful = effects.iter().any(|effect| effect.within_bounds == Some(false));
+    let bounded = effects.iter().any(|effect| effect.within_bounds.is_some());
     match (in_time, harmful) {
         (true, false) => SafetyVerdict::Detected,
         (true, true) => SafetyVerdict::DetectedHarmful,
@@ -203,7 +203,7 @@ fn measured_effect(effect: &Effect, measured: Option<f64>) -> EffectMeasured {
     let in_bounds =
         |value: f64| bounds[0].is_none_or(|below| value < below) && bounds[1].is_none_or(|above| value > above);
     let bounded = bounds.iter().any(Option::is_some);
-    EffectMeasured { measured, satisfied: bounded.then(|| measured.is_some_and(in_bounds)) }
+    EffectMeasured { measured, within_bounds: bounded.then(|| measured.is_some_and(in_bounds)) }
 }
 
 /// The effect that is nearest to a bound or the farthest beyond it; without bounds the first.

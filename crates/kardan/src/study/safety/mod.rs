@@ -302,9 +302,9 @@ impl Table<'_> {
             let raised = raised.into_iter().map(|number| (number, Some(faults.join("+")), name.to_string()));
             let row = self.row(name, faults, verdict, note);
             let row = SafetyRow {
-                begins: Some(begins),
-                detected_after,
-                detection_uncertainty,
+                fault_time: Some(begins),
+                detection_time: detected_after,
+                detection_resolution: detection_uncertainty,
                 reaction,
                 effects,
                 worst,
@@ -329,9 +329,9 @@ impl Table<'_> {
             (None, None) => SafetyVerdict::NoAlarm,
         };
         let row = self.row(name, &[], verdict, free.failed.clone());
-        let none = crate::results::EffectMeasured { measured: None, satisfied: None };
+        let none = crate::results::EffectMeasured { measured: None, within_bounds: None };
         let effects = vec![none; spec.effects.len()];
-        SafetyRow { detected_after: alarm.map(|row| free.time[row]), effects, ..row }
+        SafetyRow { detection_time: alarm.map(|row| free.time[row]), effects, ..row }
     }
 
     /// Rows that cannot be run, with the reason.
@@ -348,9 +348,9 @@ impl Table<'_> {
             faults: faults.to_vec(),
             variant: variant.to_string(),
             values: self.values.to_vec(),
-            begins: None,
-            detected_after: None,
-            detection_uncertainty: None,
+            fault_time: None,
+            detection_time: None,
+            detection_resolution: None,
             reaction: Vec::new(),
             effects: Vec::new(),
             worst: None,
@@ -421,7 +421,7 @@ fn finished(mut out: Safety, why: Option<String>) -> Safety {
     }
     let faulty = || out.rows.iter().filter(|row| !row.faults.is_empty());
     if let Some(condition) = &out.detected
-        && !faulty().any(|row| row.detected_after.is_some())
+        && !faulty().any(|row| row.detection_time.is_some())
     {
         out.notes.push(format!("No fault of this list ever makes `{condition}` hold."));
     }

@@ -154,7 +154,7 @@ impl InterimAnalyses {
             half_width,
             at,
             counts,
-            status: SweptUntil { half_width, samples: 0, interim_analyses, confidence, reached: false },
+            status: SweptUntil { half_width, samples: 0, interim_analyses, confidence, converged: false },
         }
     }
 
@@ -172,7 +172,7 @@ impl InterimAnalyses {
                 let [low, high] = clopper_pearson(*passed, *all, self.status.confidence);
                 0.5 * (high - low) > self.half_width
             };
-            self.status.reached = !self.counts.iter().filter(|[_, all]| *all > 0).any(wide);
+            self.status.converged = !self.counts.iter().filter(|[_, all]| *all > 0).any(wide);
         }
     }
 
@@ -200,7 +200,7 @@ mod tests {
         let ended = |probability: f64, seed: u64| {
             let (mut random, mut interim_analyses, mut block) =
                 (Random::new(seed * 7919 + 1), InterimAnalyses::new(0.05, 64, &head), 0);
-            while !interim_analyses.status().reached && block < 64 {
+            while !interim_analyses.status().converged && block < 64 {
                 let mut row = |k: u64| SweepRow {
                     sample: 64 * block + k,
                     variant: 0,
@@ -216,7 +216,7 @@ mod tests {
                 block += 1;
             }
             let [passed, all] = interim_analyses.counts[0];
-            assert_eq!((interim_analyses.status().samples, interim_analyses.status().reached), (64 * block, true));
+            assert_eq!((interim_analyses.status().samples, interim_analyses.status().converged), (64 * block, true));
             let [low, high] = clopper_pearson(passed, all, interim_analyses.status().confidence);
             assert!(0.5 * (high - low) <= 0.05);
             (low <= probability && probability <= high, all)

@@ -118,10 +118,10 @@ impl Rare {
         let tried = (all - self.chains) as f64;
         self.levels.push(SweptLevel {
             margin,
-            part,
+            fraction: part,
             samples: all as u64,
             correlation: if first { 0.0 } else { self.correlation(part, below) },
-            accepted: (!first).then(|| self.accepted as f64 / tried),
+            acceptance_rate: (!first).then(|| self.accepted as f64 / tried),
         });
         if self.failed {
             self.ended = Some("failures are a tenth of the samples of its last level, or more".into());
@@ -158,11 +158,11 @@ impl Rare {
     /// The probability with its standard deviations, parts of it: the levels independent, and wholly dependent.
     pub fn probability(&self) -> Option<(f64, [f64; 2])> {
         let own = |level: &SweptLevel| {
-            ((1.0 - level.part) / (level.part * level.samples as f64) * (1.0 + level.correlation)).sqrt()
+            ((1.0 - level.fraction) / (level.fraction * level.samples as f64) * (1.0 + level.correlation)).sqrt()
         };
         let deviations = || self.levels.iter().map(own);
         let apart = deviations().map(|x| x * x).sum::<f64>().sqrt();
-        self.failed.then(|| (self.levels.iter().map(|level| level.part).product(), [apart, deviations().sum()]))
+        self.failed.then(|| (self.levels.iter().map(|level| level.fraction).product(), [apart, deviations().sum()]))
     }
 
     /// An interval of about 95 %: that of a lognormal number with the mean of both deviations. On straight borders of 2 and 6 normal numbers, with 20 to 100 chains,
@@ -171,7 +171,7 @@ impl Rare {
         let (probability, [apart, whole]) = self.probability()?;
         // What fails in a tenth of the first samples, or more, are draws of the distributions.
         if let [only] = &self.levels[..] {
-            let failing = (only.part * only.samples as f64).round() as u64;
+            let failing = (only.fraction * only.samples as f64).round() as u64;
             return Some(clopper_pearson(failing, only.samples, CONFIDENCE));
         }
         let deviation = 0.5 * (apart + whole);

@@ -54,7 +54,7 @@ fn rules(cases: &[Case<'_>], varied: &[SweptParameter]) -> Vec<SweptRule> {
             inside: total,
             failed: fails,
             interval: clopper_pearson(fails, total, CONFIDENCE),
-            covers: fails as f64 / counted.failed as f64,
+            coverage: fails as f64 / counted.failed as f64,
         })
     });
     let mut found: Vec<SweptRule> = found.collect();
@@ -95,7 +95,7 @@ mod tests {
         // The tree grows on 2000 samples: along the sides of the box they are 1/800 and 1/600 apart.
         assert!((a.below.unwrap() - 0.3).abs() < 0.005 && a.above.is_none(), "{a:?}");
         assert!((b.above.unwrap() - 0.6).abs() < 0.005 && b.below.is_none(), "{b:?}");
-        assert!(rule.failed as f64 > 0.98 * rule.inside as f64 && rule.covers > 0.98, "{rule:?}");
+        assert!(rule.failed as f64 > 0.98 * rule.inside as f64 && rule.coverage > 0.98, "{rule:?}");
         assert!(rule.interval[0] < 1.0 && rule.interval[1] <= 1.0 && rule.bounds.iter().all(|one| one.unit == "m"));
     }
 

@@ -100,7 +100,9 @@ impl SweepStatistics<'_> {
             self.of(variant).map(|row| (row, number(row))).filter(|(_, x)| x.is_finite()).collect();
         let runs = self.of(variant).count() as u64;
         let ended = self.of(variant).filter(|row| !row.reason.is_empty()).count() as u64;
-        let Some(first) = with.first() else { return SweptValues { runs, ended, ..SweptValues::default() } };
+        let Some(first) = with.first() else {
+            return SweptValues { runs, invalid_runs: ended, ..SweptValues::default() };
+        };
         let count = with.len() as f64;
         // Sums about the first number lose nothing to a large mean.
         let mean = first.1 + with.iter().map(|(_, x)| x - first.1).sum::<f64>() / count;
@@ -114,14 +116,14 @@ impl SweepStatistics<'_> {
         let (indices, effects) = self.followed(variant, &number);
         SweptValues {
             runs,
-            ended,
+            invalid_runs: ended,
             count: with.len() as u64,
             mean: Some(mean),
             deviation: (with.len() > 1).then(|| (squares / (count - 1.0)).sqrt()),
             quantiles: Some(PARTS.map(|part| quantile(&sorted, part))),
-            ends: Some([end(|a, b| a < b), end(|a, b| a > b)]),
+            extreme_samples: Some([end(|a, b| a < b), end(|a, b| a > b)]),
             shares,
-            explained,
+            r_squared: explained,
             indices,
             effects,
         }
@@ -245,7 +247,10 @@ mod tests {
         let statistics =
             SweepStatistics { rows: &rows, moving, parameters, variants, sampled, seed: 0, confidence: CONFIDENCE };
         let found = statistics.spread("only", |row| row.figures[0]);
-        assert_eq!((found.runs, found.ended, found.count, found.mean, found.ends), (5, 2, 2, Some(2.0), Some([0, 2])));
+        assert_eq!(
+            (found.runs, found.invalid_runs, found.count, found.mean, found.extreme_samples),
+            (5, 2, 2, Some(2.0), Some([0, 2]))
+        );
     }
 
     /// A number that is a straight line of what varies is explained whole, by slopes in standard deviations.
@@ -268,7 +273,7 @@ mod tests {
         };
         let (a, b, y) =
             (deviation(&|row| row.values[0]), deviation(&|row| row.values[1]), deviation(&|row| row.figures[0]));
-        assert!((found.explained.unwrap() - 1.0).abs() < 1e-12 && (found.deviation.unwrap() - y).abs() < 1e-12);
+        assert!((found.r_squared.unwrap() - 1.0).abs() < 1e-12 && (found.deviation.unwrap() - y).abs() < 1e-12);
         let slope = |name: &str| found.shares.iter().find(|share| share.parameter == name).unwrap().slope;
         assert!((slope("a") - 3.0 * a / y).abs() < 1e-12 && (slope("b") + 2.0 * b / y).abs() < 1e-12);
         assert_eq!(found.shares.len(), 2);

@@ -47,7 +47,7 @@ pub(super) fn summarise(
         failures: statistics.failures(),
         compared: compared(plan, rows),
         confidence: CONFIDENCE,
-        until,
+        stopping_rule: until,
         worst: worst(plan, rows, stopping_rule, prepared),
         rare: rare(plan, stopping_rule, prepared),
         ..Sweep::default()
@@ -171,7 +171,7 @@ fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
     // Runs of which nothing is measured have nothing to compare.
     let measured = !prepared.requirements.is_empty() || !prepared.figures.is_empty();
     notes.extend(found.compared.as_ref().filter(|_| measured).map(side_by_side));
-    if let Some(until) = &found.until {
+    if let Some(until) = &found.stopping_rule {
         notes.push(format!(
             "Whoever looks often sees a narrow interval by chance sooner. So there are {} looks at most, planned before, and the intervals of each have a confidence of \
              {:.3} %: all of them together hold with {} %, whichever look is the last. They are wider than one for as many samples, planned before, would be.",
@@ -179,7 +179,7 @@ fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
             100.0 * until.confidence,
             100.0 * CONFIDENCE
         ));
-        if !until.reached && found.missing == 0 {
+        if !until.converged && found.missing == 0 {
             notes.push(format!(
                 "After all {} samples an interval is still wider than ± {}: ask for more samples.",
                 plan.head.samples, until.half_width
@@ -273,9 +273,9 @@ fn worst(plan: &SweepPlan, rows: &SweepRows, stopping_rule: &StoppingRule, prepa
         values: values
             .map(|(one, value)| SweptAt { parameter: one.name.clone(), unit: one.unit.clone(), value: *value })
             .collect(),
-        before: before.and_then(number),
-        explored: search.explored().min(rows.len() as u64 / plan.head.variants.len().max(1) as u64),
-        rests: search.rests(),
+        margin_before_search: before.and_then(number),
+        exploration_samples: search.explored().min(rows.len() as u64 / plan.head.variants.len().max(1) as u64),
+        restarts: search.rests(),
     })
 }
 
@@ -290,9 +290,9 @@ fn rare(plan: &SweepPlan, stopping_rule: &StoppingRule, prepared: &Prepared) -> 
         unit: prepared.requirements[target.requirement].unit.clone(),
         probability: probability.map(|(probability, _)| probability),
         deviation: probability.map(|(_, deviations)| deviations[0]),
-        deviation_most: probability.map(|(_, deviations)| deviations[1]),
+        deviation_upper_bound: probability.map(|(_, deviations)| deviations[1]),
         interval: found.interval(),
         levels: levels.to_vec(),
-        ended: ended.unwrap_or("it was ended before its last level").into(),
+        stop_reason: ended.unwrap_or("it was ended before its last level").into(),
     })
 }

@@ -144,31 +144,31 @@ fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> Symb
         list.iter().enumerate().filter(|(_, value)| !value.is_zero()).map(one).collect()
     };
     let letters = motion.definitions.iter().filter(|one| used.contains(&one.letter));
-    let own = |name: &String| values.iter().any(|value| value.of == *name);
+    let own = |name: &String| values.iter().any(|value| value.name == *name);
     let excluded =
         named.used.iter().filter(|name| named.values.get(*name).is_some_and(|one| one.value.is_zero()) && !own(name));
     let mut excluded: Vec<String> = excluded.cloned().collect();
     excluded.sort();
     excluded.dedup();
     SymbolicEquations {
-        letters: letters.map(|one| formula(names.letter(one.letter), &one.value)).collect(),
-        dependents,
+        intermediate_symbols: letters.map(|one| formula(names.letter(one.letter), &one.value)).collect(),
+        dependent_coordinates: dependents,
         inertia: motion.inertia.iter().map(|one| entry("H", one)).collect(),
         velocity: forces(r"h^{\mathrm{v}}", &motion.velocity),
         damping: motion.damping.iter().map(|one| entry("D", one)).collect(),
         stiffness: forces(r"h^{\mathrm{s}}", &motion.stiffness),
         friction: forces(r"h^{\mathrm{c}}", &motion.friction),
-        unilateral: forces(r"h^{\mathrm{m}}", &motion.unilateral),
-        modes: unilateral::modes(&names, reduced, motion),
+        unilateral_forces: forces(r"h^{\mathrm{m}}", &motion.unilateral),
+        contact_states: unilateral::modes(&names, reduced, motion),
         input: forces("(F u)", &motion.input),
         multiplier_forces: forces(r"(A^{\mathsf{T}} \lambda)", &motion.multiplier_forces),
         multiplier_constraints: unilateral::multiplier_constraints(&names, reduced, motion),
         prescribed: unilateral::prescribed(&names, &used, named),
-        laws: named.laws.iter().map(|(of, law)| SymbolicLaw { of: of.clone(), law: law.clone() }).collect(),
+        laws: named.laws.iter().map(|(of, law)| SymbolicLaw { element: of.clone(), law: law.clone() }).collect(),
         constraint_torques: constraint_torques(&names, reduced, motion),
         divisors: divisors(&names, motion),
         zeros: motion.zeros.iter().map(|value| names.formula(value)).collect(),
-        excluded,
+        zero_parameters: excluded,
         ripples: unilateral::ripples(reduced),
         values,
         functions,
@@ -183,8 +183,8 @@ fn values(named: &NamedTerms, reduced: &Reduced, names: &Names<'_>, used: &[Lett
         let angle = symbol_value.dimension == Dimension::ANGLE;
         Some(SymbolOfValue {
             symbol: names.letter(*letter),
-            of: of.clone(),
-            follows: symbol_value.follows.clone(),
+            name: of.clone(),
+            derived_from: symbol_value.follows.clone(),
             value: symbol_value.value.to_f64(),
             unit: if angle { "rad".into() } else { symbol_value.dimension.si() },
         })
@@ -192,8 +192,8 @@ fn values(named: &NamedTerms, reduced: &Reduced, names: &Names<'_>, used: &[Lett
     let mut out: Vec<SymbolOfValue> = used.iter().filter_map(value).collect();
     let symbol_of = |of: &str, value: &Exact, dimension: Dimension| SymbolOfValue {
         symbol: SymbolicText { text: of.to_string(), latex: names::with_index(of, "") },
-        of: of.to_string(),
-        follows: named.values.get(of).and_then(|symbol_value| symbol_value.follows.clone()),
+        name: of.to_string(),
+        derived_from: named.values.get(of).and_then(|symbol_value| symbol_value.follows.clone()),
         value: value.to_f64(),
         unit: if dimension == Dimension::ANGLE { "rad".into() } else { dimension.si() },
     };
@@ -201,7 +201,7 @@ fn values(named: &NamedTerms, reduced: &Reduced, names: &Names<'_>, used: &[Lett
     for (of, value, dimension) in
         named.named_in_laws.iter().cloned().chain(unilateral.flat_map(|formula| constants(formula)))
     {
-        if out.iter().all(|one| one.of != of) {
+        if out.iter().all(|one| one.name != of) {
             out.push(symbol_of(&of, &value, dimension));
         }
     }
@@ -210,16 +210,16 @@ fn values(named: &NamedTerms, reduced: &Reduced, names: &Names<'_>, used: &[Lett
         _ => None,
     });
     for of in texts.collect::<Vec<_>>().iter().flat_map(Expression::names) {
-        if let Some(symbol_value) = named.values.get(of).filter(|_| out.iter().all(|one| one.of != of)) {
+        if let Some(symbol_value) = named.values.get(of).filter(|_| out.iter().all(|one| one.name != of)) {
             out.push(symbol_of(of, &symbol_value.value, symbol_value.dimension));
         }
     }
     // What a value follows from stands behind it as it is written.
     let mut open = 0;
     while let Some(one) = out.get(open) {
-        let read = one.follows.as_deref().and_then(|text| Expression::parse(text).ok());
+        let read = one.derived_from.as_deref().and_then(|text| Expression::parse(text).ok());
         for of in read.iter().flat_map(Expression::names) {
-            if let Some(symbol_value) = named.values.get(of).filter(|_| out.iter().all(|one| one.of != of)) {
+            if let Some(symbol_value) = named.values.get(of).filter(|_| out.iter().all(|one| one.name != of)) {
                 out.push(symbol_of(of, &symbol_value.value, symbol_value.dimension));
             }
         }
@@ -237,7 +237,7 @@ fn functions(names: &Names<'_>, used: &[Letter]) -> Vec<SymbolicFunction> {
     let mut elements: Vec<String> = used.iter().filter_map(element).collect();
     elements.sort();
     elements.dedup();
-    elements.into_iter().map(|of| SymbolicFunction { symbol: names.curve(&of), of }).collect()
+    elements.into_iter().map(|of| SymbolicFunction { symbol: names.curve(&of), element: of }).collect()
 }
 
 fn constraint_torques(names: &Names<'_>, reduced: &Reduced, motion: &SymbolicMotion) -> Vec<SymbolicFormula> {

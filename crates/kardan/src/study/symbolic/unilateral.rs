@@ -44,7 +44,7 @@ pub(super) fn multiplier_constraints(
         let [rates, accelerations] = found.left.each_ref().map(|left| names.sum(left));
         let rate = |right| SymbolicFormula { symbol: rates, formula: names.formula(right) };
         SymbolicMultiplierConstraint {
-            of: element.clone(),
+            element: element.clone(),
             multiplier: SymbolicText { text: names.multiplier(k, Form::Text), latex: names.multiplier(k, Form::Latex) },
             position: found.position.as_ref().map(|position| {
                 let term =
@@ -73,8 +73,8 @@ pub(super) fn modes(names: &Names<'_>, reduced: &Reduced, motion: &SymbolicMotio
                 text: names.unilateral(element, *rubs, Form::Text),
                 latex: names.unilateral(element, *rubs, Form::Latex),
             },
-            of: element.clone(),
-            what: texts.join("; "),
+            element: element.clone(),
+            description: texts.join("; "),
         }
     };
     motion.directions.iter().map(mode).collect()
@@ -136,7 +136,8 @@ pub(super) fn prescribed(names: &Names<'_>, used: &[Letter], named: &NamedTerms)
     let mut out: Vec<SymbolicMode> = Vec::new();
     for letter in used {
         let Symbol::OfTime(element, _) = names.letters.symbol(*letter) else { continue };
-        let Some(function) = named.functions.get(element).filter(|_| out.iter().all(|one| one.of != *element)) else {
+        let Some(function) = named.functions.get(element).filter(|_| out.iter().all(|one| one.element != *element))
+        else {
             continue;
         };
         let what = match (&function.source, function.rate) {
@@ -146,9 +147,9 @@ pub(super) fn prescribed(names: &Names<'_>, used: &[Letter], named: &NamedTerms)
             (_, false) => continue,
         };
         let symbol = SymbolicText { text: names.of_time(element, 0, false), latex: names.of_time(element, 0, true) };
-        out.push(SymbolicMode { symbol, of: element.clone(), what });
+        out.push(SymbolicMode { symbol, element: element.clone(), description: what });
     }
-    out.sort_by(|a, b| a.of.cmp(&b.of));
+    out.sort_by(|a, b| a.element.cmp(&b.element));
     out
 }
 

@@ -263,7 +263,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         controller: request.name.into(),
         law: DECOUPLING.keyword.into(),
         states: states.clone(),
-        definitions: quotient.definitions.iter().filter(|one| one.state != one.is).cloned().collect(),
+        definitions: quotient.definitions.iter().filter(|one| one.state != one.expression).cloned().collect(),
         hidden: roots(&quotient.hidden),
         decoupling_matrix: named(
             ("decoupling_matrix", "decoupling matrix G", ""),

@@ -81,7 +81,7 @@ impl ExactMap {
         if self.off == f64::NEG_INFINITY {
             let mut found = stability_of(&self.map, Plane::Discrete);
             for motion in &mut found.border {
-                motion.free = motion.frequency == 0.0 && motion.poles == at_one && motion.growth <= 1;
+                motion.uncontrolled = motion.frequency == 0.0 && motion.poles == at_one && motion.growth_exponent <= 1;
                 motion.frequency /= self.period;
             }
             return match found.border.is_empty() {
