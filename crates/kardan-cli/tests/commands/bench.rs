@@ -100,8 +100,8 @@ fn a_study_goes_the_whole_way() {
     assert_eq!(experiments.len(), 2);
     for (experiment, output) in experiments.iter().zip([0, 1]) {
         let [one, other] = [output, 1 - output].map(|k| &experiment["responses"][k]);
-        assert!(one["settled"]["simulation"].as_f64().unwrap() > 0.09, "{one}");
-        assert!(other["farthest"]["simulation"].as_f64().unwrap() < 1e-6, "{other}");
+        assert!(one["steady_state"]["simulation"].as_f64().unwrap() > 0.09, "{one}");
+        assert!(other["max_deviation"]["simulation"].as_f64().unwrap() < 1e-6, "{other}");
         assert!(one["differences"].as_array().unwrap().len() >= 3);
     }
     let page = fs::read_to_string(at.join("s/report.html")).unwrap();

@@ -210,7 +210,7 @@ fn stopped_everywhere(at: &Path, arguments: &[&str], least: usize, look: &mut dy
 
 /// Marked in the JSON and on the page, which is whole.
 fn is_unfinished(at: &Path, json: &Value, missing: &str) {
-    let why = json["unfinished"].as_str().unwrap();
+    let why = json["incomplete_reason"].as_str().unwrap();
     assert!(json["complete"] == false && why.contains("stopped by a signal") && why.contains(missing), "{why}");
     let page = fs::read_to_string(at.join("page.html")).unwrap();
     assert!(page.trim_end().ends_with("</html>") && page.contains("stopped by a signal"), "{why}");
@@ -269,7 +269,7 @@ fn a_signal_keeps_what_an_identification_has() {
     let mut arguments = vec!["identify", "model.toml", "--json", "--report", "page.html", "--write", "model.toml"];
     arguments.extend(names.iter().map(String::as_str));
     let is_kept = |(json, reported): (Value, String), missing: &str| {
-        assert!(json["sound"] == false, "{json}");
+        assert!(json["reliable"] == false, "{json}");
         is_unfinished(&at, &json, missing);
         assert!(reported.contains("is not written: the identification is not complete"), "{reported}");
         assert_eq!(fs::read_to_string(at.join("model.toml")).unwrap(), model);

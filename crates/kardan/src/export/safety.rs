@@ -10,7 +10,7 @@ use kardan_tables::write::csv_cell;
 ///
 /// ```
 /// let text = kardan::export::safety_json(&kardan::results::Safety::default());
-/// assert!(text.starts_with("{\"schema\":\"kardan/1\"") && text.contains("\"rows\":[]"));
+/// assert!(text.starts_with("{\"schema\":\"kardan/2\"") && text.contains("\"rows\":[]"));
 /// ```
 pub fn safety_json(table: &Safety) -> String {
     printed(table)

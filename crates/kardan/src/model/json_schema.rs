@@ -54,8 +54,8 @@ pub fn json_schema() -> String {
     properties.insert("block".into(), named(blocks(), "A block of signals: the key `kind` tells which."));
     let schema = json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
-        "$id": "kardan/1/model",
-        "title": "kardan/1, a model file",
+        "$id": "kardan/2/model",
+        "title": "kardan/2, a model file",
         "type": "object",
         "additionalProperties": false,
         "properties": properties,

@@ -843,7 +843,7 @@ fn the_verdict_names_damage_and_warnings() {
         let found = found(source, vec![rows.concat()], &IdentifySettings::default());
         let Verdict { sound, text: verdict } = found.verdict();
         let json = kardan::export::identification_json(&found);
-        assert!(json.contains(&format!("\"sound\":{sound}")), "{json}");
+        assert!(json.contains(&format!("\"reliable\":{sound}")), "{json}");
         (sound, verdict)
     };
     assert!(verdict(rows(4000)).0);
