@@ -1,7 +1,7 @@
 //! The terms of a drivetrain or a circuit: scalar laws along directions. Data only.
 //!
 //! Everything in a drivetrain acts along a *direction*, a row `a` of coefficients over the shaft angles `q`
-//! (see ARCHITECTURE.md, "one idea"). An element is a handful of [`Term`]s and nothing else; assembly, reduction,
+//! (see ARCHITECTURE.md, "Four ideas"). An element is a handful of [`Term`]s and nothing else; assembly, reduction,
 //! simulation, identification and structure analysis read these terms and never know which element made them.
 
 use std::fmt;
