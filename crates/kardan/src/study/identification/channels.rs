@@ -195,7 +195,7 @@ pub(super) fn wire_by_name(
                         "unit::dimension",
                         format!("`{file}`, channel `{}`: {why}", shortened(&named.name)),
                     )
-                    .help("say what it is in `[[log.NAME.channel]]` with `signal`, `column` and `unit`"),
+                    .help("describe it in `[[log.NAME.channel]]` with `signal`, `column` and `unit`"),
                 ),
             }
         }
@@ -214,7 +214,7 @@ fn unit_factor(unit: &str, quantity: &Quantity) -> Result<f64, String> {
                 // Nobody measures radians per minute.
                 true => Ok(header_unit("rpm").map_or(1.0, |(factor, _)| factor.to_f64())),
                 false => Err(format!(
-                    "`{}` is a speed, and `{unit}` may be turns or radians in a time: write `rev/s` or `rad/s`",
+                    "`{}` is a speed, and `{unit}` may mean revolutions or radians per time: write `rev/s` or `rad/s`",
                     quantity.signal()
                 )),
             }
@@ -225,7 +225,7 @@ fn unit_factor(unit: &str, quantity: &Quantity) -> Result<f64, String> {
             quantity.dimension().noun(),
             dimension.noun()
         )),
-        Err(_) => Err(format!("the unit `{}` is not known", shortened(unit))),
+        Err(_) => Err(format!("kardan does not know the unit `{}`", shortened(unit))),
     }
 }
 
@@ -269,7 +269,8 @@ impl Channel<'_, '_> {
             let all = signals(model);
             let help = unknown_name(signal, all.iter().map(String::as_str));
             let what = self.what;
-            let message = format!("{what}: `{}` is no measured angle, speed or torque of an input", shortened(signal));
+            let message =
+                format!("{what}: `{}` is not a measured angle, speed or torque of an input", shortened(signal));
             let place = TableReader::place(self.table, "signal");
             out.push(Diagnostic::error("name::unknown", message).at(place, "no such signal").help(help));
             return None;
@@ -292,7 +293,7 @@ impl Channel<'_, '_> {
         let name = read_word(table, "column");
         let number = number(table, "number", self.reader, out).map(|x| x as usize);
         if name.is_none() && number.is_none() {
-            let message = format!("{what} says neither `column` nor `number`");
+            let message = format!("{what} has neither `column` nor `number`");
             out.push(
                 Diagnostic::error("key::missing", message)
                     .at(table.place.clone(), "which column?")
@@ -341,9 +342,7 @@ impl Channel<'_, '_> {
                 out.push(
                     Diagnostic::error("unit::dimension", format!("{}: {why}", self.what))
                         .at(TableReader::place(self.table, key), "this unit")
-                        .help(
-                            "say it with `unit = \"...\"`, or what one unit of a reading is with `scale = \"200 N m\"`",
-                        ),
+                        .help("add `unit = \"...\"`, or the value of one unit of a reading with `scale = \"200 N m\"`"),
                 );
             })
             .ok()

@@ -72,15 +72,15 @@ fn no_time(file: &str, groups: &[Group], number: usize, named: Option<&str>) -> 
     {
         let time = &group.channels[time].name;
         let message = format!(
-            "`{file}`: the time `{time}` has {rows} rows, but {own_rows} rows have {}: they have no time",
+            "`{file}`: the time `{time}` has {rows} rows, but {own_rows} rows have {}, which therefore have no time",
             names()
         );
         return Diagnostic::error("log::no-time", message).help(
-            "save channels that were recorded together with equally many rows, others each with a time of its own, or give `sample_time` \
+            "save channels recorded together with the same number of rows, other channels with a time of their own, or give `sample_time` \
              in `[log.NAME]`",
         );
     }
-    Diagnostic::error("log::no-time", format!("`{file}`: nobody knows which column is the time"))
+    Diagnostic::error("log::no-time", format!("`{file}`: kardan cannot find the time column"))
         .help(format!("name it in `[log.NAME]` with `time = \"...\"`, one of {}, or give `sample_time`", names()))
 }
 
@@ -104,11 +104,11 @@ fn time_factor(table: &Table, group: &Group, channel: usize, file: &str, out: &m
         Ok((factor, Dimension::NONE)) if factor == Exact::one() => return 1.0,
         _ => {}
     }
-    let message = format!("`{file}`: the unit `{}` of its time is none of a time", shortened(unit));
+    let message = format!("`{file}`: the unit `{}` of its time is not a unit of time", shortened(unit));
     out.push(
         Diagnostic::error("unit::dimension", message)
             .at(TableReader::place(table, "time_unit"), "this log")
-            .help("say it in `[log.NAME]` with `time_unit = \"ms\"`"),
+            .help("set it in `[log.NAME]` with `time_unit = \"ms\"`"),
     );
     1.0
 }

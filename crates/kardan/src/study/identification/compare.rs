@@ -65,7 +65,7 @@ fn usual_candidates(request: &FitRequest) -> Vec<CandidateSpec> {
     let mut specs = vec![
         spec("without Coulomb friction".into(), names(&[Kind::Inertia, Kind::Damping, Kind::Stiffness]), Vec::new()),
         spec("without damping".into(), names(&[Kind::Inertia, Kind::Friction, Kind::Stiffness]), Vec::new()),
-        spec("as asked, no extra terms".into(), all.clone(), Vec::new()),
+        spec("as requested, no extra terms".into(), all.clone(), Vec::new()),
     ];
     specs.extend(extras.iter().map(|extra| spec(format!("with {extra}"), all.clone(), vec![extra.clone()])));
     if extras.len() > 1 {
@@ -92,7 +92,7 @@ fn candidate_request(
     let mut own = request(whole.document, &whole.plant.model, whole.settings, &options, &mut diagnostics);
     for name in &spec.extras {
         if !own.declared.iter().any(|extra| extra.is(name)) {
-            let message = format!("candidate `{}`: there is no extra term `{name}`", spec.name);
+            let message = format!("candidate `{}`: the file has no extra term `{name}`", spec.name);
             diagnostics
                 .push(Diagnostic::error("name::unknown", message).help("declare it as `[[identification.extra]]`"));
         }

@@ -53,14 +53,15 @@ impl Balance<'_> {
     fn cut(&self, unilateral: &DirectionalTerm<UnilateralConstraint>, gear: &GearLoss) -> Result<Cut, String> {
         let equations = &self.reduced.equations;
         if !Kinematics::new(self.reduced).is_constant() {
-            return Err("ratios of the model change with the angle".into());
+            return Err("ratios of the model depend on the angle".into());
         }
         let first = unilateral.row.iter().find(|(_, x)| *x > Rational::ZERO).map(|(body, _)| *body);
         let entry =
             |row: &[(usize, Rational)]| row.iter().find(|(body, _)| Some(*body) == first).map(|(_, x)| x.clone());
         let own = equations.constraints.iter().position(|one| one.element == unilateral.element);
-        let own = own.ok_or("a spring stands in place of their constraint")?;
-        let lever = entry(&equations.constraints[own].row).ok_or("their constraint does not hold their first body")?;
+        let own = own.ok_or("a spring replaces their constraint")?;
+        let lever =
+            entry(&equations.constraints[own].row).ok_or("their constraint does not contain their first body")?;
         let mut conditions: Vec<Condition> = vec![(equations.constraints[own].row.clone(), lever)];
         let zero = |row: &[(usize, Rational)]| (row.to_vec(), Rational::ZERO);
         conditions
@@ -74,7 +75,7 @@ impl Balance<'_> {
         let n = equations.coordinates.len();
         let mut motion = solution(&conditions, n).ok_or_else(|| {
             let names = self.unmeasured.iter().map(|&k| equations.inputs[k].element.as_str());
-            format!("what they carry follows from no torque in the logs ({} are not there)", quoted(names))
+            format!("no torque in the logs determines their load ({} are not logged)", quoted(names))
         })?;
         let mut load_independent: Vec<String> = Vec::new();
         let mut try_condition = |row: &[(usize, Rational)], motion: &mut Vec<Rational>| {
@@ -103,7 +104,7 @@ impl Balance<'_> {
             row: unilateral.row_f64(),
             cut: motion.iter().map(rational_to_f64).collect(),
             fixed: [forth, back],
-            loss: loss.transpose().map_err(|_| "their loss is not known")?,
+            loss: loss.transpose().map_err(|_| "their loss is unknown")?,
             rest_speed: 0.0,
         };
         Ok(Cut { teeth, load_independent, explains_itself: !self.has_reference(&motion) })
@@ -228,25 +229,25 @@ pub(super) fn check_teeth(balance: &Balance<'_>) -> Result<Vec<String>, Vec<Diag
         let own = request.extras.iter().find(|one| one.element == *element && matches!(one.law, Law::Teeth { .. }));
         match (cut, own) {
             (Err(why), Some(own)) => {
-                let message = format!("what the teeth of `{element}` lose cannot be found: {why}");
+                let message = format!("the gear loss of `{element}` cannot be identified: {why}");
                 return Err(vec![Diagnostic::error("identify::teeth", message)
-                    .help(format!("take `{}` out of the parameters, or log what is missing", own.term))]);
+                    .help(format!("remove `{}` from the parameters, or log the missing signal", own.term))]);
             }
             (Ok(cut), Some(own)) if cut.explains_itself => {
                 let message = format!(
-                    "what the teeth of `{element}` lose cannot be told from what the rest takes: all that is on the other side of them is sought too"
+                    "the gear loss of `{element}` is unidentifiable: all parameters on the other side of the gear are unknown too"
                 );
                 return Err(vec![Diagnostic::error("identify::teeth", message).help(format!(
-                    "give the file what is known of one side (an inertia, a weight, a torque that is logged) and ask for the others; or take \
-                     `{}` out of the parameters",
+                    "put known values of one side (an inertia, a weight, a logged torque) into the file and identify the others; or remove \
+                     `{}` from the parameters",
                     own.term
                 ))]);
             }
             (_, None) if is_lossless(gear) => {}
-            (Err(why), None) => notes.push(format!("the teeth of {element} are taken as lossless: {why}")),
+            (Err(why), None) => notes.push(format!("kardan treats the gear {element} as lossless: {why}")),
             (Ok(cut), _) if !cut.load_independent.is_empty() => notes.push(format!(
-                "what the teeth of {element} carry is computed with {} as the file gives them, which is exact to first order only: write what \
-                 was found into the file (`--write`) and identify again until nothing changes",
+                "kardan computes the load on the gear {element} with {} of the file, which is exact to first order only: write the \
+                 identified values into the file (`--write`) and identify again until they no longer change",
                 quoted(cut.load_independent.iter().map(String::as_str))
             )),
             _ => {}

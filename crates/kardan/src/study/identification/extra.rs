@@ -183,7 +183,7 @@ pub(super) fn declared_terms(document: &Document, model: &Model, out: &mut Vec<D
             out.push(
                 Diagnostic::error("name::duplicate", format!("{what}: there are two terms `{}`", first.term))
                     .at(table.place.clone(), "again here")
-                    .help("keep one"),
+                    .help("remove one of them"),
             );
             continue;
         }
@@ -204,11 +204,11 @@ struct Declared<'a> {
 const NEEDS: [(&str, &str, &str); 7] = [
     ("load", "torque", "name the motor or disturbance whose torque goes through the gear"),
     ("offset", "torque", "name the motor or disturbance whose torque was measured"),
-    ("cogging", "order", "write so many periods in a turn: `order = 6`"),
-    ("ripple", "order", "write so many periods in a turn: `order = 1`"),
-    ("teeth", "teeth", "name the gear, harmonic_drive, rack_and_pinion or screw whose teeth rub"),
+    ("cogging", "order", "write the number of periods per revolution: `order = 6`"),
+    ("ripple", "order", "write the number of periods per revolution: `order = 1`"),
+    ("teeth", "teeth", "name the gear, harmonic_drive, rack_and_pinion or screw with the gear loss"),
     ("backlash", "spring", "name the spring_damper that has it"),
-    ("backlash", "clear", "write a twist that is beyond the backlash for certain: `clear = \"1 mrad\"`"),
+    ("backlash", "clear", "write a twist that certainly exceeds the backlash: `clear = \"1 mrad\"`"),
 ];
 
 impl Declared<'_> {
@@ -298,7 +298,7 @@ impl Declared<'_> {
             if self.table.values.contains_key(key) && !fits(key) {
                 out.push(
                     Diagnostic::error("key::idle", format!("{}: the kind `{kind}` has no `{key}`", self.what))
-                        .at(TableReader::place(self.table, key), "does nothing here")
+                        .at(TableReader::place(self.table, key), "has no effect here")
                         .help("leave it out, or write another kind"),
                 );
             }
@@ -326,7 +326,7 @@ impl Declared<'_> {
             let (what, label) = match key {
                 "torque" => ("motor or disturbance", "no such input"),
                 "spring" => ("spring_damper", "no such spring"),
-                "teeth" => ("gear, harmonic_drive, rack_and_pinion or screw", "no such teeth"),
+                "teeth" => ("gear, harmonic_drive, rack_and_pinion or screw", "no such gear"),
                 _ => ("shaft, mass or spring_damper", "no such element"),
             };
             let help = did_you_mean(nearest(name, names.iter().copied()), || "name one of the model".into());
@@ -349,7 +349,7 @@ pub(super) fn with_harmonics(slots: Vec<Quantity>, extras: &[ExtraTerm]) -> Resu
             let angles = out.iter().filter(|slot| matches!(slot, Quantity::Angle(..))).map(Quantity::signal);
             let angles: Vec<String> = angles.collect();
             let message =
-                format!("`{}` goes with the angle of `{}`, which is not in the logs", extra.term, extra.element);
+                format!("`{}` depends on the angle of `{}`, which is not in the logs", extra.term, extra.element);
             let help = match angles.as_slice() {
                 [] => "log it: no angle is in the logs".to_string(),
                 all => format!("log it; the angles in the logs are {}", quoted(all.iter().map(String::as_str))),
@@ -391,7 +391,7 @@ pub(super) fn with_recordings(
         }
         out[before..].sort_by_key(|one| if let Law::Recording { recording, .. } = one.law { recording } else { 0 });
         if out.len() == before {
-            notes.push(format!("{} is left out: no two logs turned the same way", extra.term));
+            notes.push(format!("kardan omits {}: no two logs have the same direction of rotation", extra.term));
         }
     }
     (out, notes)

@@ -72,8 +72,8 @@ pub(super) fn choose(plant: &Plant, request: &FitRequest, material: &Material<'_
     let free = request.method.is_none() && chosen.method == Method::Steady;
     if free && !plenty && enough(&chosen, &chosen.built.samples) {
         let note = format!(
-            "the logs have {} segments of constant speed, few for {} parameters: everything is used, with filtered derivatives \
-             (`--method steady` takes the segments alone)",
+            "the logs have {} segments of constant speed, few for {} parameters: kardan uses all samples, with filtered derivatives \
+             (`--method steady` uses the segments only)",
             chosen.samples.len(),
             needed(&chosen)
         );
@@ -81,10 +81,10 @@ pub(super) fn choose(plant: &Plant, request: &FitRequest, material: &Material<'_
         chosen.notes.push(note);
     }
     if chosen.columns.identifiable.is_empty() && request.extras.is_empty() {
-        let message = "none of the parameters asked for can be told by a log of this kind";
+        let message = "a log of this kind identifies none of the requested parameters";
         let help = match chosen.method {
-            Method::Steady => "at constant speed nothing accelerates: use `--method dynamic`",
-            Method::Dynamic => "they do not enter the torque balance of what moves",
+            Method::Steady => "at constant speed all accelerations are zero: use `--method dynamic`",
+            Method::Dynamic => "they do not enter the torque balance of the moving parts",
         };
         return Err(vec![Diagnostic::error("identify::structure", message).help(help)]);
     }
@@ -129,8 +129,8 @@ fn folds(samples: &Samples, method: Method) -> Vec<usize> {
 fn too_little(chosen: &Chosen, needed: usize, window: f64) -> Diagnostic {
     let (count, steady) = (&chosen.built.count, chosen.method == Method::Steady);
     let message = format!(
-        "{} {} tell too little for {needed} parameters: of {} windows of {} s, {} lack samples of a channel, in {} a \
-         friction rests or its sign is not known",
+        "{} {} are too few for {needed} parameters: of {} windows of {} s, {} lack samples of a channel, and in {} a \
+         friction sticks or its sign is unknown",
         chosen.samples.len(),
         if steady { "segments of constant speed" } else { "windows" },
         count.all,
@@ -139,16 +139,16 @@ fn too_little(chosen: &Chosen, needed: usize, window: f64) -> Diagnostic {
         count.resting,
     );
     let help = if steady {
-        "use `--method dynamic`, a wider `steady_tolerance`, or a shorter `--window`; or ask for fewer parameters"
+        "use `--method dynamic`, a wider `steady_tolerance`, or a shorter `--window`; or request fewer parameters"
     } else {
-        "log longer, use a shorter `--window`, lower `rest_speed`, or ask for fewer parameters"
+        "log longer, use a shorter `--window`, lower `rest_speed`, or request fewer parameters"
     };
     Diagnostic::error("identify::too-little", message).help(help)
 }
 
 fn too_large() -> Diagnostic {
-    Diagnostic::error("identify::numbers", "the logs hold numbers too large to compute with").help(
-        "check units and factors of the channels, and whether a large number stands for a reading that is missing (it may be left \
+    Diagnostic::error("identify::numbers", "the logs contain numbers too large to compute with").help(
+        "check units and factors of the channels, and whether a large number marks a missing reading (leave such a reading \
          empty)",
     )
 }

@@ -253,10 +253,10 @@ impl GroupReader {
         let none = if missing.is_slower(self.rows) { 0 } else { missing.none };
         let text = match (none, missing.infinite) {
             (0, 0) => return None,
-            (0, infinite) => format!("is infinite in {infinite} of {} rows, which are left out", self.rows),
-            (none, 0) => format!("has no number in {none} of {} rows, which are left out", self.rows),
+            (0, infinite) => format!("is infinite in {infinite} of {} rows, which kardan omits", self.rows),
+            (none, 0) => format!("has no number in {none} of {} rows, which kardan omits", self.rows),
             (none, infinite) => format!(
-                "has no number in {none} of {} rows and is infinite in {infinite}, which are left out",
+                "has no number in {none} of {} rows and is infinite in {infinite}, which kardan omits",
                 self.rows
             ),
         };
@@ -270,10 +270,10 @@ impl GroupReader {
         let (section, own) = (self.section, &self.slots);
         self.windows.finish(&mut |k, readings| store_window(windows, section, k, slots, own, readings));
         if self.gaps > MOST_REMARKS {
-            remarks.push(format!("{} gaps in all", self.gaps));
+            remarks.push(format!("{} gaps in total", self.gaps));
         }
         if self.jumps > MOST_REMARKS {
-            remarks.push(format!("{} jumps of the clock in all", self.jumps));
+            remarks.push(format!("{} jumps of the clock in total", self.jumps));
         }
         if self.jumps > 0 {
             clock_issues.push(format!(
@@ -285,14 +285,17 @@ impl GroupReader {
         if self.first.abs() > LATE || self.step >= SLOW {
             clock_issues.push("may not be in seconds".into());
             remarks.push(format!(
-                "the clock begins at {:.6} s with a row every {:.3e} s: if its numbers are no seconds, say so with `time_unit` in \
+                "the clock begins at {:.6} s with a row every {:.3e} s: if its unit is not seconds, set `time_unit` in \
                  `[log.NAME]`",
                 self.first, self.step
             ));
         }
         if self.repeated > 0 {
-            clock_issues.push(format!("stands still or is missing in {} rows", self.repeated));
-            remarks.push(format!("{} rows repeat the time of the row before, or have none: left out", self.repeated));
+            clock_issues.push(format!("does not advance or is missing in {} rows", self.repeated));
+            remarks.push(format!(
+                "{} rows repeat the time of the row before, or have none: kardan omits them",
+                self.repeated
+            ));
         }
         read.clock = (!clock_issues.is_empty()).then(|| clock_issues.join(", "));
     }

@@ -41,9 +41,9 @@ pub(super) fn law_terms(
             }
             return false;
         }
-        let message = format!("the parameter `{name}` stands in the law of `{element}` and in {} too", quoted(further_uses.iter().map(String::as_str)));
+        let message = format!("the parameter `{name}` occurs in the law of `{element}` and also in {}", quoted(further_uses.iter().map(String::as_str)));
         out.push(Diagnostic::error("identify::parameter", message).help(
-            "what is found of a law must stand in laws of torques alone: give the law a parameter of its own, or take this one out of \
+            "an identified parameter of a law may occur in laws of torques only: give the law its own parameter, or remove this one from \
              `parameters`",
         ));
         false
@@ -133,13 +133,13 @@ fn not_linear(reduced: &Reduced, wrong: &NotLinear) -> Diagnostic {
     let law = &reduced.equations.laws[*formula];
     let text = law.value.expression.text();
     let why = match kink {
-        true => "where it bends or jumps depends on it",
-        false => "its derivative by it depends on parameters that are sought",
+        true => "the place of its kink or jump depends on it",
+        false => "its derivative with respect to it depends on unknown parameters",
     };
     let message = format!("the law of `{}` is not linear in `{parameter}`: {why}: `{text}`", law.element);
     Diagnostic::error("identify::not-linear", message).help(format!(
-        "write it with a factor of its own, as in `-k * sin(arm.phi)`, and ask for that; or take `{parameter}` out of `parameters`: what is \
-         not asked for is known"
+        "give the term its own factor, as in `-k * sin(arm.phi)`, and identify that; or remove `{parameter}` from `parameters`: kardan takes \
+         other parameters as known"
     ))
 }
 

@@ -118,7 +118,7 @@ fn of_project(
     if files.is_empty() {
         return Err(vec![
             Diagnostic::error("log::none", "there is no log to read")
-                .help("name one or more behind the model: `kardan identify my.toml bench.mf4`"),
+                .help("name one or more after the model: `kardan identify my.toml bench.mf4`"),
         ]);
     }
     let set = variant(document, settings.variant.as_deref())?;
@@ -193,7 +193,7 @@ impl Fitting<'_> {
         if request.compare && !ends() {
             out.candidates = compare(&self.whole, &self.material, progress)?;
             if out.candidates.is_empty() {
-                let note = "there is nothing to compare: the terms asked for are one model, and the file has no other candidate";
+                let note = "kardan has no models to compare: the requested terms are one model, and the file has no other candidate";
                 out.notes.insert(0, note.into());
             }
         }
@@ -202,7 +202,7 @@ impl Fitting<'_> {
             out.suggestions = suggest(&self.whole, &self.material, &self.options, &self.plays(), progress);
         }
         if ends() {
-            out.unfinished = missing("what was left to validate and to compare is missing");
+            out.unfinished = missing("the remaining validation and comparison are missing");
         }
         progress.release();
         Ok(out)
@@ -246,7 +246,7 @@ fn with_remarks(mut diagnostics: Vec<Diagnostic>, remarks: &[String]) -> Vec<Dia
     if let (Some(first), false) = (diagnostics.first_mut(), remarks.is_empty()) {
         let own_help = first.help.take().unwrap_or_default();
         let shown = remarks[..remarks.len().min(REMARKS)].join("; ");
-        first.help = Some(format!("{own_help}; and see what the logs say: {shown}"));
+        first.help = Some(format!("{own_help}; remarks about the logs: {shown}"));
     }
     diagnostics
 }

@@ -65,13 +65,13 @@ pub(super) fn open_log(
     let offset = quantity(&reader, table, "time_offset", (Dimension::TIME, Sign::Any), "a log", out);
     if mapped.is_empty() && out.len() == before {
         let names = groups.iter().flat_map(|group| group.channels.iter().map(|channel| channel.name.as_str()));
-        let message = format!("no channel of `{}` is known to the model", file.name);
+        let message = format!("no channel of `{}` matches a signal of the model", file.name);
         let notes = log.notes();
         out.push(Diagnostic::error("log::no-channel", message).help(format!(
-            "say which is which in `[log.NAME]` (`kardan elements log`); the file has {}, the model {}{}{}",
+            "map them in `[log.NAME]` (`kardan elements log`); the file has {}, the model {}{}{}",
             quoted(names.take(24)),
             quoted(signals(model).iter().map(String::as_str)),
-            if notes.is_empty() { "" } else { "; and see what the log says: " },
+            if notes.is_empty() { "" } else { "; remarks about the log: " },
             notes.join("; ")
         )));
     }

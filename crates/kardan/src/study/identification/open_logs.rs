@@ -98,10 +98,10 @@ impl OpenLogs {
             let mut own: Vec<Quantity> = Vec::new();
             for one in logs.iter().flat_map(|log| &log.mapped) {
                 if own.contains(&one.quantity) {
-                    let message = format!("`{}` is in the logs twice", one.quantity.signal());
+                    let message = format!("the logs contain `{}` in two channels", one.quantity.signal());
                     return Err(vec![
                         Diagnostic::error("log::twice", message)
-                            .help("keep one channel for each signal in the `[log.NAME]` tables"),
+                            .help("leave one channel per signal in the `[log.NAME]` tables"),
                     ]);
                 }
                 own.push(one.quantity.clone());
@@ -114,9 +114,9 @@ impl OpenLogs {
             let more: Vec<String> = own.iter().filter(|one| !first.contains(one)).map(Quantity::signal).collect();
             if !missing.is_empty() || !more.is_empty() {
                 let name = self.experiments[k].first().map_or("", |log| log.name.as_str());
-                let message = format!("`{name}` holds other signals than the first log");
+                let message = format!("`{name}` contains other signals than the first log");
                 let help = format!(
-                    "it lacks {}, it has {} besides; logs of one identification hold the same. Two files of one recording are joined by their \
+                    "it lacks {} and has {} in addition; all logs of one identification need the same signals. kardan joins two files of one recording by \
                      time if the model has a `[log.NAME]` with `file` for each",
                     if missing.is_empty() { "nothing".into() } else { quoted(missing.iter().map(String::as_str)) },
                     if more.is_empty() { "nothing".into() } else { quoted(more.iter().map(String::as_str)) }
@@ -156,7 +156,7 @@ impl OpenLogs {
         for logs in experiments {
             recorded.push(read(logs, slots, window, &enough).map_err(failed)?);
             if progress.stop().is_some() {
-                early = Some(format!("of the logs {:.1} % were read", 100.0 * part()));
+                early = Some(format!("kardan read {:.1} % of the logs", 100.0 * part()));
                 break;
             }
         }

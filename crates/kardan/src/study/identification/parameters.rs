@@ -66,9 +66,7 @@ impl Fitted<'_> {
             remark: match (bounded, undetermined) {
                 (true, _) => "at its bound, zero".into(),
                 (_, true) => "these data do not determine it".into(),
-                _ if half.is_nan() => {
-                    "no interval: the fit leaves nothing that could tell how large the errors are".into()
-                }
+                _ if half.is_nan() => "no interval: the fit has no residual from which to estimate the errors".into(),
                 _ => String::new(),
             },
             published: published(self.request, &name),
@@ -93,7 +91,7 @@ impl Fitted<'_> {
                 before,
                 value: before,
                 standard_error: Some(f64::INFINITY),
-                remark: "not determined by a test of this kind, whatever is logged".into(),
+                remark: "a test of this kind does not determine it, whichever signals are logged".into(),
                 published: published(self.request, name),
                 ..IdentifiedParameter::default()
             };
@@ -106,7 +104,7 @@ impl Fitted<'_> {
         };
         found.combination = with.iter().map(part).collect();
         if !with.is_empty() {
-            found.remark = "only this combination can be told".into();
+            found.remark = "only this combination is identifiable".into();
         }
         found
     }
@@ -126,7 +124,7 @@ impl Fitted<'_> {
             found.interval = None;
             found.standard_error = None;
         } else if self.fit.at_end.contains(&number) {
-            found.remark = "at the end of the speeds measured: these data do not determine it".into();
+            found.remark = "at the end of the measured speed range: these data do not determine it".into();
             found.interval = None;
             found.standard_error = Some(f64::INFINITY);
         }
@@ -286,9 +284,9 @@ pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) 
                 values.push(value("stribeck_speed", speed, interval));
             }
             (Shape::Gaussian, ..) => {
-                omissions.push(format!("{}: it is not told well enough, or {friction} is not", extra.name));
+                omissions.push(format!("{}: it or {friction} is not determined well enough", extra.name));
             }
-            _ => omissions.push(format!("{}: a model file has the gaussian shape only", extra.name)),
+            _ => omissions.push(format!("{}: a model file supports the gaussian shape only", extra.name)),
         }
     }
     of_teeth_and_plays(fitted, parameters, &mut values, &mut omissions);
@@ -308,7 +306,7 @@ fn of_teeth_and_plays(
         let found = parameters.iter().find(|one| one.name == name);
         match found.and_then(determined).filter(|value| *value <= 1.0 && (back || *value > 0.0)) {
             Some(value) => values.push(FileValue { name, value, interval: None }),
-            None => omissions.push(format!("{name}: it is not told from 1, or not determined")),
+            None => omissions.push(format!("{name}: it is not distinguishable from 1, or not determined")),
         }
     }
     // A file has no `efficiency_back` alone.
@@ -378,11 +376,11 @@ pub(super) fn is_in_file(extra: &ExtraTerm) -> bool {
 /// Why a term beyond those of the model stays beyond them.
 fn not_in_a_file(law: &Law) -> &'static str {
     match law {
-        Law::Load { .. } => "no key of an element holds it; what teeth lose does: the kind `teeth`",
-        Law::Recordings | Law::Recording { .. } | Law::Drift => "friction does not change with time in a model",
-        Law::Offset => "it is the sensor's: subtract it from the readings",
-        Law::Backlash { .. } => "its width goes there",
-        _ => "no key of an element holds it",
+        Law::Load { .. } => "no key of an element describes it; for a gear loss use the kind `teeth`",
+        Law::Recordings | Law::Recording { .. } | Law::Drift => "friction of a model does not change with time",
+        Law::Offset => "it belongs to the sensor: subtract it from the readings",
+        Law::Backlash { .. } => "kardan writes its width there",
+        _ => "no key of an element describes it",
     }
 }
 

@@ -66,7 +66,7 @@ pub(super) fn plant(
     let mut equations = assemble(&model.all_coordinates, &model.terms);
     let plays = open_plays(&document, &mut equations);
     let failed = |error: &dyn std::fmt::Display| {
-        wrong(format!("the model cannot be reduced: {error}"), "`kardan check` says more")
+        wrong(format!("the model cannot be reduced: {error}"), "`kardan check` reports the details")
     };
     let free = reduce(equations.clone(), None).map_err(|error| failed(&error))?;
     let coordinates = measured_coordinates(&model, &free, slots)?;
@@ -124,14 +124,15 @@ fn measured_coordinates(model: &Model, free: &Reduced, slots: &[Quantity]) -> Re
     let transposed = Matrix::from_fn(basis.columns(), rows.len(), |i, j| basis[(rows[j], i)].clone());
     let pivots = echelon(&transposed, &(0..rows.len()).collect::<Vec<_>>()).pivots;
     if pivots.len() < freedom {
-        let message = format!("the model has {freedom} degrees of freedom, and the logs tell {} of them", pivots.len());
+        let message =
+            format!("the model has {freedom} degrees of freedom, and the logs determine {} of them", pivots.len());
         let help = if measured.is_empty() {
-            "no angle and no speed of a shaft is in the logs; say in `[log.NAME]` which column is which".to_string()
+            "no angle and no speed of a shaft is in the logs; map the columns to signals in `[log.NAME]`".to_string()
         } else {
             let loggable =
                 free.equations.coordinates.iter().filter(|shaft| !measured.contains(shaft)).map(String::as_str);
             let measured = quoted(measured.iter().map(String::as_str));
-            format!("measured are {measured}; log the motion of one of {} too", quoted(loggable))
+            format!("the logs contain {measured}; log the motion of one of {} too", quoted(loggable))
         };
         return Err(wrong(message, help));
     }
@@ -143,8 +144,8 @@ impl Plant {
     fn check_angles(&self) -> Result<(), Vec<Diagnostic>> {
         let reduced = &self.reduced;
         if let Some(moving) = reduced.equations.moving.keys().next() {
-            let message = format!("identification does not know constraints that move: `{moving}`");
-            return Err(wrong(message, "give it an offset that is a number"));
+            let message = format!("identification does not support moving constraints: `{moving}`");
+            return Err(wrong(message, "give it a constant offset"));
         }
         let names = reduced.coordinate_names();
         let blind = names.iter().zip(&self.sensors).filter(|(_, (angle, _))| angle.is_none());
@@ -182,7 +183,7 @@ impl Plant {
         let mut names: Vec<&str> = unilaterals.map(|unilateral| unilateral.element.as_str()).collect();
         names.retain(|name| !self.plays.iter().any(|play| play == name));
         names.dedup();
-        let note = |name| format!("{name} is taken as open: what it holds or presses is no part of the torque balance");
+        let note = |name| format!("kardan treats {name} as open: the torque balance contains no force of it");
         names.into_iter().map(note).collect()
     }
 
@@ -216,7 +217,7 @@ impl Plant {
         if self.torques.iter().all(Option::is_none) {
             let names = quoted(inputs.iter().map(|input| input.element.as_str()));
             return Err(wrong(
-                "no torque of an input is in the logs: without one only ratios of parameters could be told".into(),
+                "no torque of an input is in the logs: without one only ratios of parameters are identifiable".into(),
                 format!("log the torque of one of {names}"),
             ));
         }
@@ -224,16 +225,16 @@ impl Plant {
         for extra in &request.extras {
             if let Some(motor) = extra.torque().filter(|motor| unmeasured.contains(motor)) {
                 return Err(wrong(
-                    format!("`{}` goes with the torque of `{motor}`, which is not in the logs", extra.name),
-                    format!("log the torque of `{motor}`, or leave `{}` out of the parameters", extra.name),
+                    format!("`{}` depends on the torque of `{motor}`, which is not in the logs", extra.name),
+                    format!("log the torque of `{motor}`, or remove `{}` from the parameters", extra.name),
                 ));
             }
         }
         if Regressor::new(&self.reduced, &[], &self.unmeasured, 0.0).rows() == 0 {
             let names = quoted(unmeasured);
             return Err(wrong(
-                format!("nothing is left to compare: the torques of {names} are not in the logs"),
-                "log them, or name those that did nothing under `absent` in `[identification]`",
+                format!("no torque balance remains: the torques of {names} are not in the logs"),
+                "log them, or list those that were zero under `absent` in `[identification]`",
             ));
         }
         Ok(())
@@ -257,7 +258,7 @@ impl Plant {
         if rows == names.len() {
             return names;
         }
-        (0..rows).map(|k| format!("row {}, without the torques not measured", k + 1)).collect()
+        (0..rows).map(|k| format!("row {}, without the unmeasured torques", k + 1)).collect()
     }
 
     /// `K` at rest: the angles of the shafts by the coordinates.

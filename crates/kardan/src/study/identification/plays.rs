@@ -178,11 +178,11 @@ impl Play {
         });
         let windows = |side: &[Contact]| side.iter().map(|one| one.windows).sum::<f64>();
         if windows(&upper).min(windows(&lower)) < FEWEST {
-            return self.untold("in these logs its teeth are hardly ever pressed on both sides".into(), before[0]);
+            return self.untold("in these logs it rarely has contact on both sides".into(), before[0]);
         }
         if !self.untold.is_empty() {
             let names = quoted(self.untold.iter().map(String::as_str));
-            let remark = format!("which way its teeth are pressed needs {names}, which these data do not tell alone");
+            let remark = format!("its contact side depends on {names}, which these data do not identify separately");
             return self.untold(remark, before[0]);
         }
         let [upper, lower] = both([Meeting::of(&upper), Meeting::of(&lower)]);
@@ -202,8 +202,8 @@ impl Play {
                 interval: half.is_finite().then_some(Interval { lower: value - half, upper: value + half }),
                 remark: match half.is_finite() {
                     true => String::new(),
-                    false => "no interval: its teeth are pressed once on each side, and nothing tells how far one contact differs from the \
-                              next"
+                    false => "no interval: it has one contact on each side, so the scatter between contacts is \
+                              unknown"
                         .into(),
                 },
                 ..one

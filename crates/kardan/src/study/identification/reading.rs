@@ -157,8 +157,8 @@ impl Recording {
             if read.rows == 0 {
                 return Err((name, error));
             }
-            damage.insert(0, format!("{} rows of it are used", read.rows));
-            read.remarks.push(format!("{error}; the {} rows before it are used", read.rows));
+            damage.insert(0, format!("kardan uses {} rows of it", read.rows));
+            read.remarks.push(format!("{error}; kardan uses the {} rows before it", read.rows));
         }
         read.damage = (!damage.is_empty()).then(|| damage.join(", "));
         self.logs.push(read);

@@ -63,8 +63,8 @@ pub(super) fn recordings(document: &Document, files: Vec<LogFile>) -> Result<Vec
     if used.iter().any(|&k| of_table[k].len() != count) {
         let each: Vec<String> =
             used.iter().map(|&k| format!("{} of `{}`", of_table[k].len(), document.logs[k].0)).collect();
-        let message = format!("files of several `[log.NAME]` are joined by time, but there are {}", each.join(", "));
-        out.push(Diagnostic::error("log::unpaired", message).help("give as many of each, in the same order"));
+        let message = format!("kardan joins files of several `[log.NAME]` by time, but there are {}", each.join(", "));
+        out.push(Diagnostic::error("log::unpaired", message).help("give the same number of each, in the same order"));
     }
     if !out.is_empty() {
         return Err(out);

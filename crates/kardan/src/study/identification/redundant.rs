@@ -27,8 +27,8 @@ const TAIL: f64 = 0.02;
 const UNITS: [(f64, &str); 6] = [
     (180.0 / std::f64::consts::PI, "deg for rad"),
     (30.0 / std::f64::consts::PI, "rpm for rad/s"),
-    (2.0 * std::f64::consts::PI, "turns for rad"),
-    (360.0, "turns for deg"),
+    (2.0 * std::f64::consts::PI, "revolutions for rad"),
+    (360.0, "revolutions for deg"),
     (1000.0, "a thousandth of the unit for the unit"),
     (60.0, "1/min for 1/s"),
 ];
@@ -205,7 +205,7 @@ impl Redundant {
         let units = UNITS.iter().find_map(|(size, word)| unit(*size, word).or_else(|| unit(-size, word)));
         let hint = match (all(-1.0), units, self.ties.is_empty()) {
             (true, ..) => "a sign is wrong: of the ratio, or of a channel (`factor = -1`)".into(),
-            (_, Some(unit), _) => format!("it looks as if a channel had another unit ({unit}): say it with `unit`"),
+            (_, Some(unit), _) => format!("a channel probably has another unit ({unit}): set it with `unit`"),
             (.., true) => "check the unit or the scale of both channels".into(),
             _ => "correct the ratio, or the unit or the scale of a channel".to_string(),
         };
@@ -231,7 +231,7 @@ impl Redundant {
         let ((motor, by_sense), (_, by_torque)) = (best(true), best(false));
         let names = quoted(self.ties.iter().map(|(name, _)| name.as_str()));
         let size = format!(
-            "{} is apart from what {names} makes of {} by up to {} {}, {} times the noise",
+            "{} differs from the value that {names} gives for {} by up to {} {}, {} times the noise",
             self.signal,
             self.of.join(", "),
             short(range / 2.0),
@@ -244,16 +244,16 @@ impl Redundant {
         let at_ends = apart.iter().filter(near_end).count() as f64 > AT_ENDS * apart.len() as f64;
         if by_sense > GOES && (by_sense > by_torque || at_ends) {
             out.warnings.push(format!(
-                "{size}, one way or the other as the torque of {} has its sense: there is play; give `{element}` some \
-                 `backlash = \"{} {}\"` and find it with `--parameters {element}.backlash`",
+                "{size}; the sign follows that of the torque of {}: backlash; give `{element}` a \
+                 `backlash = \"{} {}\"` and identify it with `--parameters {element}.backlash`",
                 plant.reduced.equations.inputs[motor].element,
                 short(range * factor.abs()),
                 self.unit,
             ));
         } else if by_torque > GOES {
-            out.notes.push(format!("{size}, in proportion to a torque: something twists that is rigid in the model"));
+            out.notes.push(format!("{size}, proportional to a torque: a part that is rigid in the model twists"));
         } else {
-            out.notes.push(format!("{size}: play, twist, or readings that are not of the same time"));
+            out.notes.push(format!("{size}: backlash, twist, or readings taken at different times"));
         }
     }
 }

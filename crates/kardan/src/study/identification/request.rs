@@ -108,18 +108,23 @@ pub(super) fn request(
     let unknowns = unique_unknowns(document, settings, &names, out);
     if unknowns.is_empty() && extras.is_empty() && out.is_empty() {
         out.push(match plays.first() {
-            Some(gear) => Diagnostic::error("identify::nothing", format!("`{gear}.backlash` alone leaves no torque balance to fit"))
-                .help("which way the teeth are pressed follows from that: name a damping or a friction of the model beside it"),
-            None =>
-            Diagnostic::error("identify::nothing", "nothing is to be found: the model has no damping and no friction")
-                .help("name what is to be found with `--parameters shaft.damping,shaft.friction`"),
+            Some(gear) => Diagnostic::error(
+                "identify::nothing",
+                format!("`{gear}.backlash` alone gives no torque balance to fit"),
+            )
+            .help("the contact side follows from that balance: add a damping or a friction of the model"),
+            None => Diagnostic::error(
+                "identify::nothing",
+                "no parameters to identify: the model has no damping and no friction",
+            )
+            .help("name the parameters with `--parameters shaft.damping,shaft.friction`"),
         });
     }
     let confidence = confidence(document, options, out);
     if names.iter().any(|name| name.is_empty()) {
         out.push(
-            Diagnostic::error("identify::parameters", "one of the parameters asked for has no name")
-                .help("write them with commas and nothing empty between: `--parameters wg.damping,wg.friction`"),
+            Diagnostic::error("identify::parameters", "one of the requested parameters has no name")
+                .help("separate them with single commas: `--parameters wg.damping,wg.friction`"),
         );
     }
     let tolerance = number(document, "steady_tolerance", Dimension::NONE, out).unwrap_or_default();
@@ -148,8 +153,8 @@ pub(super) fn request(
     };
     if let Some(window) = request.window.filter(|window| !(*window > 0.0 && window.is_finite())) {
         out.push(
-            Diagnostic::error("identify::window", format!("a window of {window} s has no width"))
-                .help("write one of some 50 samples: `--window \"50 ms\"`"),
+            Diagnostic::error("identify::window", format!("a window of {window} s is empty"))
+                .help("use a window of about 50 samples: `--window \"50 ms\"`"),
         );
     }
     request.retain_sought_bounds(document, out);
@@ -189,7 +194,7 @@ fn unique_unknowns(
         let Some(one) = unknown_parameter(document, settings, name, out) else { continue };
         if let Some(other) = unique.iter().find(|other| other.keys.iter().any(|key| one.keys.contains(key))) {
             let message = format!("`{}` and `{}` are the same coefficient", other.name, one.name);
-            out.push(Diagnostic::error("name::duplicate", message).help("name it once"));
+            out.push(Diagnostic::error("name::duplicate", message).help("remove one of them"));
             continue;
         }
         unique.push(one);
@@ -206,9 +211,9 @@ fn requested_plays(document: &Document, names: &mut Vec<String>, out: &mut Vec<D
         };
         let Some(instance) = name.strip_suffix(".backlash").and_then(gear) else { return true };
         if !instance.table.values.contains_key("backlash") {
-            let message = format!("`{}` has no play whose width could be found", instance.name);
+            let message = format!("`{}` has no backlash to identify", instance.name);
             out.push(Diagnostic::error("identify::play", message).at(instance.place.clone(), "no `backlash`").help(
-                "give it some `backlash` to begin with, so that the angles on its two sides are two: `backlash = \"1 mrad\"`",
+                "give it an initial `backlash`, so that its two sides have separate angles: `backlash = \"1 mrad\"`",
             ));
         }
         found.push(instance.name.clone());
@@ -295,7 +300,7 @@ impl FitRequest {
         for name in self.nonnegative.iter().filter(|name| !is_sought(name)) {
             let names = self.unknowns.iter().map(|one| one.name.as_str());
             out.push(
-                Diagnostic::error("name::unknown", format!("`nonnegative`: `{}` is not to be found", shortened(name)))
+                Diagnostic::error("name::unknown", format!("`nonnegative`: `{}` is not identified", shortened(name)))
                     .at(
                         TableReader::place(&document.identification, "nonnegative"),
                         "not a parameter of this identification",

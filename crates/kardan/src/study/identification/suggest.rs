@@ -159,7 +159,7 @@ fn not_tried(whole: &Whole<'_>) -> Vec<String> {
         for (input, _) in inputs.filter(|(input, _)| !declared(&input.element)) {
             if acts(&input.row).iter().zip(&own).any(|(a, b)| *a != 0.0 && *b != 0.0) {
                 let note = format!(
-                    "a loss of {} in proportion to the torque of {} (`kind = \"load\"`), as that torque would explain itself; \
+                    "a loss of {} proportional to the torque of {} (`kind = \"load\"`), as that torque would explain itself; \
                      declare it where the logs drive and brake",
                     friction.element, input.element
                 );
@@ -451,13 +451,13 @@ impl<'a> Search<'a> {
         let helps =
             impossible.is_none() && !unclear && gain.is_some_and(|(gain, error)| gain > WORTH && gain > SURE * error);
         let verdict = match (probability, &impossible, helps) {
-            (None, ..) => "in these logs it is always seen together with terms that are there".into(),
-            (Some(p), ..) if p >= level => "cannot be told from zero".into(),
-            (_, Some(name), _) => format!("with it {name} would be below zero, which it cannot be"),
+            (None, ..) => "in these logs it always occurs together with terms of the model".into(),
+            (Some(p), ..) if p >= level => "not distinguishable from zero".into(),
+            (_, Some(name), _) => format!("with it {name} would be negative, which is impossible"),
             _ if unclear => {
-                "half the width found is not within the twist from which it was taken to be in touch".into()
+                "half the identified width is not less than the twist that was assumed to mean contact".into()
             }
-            (.., false) => "predicts what was not seen no better".into(),
+            (.., false) => "does not predict unused data better".into(),
             _ => String::new(),
         };
         let suggestion = Suggestion {
@@ -506,7 +506,7 @@ impl<'a> Search<'a> {
             one.verdict = match () {
                 () if one.accepted => "take it".into(),
                 () if (gain - best.2).abs() < SAME => {
-                    format!("the same torques as {name} in these logs: which of the two it is they do not tell")
+                    format!("the same torques as {name} in these logs: the logs do not distinguish the two")
                 }
                 () => format!("helps, for each parameter less than {name}"),
             };

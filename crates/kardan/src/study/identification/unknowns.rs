@@ -116,7 +116,7 @@ pub(super) fn unknown_parameter(
             let set = settings.iter().find(|set| set.name == name).map_or(&parameter.value, |set| &set.value);
             return Some(UnknownParameter { name: name.into(), keys, before: Some(set.to_f64()), parameter: true });
         }
-        let message = format!("the parameter `{name}` stands for no single coefficient of the torque balance");
+        let message = format!("the parameter `{name}` is not a single coefficient of the torque balance");
         out.push(Diagnostic::error("identify::parameter", message).help(
             "only inertias, dampings, stiffnesses and Coulomb frictions enter it linearly; ratios and angles do not",
         ));
@@ -137,7 +137,7 @@ pub(super) fn unknown_parameter(
         None => help,
     };
     out.push(
-        Diagnostic::error("name::unknown", format!("there is no parameter `{}` to be found", shortened(name)))
+        Diagnostic::error("name::unknown", format!("the model has no parameter `{}` to identify", shortened(name)))
             .help(help),
     );
     None

@@ -19,9 +19,9 @@ pub(super) fn drop_unused_directions(request: &mut FitRequest, plant: &Plant, ma
     request.extras.retain(|extra| {
         let idle = number.next().is_some_and(silent) && of_teeth(extra);
         if let (true, Law::Teeth { back }) = (idle, &extra.law) {
-            let way = if *back { "driven by what is behind it" } else { "driving" };
+            let way = if *back { "driven by the load" } else { "driving" };
             notes.push(format!(
-                "{} is left out: in these logs the first body of {} is never {way}",
+                "kardan omits {}: in these logs the first body of {} is never {way}",
                 extra.name, extra.element
             ));
         }

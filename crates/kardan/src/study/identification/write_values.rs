@@ -48,7 +48,7 @@ pub fn write_values(source: &str, found: &Identification) -> Result<(String, Vec
     let before = diagnostics(source);
     let refused = |new: Vec<Diagnostic>| -> Vec<Diagnostic> {
         let refused = |one: Diagnostic| {
-            let message = format!("with what was found the file would have a mistake: {}", one.message);
+            let message = format!("the identified values would make the file invalid: {}", one.message);
             // Its places are those of a text that nobody has.
             Diagnostic { message, labels: Vec::new(), ..one }
         };
@@ -193,8 +193,8 @@ impl TermEdit {
                 Some(text) => out = text,
                 None => {
                     warning = Some(format!(
-                        "{}: it is a law of a torque now, and its entry of `extra` in `[identification]` cannot be told from what stands \
-                         beside it: remove it before you identify again",
+                        "{}: it is now a law of a torque, and kardan cannot separate its entry of `extra` in `[identification]` from the text \
+                         around it: remove it before you identify again",
                         term.term
                     ));
                 }
