@@ -151,7 +151,7 @@ pub fn bench_controller(
         }
         (None, Some(first)) => Ok(first.name.clone()),
         (None, None) => Err(vec![
-            Diagnostic::error("control::unknown", "there is no controller to be tried on the bench")
+            Diagnostic::error("control::unknown", "the model has no controller to test on the bench")
                 .help("add one, such as `[control.drive]` with `law = \"decoupling\"`"),
         ]),
     }

@@ -270,7 +270,7 @@ fn prepare_excluding(
     let mut spec = Spec::read(document, &own, &mut out);
     spec.seed = settings.seed.unwrap_or(spec.seed);
     if spec.seed.checked_add(settings.repetitions as u64).is_none() {
-        let message = format!("there are not so many seeds from {} on", spec.seed);
+        let message = format!("the requested seeds from {} on exceed the largest seed", spec.seed);
         out.push(Diagnostic::error("bench::seed", message).help("begin with a smaller seed"));
     }
     if let Some(plan) = &settings.plan {
@@ -369,7 +369,7 @@ fn true_values(
             Some(entries) => truth.given(document, own, entries, out),
             None => {
                 notes.push(format!(
-                    "No true values are given: each inertia, damping and friction was drawn within {} % of its value.",
+                    "The file has no true values: kardan drew each inertia, damping and friction within {} % of its value.",
                     100.0 * spec.spread
                 ));
                 truth.drawn(document, own, spec.spread, spec.seed)
@@ -384,7 +384,7 @@ fn true_values(
     };
     let truth = truth.given(document, own, &entries, &mut diagnostics);
     out.extend(diagnostics.into_iter().map(|diagnostic| Diagnostic {
-        message: format!("the true values that are given: {}", diagnostic.message),
+        message: format!("the given true values: {}", diagnostic.message),
         labels: Vec::new(),
         ..diagnostic
     }));
@@ -489,7 +489,7 @@ impl PreparedBench {
                 let help = unknown_name(&name.value, names());
                 let message =
                     format!("`parameters` of `[bench]`: the model has no coefficient `{}`", shortened(&name.value));
-                out.push(Diagnostic::error("name::unknown", message).at(name.place.clone(), "not known").help(help));
+                out.push(Diagnostic::error("name::unknown", message).at(name.place.clone(), "unknown").help(help));
             }
             planner.coefficients.extend(found);
         }
@@ -516,8 +516,7 @@ impl PreparedBench {
                 let trajectory = Arc::new(sequence.trajectory(spec.seed).0);
                 let (_, complete) = Servo::new(model, &self.motors, trajectory, spec.period, spec.bandwidth);
                 if !complete {
-                    let note =
-                        "The encoders do not tell all coordinates: the servo loops read their angles as they are.";
+                    let note = "The encoders do not determine all coordinates: the servo loops read the exact angles.";
                     self.notes.push(note.into());
                 }
                 self.scenario.position = angles_at(model, &vec![0.0; model.degrees_of_freedom()], &self.plant);
@@ -596,8 +595,8 @@ fn why(refusal: Refusal, document: &Document, spec: &Spec, determinable: &str) -
     let (key, message, help) = match refusal {
         Refusal::NotDriven => (
             "plan",
-            "the motors cannot push every motion of the model, so they cannot play a plan".to_string(),
-            "the bench needs a motor for each degree of freedom: make the model rigid (compliance belongs into `truth`), or add \
+            "the motors cannot drive every motion of the model, so they cannot execute a plan".to_string(),
+            "the bench needs a motor for each degree of freedom: make the model rigid (compliance belongs in `truth`), or add \
              motors"
                 .to_string(),
         ),
@@ -608,34 +607,34 @@ fn why(refusal: Refusal, document: &Document, spec: &Spec, determinable: &str) -
         ),
         Refusal::TooMany(looked) => (
             "levels",
-            format!("the speeds of all coordinates make {looked} combinations"),
+            format!("the speeds of all coordinates have {looked} combinations"),
             "choose fewer levels, or sines or steps".to_string(),
         ),
         Refusal::TooFew { candidates, looked, count } => (
             "points",
             format!(
-                "of {looked} set points only {candidates} keep the limits of speeds and torques, and {count} are to be chosen"
+                "of {looked} set points only {candidates} satisfy the limits of speeds and torques, and the plan needs {count}"
             ),
             "raise `levels`, lower `speed_limit`, `least_speed` or `points`, or give the motors more torque".to_string(),
         ),
         Refusal::Undetermined(mixed) if mixed.is_empty() => (
             "plan",
-            "this kind of motion tells no coefficient of the model".to_string(),
-            "give the model an inertia, damping or friction that is to be told, or choose another plan".to_string(),
+            "this kind of motion identifies no coefficient of the model".to_string(),
+            "give the model an inertia, damping or friction to identify, or choose another plan".to_string(),
         ),
         Refusal::Undetermined(mixed) => (
             "parameters",
-            format!("no log of this kind of motion can tell {} apart", quoted(mixed.iter().map(String::as_str))),
-            if determinable.is_empty() { "choose another plan".into() } else { format!("this kind of motion can tell {determinable}") },
+            format!("no log of this kind of motion can distinguish {}", quoted(mixed.iter().map(String::as_str))),
+            if determinable.is_empty() { "choose another plan".into() } else { format!("this kind of motion can identify {determinable}") },
         ),
         Refusal::Singular => (
             "points",
-            "so few points do not determine all that is to be told".to_string(),
-            "raise `points`, list more `speeds`, or ask for fewer parameters".to_string(),
+            "so few points do not determine all parameters to identify".to_string(),
+            "raise `points`, list more `speeds`, or request fewer parameters".to_string(),
         ),
         Refusal::TooLong(time) => (
             "duration",
-            format!("the plan takes {time:.1} s or more, and {} s are allowed", spec.duration),
+            format!("the plan takes {time:.1} s or more, but the limit is {} s", spec.duration),
             "choose fewer points, a shorter dwell, or a longer duration".to_string(),
         ),
     };

@@ -68,9 +68,9 @@ impl Spec {
         let levels = bench.count("levels", 8, (2, 50));
         let points = bench.count("points", 16, (1, 1000));
         let seed = bench.whole("seed").unwrap_or_default();
-        let positive = (Sign::Positive, "write the largest speed either way, such as \"60 rad/s\"");
+        let positive = (Sign::Positive, "write the largest speed in either direction, such as \"60 rad/s\"");
         let nonnegative =
-            (Sign::NonNegative, "write the least speed either way, such as \"0.5 rad/s\", or \"0 rad/s\"");
+            (Sign::NonNegative, "write the least speed in either direction, such as \"0.5 rad/s\", or \"0 rad/s\"");
         let speed_limits = bench.speeds("speed_limit", positive);
         let least_speeds = bench.speeds("least_speed", nonnegative);
         let speeds = bench.speeds("speeds", (Sign::Any, "write speeds such as \"-60 rad/s\""));
@@ -155,7 +155,7 @@ impl BenchTable<'_> {
                 if !self.document.suppressed.has(&name.value) {
                     let help = unknown_name(&name.value, bodies().map(|body| body.name.as_str()));
                     self.out.push(
-                        Diagnostic::error("name::unknown", format!("{label}: there is no such shaft or mass"))
+                        Diagnostic::error("name::unknown", format!("{label}: the model has no such shaft or mass"))
                             .at(name.place.clone(), "not a shaft, not a mass")
                             .help(help),
                     );

@@ -148,7 +148,7 @@ fn find(document: &Document, name: &Placed<String>, label: &str, out: &mut Vec<D
         if !document.suppressed.has(head) {
             out.push(
                 Diagnostic::error("name::unknown", format!("{label}: {message}"))
-                    .at(name.place.clone(), "not known")
+                    .at(name.place.clone(), "unknown")
                     .help(help),
             );
         }
@@ -174,10 +174,10 @@ fn find(document: &Document, name: &Placed<String>, label: &str, out: &mut Vec<D
     let Some((field, (dimension, sign))) = found else {
         let names = || numbers().map(|field| field.name);
         let help = nearest(key, names()).map_or_else(
-            || format!("keys of a {} that are numbers: {}", kind.keyword, quoted(names())),
+            || format!("numeric keys of a {}: {}", kind.keyword, quoted(names())),
             |near| format!("did you mean `{head}.{near}`?"),
         );
-        return wrong(format!("a {} has no number `{}`", kind.keyword, shortened(key)), help);
+        return wrong(format!("a {} has no numeric key `{}`", kind.keyword, shortened(key)), help);
     };
     Some(Target::Key { element: number, field, dimension, sign })
 }
@@ -209,7 +209,7 @@ fn read(
     out.push(
         Diagnostic::error("number::sign", format!("{label} must be {rule}, found {}", value.to_f64()))
             .at(scalar.place.clone(), "out of range")
-            .help("the plant must be one that could be built"),
+            .help("the plant must be physically possible"),
     );
     None
 }

@@ -118,7 +118,7 @@ pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: Begi
         notes.extend(found.err().map(|why| format!("{}: {why}", effect.definition.name)));
     }
     if run.failed.is_none() && before(run, free, first) {
-        notes.push("the condition of detection holds before the fault begins, with and without it".into());
+        notes.push("the detection condition is true before the fault begins, with and without it".into());
     }
     Judged {
         detected_after,
@@ -191,7 +191,7 @@ fn measure(
     let values: Vec<f64> = match effect.difference {
         false => values.to_vec(),
         true => {
-            let fault_free = fault_free.get(rows).ok_or("the run without the fault ended before")?;
+            let fault_free = fault_free.get(rows).ok_or("the run without the fault ended earlier")?;
             values.iter().zip(fault_free).map(|(value, reference)| value - reference).collect()
         }
     };

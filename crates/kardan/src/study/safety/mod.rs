@@ -177,10 +177,10 @@ fn tried(prepared: &Prepared) -> Result<&SafetySpec, Diagnostic> {
     let help = "write faults, `[fault.encoder_lost]` with `sensor = \"encoder\"` and `at = \"0.5 s\"`, and a table `[safety]`; \
                 `kardan elements safety` shows one";
     let Some(spec) = prepared.safety.as_ref().filter(|spec| !spec.faults.is_empty()) else {
-        return Err(Diagnostic::error("safety::faults", "the file has no faults to try").help(help));
+        return Err(Diagnostic::error("safety::faults", "the file has no faults to analyse").help(help));
     };
     if spec.detected.is_none() && spec.effects.is_empty() {
-        let message = "`[safety]` says neither what tells that a fault was detected, nor which effects are unwanted";
+        let message = "`[safety]` defines neither a detection condition nor unwanted effects";
         let help = "add `detected = \"MONITOR\"`, or an effect: `[[safety.effect]]` with `signal` and `below`";
         return Err(Diagnostic::error("safety::judge", message).help(help));
     }
@@ -200,7 +200,7 @@ fn chosen(prepared: &Prepared, spec: &SafetySpec) -> Result<Vec<String>, Diagnos
     }
     let names: Vec<String> = all.into_iter().map(|variant| variant.name.clone()).collect();
     if names.is_empty() {
-        let message = "every variant has faults of its own: none is left to compare with";
+        let message = "every variant has faults of its own: no fault-free run exists for comparison";
         return Err(Diagnostic::error("safety::variant", message).help("add a variant without `faults`"));
     }
     Ok(names)
@@ -209,9 +209,7 @@ fn chosen(prepared: &Prepared, spec: &SafetySpec) -> Result<Vec<String>, Diagnos
 /// Faults that happen in all runs.
 fn always(prepared: &Prepared) -> Option<String> {
     let some = prepared.all().any(|variant| !variant.has_faults && !variant.scenario.faults.is_empty());
-    some.then(|| {
-        "The faults of `[[scenario.fault]]` happen in all runs, also in those that count as without a fault.".into()
-    })
+    some.then(|| "The faults of `[[scenario.fault]]` occur in all runs, also in the runs counted as fault-free.".into())
 }
 
 /// What fails in a row.
@@ -241,7 +239,7 @@ impl Cases {
         }
         if !omitted.is_empty() {
             let all = omitted.join(", ");
-            notes.push(format!("Pairs of faults of one part at the same time are left out: {all}."));
+            notes.push(format!("kardan omits pairs of faults of one part at the same time: {all}."));
         }
         Self { list, notes }
     }
@@ -261,7 +259,7 @@ impl Table<'_> {
     fn variant(&self, prepared: &Prepared, name: &str, counted: &Counted<'_>) -> Found {
         let (Some(spec), Some(variant)) = (&prepared.safety, prepared.all().find(|variant| variant.name == name))
         else {
-            return self.refused(name, "the variant is not there at these values", counted);
+            return self.refused(name, "the variant does not exist at these values", counted);
         };
         let run = |faults: &[String]| {
             let settings = Settings { faults: faults.to_vec(), runs_only: true, ..Settings::default() };
@@ -280,12 +278,12 @@ impl Table<'_> {
             }
             let Some(begins) = begin(variant, faults) else {
                 counted.count(1);
-                let note = "nothing in the loop of this variant reads or computes what fails".to_string();
+                let note = "no part of the loop of this variant reads or computes the failing part".to_string();
                 return Some((self.row(name, faults, SafetyVerdict::Absent, Some(note)), Vec::new()));
             };
             if variant.failing(faults).is_err() {
                 counted.count(1);
-                let note = "these faults are of one part at the same time".to_string();
+                let note = "these faults affect one part at the same time".to_string();
                 return Some((self.row(name, faults, SafetyVerdict::Failed, Some(note)), Vec::new()));
             }
             let (at, end) = (begins.all[1], variant.scenario.duration);
@@ -423,7 +421,7 @@ fn finished(mut out: Safety, why: Option<String>) -> Safety {
     if let Some(condition) = &out.detected
         && !faulty().any(|row| row.detected_after.is_some())
     {
-        out.notes.push(format!("No fault of this list ever makes `{condition}` hold."));
+        out.notes.push(format!("No fault of this list makes `{condition}` true."));
     }
     let alarms: BTreeSet<&str> = out
         .rows
@@ -432,11 +430,11 @@ fn finished(mut out: Safety, why: Option<String>) -> Safety {
         .map(|row| row.variant.as_str())
         .collect();
     if !alarms.is_empty() {
-        out.notes.push(format!("The condition of detection holds without a fault in {}.", quoted(alarms)));
+        out.notes.push(format!("The detection condition is true without a fault in {}.", quoted(alarms)));
     }
     for monitor in &out.monitors {
         if monitor.raised_by.is_empty() {
-            out.notes.push(format!("Monitor `{}`: no fault of this list ever raises it.", monitor.name));
+            out.notes.push(format!("Monitor `{}`: no fault of this list raises it.", monitor.name));
         }
         if !monitor.false_alarms.is_empty() {
             let variants = quoted(monitor.false_alarms.iter().map(String::as_str));

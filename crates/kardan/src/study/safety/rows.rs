@@ -34,8 +34,8 @@ pub(in crate::study) fn check_rows(document: &Document, prepared: &Prepared, out
             .find_map(|variant| variant.faults.iter().filter(own).find_map(|fault| next(variant, fault)));
         let Some((fault, begins, step)) = found else { continue };
         let message = format!(
-            "{what} of {length} s behind the begin of `{fault}` at {begins} s is over before the next row of the results, {step:.3e} s later: nothing \
-             can be seen in it"
+            "{what} of {length} s after the start of `{fault}` at {begins} s ends before the next row of the results, {step:.3e} s later: it \
+             contains no row"
         );
         out.push(
             Diagnostic::error("safety::window", message)

@@ -97,7 +97,7 @@ pub(in crate::study) fn safety_spec<'a>(
         };
         if let Some(fault) = faults.iter().find(late) {
             let message = format!(
-                "effect `{}`: its window ends {} s behind the begin of `{}` at {} s, after the end of the run at {duration} s",
+                "effect `{}`: its window ends {} s after the start of `{}` at {} s, after the end of the run at {duration} s",
                 effect.definition.name,
                 effect.window,
                 fault.name,
@@ -106,7 +106,7 @@ pub(in crate::study) fn safety_spec<'a>(
             let place = TableReader::place(table, "window");
             out.push(
                 Diagnostic::error("safety::window", message)
-                    .at(place, "beyond the end")
+                    .at(place, "after the end")
                     .help("lengthen `duration`, or shorten it"),
             );
         }
@@ -130,15 +130,15 @@ fn fault_names(document: &Document, is_declared: bool, out: &mut Vec<Diagnostic>
     let all = || document.faults.iter().map(|(name, _)| name.value.clone()).collect::<Vec<_>>();
     let Some(Placed { value: Value::Names(names), place }) = table.values.get("faults") else {
         if is_declared && document.faults.is_empty() && !document.suppressed.all {
-            let message = format!("{SAFETY}: the file has no fault with a name to try");
+            let message = format!("{SAFETY}: the file has no named fault to analyse");
             let help = "write some: `[fault.encoder_lost]` with `sensor = \"encoder\"` and `at = \"0.5 s\"`";
-            out.push(Diagnostic::error("safety::faults", message).at(table.place.clone(), "nothing to try").help(help));
+            out.push(Diagnostic::error("safety::faults", message).at(table.place.clone(), "no faults").help(help));
         }
         return all();
     };
     if names.is_empty() {
-        let message = format!("{SAFETY}: `faults` is an empty list: nothing is tried");
-        let help = "name some, or leave it out for all of them";
+        let message = format!("{SAFETY}: `faults` is an empty list: the analysis has no case");
+        let help = "name some, or omit it to select all";
         out.push(Diagnostic::error("list::length", message).at(place.clone(), "empty").help(help));
     }
     for word in names.iter().filter(|word| !document.suppressed.all && !document.has_fault(&word.value)) {
@@ -194,7 +194,7 @@ fn value_names(
             out.push(
                 Diagnostic::error("safety::varied", message)
                     .at(name.place.clone(), "set by a variant")
-                    .help("take it out here, or name under `variants` those that do not set it"),
+                    .help("remove it here, or list under `variants` those that do not set it"),
             );
             continue;
         }
@@ -263,10 +263,10 @@ fn check_alone(document: &Document, spec: &SafetySpec, out: &mut Vec<Diagnostic>
     let table = &document.safety;
     let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
     if spec.within.is_some() && !here("detected") {
-        let message = format!("{SAFETY}: `within` says nothing without `detected`");
+        let message = format!("{SAFETY}: `within` has no effect without `detected`");
         let place = TableReader::place(table, "within");
-        let help = "add the condition that says that something was detected: `detected = \"MONITOR\"`";
-        out.push(Diagnostic::error("key::missing", message).at(place, "of what?").help(help));
+        let help = "add the detection condition: `detected = \"MONITOR\"`";
+        out.push(Diagnostic::error("key::missing", message).at(place, "no `detected`").help(help));
     }
 }
 
@@ -289,12 +289,12 @@ fn effect<'a>(
     if let [Some(below), Some(above)] = bounds
         && above >= below
     {
-        let message = format!("{what}: nothing is above {above} and below {below}");
+        let message = format!("{what}: no value is above {above} and below {below}");
         let place = TableReader::place(table, "below");
         out.push(
             Diagnostic::error("requirement::bounds", message)
                 .at(place, "not above `above`")
-                .help("let `above` be less than `below`"),
+                .help("make `above` less than `below`"),
         );
     }
     let window = quantity(reader, table, "window", (Dimension::TIME, Sign::Positive), &what, out);

@@ -45,11 +45,11 @@ impl Project {
             return refused(message, "run with the model, its `--set`, and the version of kardan that made them");
         }
         if !identity.ends_with(&format!(", {integrated}")) {
-            let message = format!("the rows were integrated otherwise: {identity}; this is {integrated}");
+            let message = format!("the rows used other integration settings: {identity}; this is {integrated}");
             return refused(message, "give the `--method` and `--tolerance` of the sweep");
         }
         if rows.is_empty() || rows.len() > MOST_ROWS {
-            let message = format!("{} rows are to be run again: there can be 1 to {MOST_ROWS}", rows.len());
+            let message = format!("{} rows selected to run again: the allowed number is 1 to {MOST_ROWS}", rows.len());
             return refused(message, "choose some with `--sample 17,203` and `--variant NAME`");
         }
         let varied = prepared.sweep.as_ref().map(|spec| self.with_laws(&spec.varied)).unwrap_or_default();
@@ -147,7 +147,7 @@ fn refused_row(row: &RowAgain, diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> 
     let in_row = |one: Diagnostic| {
         let message = format!("sample {} of `{}` cannot be run: {}", row.sample, row.variant, one.message);
         Diagnostic { message, labels: Vec::new(), ..one }
-            .help("it has a reason in place of numbers in its row: leave it out of `--sample`")
+            .help("its row contains a reason instead of numbers: omit it from `--sample`")
     };
     diagnostics.into_iter().filter(is_error).map(in_row).collect()
 }

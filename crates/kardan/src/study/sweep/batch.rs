@@ -83,7 +83,7 @@ fn followed(
         let name = &varied.name;
         let more = || {
             format!(
-                "`{name}` reaches more than inertias, dampings, stiffnesses and frictions, or these not in proportion"
+                "`{name}` affects more than inertias, dampings, stiffnesses and frictions, or these not proportionally"
             )
         };
         let mut values = base.to_vec();
@@ -92,8 +92,8 @@ fn followed(
         values[k] = probe_values
             .into_iter()
             .find(|value| *value != base[k])
-            .ok_or_else(|| format!("`{name}` has one value"))?;
-        let changed = prepared_with(&values).ok_or_else(|| format!("laws or programs follow `{name}`"))?;
+            .ok_or_else(|| format!("`{name}` has only one value"))?;
+        let changed = prepared_with(&values).ok_or_else(|| format!("laws or programs depend on `{name}`"))?;
         if slots(&changed.reduced) != *all || rest(&changed) != expected {
             return Err(more());
         }
@@ -140,7 +140,7 @@ impl<'p> Batch<'p> {
             let found = sampled(document, (variant, own), spread, (values, None)).ok();
             found.filter(|found| has_same_laws(found, variant))
         };
-        let first = prepared_with(&base).ok_or("laws or programs follow what varies")?;
+        let first = prepared_with(&base).ok_or("laws or programs depend on the varied parameters")?;
         let all = slots(&first.reduced);
         let from = followed(&all, spread, (&base, &first), &prepared_with)?;
         let varying: Vec<(Slot, (usize, f64))> =
@@ -151,10 +151,10 @@ impl<'p> Batch<'p> {
             let (kind, term) = *slot;
             let name = &spread[from.0].name;
             if base[from.0] * from.1 <= 0.0 {
-                return Err(format!("what follows `{name}` is not above zero"));
+                return Err(format!("a coefficient that depends on `{name}` is not positive"));
             }
             if kind == CoefficientKind::Friction && stribeck(term) {
-                return Err(format!("`{name}` is a friction that changes with the speed"));
+                return Err(format!("`{name}` is a friction that depends on the speed"));
             }
             let name = format!("given.{k}");
             let coefficient = reduced.equations.coefficient_mut(*slot);

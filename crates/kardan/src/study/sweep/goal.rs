@@ -80,7 +80,7 @@ pub(super) fn target(
         let listed: Vec<String> = all.iter().enumerate().map(|(k, text)| format!("{} `{text}`", k + 1)).collect();
         match listed.is_empty() {
             true => "write one: `[[requirement]]`".to_string(),
-            false => format!("name it by its number or its words: {}", listed.join(", ")),
+            false => format!("name it by its number or its text: {}", listed.join(", ")),
         }
     };
     let refused = |message: String, help: String| {
@@ -109,16 +109,22 @@ pub(super) fn target(
         },
     };
     if measured == Measure::Events {
-        let message = format!("`{}` counts: it holds or not, and has no magnitude that tells the way", all[number]);
-        return Err(refused(message, "name a requirement of a signal, or let samples tell how often it holds".into()));
+        let message = format!(
+            "`{}` is a count: it is satisfied or not, and has no magnitude that gives a search direction",
+            all[number]
+        );
+        return Err(refused(
+            message,
+            "name a requirement of a signal, or estimate with samples how often it is satisfied".into(),
+        ));
     }
     variants.retain(|name| requirement.variants.is_empty() || requirement.variants.contains(name));
     if variants.is_empty() {
-        let message = format!("`{}` is none of a variant that is chosen", all[number]);
-        return Err(refused(message, format!("choose one of its own: `--variant {}`", requirement.variants[0])));
+        let message = format!("`{}` applies to no chosen variant", all[number]);
+        return Err(refused(message, format!("choose one of its variants: `--variant {}`", requirement.variants[0])));
     }
     if varied.is_empty() {
-        return Err(refused("nothing varies".into(), "write tolerances, or `[[sweep.vary]]`".into()));
+        return Err(refused("no parameter varies".into(), "write tolerances, or `[[sweep.vary]]`".into()));
     }
     Ok(Target { requirement: number, below: requirement.below, above: requirement.above })
 }

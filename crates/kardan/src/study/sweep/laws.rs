@@ -10,7 +10,7 @@ use crate::synthesis::Program;
 pub(super) fn designed_anew(spread: &[Varied]) -> impl Iterator<Item = String> {
     spread.iter().filter(|varied| !varied.laws.is_empty()).map(|varied| {
         format!(
-            "`{}` stands in laws alone ({}): they are designed anew for each sample, with its value and else those in the file.",
+            "`{}` occurs in laws only ({}): kardan redesigns them for each sample, with its value and otherwise the values in the file.",
             varied.name,
             quoted(varied.laws.iter().map(String::as_str))
         )

@@ -83,8 +83,8 @@ impl Project {
             return Err(diagnostics);
         }
         let nothing = || {
-            let help = "write tolerances behind values, \"100 N m/rad ± 10 %\", or a table `[sweep]`; `kardan elements sweep` shows one";
-            vec![Diagnostic::error("sweep::nothing", "nothing in the file varies").help(help)]
+            let help = "write tolerances after values, \"100 N m/rad ± 10 %\", or a table `[sweep]`; `kardan elements sweep` shows one";
+            vec![Diagnostic::error("sweep::nothing", "no value of the file varies").help(help)]
         };
         let spec = prepared.sweep.as_ref().filter(|spec| !spec.varied.is_empty()).ok_or_else(nothing)?;
         let seed = settings.seed.unwrap_or(spec.seed);
@@ -182,7 +182,7 @@ impl Project {
             return Err(diagnostics.to_vec());
         }
         if let (Some(_), false) = (plan.shard, plan.goal == SweepGoal::Samples) {
-            let message = "a shard is a part of samples that are known before: there is none of a search, nor of samples until there are enough";
+            let message = "a shard is a part of samples known in advance: a search has no shards, nor has a sweep with a stopping rule";
             return Err(vec![Diagnostic::error("sweep::shard", message).help("run it on one machine")]);
         }
         let all_settings = self.document().variant_settings();
@@ -243,7 +243,7 @@ impl Project {
         }
         drop(previous);
         let mut out = self.sweep_summary(plan, rows);
-        out.warnings.extend(ended.map(|why| format!("{why}: what was not computed by then is missing")));
+        out.warnings.extend(ended.map(|why| format!("{why}: results not computed by then are missing")));
         Ok(out)
     }
 
@@ -391,7 +391,7 @@ fn note_scalar_runs(
     }
     for (why, names) in reasons {
         let of = if names.len() == chosen.len() { String::new() } else { format!(" of {}", names.join(", ")) };
-        progress.message(&format!("runs{of} go one by one, not side by side in lanes: {why}"));
+        progress.message(&format!("kardan runs samples{of} one by one, not as a SIMD ensemble in lanes: {why}"));
     }
 }
 
@@ -400,7 +400,7 @@ fn answering<T>(run: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     // What it has begun to change is dropped with it.
     catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|panic| {
         let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
-        Err(format!("a mistake in kardan, please report it: {}", text.unwrap_or("without words")))
+        Err(format!("an internal error of kardan, please report it: {}", text.unwrap_or("no message")))
     })
 }
 
@@ -421,8 +421,8 @@ fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagn
     let refused = |code, message: String, help: &str| Err(Diagnostic::error(code, message).help(help));
     let requested = settings.samples.unwrap_or(spec.samples);
     let too_many = |samples: u64| {
-        let message = format!("{samples} samples: there can be 1 to {MOST_SAMPLES}");
-        refused("sweep::samples", message, "ask for another number of samples")
+        let message = format!("{samples} samples: the allowed number is 1 to {MOST_SAMPLES}");
+        refused("sweep::samples", message, "request another number of samples")
     };
     if requested == 0 || requested > MOST_SAMPLES {
         return too_many(requested);
@@ -430,25 +430,25 @@ fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagn
     let drawn = spec.sampling.group(2) == 1 && !matches!(spec.sampling, SamplingMethod::Levels(_));
     match &settings.goal {
         SweepGoal::Until(width) if !(1e-5..0.5).contains(width) => {
-            let message = format!("`--until`: half of the width of intervals is between 1e-5 and 0.5, not {width}");
-            return refused("sweep::until", message, "0.01 asks for probabilities to 1 %");
+            let message = format!("`--until`: the half-width of intervals must be between 1e-5 and 0.5, not {width}");
+            return refused("sweep::until", message, "0.01 requests probabilities to 1 %");
         }
         SweepGoal::Until(_) if !drawn => {
             let word = spec.sampling.word();
             let message =
-                format!("`--until`: the samples of `points = \"{word}\"` are a whole, and not drawn one by one");
-            return refused("sweep::until", message, "take other points, or leave it out");
+                format!("`--until`: the samples of `points = \"{word}\"` are a fixed set, and not drawn one by one");
+            return refused("sweep::until", message, "choose other points, or omit it");
         }
         SweepGoal::Worst(_) => {
             let least = requested.div_ceil(BLOCKS_OF_SEARCH).clamp(LEAST_OF_SEARCH, LEAST_BLOCK);
             return Ok((requested, requested.div_ceil(MOST_BLOCKS).max(least)));
         }
         SweepGoal::Rare(_) if requested < LEAST_LEVEL => {
-            let message = format!("`--rare`: {requested} samples of a level are less than {LEAST_LEVEL}");
+            let message = format!("`--rare`: {requested} samples per level are fewer than {LEAST_LEVEL}");
             return refused(
                 "sweep::samples",
                 message,
-                "ask for more: 1000 tell a probability of 1e-5 to about a third of it",
+                "request more: 1000 give a probability of 1e-5 to about a third of it",
             );
         }
         SweepGoal::Rare(_) => {
@@ -461,8 +461,8 @@ fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagn
         SamplingMethod::Levels(levels) => {
             let all = combinations(levels, spec.varied.iter().map(|varied| &varied.distribution));
             if settings.samples.is_some_and(|requested| requested != all) {
-                let message = format!("{requested} samples: all combinations of the grid are {all}");
-                return refused("sweep::samples", message, "leave the number out, or take other `points`");
+                let message = format!("{requested} samples: the grid has {all} combinations");
+                return refused("sweep::samples", message, "omit the number, or choose other `points`");
             }
             if all > MOST_SAMPLES {
                 return Err(too_large(levels, spec, all));
@@ -482,7 +482,7 @@ fn too_large(levels: u64, spec: &SweepSpec, all: u64) -> Diagnostic {
     let (word, count) = (spec.sampling.word(), spec.varied.len());
     let more = if all == u64::MAX { "more than " } else { "" };
     let message = format!(
-        "{SWEEP}: `points = \"{word}\"` with {levels} levels of {count} parameters has {more}{all} samples: there can be {MOST_SAMPLES}"
+        "{SWEEP}: `points = \"{word}\"` with {levels} levels of {count} parameters has {more}{all} samples: the limit is {MOST_SAMPLES}"
     );
     let of = |levels: u64| combinations(levels, spec.varied.iter().map(|varied| &varied.distribution));
     // The most levels that fit.
@@ -497,7 +497,7 @@ fn too_large(levels: u64, spec: &SweepSpec, all: u64) -> Diagnostic {
         format!("write `points = \"grid\"` with `levels = {fit}`, which has {}, ", of(fit))
     };
     let row_note =
-        "let fewer parameters vary, or take `points = \"latin_hypercube\"`, which has as many samples as asked for";
+        "vary fewer parameters, or choose `points = \"latin_hypercube\"`, which has as many samples as requested";
     Diagnostic::error("sweep::samples", message).help(format!("{fewer}{row_note}"))
 }
 
@@ -526,7 +526,7 @@ fn follows(
                 samples.start,
                 samples.end - 1
             );
-            let help = "some before them are missing or were changed: start anew with `--force`";
+            let help = "some before them are missing or were changed: restart with `--force`";
             Err(vec![Diagnostic::error("sweep::resume", message).help(help)])
         }
     }

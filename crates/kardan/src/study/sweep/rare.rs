@@ -127,12 +127,12 @@ impl Rare {
             self.ended = Some("failures are a tenth of the samples of its last level, or more".into());
         } else if part > MOST_PART {
             self.ended = Some(format!(
-                "most samples of level {} have the same margin: there is no way down from there",
+                "most samples of level {} have the same margin: the search cannot descend further",
                 self.levels.len()
             ));
         } else if self.levels.len() as u64 == MOST_LEVELS {
             self.ended =
-                Some(format!("its {MOST_LEVELS} levels did not come to failures: they are rarer than it tells"));
+                Some(format!("its {MOST_LEVELS} levels did not reach failures: they are rarer than it can estimate"));
         } else {
             self.members = order[..self.chains].iter().map(|one| self.members[*one].clone()).collect();
             (self.bound, self.accepted) = (margin, 0);

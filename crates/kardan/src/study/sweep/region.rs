@@ -14,8 +14,8 @@ const LEAST_SAMPLES: (usize, usize) = (20, 5);
 /// Most rules of a requirement.
 const MOST_RULES: usize = 3;
 /// What a reader of rules must know.
-pub(super) const NOTE: &str = "Where requirements fail, a tree of thresholds (CART) says, grown on one half of the samples, by lot; \
-    how many are inside, how many of them fail and which part of all failures that is, is counted on the other half, which it has not seen.";
+pub(super) const NOTE: &str = "A tree of thresholds (CART), grown on a random half of the samples, gives the regions where requirements fail; \
+    kardan counts the samples inside, their failures and their share of all failures on the other half, which the tree does not use.";
 
 /// Where a requirement fails in a variant, what covers the most failures first; nothing of few samples, and where no rule is better than chance.
 pub(super) fn failing_rules(

@@ -34,8 +34,8 @@ impl Project {
                     Some(was) => changed(Self::open(was).entries(), self.entries()),
                     None => format!("{other}, here {own}"),
                 }),
-                (Some(own), None) => differences.push(format!("{own} here alone")),
-                (None, other) => differences.extend(other.map(|other| format!("{other}, here not"))),
+                (Some(own), None) => differences.push(format!("{own} only here")),
+                (None, other) => differences.extend(other.map(|other| format!("{other} not here"))),
             }
         }
         differences.join("; ")
@@ -86,7 +86,7 @@ fn compare(path: &str, was: &Entries, now: &Entries, out: &mut Vec<String>) {
         compare_values(&path_of(&one.key), &one.entry.value, now.get(&one.key), out);
     }
     let new = now.iter().filter(|one| was.get(&one.key).is_none());
-    out.extend(new.map(|one| format!("`{}` is here alone", path_of(&one.key))));
+    out.extend(new.map(|one| format!("`{}` is only here", path_of(&one.key))));
 }
 
 fn compare_values(path: &str, was: &RawValue, now: Option<&RawValue>, out: &mut Vec<String>) {
@@ -98,7 +98,7 @@ fn compare_values(path: &str, was: &RawValue, now: Option<&RawValue>, out: &mut 
             for (k, one) in was.iter().enumerate() {
                 compare_values(&format!("{path}[{k}]"), &one.value, now.get(k).map(|now| &now.value), out);
             }
-            out.extend((was.len()..now.len()).map(|k| format!("`{path}[{k}]` is here alone")));
+            out.extend((was.len()..now.len()).map(|k| format!("`{path}[{k}]` is only here")));
         }
         (was, Some(now)) => {
             let [was, now] = [was, now].map(value_to_toml);

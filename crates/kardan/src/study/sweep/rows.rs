@@ -67,7 +67,7 @@ pub(super) fn blank(prepared: &Prepared) -> SweepRow {
 /// Why a sample cannot be run, of what speaks against its values: its code and what it says.
 pub(super) fn refusal(diagnostics: &[Diagnostic]) -> String {
     let first = diagnostics.iter().find(|diagnostic| diagnostic.severity == Severity::Error);
-    first.map_or_else(|| "it cannot be prepared".into(), |one| format!("{}: {}", one.code, one.message))
+    first.map_or_else(|| "kardan cannot prepare it".into(), |one| format!("{}: {}", one.code, one.message))
 }
 
 /// Whether a reason is that a sample cannot be run, and not what came of its run: it begins with a code.
