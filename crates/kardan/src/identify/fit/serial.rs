@@ -1,4 +1,4 @@
-//! Residuals that follow each other in time.
+//! Serial correlation of residuals.
 
 use super::Shape;
 use super::whitened::Whitened;
@@ -24,7 +24,7 @@ pub(super) fn series(
 /// Lags of the test for serial correlation.
 const TEST_LAGS: usize = 10;
 
-/// Probability under independence that residuals are correlated as they are, or more \[Ljung, Box 1978\].
+/// Probability under independence of this correlation of residuals, or a larger one \[Ljung, Box 1978\].
 pub(super) fn serial_test(series: &[Vec<f64>]) -> Option<f64> {
     let mut sum = 0.0;
     let mut freedom = 0;

@@ -69,12 +69,12 @@ impl Whitened {
         self.data.chunks_exact_mut(size).for_each(|own| forward(lower, self.rows, self.columns + 1, own));
     }
 
-    /// How many samples there are.
+    /// Number of samples.
     pub fn len(&self) -> usize {
         self.data.len() / (self.rows * (self.columns + 1)).max(1)
     }
 
-    /// A row, and its right-hand side behind it.
+    /// A row, followed by its right-hand side.
     pub fn row(&self, sample: usize, row: usize) -> &[f64] {
         let at = (sample * self.rows + row) * (self.columns + 1);
         &self.data[at..at + self.columns + 1]
