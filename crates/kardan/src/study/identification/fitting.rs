@@ -1,4 +1,4 @@
-//! Which samples of the logs are fitted, and how.
+//! Selection of the fitted samples of the logs, and the fit.
 
 use super::extra::{ExtraTerm, Law};
 use super::fitted::short;
@@ -10,22 +10,22 @@ use crate::diagnostics::Diagnostic;
 use crate::identify::{Fit, FitOptions, Samples, cross_validate, fit};
 use crate::results::WindowCount;
 
-/// Steady segments are taken unasked where they have so many rows for each parameter, and at least this part of the windows.
+/// The automatic choice takes steady segments if they have this many rows per parameter, and at least this fraction of the windows.
 const PLENTY: usize = 3;
 const RARE: usize = 5;
 /// Folds of the cross-validation.
 const FOLDS: usize = 5;
-/// Blocks of windows that stay together in it, for each fold.
+/// Blocks of consecutive windows per fold.
 const BLOCKS: usize = 20;
 
-/// What of the logs is fitted, and why.
+/// The fitted samples of the logs, and the reason for the choice.
 pub(super) struct Chosen {
     pub method: Method,
     pub columns: Columns,
     pub built: Built,
     pub samples: Samples,
     pub notes: Vec<String>,
-    /// What the logs say against the model, whatever is fitted.
+    /// Contradictions between logs and model, independent of the fit.
     pub warnings: Vec<String>,
 }
 
@@ -40,7 +40,7 @@ impl Chosen {
         Self { method, columns, built, samples, notes: Vec::new(), warnings: Vec::new() }
     }
 
-    /// What became of the windows.
+    /// Counts of the windows.
     pub fn windows(&self) -> WindowCount {
         let used = self.samples.windows.iter().sum();
         let moving = if self.method == Method::Steady { self.built.samples.len() - used } else { 0 };
@@ -58,7 +58,7 @@ impl Chosen {
     }
 }
 
-/// Chooses between segments of constant speed and everything, where nobody has, and makes the rows.
+/// Chooses between segments of constant speed and all windows, unless the user chose, and builds the rows.
 pub(super) fn choose(plant: &Plant, request: &FitRequest, material: &Material<'_>) -> Result<Chosen, Vec<Diagnostic>> {
     let by = |method: Method| Chosen::by(method, plant, request, material);
     let needed = |chosen: &Chosen| chosen.columns.identifiable.len() + 2 * request.extras.len();
@@ -108,7 +108,7 @@ pub(super) fn fit_options(request: &FitRequest, columns: &Columns, method: Metho
     }
 }
 
-/// What fits that have not seen a sample predict of it, sample by sample, row by row; and the fold of each sample.
+/// Cross-validated predictions, sample by sample, row by row; and the fold of each sample.
 pub(super) fn cross_validated(
     samples: &Samples,
     method: Method,

@@ -1,4 +1,4 @@
-//! Parameters of torques that expressions give.
+//! Parameters of torques given by expressions.
 
 use super::channels::{Harmonic, Quantity};
 use super::extra::{ExtraTerm, Law, law_parameters};
@@ -10,7 +10,7 @@ use crate::reduce::{LawTorques, NotLinear, Reduced, Wave, law_waves};
 use crate::schema::{Scalar, Table, Value};
 use crate::units::{Exact, Expression};
 
-/// Takes from the names those of parameters that stand in laws of torques, and makes terms of them.
+/// Removes from the names the parameters that occur in laws of torques, and turns them into terms.
 pub(super) fn law_terms(
     document: &Document,
     model: &Model,
@@ -51,7 +51,7 @@ pub(super) fn law_terms(
     terms
 }
 
-/// The value of a parameter in a formula, if it stands there.
+/// The value of a parameter in a formula, if it occurs there.
 fn constant<'a>(formula: &'a Formula, name: &str) -> Option<&'a Exact> {
     formula.names.iter().find_map(|(candidate, meaning)| match meaning {
         Meaning::Constant(value, _) if candidate == name => Some(value),
@@ -59,7 +59,7 @@ fn constant<'a>(formula: &'a Formula, name: &str) -> Option<&'a Exact> {
     })
 }
 
-/// Where a parameter stands besides laws of torques.
+/// Where a parameter occurs besides laws of torques.
 fn further_uses_of(document: &Document, name: &str) -> Vec<String> {
     let in_expression = |expression: &Expression| expression.names().contains(&name);
     let in_scalar = |scalar: &Scalar| match scalar {
@@ -92,7 +92,7 @@ fn further_uses_of(document: &Document, name: &str) -> Vec<String> {
     out
 }
 
-/// The harmonics of measured angles that laws go with, beside what is measured.
+/// The harmonics of measured angles on which laws depend, besides the measured quantities.
 pub(super) fn with_harmonics_of_laws(slots: Vec<Quantity>, model: &Model) -> Vec<Quantity> {
     let mut out = slots;
     let equations = assemble(&model.all_coordinates, &model.terms);
@@ -106,7 +106,7 @@ pub(super) fn with_harmonics_of_laws(slots: Vec<Quantity>, model: &Model) -> Vec
     out
 }
 
-/// The torques of the laws with these terms open, their values in the file, and the numbers of the harmonics that they are given.
+/// The torques of the laws with these terms open, their values in the file, and the numbers of the harmonics that they use.
 pub(super) fn law_torques(
     reduced: &Reduced,
     extras: &[ExtraTerm],

@@ -1,4 +1,4 @@
-//! A log, open, with what is read of it.
+//! An open log, with its mapped channels.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::study::read::{quantity, read_word};
 use crate::units::Dimension;
 use kardan_tables::read::{Bytes, CsvOptions, Log, LogError, open};
 
-/// A log with what is read of it.
+/// A log with its mapped channels.
 pub(super) struct OpenLog {
     pub name: String,
     pub log: Box<dyn Log>,
@@ -25,7 +25,7 @@ pub(super) struct OpenLog {
     pub file: Arc<dyn Bytes>,
 }
 
-/// What went wrong with a log, as a diagnostic.
+/// An error of a log, as a diagnostic.
 pub(super) fn log_error(name: &str, error: &LogError) -> Diagnostic {
     Diagnostic::error("log::unreadable", format!("`{name}`: {error}"))
 }
@@ -86,7 +86,7 @@ pub(super) fn open_log(
     })
 }
 
-/// How a text is read as a table.
+/// Settings to read a text as a table.
 fn csv_options(table: &Table, reader: &TableReader<'_>, out: &mut Vec<Diagnostic>) -> CsvOptions {
     let mut row = |key: &str| number(table, key, reader, out).map(|x| x as usize);
     CsvOptions {

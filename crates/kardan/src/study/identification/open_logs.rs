@@ -1,4 +1,4 @@
-//! The logs of an identification, open, with the part of their bytes that was read.
+//! The open logs of an identification, with the number of bytes read.
 
 use std::io::{Read, Seek, SeekFrom};
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use crate::model::{Document, Model};
 use crate::study::Progress;
 use kardan_tables::read::{Bytes, LogError, ReadSeek};
 
-/// Bytes that count what was read of them.
+/// Bytes with a counter of those read.
 struct Counted {
     inner: Arc<dyn Bytes>,
     read: Arc<AtomicU64>,
@@ -52,11 +52,11 @@ impl Counted {
     }
 }
 
-/// Logs that are open.
+/// Open logs.
 pub(super) struct OpenLogs {
-    /// Those recorded together in one list each.
+    /// One list for each set recorded together.
     experiments: Vec<Vec<OpenLog>>,
-    /// What counts the bytes read.
+    /// The counter of the bytes read.
     counters: Vec<Arc<AtomicU64>>,
     /// All of them.
     bytes: u64,
@@ -85,13 +85,13 @@ impl OpenLogs {
         if diagnostics.is_empty() { Ok(out) } else { Err(diagnostics) }
     }
 
-    /// What the files say of themselves.
+    /// The notes of the files.
     pub fn notes(&self) -> Vec<String> {
         let all = self.experiments.iter().flatten();
         all.flat_map(|open| open.log.notes().into_iter().map(|note| format!("`{}`: {note}", open.name))).collect()
     }
 
-    /// The quantities that the logs hold: the same in all that were recorded apart, or those that all have.
+    /// The quantities of the logs: the same in all separate recordings, or those that all have.
     pub fn slots(&self) -> Result<Vec<Quantity>, Vec<Diagnostic>> {
         let mut of: Vec<Vec<Quantity>> = Vec::new();
         for logs in &self.experiments {
@@ -127,7 +127,7 @@ impl OpenLogs {
         Ok(first)
     }
 
-    /// The width of windows that holds enough samples of every channel, s.
+    /// The width of windows with enough samples of every channel, s.
     pub fn usual_window(&mut self) -> Result<f64, Vec<Diagnostic>> {
         let mut widest = 0.0_f64;
         for logs in &mut self.experiments {
@@ -136,7 +136,7 @@ impl OpenLogs {
         Ok(widest)
     }
 
-    /// Reads all in windows; if all is to end before, what was read by then, and how much that is.
+    /// Reads all logs into windows; after an early stop the part read so far, and its fraction.
     pub fn read(
         self,
         slots: &[Quantity],

@@ -1,4 +1,4 @@
-//! Which files were recorded together, and which table describes each.
+//! Files recorded together, and the table that describes each.
 
 use super::settings::LogFile;
 use crate::diagnostics::{Diagnostic, quoted};
@@ -31,7 +31,7 @@ fn base(name: &str) -> &str {
     name.rsplit(['/', '\\']).next().unwrap_or(name)
 }
 
-/// The table that describes a file: the first that fits.
+/// The table that describes a file: the first match.
 pub(super) fn table_of<'a>(document: &'a Document, name: &str) -> Option<(usize, &'a Table)> {
     document.logs.iter().enumerate().map(|(k, (_, table))| (k, table)).find(|(_, table)| {
         read_word(table, "file").is_none_or(|pattern| fits(pattern, base(name)) || fits(pattern, name))

@@ -1,4 +1,4 @@
-//! What an identification asks for: parameters, extra terms, candidates.
+//! The request of an identification: parameters, extra terms, candidates.
 
 use super::extra::{ExtraTerm, declared_terms};
 use super::laws::law_terms;
@@ -13,7 +13,7 @@ use crate::schema::{Sign, Table, Value};
 use crate::study::read::{quantity, read_names, read_scalar, read_word};
 use crate::units::Dimension;
 
-/// What of a log counts.
+/// Which samples of a log are fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Method {
     Steady,
@@ -48,23 +48,23 @@ pub(super) struct CandidateSpec {
     pub extras: Vec<String>,
 }
 
-/// All that is asked for.
+/// The whole request.
 #[derive(Debug, Clone)]
 pub(super) struct FitRequest {
     pub unknowns: Vec<UnknownParameter>,
     /// Extra terms that are fitted.
     pub extras: Vec<ExtraTerm>,
-    /// Elements whose play is sought; `None`: all.
+    /// Elements whose backlash is requested; `None`: all.
     pub plays: Option<Vec<String>>,
-    /// Whether windows count that do not tell of all extra terms.
+    /// Whether windows without information about all extra terms count.
     pub lenient: bool,
-    /// All that the file declares; candidates may have others.
+    /// All terms that the file declares; candidates may have others.
     pub declared: Vec<ExtraTerm>,
     pub candidates: Vec<CandidateSpec>,
-    /// `None`: as the logs suggest.
+    /// `None`: chosen from the logs.
     pub method: Option<Method>,
     pub window: Option<f64>,
-    /// With what it is a speed of.
+    /// With the domain of the speed.
     pub rest_speed: Option<(f64, Domain)>,
     pub steadiness: Steadiness,
     pub shortest: Option<f64>,
@@ -76,7 +76,7 @@ pub(super) struct FitRequest {
     pub source: String,
 }
 
-/// Reads what is asked for.
+/// Reads the request.
 pub(super) fn request(
     document: &Document,
     model: &Model,
@@ -97,7 +97,7 @@ pub(super) fn request(
         names = all_parameters(document, model, method == Some(Method::Dynamic));
     }
     let declared = declared_terms(document, model, out);
-    // Parameters of extra terms are named among the others, or all are meant.
+    // Parameters of extra terms are named among the others, or all are requested.
     let fitted = |extra: &&ExtraTerm| all || names.iter().any(|name| extra.is(name));
     let extras: Vec<ExtraTerm> = declared.iter().filter(fitted).cloned().collect();
     names.retain(|name| !extras.iter().any(|extra| extra.is(name)));
@@ -202,7 +202,7 @@ fn unique_unknowns(
     unique
 }
 
-/// Takes the widths of plays from the names.
+/// Removes the widths of backlashes from the names.
 fn requested_plays(document: &Document, names: &mut Vec<String>, out: &mut Vec<Diagnostic>) -> Vec<String> {
     let mut found = Vec::new();
     names.retain(|name| {
@@ -283,7 +283,7 @@ fn rest_speed(document: &Document, out: &mut Vec<Diagnostic>) -> Option<(f64, Do
 }
 
 impl FitRequest {
-    /// Keeps of `nonnegative` what is sought. What the file bounds need not be what is asked for this time, but the model must have it.
+    /// Reduces `nonnegative` to the requested parameters. The file may bound parameters that are not requested, but the model must have them.
     fn retain_sought_bounds(&mut self, document: &Document, out: &mut Vec<Diagnostic>) {
         let sought = |name: &String| {
             self.unknowns.iter().any(|one| one.name == *name)

@@ -1,4 +1,4 @@
-//! What was found, in words and numbers.
+//! The result, as text and numbers.
 
 use kardan_rt::functions::powi;
 
@@ -15,16 +15,16 @@ use crate::results::{
     Correlation, Identification, IdentifiedDamping, IdentifiedParameter, NotDetermined, ResidualTest, Validation,
 };
 
-/// Parameters that hardly differ from a combination of others.
+/// Correlation from which two parameters are hard to distinguish.
 const CORRELATED: f64 = 0.99;
-/// Probability below which a test speaks.
+/// Probability below which a test fails.
 pub(super) const UNLIKELY: f64 = 0.01;
-/// Part of its largest torque, and times the noise, that may be left of a balance in which no torque is measured; and the part of the torques by
-/// the file's coefficients below which nothing is left of it.
+/// Permitted residual of a balance without a measured torque, as a fraction of its largest torque and as a multiple of the noise; and the fraction of the torques by
+/// the file's coefficients below which its coefficients count as zero.
 const OPEN: f64 = 0.05;
 const LOUD: f64 = 10.0;
 const NOTHING: f64 = 1e-3;
-/// Part of a variance that noise may make up before it is said.
+/// Fraction of noise in a variance from which kardan warns.
 const NOISE: f64 = 0.01;
 
 pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
@@ -108,13 +108,13 @@ fn free_combination(row: &[Rational], columns: &Columns) -> String {
     format!("{first} and {} give the same torques", terms.join(", "))
 }
 
-/// What these data hardly tell.
+/// Poorly determined parameters.
 fn weak(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> Vec<String> {
     let Fitted { fit, columns, .. } = fitted;
     let names = fitted.column_names();
     let mut out = Vec::new();
     for row in &fit.undetermined {
-        // The combination in parts of its largest entry, by the size of each column.
+        // The combination as fractions of its largest entry, scaled by the size of each column.
         let largest = row.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
         let parts: Vec<String> = row
             .iter()
@@ -148,7 +148,7 @@ fn weak(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> Vec<String> 
     out
 }
 
-/// What a test says that holds.
+/// The hypothesis of a test.
 pub(super) fn test_name(test: TestKind, rows: &[String], speeds: &[String]) -> String {
     match test {
         TestKind::Mean(row) => format!("mean zero: {}", rows[row]),
@@ -158,7 +158,7 @@ pub(super) fn test_name(test: TestKind, rows: &[String], speeds: &[String]) -> S
     }
 }
 
-/// What it means if it does not hold.
+/// The meaning of a failed test.
 fn meaning(test: TestKind, loss: Loss) -> &'static str {
     match test {
         TestKind::Mean(_) => {
@@ -214,8 +214,8 @@ fn validation(fitted: &Fitted<'_>) -> Vec<Validation> {
         .collect()
 }
 
-/// Rows without a measured torque whose balance does not close, and those of which nothing is left of the coefficients: no torque says how
-/// large these are, and a term that is missing shows in nothing else.
+/// Rows without a measured torque whose balance does not close, and those with vanishing coefficients: no torque determines their
+/// magnitude, and a missing term has no other effect.
 fn open_balances(fitted: &Fitted<'_>) -> Vec<String> {
     let Fitted { samples, fit, columns, .. } = fitted;
     let Some(errors) = &samples.errors else { return Vec::new() };
@@ -253,7 +253,7 @@ fn open_balances(fitted: &Fitted<'_>) -> Vec<String> {
     out
 }
 
-/// Parameters whose signal is noise of the sensors for a good part: errors in what they are multiplied with make them too small.
+/// Parameters whose signal contains much sensor noise: errors of their regressor make them too small.
 fn drowned(fitted: &Fitted<'_>) -> Vec<String> {
     let Fitted { plant, columns, samples, noise, .. } = fitted;
     let equations = &plant.reduced.equations;

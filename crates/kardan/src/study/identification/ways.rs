@@ -1,11 +1,11 @@
-//! Ways of teeth that logs go.
+//! Power-flow directions of gears in the logs.
 
 use super::extra::{ExtraTerm, Law};
 use super::plant::{Plant, columns};
 use super::request::{FitRequest, Method};
 use super::rows::{Material, rows};
 
-/// Leaves out ways of teeth that no log goes; says so.
+/// Omits gear-loss terms of directions that no log contains, with a note.
 pub(super) fn drop_unused_directions(request: &mut FitRequest, plant: &Plant, material: &Material<'_>) -> Vec<String> {
     let of_teeth = |extra: &ExtraTerm| matches!(extra.law, Law::Teeth { .. });
     if !request.extras.iter().any(of_teeth) {
