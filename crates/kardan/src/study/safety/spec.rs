@@ -1,4 +1,4 @@
-//! What `[safety]` of a model file asks for, with the mistakes in it.
+//! The request of `[safety]` of a model file, with its errors.
 
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::Place;
@@ -16,18 +16,18 @@ use crate::units::Dimension;
 /// The table in messages.
 pub(super) const SAFETY: &str = "`[safety]`";
 
-/// What is tried, and how it is judged.
+/// The cases, and the criteria of the verdict.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SafetySpec {
     /// Names of the faults, in their order.
     pub faults: Vec<String>,
-    /// Whether they are tried in pairs too.
+    /// Whether pairs are included.
     pub pairs: bool,
     /// The variants; empty: all without faults of their own.
     pub variants: Vec<String>,
-    /// Parameters whose values make the grid.
+    /// Parameters whose values form the grid.
     pub values: Vec<String>,
-    /// The condition that says that something was detected.
+    /// The detection condition.
     pub detected: Option<String>,
     /// The longest time to detection, s.
     pub within: Option<f64>,
@@ -42,19 +42,19 @@ pub struct SafetySpec {
 /// An unwanted effect.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Effect {
-    /// Its name, in words, units and bounds.
+    /// Its name, text, units and bounds.
     pub definition: SafetyEffect,
     /// Signal, or an expression of signals.
     pub signal: String,
-    /// What is measured of it.
+    /// Its measure.
     pub measure: Measure,
-    /// How long after the begin of the fault, s.
+    /// Duration after the start of the fault, s.
     pub window: f64,
-    /// Whether the difference to the run without the fault is meant.
+    /// Whether it measures the difference to the run without the fault.
     pub difference: bool,
 }
 
-/// Reads it; nothing without a fault that has a name.
+/// Reads it; `None` without a named fault.
 pub(in crate::study) fn safety_spec<'a>(
     context: &'a SignalContext<'a>,
     variants: &'a [String],
@@ -124,7 +124,7 @@ pub(in crate::study) fn safety_spec<'a>(
     Some(spec)
 }
 
-/// The faults to try.
+/// The faults of the analysis.
 fn fault_names(document: &Document, is_declared: bool, out: &mut Vec<Diagnostic>) -> Vec<String> {
     let table = &document.safety;
     let all = || document.faults.iter().map(|(name, _)| name.value.clone()).collect::<Vec<_>>();
@@ -147,7 +147,7 @@ fn fault_names(document: &Document, is_declared: bool, out: &mut Vec<Diagnostic>
     names.iter().map(|word| word.value.clone()).filter(|name| document.has_fault(name)).collect()
 }
 
-/// The variants that the table tries, with what they set: those that it names, else those without faults of their own.
+/// The variants of the table, with their settings: those that it names, otherwise those without faults of their own.
 fn tried_settings(document: &Document, chosen: &[String]) -> Vec<VariantSettings> {
     let tried = |variant: &VariantSettings| match chosen {
         [] => variant.faults.is_empty(),
@@ -156,7 +156,7 @@ fn tried_settings(document: &Document, chosen: &[String]) -> Vec<VariantSettings
     document.variant_settings().into_iter().filter(tried).collect()
 }
 
-/// The parameters of the grid; a value of another dimension is told, and one that a variant of the table sets anew.
+/// The parameters of the grid; kardan reports a value of another dimension, and one that a variant of the table sets.
 fn value_names(
     reader: &TableReader<'_>,
     document: &Document,
@@ -258,7 +258,7 @@ fn monitors(document: &Document) -> Vec<String> {
     own.map(|block| block.name.clone()).collect()
 }
 
-/// Tells of keys that say nothing without another one.
+/// Reports keys without effect because another one is missing.
 fn check_alone(document: &Document, spec: &SafetySpec, out: &mut Vec<Diagnostic>) {
     let table = &document.safety;
     let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
@@ -309,7 +309,7 @@ fn effect<'a>(
     Some(Effect { definition, signal: found.name, measure, window, difference })
 }
 
-/// A bound that differs between the variants is told.
+/// Reports a bound that differs between the variants.
 fn check_varied(document: &Document, table: &Table, (key, what): (&str, &str), out: &mut Vec<Diagnostic>) {
     let varied = |name: &str| document.is_varied(name);
     let found: Option<(String, Place)> = match read_scalar(table, key) {

@@ -1,4 +1,4 @@
-//! What `[sweep]` of a model file asks for, with the mistakes in it.
+//! The request of `[sweep]` of a model file, with its errors.
 
 use super::points::{Distribution, SOBOL_AXES, SamplingMethod};
 use super::together::{Together, together};
@@ -15,31 +15,31 @@ use crate::units::Exact;
 
 /// Most samples.
 pub(super) const MOST_SAMPLES: u64 = 10_000_000;
-/// Levels of a grid, where none are given.
+/// Default levels of a grid.
 const LEVELS: u64 = 5;
-/// An end of a normal distribution is at most so many deviations on the other side of its mean.
+/// An end of a normal distribution is at most this many deviations on the other side of its mean.
 const MOST_DEVIATIONS: f64 = 6.0;
-/// Part of an interval by which rounding alone may make its sides uneven.
+/// Fraction of an interval by which rounding may make its sides uneven.
 const EVEN: f64 = 1e-12;
 
-/// What is tried.
+/// The sweep request.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SweepSpec {
-    /// How many samples.
+    /// Number of samples.
     pub samples: u64,
-    /// Another one, other samples.
+    /// The seed of the samples.
     pub seed: u64,
-    /// How they fill the space.
+    /// The sampling method.
     pub(super) sampling: SamplingMethod,
     /// The variants; empty: all.
     pub variants: Vec<String>,
-    /// What varies.
+    /// The varied parameters.
     pub(super) varied: Vec<Varied>,
-    /// What of it varies together.
+    /// Those that vary together.
     pub(super) together: Vec<Together>,
 }
 
-/// Reads it; where a file says nothing of it, all its tolerances vary.
+/// Reads it; without a table `[sweep]` all tolerances of the file vary.
 pub(in crate::study) fn sweep_spec(
     context: &SignalContext<'_>,
     variants: &[String],
@@ -77,7 +77,7 @@ pub(in crate::study) fn sweep_spec(
     }
 }
 
-/// Tells of keys that the points do not read, and of what has no ends.
+/// Reports keys that the points do not use, and distributions without ends.
 fn check_points(
     table: &Table,
     sampling: SamplingMethod,
@@ -108,7 +108,7 @@ fn check_points(
     }
 }
 
-/// Tells of points that cannot be had of so many axes, or of those that vary together.
+/// Reports points that do not support this many axes, or parameters that vary together.
 fn check_axes(table: &Table, sampling: SamplingMethod, (axes, apart): (usize, bool), out: &mut Vec<Diagnostic>) {
     let word = sampling.word();
     let mut refuse = |message: String, help: &str| {
@@ -179,7 +179,7 @@ fn vary(reader: &TableReader<'_>, document: &Document, table: &Table, out: &mut 
     }
     let shape_values = ["mean", "peak", "deviation"].map(|key| value(key, out));
     let distribution = shape(word, (low, high, nominal), shape_values, &mut |key, message, help| {
-        // What is wrong with a value itself was told.
+        // Errors of a value itself were reported.
         if key != "deviation" || shape_values[2].is_some() || !table.values.contains_key(key) {
             refuse(key, message, help, out);
         }
@@ -193,7 +193,7 @@ fn vary(reader: &TableReader<'_>, document: &Document, table: &Table, out: &mut 
     })
 }
 
-/// A distribution by its word, between its ends; mistakes by their keys, with what to do.
+/// A distribution by its name, between its ends; errors by their keys, with help.
 fn shape(
     word: &str,
     (low, high, nominal): (f64, f64, f64),
@@ -281,7 +281,7 @@ fn tolerances(document: &Document) -> Vec<Varied> {
                     () if nominal < 0.0 => [f64::NEG_INFINITY, 0.0],
                     () => [f64::NEG_INFINITY, f64::INFINITY],
                 };
-                // Of an uneven interval each side has a half of its own: as much lies outside as is said.
+                // Each side of an uneven interval has its own half: the probability outside is the stated one.
                 match (below - above).abs() <= EVEN * (below + above) {
                     true => {
                         let deviation = 0.5 * (below + above);

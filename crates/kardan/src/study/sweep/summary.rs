@@ -1,4 +1,4 @@
-//! What the rows of a sweep say together, and what is to be known of it.
+//! The summary of the rows of a sweep, with notes.
 
 use super::goal::SweepGoal;
 use super::plan::{Shard, SweepPlan};
@@ -16,7 +16,7 @@ use crate::study::{Prepared, PreparedVariant};
 /// Axes that Halton's sequence fills evenly with few samples.
 const MOST_OF_HALTON: usize = 8;
 
-/// What the rows say together.
+/// The summary of the rows.
 pub(super) fn summarise(
     prepared: &Prepared,
     plan: &SweepPlan,
@@ -102,7 +102,7 @@ pub(super) fn summarise(
     out
 }
 
-/// Intervals of a sequence that fills many axes unevenly: bases of Halton's grow with their number, and long parts of their digits run side by side.
+/// Intervals of a sequence that fills many axes unevenly: bases of Halton's grow with their number, and long parts of their digits run in parallel.
 fn uneven(plan: &SweepPlan, found: &Sweep) -> Option<String> {
     let (axes, has_intervals) = (plan.spread.len(), found.requirements.iter().any(|one| one.interval.is_some()));
     (has_intervals && axes > MOST_OF_HALTON && plan.points() == SamplingMethod::Halton.word()).then(|| {
@@ -113,14 +113,14 @@ fn uneven(plan: &SweepPlan, found: &Sweep) -> Option<String> {
     })
 }
 
-/// What its rows are of.
+/// The statistics of its rows.
 fn statistics<'a>(plan: &'a SweepPlan, rows: &'a SweepRows, confidence: f64) -> SweepStatistics<'a> {
     let parameters = plan.head.varied.iter().map(|varied| varied.name.clone()).collect();
     let (variants, seed) = (&plan.head.variants[..], plan.head.seed);
     SweepStatistics { rows, moving: moving(plan), parameters, variants, sampled: sampled(plan), seed, confidence }
 }
 
-/// Names of what moves by itself; those that vary together are one.
+/// Names of the independent factors; parameters that vary together are one.
 fn moving(plan: &SweepPlan) -> Vec<String> {
     let mut out: Vec<String> = Vec::new();
     for (varied, factor) in plan.head.varied.iter().zip(factors(plan.spread.len(), &plan.together)) {
@@ -132,7 +132,7 @@ fn moving(plan: &SweepPlan) -> Vec<String> {
     out
 }
 
-/// How its samples were made.
+/// The origin of its samples.
 fn sampled(plan: &SweepPlan) -> Sampled<'_> {
     let group = plan.sampling.group(moved(&factors(plan.spread.len(), &plan.together)));
     match (&plan.goal, plan.sampling) {
@@ -144,7 +144,7 @@ fn sampled(plan: &SweepPlan) -> Sampled<'_> {
     }
 }
 
-/// What is to be known of the answers.
+/// The notes on the results.
 fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
     let mut notes: Vec<String> = Vec::new();
     match (&plan.goal, plan.sampling) {
@@ -168,7 +168,7 @@ fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
         ),
         _ => {}
     }
-    // Runs of which nothing is measured have nothing to compare.
+    // Runs without a measured value have no comparison.
     let measured = !prepared.requirements.is_empty() || !prepared.figures.is_empty();
     notes.extend(found.compared.as_ref().filter(|_| measured).map(side_by_side));
     if let Some(until) = &found.until {
@@ -217,7 +217,7 @@ fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
     notes
 }
 
-/// Whether samples differ in the noise of their sensors, where there is some.
+/// Note on the sensor noise of the samples, if there is some.
 fn noise(prepared: &Prepared, plan: &SweepPlan) -> Option<String> {
     let is_noisy = |(_, sensor): &(String, Sensor)| sensor.noise.is_some();
     let noisy = |variant: &PreparedVariant| {
@@ -232,7 +232,7 @@ fn noise(prepared: &Prepared, plan: &SweepPlan) -> Option<String> {
     prepared.all().any(noisy).then(|| note.into())
 }
 
-/// How far runs side by side are from the reference, in words.
+/// The difference between runs in lanes and the reference, as text.
 fn side_by_side(SweptCompared { rows, difference, sample, .. }: &SweptCompared) -> String {
     let differ = match *difference {
         0.0 => "do not differ".to_string(),
@@ -246,7 +246,7 @@ fn side_by_side(SweptCompared { rows, difference, sample, .. }: &SweptCompared) 
     )
 }
 
-/// How far rows are from the reference, of those that were compared.
+/// The largest difference of compared rows to the reference.
 fn compared(plan: &SweepPlan, rows: &SweepRows) -> Option<SweptCompared> {
     let all = || rows.iter().filter_map(|row| Some((row.difference?, row.sample, row.variant)));
     let (difference, sample, variant) = all().max_by(|one, other| one.0.total_cmp(&other.0))?;

@@ -1,4 +1,4 @@
-//! What varies together: `[[sweep.together]]`, with a matrix that is decided to be one of correlations before anything is drawn.
+//! Parameters that vary together: `[[sweep.together]]`, with a matrix that is proven to be a correlation matrix before any draw.
 
 use std::str;
 
@@ -12,24 +12,24 @@ use crate::study::read::{read_names, read_word};
 use crate::study::requirement::in_digits;
 use crate::units::parse_number;
 
-/// Most parameters of one matrix: it is decided in fractions.
+/// Most parameters of one matrix: the decision uses exact fractions.
 const MOST_TOGETHER: usize = 40;
-/// By how much the numbers of a file may be rounded: so much is added to its variances, as parts of them, where they are no covariance without it.
+/// Permitted rounding of the numbers of a file: this fraction is added to its variances if they are no covariance without it.
 const ROUNDED: f64 = 1e-12;
-/// Others that are told of a parameter.
+/// Most listed partners of a parameter.
 const MAX_LISTED: usize = 5;
 
-/// Parameters that vary together, and the matrix that makes their scores of independent ones.
+/// Parameters that vary together, and the matrix that computes their scores from independent ones.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Together {
-    /// Their numbers among all that varies.
+    /// Their numbers among all varied parameters.
     pub members: Vec<usize>,
     /// Lower triangle F, rows of length one: `F Fᵀ` are the correlations.
     pub factor: Matrix<f64>,
 }
 
 impl Together {
-    /// Scores with their correlations in place of independent ones.
+    /// Replaces independent scores by correlated ones.
     pub fn mix(&self, scores: &mut [f64]) {
         let independent: Vec<f64> = self.members.iter().map(|member| scores[*member]).collect();
         for (i, member) in self.members.iter().enumerate() {
@@ -38,7 +38,7 @@ impl Together {
     }
 }
 
-/// Of each of so many axes the number of what it moves with: those that vary together are one.
+/// For each axis the number of its factor: axes that vary together share one.
 pub(super) fn factors(axes: usize, together: &[Together]) -> Vec<usize> {
     let mut out: Vec<usize> = Vec::new();
     let mut next = 0;
@@ -52,7 +52,7 @@ pub(super) fn factors(axes: usize, together: &[Together]) -> Vec<usize> {
     out
 }
 
-/// Values of distributions at places from 0 to 1 on their axes, those that vary together with their correlations.
+/// Values of distributions at positions from 0 to 1 on their axes, with the correlations of those that vary together.
 pub(super) fn values_at(spread: &[Varied], together: &[Together], places: &[f64]) -> Vec<f64> {
     let mut values: Vec<f64> =
         spread.iter().zip(places).map(|(varied, place)| varied.distribution.quantile(*place)).collect();
@@ -73,15 +73,15 @@ pub(super) fn values_of_scores(spread: &[Varied], together: &[Together], scores:
     spread.iter().zip(&scores).map(|(varied, score)| varied.distribution.of_score(*score)).collect()
 }
 
-/// A matrix with what is known of its rows: SI.
+/// A matrix with the moments of its rows, SI.
 struct CorrelationSpec {
     names: Vec<String>,
-    /// Means and standard deviations; of correlations alone none.
+    /// Means and standard deviations; none for correlations only.
     moments: Option<Vec<(Option<f64>, f64)>>,
     matrix: Matrix<Rational>,
 }
 
-/// Reads all of them; what is normal by a file takes the place of a tolerance.
+/// Reads all of them; a normal distribution of a file replaces a tolerance.
 pub(super) fn together(
     document: &Document,
     varied: &mut Vec<Varied>,
@@ -123,7 +123,7 @@ pub(super) fn together(
     found
 }
 
-/// The number of what varies, if it has an order and no other matrix has it.
+/// The number of a varied parameter, if its values are ordered and no other matrix contains it.
 fn member(
     (varied, groups): (&[Varied], &[Together]),
     name: &str,
@@ -148,7 +148,7 @@ fn member(
     Some(number)
 }
 
-/// What it varies together with, behind its distribution.
+/// Appends its partners to the text of its distribution.
 fn describe_correlations(varied: &mut [Varied], members: &[usize], factor: &Matrix<f64>) {
     let correlations = factor.multiply(&factor.transpose());
     for (i, member) in members.iter().enumerate() {
@@ -169,14 +169,14 @@ fn describe_correlations(varied: &mut [Varied], members: &[usize], factor: &Matr
     }
 }
 
-/// The matrix of a table, whichever way it is given.
+/// The matrix of a table, from either source.
 fn correlation(document: &Document, table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<CorrelationSpec> {
     let mut refuse = |key: &str, message: String, help: &str| {
         let place = TableReader::place(table, key);
         out.push(Diagnostic::error("sweep::together", format!("{what}: {message}")).at(place, "here").help(help));
     };
     let names: Vec<String> = read_names(table, "parameters").iter().map(|name| name.value.clone()).collect();
-    // Names that stand there twice were told.
+    // Duplicate names were reported.
     if table.unread.contains(&"parameters") {
         return None;
     }
@@ -248,7 +248,7 @@ fn parse_matrix(text: &str, names: Vec<String>) -> Result<CorrelationSpec, Strin
     Ok(CorrelationSpec { names, moments: None, matrix: Matrix::from_fn(n, n, |i, j| entries[i][j].clone()) })
 }
 
-/// Tells of a matrix that is not square, or not symmetric.
+/// Reports a matrix that is not square, or not symmetric.
 fn square(entries: &[Vec<Rational>], n: usize) -> Result<(), String> {
     if let Some((i, row)) = entries.iter().enumerate().find(|(_, row)| row.len() != n) {
         return Err(format!("row {} has {} entries for {n} parameters", i + 1, row.len()));
@@ -272,7 +272,7 @@ fn square(entries: &[Vec<Rational>], n: usize) -> Result<(), String> {
     Ok(())
 }
 
-/// That of a file: of an identification, or names with a covariance.
+/// The matrix of a file: of an identification, or names with a covariance.
 fn of_file(text: &str, chosen: &[String]) -> Result<CorrelationSpec, String> {
     use serde_json::Value as Json;
     let json: Json = serde_json::from_str(text).map_err(|error| format!("it is not valid JSON: {error}"))?;
@@ -354,13 +354,13 @@ fn of_file(text: &str, chosen: &[String]) -> Result<CorrelationSpec, String> {
     })
 }
 
-/// The factor of a matrix that is positive semidefinite, which is decided in fractions; a direction in which it is not, else.
+/// The factor of a positive semidefinite matrix, decided with exact fractions; otherwise a direction in which it is not.
 fn decided(correlation: &CorrelationSpec, table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<Matrix<f64>> {
     let n = correlation.names.len();
     let mut matrix = correlation.matrix.clone();
     let mut verdict = definiteness(&matrix);
     if let (Definiteness::Indefinite { .. }, true) = (&verdict, correlation.moments.is_some()) {
-        // What a file has rounded is one for certain with that much more on its diagonal.
+        // A rounded matrix of a file is certainly semidefinite with this addition on its diagonal.
         let more = Rational::one().plus(&rational_from_f64(ROUNDED).unwrap_or_default());
         let wider =
             Matrix::from_fn(n, n, |i, j| if i == j { matrix[(i, j)].times(&more) } else { matrix[(i, j)].clone() });

@@ -1,4 +1,4 @@
-//! What varies: a parameter with its distribution, in words.
+//! Varied parameters with their distributions, as text.
 
 use super::points::Distribution;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
@@ -11,19 +11,19 @@ use crate::units::Dimension;
 /// The table in messages.
 pub(super) const SWEEP: &str = "`[sweep]`";
 
-/// A parameter that varies.
+/// A varied parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Varied {
     pub name: String,
     pub dimension: Dimension,
     pub distribution: Distribution,
-    /// In words, with units.
+    /// As text, with units.
     pub text: String,
-    /// The laws that it stands in, where it stands in these alone.
+    /// The laws in which it occurs, if it occurs in laws only.
     pub laws: Vec<String>,
 }
 
-/// Each parameter varies in one way.
+/// Reports parameters with more than one distribution.
 pub(super) fn add(varied: &mut Vec<Varied>, found: Option<Varied>, table: &Table, out: &mut Vec<Diagnostic>) {
     let Some(found) = found else { return };
     if varied.iter().any(|candidate| candidate.name == found.name) {
@@ -76,7 +76,7 @@ pub(super) fn parameter<'d>(
     Some(parameter)
 }
 
-/// A key that is there, and cannot vary as it is written.
+/// An existing key that cannot vary without a tolerance.
 fn no_tolerance(found: &Result<String, String>, name: &str, label: &str) -> Diagnostic {
     let message = |why: &str| format!("{label}: `{}` {why}", shortened(name));
     let (message, help) = match found {
