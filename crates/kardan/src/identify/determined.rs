@@ -18,7 +18,7 @@ const POSITIONS: (usize, u64) = (6, 1);
 /// Which combinations of coefficients no measurement of that kind can determine, whatever is measured and however well: a basis,
 /// one row for each with an entry for each coefficient; empty if all can be.
 ///
-/// Exact: with the reduced direction `g = Kᵀa` an inertia (damping, stiffness) enters by the matrix `g gᵀ` alone, a Coulomb
+/// Exact: with the reduced direction `g = Kᵀa` an inertia (damping, stiffness) enters only by the matrix `g gᵀ`, a Coulomb
 /// torque by `g sgn(gᵀq̇)`; no data distinguish what these features do not. With nonlinear transmissions the features at several
 /// positions together, their slopes rounded once. Inputs in `unmeasured` may have any torque: of every feature only the part orthogonal to
 /// their directions counts.
@@ -113,7 +113,7 @@ impl<'a> Position<'a> {
         }
     }
 
-    /// What inertias, dampings and stiffnesses add to the torques: their directions squared.
+    /// Contribution of inertias, dampings and stiffnesses to the torques: their directions squared.
     fn of_squares(&self, coefficients: &[Coefficient]) -> Vec<Vec<Rational>> {
         let (r, rows) = (self.basis.columns(), self.across.columns());
         let mut features = Vec::new();

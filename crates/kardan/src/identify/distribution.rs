@@ -4,8 +4,8 @@ use kardan_rt::functions::{cbrt, powi, tan};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, StudentsT};
 use statrs::function::erf::{erfc, erfc_inv};
 
-/// Degrees of freedom from which Student's quantile is taken from its expansion about the normal one. What the expansion leaves
-/// out is below `(5z⁵ + 16z³ + 3z)/96ν²`, 1e-7 for a confidence of 99.9 %.
+/// Degrees of freedom from which Student's quantile is taken from its expansion about the normal one. The error of the expansion
+/// is below `(5z⁵ + 16z³ + 3z)/96ν²`, 1e-7 for a confidence of 99.9 %.
 const MANY: f64 = 1e4;
 
 /// More degrees of freedom than that change no digit of a reported probability.
@@ -40,7 +40,7 @@ pub fn normal_quantile(probability: f64) -> f64 {
     std::f64::consts::SQRT_2 * erfc_inv(2.0 * probability)
 }
 
-/// The median of χ² with so many degrees of freedom over their number, from the size of a normal number on.
+/// The median of χ² with this many degrees of freedom divided by their number; fewer than one count as one.
 pub(super) fn chi_squared_median_ratio(freedom: f64) -> f64 {
     match ChiSquared::new(freedom) {
         // The median lies below the mean.

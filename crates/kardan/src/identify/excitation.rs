@@ -125,7 +125,7 @@ pub fn information(candidates: &[Matrix<f64>], chosen: impl IntoIterator<Item = 
     out
 }
 
-/// `ln det` and the standard errors `√(M⁻¹)ᵢᵢ` that an information matrix promises, for an error of one in each row; `None` if
+/// `ln det` and the standard errors `√(M⁻¹)ᵢᵢ` expected from an information matrix, for an error of one in each row; `None` if
 /// it does not determine all unknowns.
 ///
 /// ```

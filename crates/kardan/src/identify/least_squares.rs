@@ -44,7 +44,7 @@ pub struct Estimate {
 }
 
 impl LeastSquares {
-    /// A problem with so many unknowns.
+    /// A problem with this number of unknowns.
     pub fn new(columns: usize) -> Self {
         Self { columns, rows: vec![0.0; (columns + 1) * (columns + 1)], waiting: 0, count: 0 }
     }

@@ -80,7 +80,7 @@ pub struct Regressor {
     /// Location of a motion in the logs: its recording, the time since its start (s), and the harmonics of angles there.
     recording: usize,
     time: f64,
-    /// What the clock of the logs shows, s.
+    /// Clock reading of the logs, s.
     clock: f64,
     harmonics: Vec<f64>,
     /// Nominal coefficients of the terms of each kind, for the covariance.
@@ -237,7 +237,7 @@ impl Regressor {
                 ExtraDirection::Teeth(k) => k < self.teeth.len(),
                 ExtraDirection::Laws => true,
             };
-            assert!(exists, "a friction, a spring, an input or teeth of the model");
+            assert!(exists, "a friction, a spring, an input or a gear of the model");
             assert!(
                 !matches!(extra, Extra::Load { input, .. } if *input >= self.inputs.len()),
                 "an input of the model"

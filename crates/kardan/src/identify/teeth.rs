@@ -11,7 +11,7 @@ pub struct Teeth {
     pub row: Vec<(usize, f64)>,
     /// z
     pub cut: Vec<f64>,
-    /// The parts of the torque that the file says are lost while the first body drives, and while it is driven.
+    /// The fractions of the torque lost according to the file while the first body drives, and while it is driven.
     pub fixed: [f64; 2],
     /// Further loss as a function of the magnitudes of torque and speed; z then does not move the first body.
     pub loss: Option<LawTorques>,

@@ -80,7 +80,7 @@ impl Channel {
 }
 
 impl Windows {
-    /// Windows of a width (s) for so many channels; window number k begins at `origin + k width`.
+    /// Windows of a width (s) for this number of channels; window number k begins at `origin + k width`.
     ///
     /// # Panics
     /// If the width is not positive.

@@ -26,7 +26,7 @@ pub(super) struct Leverage<'a> {
 }
 
 impl<'a> Leverage<'a> {
-    /// For samples of so many rows.
+    /// For samples with this number of rows.
     pub fn new(rows: usize, bread: &'a Matrix<f64>) -> Self {
         let p = bread.rows();
         Self {

@@ -199,7 +199,7 @@ impl Fit {
         samples.corrected(&self.values, &|sample, row| samples.y(sample)[row] - self.prediction(samples, sample, row))
     }
 
-    /// What the fit predicts of a row of a sample, N m.
+    /// Prediction of the fit for a row of a sample, N m.
     pub fn prediction(&self, samples: &Samples, sample: usize, row: usize) -> f64 {
         let (p, w) = (self.columns, self.columns - samples.extras);
         let x = &samples.x(sample)[row * p..(row + 1) * p];

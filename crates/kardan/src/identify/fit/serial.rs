@@ -5,7 +5,7 @@ use super::whitened::Whitened;
 use crate::identify::distribution::chi_squared_tail;
 use crate::num::{Matrix, dot};
 
-/// Residuals of standard size, a series for each row of a sample; those without weight are left out.
+/// Residuals of standard size, a series for each row of a sample; those without weight are omitted.
 pub(super) fn series(
     data: &Whitened,
     values: &[f64],

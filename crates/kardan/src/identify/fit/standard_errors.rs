@@ -80,7 +80,7 @@ impl Linearised<'_> {
         out
     }
 
-    /// What each sample adds to the normal equations, and the degrees of freedom of each column: errors may differ in size
+    /// Contribution of each sample to the normal equations, and the degrees of freedom of each column: errors may differ in size
     /// from sample to sample. `bread`: the inverse of the normal matrix.
     fn scores(&self, bread: &Matrix<f64>) -> (Vec<f64>, Vec<f64>) {
         let (data, all, r) = (self.data, self.columns(), self.data.rows);

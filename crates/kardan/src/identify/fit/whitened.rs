@@ -22,7 +22,7 @@ pub(super) fn factor(covariance: &[f64], rows: usize) -> Vec<f64> {
     out
 }
 
-/// `L⁻¹ X` in place, X with so many rows and columns.
+/// `L⁻¹ X` in place, X with this number of rows and columns.
 fn forward(lower: &[f64], rows: usize, columns: usize, x: &mut [f64]) {
     for i in 0..rows {
         for j in 0..i {

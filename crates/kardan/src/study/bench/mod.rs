@@ -178,7 +178,7 @@ impl PreparedBench {
     }
 
     /// The log of a repetition, which is that of the seed plus its number: noise and the angles of the start differ from one to the
-    /// next (the latter if no spring holds the shafts and all ratios are constant), and how long constant speeds last after their
+    /// next (the latter if no spring constrains the shafts and all ratios are constant), and how long constant speeds last after their
     /// dwell; the plant and the set points do not. The same bits for the same number, on any thread.
     ///
     /// `progress` receives the completed fraction, and returns a reason to stop the run.

@@ -425,7 +425,7 @@ pub(super) fn extra_columns(equations: &Equations, extras: &[ExtraTerm], harmoni
             Law::Offset => Extra::Offset { input: input(&extra.element) },
             Law::Teeth { back } => {
                 let place = equations.gear_losses().position(|(unilateral, _)| unilateral.element == extra.element);
-                Extra::Teeth { teeth: place.expect("every such term has teeth"), back: *back }
+                Extra::Teeth { teeth: place.expect("every such term has a gear"), back: *back }
             }
             Law::Parameter { .. } => {
                 let names = law_parameters(extras);
