@@ -69,7 +69,7 @@ fn controllers_of_the_file_run() {
     let object = printed(&got.stdout);
     assert_eq!(object["plan"], Value::Null);
     assert_eq!(object["truth"].as_array().unwrap().len(), 9);
-    assert!(object["notes"][0].as_str().unwrap().contains("drawn within"));
+    assert!(object["notes"][0].as_str().unwrap().contains("kardan drew"));
     assert!(!at.join("c/plan.txt").exists() && at.join("c/truth.toml").exists());
 }
 
@@ -126,7 +126,7 @@ fn what_cannot_be_is_reported_and_leaves_no_folder() {
     for (arguments, part) in [
         (&["fast.toml"][..], "only 48 keep the limits"),
         (&["m.toml", "--study", "--control", "drve"], "did you mean `drive`?"),
-        (&["rack-and-pinion", "--study"], "no controller to be tried"),
+        (&["rack-and-pinion", "--study"], "no controller to test"),
         (&["m.toml", "--truth", "truth.toml"], "there is no element `gw`"),
         (&["m.toml", "--truth", "nowhere.toml"], "there is no file `nowhere.toml`"),
         (&["m.toml", "--plan", "multisin"], "did you mean `multisine`?"),

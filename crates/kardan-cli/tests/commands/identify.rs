@@ -153,7 +153,7 @@ fn a_missing_term_is_suggested() {
         "With axle.friction_sense unseen segments",
         "take it",
         "kind = \"sense\"",
-        "which of the two it is they do not tell",
+        "the logs do not distinguish the two",
     ] {
         assert!(said.contains(part), "{part}: {said}");
     }

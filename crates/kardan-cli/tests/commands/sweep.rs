@@ -326,12 +326,12 @@ fn what_differs_is_reported() {
     write(MODEL);
     for (more, reported) in [
         (&["--seed", "3"][..], "of another sweep: seed 0, here seed 3"),
-        (&["--tolerance", "1e-7"], "of another sweep: tolerance 1e-7 here alone"),
+        (&["--tolerance", "1e-7"], "of another sweep: tolerance 1e-7 only here"),
         (
             &["--method", "taylor", "--max-steps", "9"],
-            "limit of steps 9 here alone; method Automatic, here method Taylor",
+            "limit of steps 9 only here; method Automatic, here method Taylor",
         ),
-        (&["--worst", "1"], "of another sweep: --worst 1 here alone"),
+        (&["--worst", "1"], "of another sweep: --worst 1 only here"),
         (
             &["--set", "scenario.event[0].to=3 N m"],
             "of another sweep: `scenario.event[0].to` \"4 N m\", here \"3 N m\"",
@@ -368,7 +368,7 @@ fn an_ended_sweep_keeps_its_blocks() {
     let rows = object["rows"].as_u64().unwrap();
     assert_eq!(rows + object["missing"].as_u64().unwrap(), 1_000_000);
     let warnings = object["warnings"].to_string();
-    assert!(warnings.contains("is missing"), "{warnings}");
+    assert!(warnings.contains("are missing"), "{warnings}");
 }
 
 /// A sweep that replaces another one leaves none of its rows, however early it is ended, and goes on without `--force`.
@@ -511,7 +511,7 @@ fn rows_run_again_are_the_same() {
     for (more, reported) in [
         (&["--sample", "64"][..], "holds no sample 64"),
         (&["--sample", "5", "--set", "a.inertia=3 kg m^2"], "of another sweep"),
-        (&["--sample", "5", "--tolerance", "1e-6"], "integrated otherwise"),
+        (&["--sample", "5", "--tolerance", "1e-6"], "other integration settings"),
     ] {
         let got = again(more);
         assert!(got.status.code() == Some(2) && printed(&got.stdout).to_string().contains(reported), "{more:?}");
@@ -529,7 +529,7 @@ fn nonsense_is_refused() {
         fs::write(at.join(format!("{name}.toml")), model).unwrap();
     }
     for (arguments, reported) in [
-        (&["sweep", "same.toml"][..], "nothing in the file varies"),
+        (&["sweep", "same.toml"][..], "no value of the file varies"),
         (
             &["sweep", "m.toml", "--samples", "0"],
             "invalid value '0' for '--samples <N>': a sweep has one sample at least; write a number such as 1000",
@@ -546,15 +546,15 @@ fn nonsense_is_refused() {
         ),
         (
             &["sweep", "c.toml"],
-            "with 2 levels of 70 parameters has more than 18446744073709551615 samples: there can be 10000000 help: let fewer",
+            "with 2 levels of 70 parameters has more than 18446744073709551615 samples: the limit is 10000000 help: vary fewer",
         ),
         (
             &["sweep", "g.toml"],
-            "with 5 levels of 12 parameters has 244140625 samples: there can be 10000000 help: write `points = \"grid\"` with `levels = 3`, which has 531441, let fewer",
+            "with 5 levels of 12 parameters has 244140625 samples: the limit is 10000000 help: write `points = \"grid\"` with `levels = 3`, which has 531441, vary fewer",
         ),
         (
             &["sweep", "l.toml"],
-            "with 20000000 levels of 1 parameters has 20000000 samples: there can be 10000000 help: write `points = \"grid\"` with `levels = 10000000`",
+            "with 20000000 levels of 1 parameters has 20000000 samples: the limit is 10000000 help: write `points = \"grid\"` with `levels = 10000000`",
         ),
         (&["sweep", "m.toml", "--samples", "20000000"], "20000000 samples"),
         (&["sweep", "m.toml", "--variant", "nobody"], "there is no variant `nobody`"),

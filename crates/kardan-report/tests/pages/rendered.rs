@@ -529,7 +529,7 @@ fn names_never_break_in_a_table() {
         gain_spread: Some(0.01),
         probability: Some(1e-9),
         verdict:
-            "the same torques as output_shaft.quadratic_damping in these logs: which of the two it is they do not tell"
+            "the same torques as output_shaft.quadratic_damping in these logs: the logs do not distinguish the two"
                 .into(),
         ..Suggestion::default()
     };

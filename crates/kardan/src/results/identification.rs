@@ -117,10 +117,10 @@ impl Identification {
     /// let interval = Some(Interval { lower: 1.9, upper: 2.1 });
     /// let one = IdentifiedParameter { name: "a.damping".into(), value: Some(2.0), interval, ..IdentifiedParameter::default() };
     /// let mut found = Identification { parameters: vec![one.clone(), one], freedom: 7, ..Identification::default() };
-    /// found.logs.push(LogRead { name: "b.csv".into(), damage: Some("900 rows of it are used".into()), ..LogRead::default() });
+    /// found.logs.push(LogRead { name: "b.csv".into(), damage: Some("kardan uses 900 rows of it".into()), ..LogRead::default() });
     /// let verdict = found.verdict();
     /// assert!(!verdict.sound && verdict.text.starts_with(
-    ///     "All 2 parameters are determined, from a log that is damaged (b.csv: 900 rows of it are used)"
+    ///     "All 2 parameters are determined, from a log that is damaged (b.csv: kardan uses 900 rows of it)"
     /// ));
     /// ```
     pub fn verdict(&self) -> Verdict {

@@ -387,7 +387,7 @@ fn nonsense_is_explained() {
     };
     let plain = BenchSettings::default();
     for (source, message) in [
-        (with("\"wg.damping\" =", "\"wg.dampng\" ="), "a shaft has no number `dampng`"),
+        (with("\"wg.damping\" =", "\"wg.dampng\" ="), "a shaft has no numeric key `dampng`"),
         (with("\"wg.damping\" =", "\"gw.damping\" ="), "there is no element `gw`"),
         (with("\"wg.breakaway\" = \"0.054 N m\"", "\"wg.breakaway\" = \"-1 N m\""), "must be zero or more, found -1"),
         (with("\"wg.breakaway\" = \"0.054 N m\"", "\"wg.breakaway\" = \"1 rad\""), "expected a torque, found an angle"),
@@ -398,28 +398,31 @@ fn nonsense_is_explained() {
             "the plant with its true values",
         ),
         (with("wg = \"120 rad/s\", ", ""), "the coordinate `wg` has no speed limit"),
-        (with("wg = \"120 rad/s\", ", "gw = \"120 rad/s\", "), "there is no such shaft"),
+        (with("wg = \"120 rad/s\", ", "gw = \"120 rad/s\", "), "the model has no such shaft"),
         (with("levels = 8", "levels = 1"), "expected a whole number from 2 to 50"),
         (with("levels = 8", "speeds = { wg = [] }"), "a list needs at least one value"),
         (with("levels = 8", "speeds = { wg = [\"1 m\"] }"), "found a length"),
-        (with("levels = 8", "speeds = { gw = [\"1 rad/s\"] }"), "there is no such shaft"),
+        (with("levels = 8", "speeds = { gw = [\"1 rad/s\"] }"), "the model has no such shaft"),
         (with("levels = 8", "least_speed = { wg = \"-1 rad/s\" }"), "must not be negative"),
-        (with("levels = 8", "least_speed = { fs = \"7 rad/s\" }"), "only 0 keep the limits"),
-        (with("points = 24", "points = 900"), "only 48 keep the limits"),
+        (with("levels = 8", "least_speed = { fs = \"7 rad/s\" }"), "only 0 satisfy the limits"),
+        (with("points = 24", "points = 900"), "only 48 satisfy the limits"),
         (with("points = 24", "points = 2"), "so few points do not determine all"),
         (with("points = 24", "points = 24\nparameters = [\"wg.dampin\"]"), "no coefficient `wg.dampin`"),
-        (with("points = 24", "points = 24\nparameters = [\"wg.inertia\"]"), "can tell `wg.inertia` apart"),
+        (with("points = 24", "points = 24\nparameters = [\"wg.inertia\"]"), "can distinguish `wg.inertia`"),
         (with("points = 24", "points = 24\nsignals = [\"wg.psi\"]"), "there is no signal `wg.psi`"),
-        (with("points = 24", "points = 24\nduration = \"5 s\""), "and 5 s are allowed"),
+        (with("points = 24", "points = 24\nduration = \"5 s\""), "but the limit is 5 s"),
         (with("points = 24", "points = 24\nsample_time = \"1 s\""), "cannot sample every 1 s"),
         (with("points = 24", "points = 24\nspread = 1.5"), "let a value change its sign"),
         (with("points = 24", "points = 24\nbandwidth = \"1e9 rad/s\""), "cannot run every 0.001 s"),
         (
             with("plan = \"constant_speeds\"", "plan = \"multisine\"").replace("dwell = \"2 s\"", "dwell = \"1e6 s\""),
-            "and 600 s are allowed",
+            "but the limit is 600 s",
         ),
-        (free().replace("\"1.3 N m\"", "\"1e-6 N m\"").replace("\"8 N m\"", "\"1e-6 N m\""), "only 0 keep the limits"),
-        ("[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"1 N m s/rad\"\n".into(), "the motors cannot push"),
+        (
+            free().replace("\"1.3 N m\"", "\"1e-6 N m\"").replace("\"8 N m\"", "\"1e-6 N m\""),
+            "only 0 satisfy the limits",
+        ),
+        ("[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"1 N m s/rad\"\n".into(), "the motors cannot drive"),
     ] {
         let found = refused(&source, &plain);
         assert!(found.iter().any(|d| d.message.contains(message) && d.help.is_some()), "{message}: {found:#?}");

@@ -347,7 +347,7 @@ fn extra_terms_and_their_choice() {
     // Where neither is there, the plain model is, and the terms come out as nothing.
     let plain_log = shaft_log(12, |w, _| 0.02 * w + 0.3 * w.signum());
     let plain = found(SHAFT, vec![plain_log.clone()], &settings);
-    assert_eq!(plain.candidates.iter().find(|one| one.chosen).expect("one").name, "as asked, no extra terms");
+    assert_eq!(plain.candidates.iter().find(|one| one.chosen).expect("one").name, "as requested, no extra terms");
     near(&plain, "s.load_loss", 0.0, 4.0);
     // Named parameters leave out extra terms that are not named.
     settings.parameters = vec!["s.friction".into(), "s.damping".into()];
@@ -407,13 +407,14 @@ fn candidates_are_compared_alike() {
         all.iter().find(|one| one.name == name).unwrap_or_else(|| panic!("no {name} in {all:?}")).error.unwrap().mean
     };
     let all = compared(&plain, std::slice::from_ref(&log));
-    let whole = error(&all, "as asked, no extra terms");
+    let whole = error(&all, "as requested, no extra terms");
     assert!(error(&all, "without Coulomb friction") > 2.0 * whole && error(&all, "without damping") > 2.0 * whole);
     // What the file says of the inertia is fitted anyway.
     let other = compared(&plain.replace("0.01 kg m^2", "0.02 kg m^2"), std::slice::from_ref(&log));
     for one in &all {
-        let ratio =
-            error(&other, &one.name) / error(&other, "as asked, no extra terms") / (one.error.unwrap().mean / whole);
+        let ratio = error(&other, &one.name)
+            / error(&other, "as requested, no extra terms")
+            / (one.error.unwrap().mean / whole);
         assert!((ratio - 1.0).abs() < 0.02, "{}: {ratio}", one.name);
     }
     // Without friction there is no breakaway either.
@@ -733,7 +734,7 @@ fn nonsense_is_refused() {
     says(SHAFT, "time,m.tau\n0,1\n1,2\n", &plain_settings, &["degrees of freedom", "log"]);
     says(SHAFT, "time,s.w\n0,1\n1,2\n", &plain_settings, &["no torque"]);
     says(SHAFT, "time,s.w,m.tau,load.tau\ns,N m,N m,N m\n0,1,1,1\n1,2,2,2\n", &plain_settings, &["unit", "s.w"]);
-    says(SHAFT, "time,s.w,m.tau,load.tau\n0,1,1,1\n0.1,2,1,1\n", &plain_settings, &["too little", "window"]);
+    says(SHAFT, "time,s.w,m.tau,load.tau\n0,1,1,1\n0.1,2,1,1\n", &plain_settings, &["too few", "window"]);
     let ask = |names: &[&str]| IdentifySettings {
         parameters: names.iter().map(|name| name.to_string()).collect(),
         ..IdentifySettings::default()
@@ -758,7 +759,7 @@ fn nonsense_is_refused() {
     let unknown = refused(&two, vec![("c.csv", good.clone())], &plain_settings);
     assert!(unknown.contains("describes `c.csv`"), "{unknown}");
     let twice = refused(&two, vec![("a.csv", good.clone()), ("b.csv", good.clone())], &plain_settings);
-    assert!(twice.contains("in the logs twice"), "{twice}");
+    assert!(twice.contains("in two channels"), "{twice}");
     let differ = refused(
         SHAFT,
         vec![("a.csv", good.clone()), ("b.csv", "time,s.w,m.tau\n0,1,1\n1,2,1\n".into())],
@@ -860,7 +861,7 @@ fn the_verdict_names_damage_and_warnings() {
         (cut, "from a log that is damaged (log-0.csv"),
         (odd, "1 row is left out"),
         (back, "the clock of log-0.csv jumps back once"),
-        (still, "stands still or is missing in 1 rows"),
+        (still, "does not advance or is missing in 1 rows"),
     ] {
         let (sound, verdict) = verdict(rows);
         assert!(!sound && verdict.contains(said), "{said}: {verdict}");

@@ -148,7 +148,11 @@ fn friction_of_each_log() {
     // Of one log there is nothing to compare: that is said, and the rest is found.
     let alone = self::found(&source, &logs[..1], false);
     near(&alone, "s.friction", 0.25);
-    assert!(alone.notes.iter().any(|note| note.contains("no two logs turned the same way")), "{:?}", alone.notes);
+    assert!(
+        alone.notes.iter().any(|note| note.contains("no two logs have the same direction of rotation")),
+        "{:?}",
+        alone.notes
+    );
 }
 
 /// Two shafts of 0.01 and 0.02 kg m² with a spring between, whose torque is a function of twist and twist rate; both angles and torques.
@@ -354,7 +358,7 @@ fn terms_that_cannot_be_are_refused() {
     for (keys, words) in [
         ("kind = \"sense\"", &["needs `friction`"][..]),
         ("kind = \"offset\"", &["needs `torque`", "whose torque was measured"]),
-        ("kind = \"offset\"; torque = \"m\"; friction = \"s\"", &["has no `friction`", "does nothing here"]),
+        ("kind = \"offset\"; torque = \"m\"; friction = \"s\"", &["has no `friction`", "has no effect here"]),
         ("kind = \"sense\"; friction = \"s\"; order = 3", &["has no `order`"]),
         ("kind = \"load\"; friction = \"s\"", &["needs `torque`"]),
         ("kind = \"cogging\"; friction = \"s\"", &["needs `order`", "order = 6"]),
@@ -375,7 +379,7 @@ fn terms_that_cannot_be_are_refused() {
     // Without the angle nothing goes with it.
     let speeds = "time,s.w,m.tau\ns,rad/s,N m\n0,1,1\n0.001,1,1\n";
     let text = refused(&extra("kind = \"cogging\"; friction = \"s\"; order = 6"), speeds);
-    assert!(text.contains("goes with the angle of `s`") && text.contains("no angle is in the logs"), "{text}");
+    assert!(text.contains("depends on the angle of `s`") && text.contains("no angle is in the logs"), "{text}");
     // Whoever asks for a parameter of such a term without it is told which one.
     let asked = format!("[identification]\nparameters = [\"s.friction_sense\"]\n{SHAFT}");
     assert!(refused(&asked, &whole).contains("kind = \"sense\""));
@@ -503,7 +507,7 @@ fn a_file_that_would_be_wrong_is_not_written() {
     let reported = study::write_values(&source, &before).expect_err("more than it breaks away at");
     let text = plain(&source, &reported);
     assert!(
-        text.contains("with what was found the file would have a mistake: ") && text.contains("breakaway"),
+        text.contains("the identified values would make the file invalid: ") && text.contains("breakaway"),
         "{text}"
     );
     assert!(reported.iter().all(|one| one.labels.is_empty() && one.help.is_some()), "{reported:?}");

@@ -180,11 +180,7 @@ fn play_that_the_file_does_not_know_is_reported() {
     let channels = [("a.phi", 0.0, 3e-4, 1.0), ("b.phi", 0.0, 3e-5, 1.0), ("m.tau", 2e-3, 0.0, 1.0)];
     let found = found(&model(""), &[log(&run, &channels, 5)], &["b.inertia", "b.damping"]);
     let warned = found.warnings.join("; ");
-    assert!(
-        warned.contains("there is play") && warned.contains("--parameters g.backlash"),
-        "{warned} {:?}",
-        found.notes
-    );
+    assert!(warned.contains(": backlash;") && warned.contains("--parameters g.backlash"), "{warned} {:?}", found.notes);
     let width = warned.split("backlash = \"").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
     assert!((width.parse::<f64>().unwrap() / 0.1 - 1.0).abs() < 0.1, "{width}");
 }

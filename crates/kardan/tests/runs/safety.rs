@@ -66,7 +66,7 @@ fn rows_are_what_their_faults_do() {
     let differ = table.monitors.iter().find(|one| one.name == "differ").unwrap();
     assert_eq!((differ.raised_by.len(), differ.false_alarms.len()), (2, 0), "{differ:?}");
     assert!(
-        table.notes.iter().any(|note| note == "Monitor `deaf`: no fault of this list ever raises it."),
+        table.notes.iter().any(|note| note == "Monitor `deaf`: no fault of this list raises it."),
         "{:?}",
         table.notes
     );
@@ -124,8 +124,8 @@ fn false_alarms() {
         offset.detection_time.is_none()
             && offset.note.as_ref().is_some_and(|note| note.contains("before the fault begins"))
     );
-    assert!(table.notes.iter().any(|note| note.contains("No fault of this list ever makes")), "{:?}", table.notes);
-    assert!(table.notes.iter().any(|note| note.contains("holds without a fault in")), "{:?}", table.notes);
+    assert!(table.notes.iter().any(|note| note.contains("No fault of this list makes")), "{:?}", table.notes);
+    assert!(table.notes.iter().any(|note| note.contains("is true without a fault in")), "{:?}", table.notes);
 }
 
 /// A value that the model cannot take makes rows that say so, and the others are there.
@@ -158,11 +158,11 @@ fn pairs_that_cannot_be() {
 fn what_cannot_be_asked() {
     let cases = [
         ("[safety]\nfaults = [\"dad\"]\ndetected = \"differ\"\n", "there is no fault `dad`", "did you mean `dead`?"),
-        ("[safety]\nfaults = []\ndetected = \"differ\"\n", "empty list", "leave it out"),
+        ("[safety]\nfaults = []\ndetected = \"differ\"\n", "empty list", "omit it"),
         ("[safety]\ndetected = \"difer\"\n", "no signal", "differ"),
         ("[safety]\ndetected = \"one.phi - two.phi\"\n", "not a condition", "compare it"),
         ("[safety]\ndetected = \"differ\"\nreaction = \"differ\"\n", "no state machine `differ`", "mode"),
-        ("[safety]\nwithin = \"1 s\"\n", "`within` says nothing without `detected`", "add"),
+        ("[safety]\nwithin = \"1 s\"\n", "`within` has no effect without `detected`", "add"),
         ("[safety]\ndetected = \"differ\"\nvariants = [\"x\"]\n", "no variant `x`", "leave this key out"),
         ("[safety]\ndetected = \"differ\"\nvalues = { pusch = \"1 N m\" }\n", "no such parameter", "push"),
         ("[safety]\ndetected = \"differ\"\nvalues = { push = [\"1 rad\"] }\n", "expected a torque", "N m"),
@@ -179,7 +179,7 @@ fn what_cannot_be_asked() {
         ),
         (
             "[safety]\n[[safety.effect]]\nname = \"x\"\nsignal = \"a.phi\"\nabove = \"2 deg\"\nbelow = \"1 deg\"\n",
-            "nothing is above",
+            "no value is above",
             "less",
         ),
     ];

@@ -199,8 +199,8 @@ fn others_run_one_by_one() {
     let read = BODIES.replace("[scenario]", sensor).replace("signal = \"b.phi\"", "signal = \"s.phi\"");
     let events = BODIES.replace("signal = \"b.phi\"\nmeasure = \"final\"", "signal = \"b.phi\"\nmeasure = \"events\"");
     for (text, why) in [
-        (initial, "`scenario.initial.b.w` reaches more than inertias"),
-        (follows, "`m` reaches more than inertias"),
+        (initial, "`scenario.initial.b.w` affects more than inertias"),
+        (follows, "`m` affects more than inertias"),
         (limited, "a limit of torque is met by more than steps and samples"),
         (rate, "a motor has a limit of rate"),
         (read, "a figure or a requirement reads what lanes do not tell"),
@@ -216,7 +216,10 @@ fn others_run_one_by_one() {
             found.compared
         );
         let said = said.0.into_inner().unwrap();
-        assert!(said.len() == 1 && said[0].starts_with("runs go one by one") && said[0].contains(why), "{said:?}");
+        assert!(
+            said.len() == 1 && said[0].starts_with("kardan runs samples one by one") && said[0].contains(why),
+            "{said:?}"
+        );
     }
 }
 
