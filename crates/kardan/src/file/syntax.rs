@@ -45,7 +45,7 @@ pub fn syntax(source: &str) -> (Entries, Vec<Diagnostic>) {
                 }
             }
         } else if message.starts_with("duplicate key") {
-            ("a key that was given before".to_string(), "keep one of the two".to_string())
+            ("a duplicate key".to_string(), "remove one of the two".to_string())
         } else {
             let help = match message {
                 m if m.starts_with("unclosed table") => format!("write `{}]`", shortened(line)),
@@ -54,7 +54,7 @@ pub fn syntax(source: &str) -> (Entries, Vec<Diagnostic>) {
                 }
                 m if m.contains("string, expected") => "end the text with the quote it begins with".to_string(),
                 m if m.starts_with("key with no value") => "write it as `key = value`".to_string(),
-                m if m.contains("recurse") => "nothing in a model file is nested that deeply".to_string(),
+                m if m.contains("recurse") => "model files do not nest that deeply".to_string(),
                 _ => with_point(line)
                     .unwrap_or_else(|| "see https://toml.io for how a file of keys and values is written".to_string()),
             };

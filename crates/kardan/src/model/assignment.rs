@@ -30,7 +30,7 @@ pub(crate) fn assign(model: &mut Entries, text: &str) -> Result<Option<String>, 
     let (path, value_text) = (path.trim(), value_text.trim());
     if value_text.is_empty() {
         return Err(assign_error("set::no-value", format!("`--set {}=` has no value", shortened(path)))
-            .help("write the value behind the `=`, with its unit"));
+            .help("write the value after the `=`, with its unit"));
     }
     let steps = from_the_top(model, steps(path)?, path)?;
     put(model, &steps, value(value_text), path)?;
@@ -53,7 +53,7 @@ fn assign_error(code: &'static str, message: String) -> Diagnostic {
 fn steps(path: &str) -> Result<Vec<Step>, Diagnostic> {
     let wrong = || {
         assign_error("set::path", format!("`{}` is no key of a model", shortened(path)))
-            .help("keys are written with dots, entries of lists with their number from 0 on: scenario.event[0].at")
+            .help("separate keys by dots and number list entries from 0: scenario.event[0].at")
     };
     let mut out = Vec::new();
     let mut rest = path;
@@ -101,8 +101,7 @@ fn from_the_top(model: &Entries, steps: Vec<Step>, path: &str) -> Result<Vec<Ste
                 return Ok(below("parameters"));
             }
             let help = match parameters.is_empty() {
-                true => "the model has no [parameters]; a key of something that it names is written with a dot: \
-                         wg.inertia, column.sample_time"
+                true => "the model has no [parameters]; write a key of a named table with a dot: wg.inertia, column.sample_time"
                     .to_string(),
                 false => unknown_name(name, parameters),
             };
@@ -119,16 +118,13 @@ fn from_the_top(model: &Entries, steps: Vec<Step>, path: &str) -> Result<Vec<Ste
                 [] => {
                     let names = groups.iter().flat_map(|group| keys(model.table(group))).chain(keys(Some(model)));
                     let near = nearest(first, names);
-                    let help = did_you_mean(near, || "`kardan models NAME` shows what a model names".into());
-                    Err(assign_error(
-                        "set::unknown",
-                        format!("the model has nothing that is called `{}`", shortened(first)),
-                    )
-                    .help(help))
+                    let help = did_you_mean(near, || "`kardan models NAME` shows the names in a model".into());
+                    Err(assign_error("set::unknown", format!("the model has no entry named `{}`", shortened(first)))
+                        .help(help))
                 }
                 several => {
                     let paths: Vec<String> = several.iter().map(|group| format!("{group}.{path}")).collect();
-                    let message = format!("`{}` may be several things", shortened(path));
+                    let message = format!("`{}` is ambiguous", shortened(path));
                     Err(assign_error("set::several", message)
                         .help(format!("write one of {}", quoted(paths.iter().map(String::as_str)))))
                 }
@@ -159,7 +155,7 @@ fn put(model: &mut Entries, steps: &[Step], value: RawValue, path: &str) -> Resu
     };
     let whole = || {
         assign_error("set::table", format!("`{}` is a table, not a value", shortened(path)))
-            .help("name one of its keys, behind a dot")
+            .help("name one of its keys, after a dot")
     };
     let Some((Step::Key(first), rest)) = steps.split_first() else { return Err(whole()) };
     if rest.is_empty() {
@@ -203,7 +199,7 @@ fn put(model: &mut Entries, steps: &[Step], value: RawValue, path: &str) -> Resu
                     Some(RawValue::List(_)) => {
                         let message = format!("`{}`: `{}` is a list", shortened(path), shortened(key));
                         return Err(
-                            assign_error("set::list", message).help(format!("say which entry: {}[0]", shortened(key)))
+                            assign_error("set::list", message).help(format!("give the entry: {}[0]", shortened(key)))
                         );
                     }
                     _ => return Err(unknown(key, keys(Some(table)))),
@@ -257,7 +253,7 @@ fn unvary(model: &mut Entries, name: &str) -> Option<String> {
         if grid.is_empty() {
             model.remove("variants");
         }
-        return Some(format!("`{name}` is set: [variants] does not vary it now"));
+        return Some(format!("`{name}` is set: [variants] no longer varies it"));
     }
     let sets = |table: &Entries| table.table("set").is_some_and(|set| set.get(name).is_some());
     let called = |entry: &Entry| match &entry.value {
@@ -347,7 +343,7 @@ below = \"1 rad\"
     fn a_parameter_that_is_set_is_not_varied() {
         let (model, note) = set("beta=20 deg").unwrap();
         assert!(model.starts_with("[parameters]\nbeta = \"20 deg\"\n\n[shaft.wg]"), "{model}");
-        assert_eq!(note.as_deref(), Some("`beta` is set: [variants] does not vary it now"));
+        assert_eq!(note.as_deref(), Some("`beta` is set: [variants] no longer varies it"));
     }
 
     /// Values of variants and of manoeuvres go before one that is set, which is told.

@@ -49,9 +49,9 @@ pub fn json_schema() -> String {
     for kind in element::REGISTRY {
         properties.insert(kind.keyword.into(), named(table(kind.fields, kind.summary), kind.summary));
     }
-    properties.insert("control".into(), named(control(), "A control law: the key `law` tells which."));
-    properties.insert("signal".into(), named(signals(), "A function of time: the key `kind` tells which."));
-    properties.insert("block".into(), named(blocks(), "A block of signals: the key `kind` tells which."));
+    properties.insert("control".into(), named(control(), "A control law: the key `law` selects it."));
+    properties.insert("signal".into(), named(signals(), "A function of time: the key `kind` selects it."));
+    properties.insert("block".into(), named(blocks(), "A block of signals: the key `kind` selects it."));
     let schema = json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
         "$id": "kardan/1/model",

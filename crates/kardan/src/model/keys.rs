@@ -168,7 +168,7 @@ fn suggestion(document: &Document, expression: &Expression, unknown: &str, unit:
     let all = || parameters().chain(keys.iter().map(String::as_str));
     let split_name = |name: &&str| name.contains('-') && name.contains(unknown) && expression.text().contains(*name);
     if let Some(name) = all().find(split_name) {
-        return Some(format!("a name with `-` stands in quotes: `'{name}'`"));
+        return Some(format!("quote a name with `-`: `'{name}'`"));
     }
     if let Some((element, key)) = parameter(unknown)
         && let Some(instance) = document.elements.get(element)
@@ -177,7 +177,7 @@ fn suggestion(document: &Document, expression: &Expression, unknown: &str, unit:
         let own =
             || numbers(document).filter(|(candidate, ..)| candidate.name == element).map(|(_, field, _)| field.name);
         if own().any(|name| name == key) {
-            return Some(format!("`{key}` of {kind} `{element}` is left out: give it a value"));
+            return Some(format!("`{key}` of {kind} `{element}` is not set: give it a value"));
         }
         return Some(match nearest(key, own()) {
             Some(near) => format!("did you mean `{element}.{near}`?"),

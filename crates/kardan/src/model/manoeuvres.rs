@@ -346,9 +346,9 @@ fn check_keys(node: &Node<'_>, kind: &'static ManoeuvreKind, what: &str, out: &m
             continue;
         }
         let own = quoted(kind.keys.iter().map(|(key, _)| *key));
-        let message = format!("{what}: `{key}` says nothing for a `{}`", kind.keyword);
+        let message = format!("{what}: `{key}` has no effect on a `{}`", kind.keyword);
         let diagnostic = Diagnostic::error("manoeuvre::key", message).at(found.place.clone(), "not used");
-        out.push(diagnostic.help(format!("remove it; beside those that all take, it takes {own}")));
+        out.push(diagnostic.help(format!("remove it; beside the common keys it accepts {own}")));
     }
 }
 
@@ -358,9 +358,10 @@ fn check_periods(node: &Node<'_>, what: &str, out: &mut Vec<Diagnostic>) {
     let (RawValue::Text(text) | RawValue::Number(text)) = &found.entry.value else { return };
     let Some(periods) = parse_number(text).ok().map(|x| x.to_f64()).filter(|x| x.fract() != 0.0) else { return };
     let message = format!(
-        "{what}: `periods` is {periods}, no whole number of waves: gradients, hystereses and gains are means over whole ones"
+        "{what}: `periods` is {periods}, not a whole number of periods: gradients, hystereses and gains are means over whole periods"
     );
-    let diagnostic = Diagnostic::error("manoeuvre::periods", message).at(found.entry.place.clone(), "a part of a wave");
+    let diagnostic =
+        Diagnostic::error("manoeuvre::periods", message).at(found.entry.place.clone(), "not a whole number");
     out.push(diagnostic.help(format!("write a whole number: `periods = {}`", periods.ceil().max(1.0))));
 }
 
@@ -382,10 +383,10 @@ fn check_car(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<Dia
         None if cars().next().is_none() && !free && !document.suppressed.all => {
             let message = format!("{what}: the model has no car");
             let diagnostic = Diagnostic::error("manoeuvre::car", message).at(node.name_place.clone(), "nothing drives");
-            out.push(diagnostic.help("add a `[vehicle.NAME]`, or take a manoeuvre of the kind `free`"));
+            out.push(diagnostic.help("add a `[vehicle.NAME]`, or use a manoeuvre of the kind `free`"));
         }
         None if cars().nth(1).is_some() && !free => {
-            let message = format!("{what}: which of the cars {} it is about is open", quoted(cars()));
+            let message = format!("{what}: it does not name one of the cars {}", quoted(cars()));
             let diagnostic =
                 Diagnostic::error("manoeuvre::car", message).at(node.name_place.clone(), "`car` is missing");
             out.push(diagnostic.help("name it: `car = \"NAME\"`"));
@@ -482,7 +483,7 @@ pub(super) fn unfollowed_manoeuvres(
         let what = format!("manoeuvre `{}`", shortened(one.name));
         let unread = |(name, _): &&(String, String)| !followed.contains(name);
         for (name, _) in one.made.shared.iter().filter(unread) {
-            let message = format!("{what}: nothing follows the signal `{name}` that it makes");
+            let message = format!("{what}: the model does not use its signal `{name}`");
             let help = "let the car read both: `braking = \"braking\"`, and `speed = \"... - slowed\"` with the speed it has before";
             out.push(
                 Diagnostic::warning("manoeuvre::unfollowed", message).at(one.place.clone(), "not followed").help(help),
@@ -494,16 +495,16 @@ pub(super) fn unfollowed_manoeuvres(
             continue;
         }
         let (made, key) = if one.made.path.is_some() { ("path", "path") } else { ("signal", "angle") };
-        let message = format!(
-            "{what}: nothing follows the {made} `{name}` that it makes, so every run of it is one in which nobody steers"
-        );
+        let message = format!("{what}: the model does not use its {made} `{name}`, so no run of it has steering");
         let drivers = entries.table("driver").into_iter().flat_map(Entries::iter).map(|found| found.key.as_str());
         let help = match drivers.collect::<Vec<_>>().as_slice() {
             [] => format!(
                 "add a `[driver.NAME]` with `{key} = \"{name}\"`, or let a torque, a reference or a position read `{name}`"
             ),
             [driver, ..] => {
-                format!("write `{key} = \"{name}\"` in `[driver.{driver}]`, or name in `steers` what it follows")
+                format!(
+                    "write `{key} = \"{name}\"` in `[driver.{driver}]`, or name in `steers` the signal that it follows"
+                )
             }
         };
         out.push(

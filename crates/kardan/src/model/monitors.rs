@@ -72,17 +72,17 @@ pub(super) fn check(
     let (message, word) = match finding(graph, compared, assumptions) {
         Some(Finding::Never) => (
             format!(
-                "{what}: `residual` can never be beyond `threshold`, so there is no alarm but where it is no number"
+                "{what}: `residual` can never exceed `threshold`, so there is no alarm unless `residual` is not a number"
             ),
-            "never beyond",
+            "never exceeded",
         ),
         Some(Finding::Always) => {
-            (format!("{what}: `residual` is always beyond `threshold`, so there always is an alarm"), "always beyond")
+            (format!("{what}: `residual` always exceeds `threshold`, so there always is an alarm"), "always exceeded")
         }
         None => return,
     };
     let finding = Diagnostic::warning("block::monitor", message).at(monitor.place.clone(), word);
-    out.push(finding.help("check `threshold` and the bounds in `residual`, or take the monitor out"));
+    out.push(finding.help("check `threshold` and the bounds in `residual`, or remove the monitor"));
 }
 
 /// Warns of a threshold of zero, and of one that the noise of sensors in the residual leaves often, where nothing waits for it to come back.
@@ -103,8 +103,8 @@ pub(super) fn check_noise(
     };
     let symbols = graph.symbols(&[residual]);
     if limit == 0.0 && !symbols.is_empty() {
-        let message = format!("{what}: its `threshold` is zero, so that the last digits of `residual` are beyond it");
-        warn(message, "zero", "write how far `residual` may be from zero while nothing fails");
+        let message = format!("{what}: its `threshold` is zero, so rounding errors of `residual` exceed it");
+        warn(message, "zero", "write how far `residual` may be from zero without a fault");
         return;
     }
     let mut variance = 0.0;
@@ -117,14 +117,13 @@ pub(super) fn check_noise(
     }
     if !monitor.waits && limit < DEVIATIONS * variance.sqrt() {
         let message = format!(
-            "{what}: `threshold` is {limit:.4e}, and the noise of the sensors in `residual` has a standard deviation of {:.3e} there (SI): it alone is beyond in more than \
-             {BEYOND} of the samples",
+            "{what}: `threshold` is {limit:.4e}, and the noise of the sensors in `residual` has a standard deviation of {:.3e} there (SI): the noise alone exceeds the threshold in more than {BEYOND} of the samples",
             variance.sqrt()
         );
         warn(
             message,
             "within the noise",
-            "write a larger one, let it wait by `debounce`, or filter `residual`; `kardan analyze --parity` tells thresholds",
+            "write a larger one, add a `debounce`, or filter `residual`; `kardan analyze --parity` computes thresholds",
         );
     }
 }

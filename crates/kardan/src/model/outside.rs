@@ -46,11 +46,11 @@ impl Document {
                 }
             }
             if let Some(design) = control.table.values.get("design") {
-                let message = format!("`design` of control `{}` does nothing: a program is not designed", control.name);
+                let message =
+                    format!("`design` of control `{}` has no effect: kardan does not design a program", control.name);
                 let diagnostic = Diagnostic::warning("control::design", message).at(design.place.clone(), "not read");
                 out.push(
-                    diagnostic
-                        .help("take it out; what bends in a program is taken as it is where all that it reads is zero"),
+                    diagnostic.help("remove it; kardan linearises a nonlinear program where all that it reads is zero"),
                 );
             }
         }
@@ -204,13 +204,13 @@ impl Document {
             let (message, help) = match measured {
                 Some(Measured::ConstraintTorque(..) | Measured::NetTorque(_)) => (
                     format!(
-                        "no block reads the sensor `{name}`: a torque of a constraint and a net torque follow from accelerations"
+                        "no block can read the sensor `{name}`: constraint torques and net torques depend on accelerations"
                     ),
                     "measure the twist of a spring_damper, or give the gear a stiffness",
                 ),
                 Some(Measured::ComplianceTorque(..)) if !sampled => (
                     format!(
-                        "no block reads the sensor `{name}` at every instant: its torque is that of a spring and a damper"
+                        "no continuous block can read the sensor `{name}`: its torque is that of a spring and a damper"
                     ),
                     "give the blocks that read it a `sample_time`",
                 ),
@@ -219,7 +219,7 @@ impl Document {
                         "give the blocks that read it a `sample_time`, or let them read the signal itself: `{signal}`"
                     );
                     let message = format!(
-                        "no block reads the sensor `{name}` at every instant: a sensor of a signal is read at samples"
+                        "no continuous block can read the sensor `{name}`: a sensor of a signal is read at samples"
                     );
                     (message, itself.as_str())
                 }

@@ -80,9 +80,9 @@ pub(super) fn check(
         if decided(&[guard.when]) == AtOnce::Never {
             let [from, to] = [guard.transition.from, guard.transition.to].map(|state| &states[state]);
             let message =
-                format!("{what}: `when` of the way from `{from}` to `{to}` never holds, so it is never taken");
-            let diagnostic = Diagnostic::warning("block::transition", message).at(guard.place.clone(), "never holds");
-            out.push(diagnostic.help("check its thresholds, or take the transition out"));
+                format!("{what}: `when` of the transition from `{from}` to `{to}` is never true, so it is never taken");
+            let diagnostic = Diagnostic::warning("block::transition", message).at(guard.place.clone(), "never true");
+            out.push(diagnostic.help("check its thresholds, or remove the transition"));
         } else {
             possible.push(guard);
         }
@@ -97,27 +97,27 @@ pub(super) fn check(
                 AtOnce::Never => continue,
                 AtOnce::At(at) if at.is_empty() => (
                     format!(
-                        "{what}: the ways from `{from}` to `{a}` and to `{b}` are both open whatever happens: the first in the list is taken"
+                        "{what}: the transitions from `{from}` to `{a}` and to `{b}` are always enabled together: the first in the list is taken"
                     ),
-                    "open at once",
+                    "enabled together",
                 ),
                 AtOnce::At(at) => (
                     format!(
-                        "{what}: the ways from `{from}` to `{a}` and to `{b}` are both open where {}: the first in the list is taken",
+                        "{what}: the transitions from `{from}` to `{a}` and to `{b}` are both enabled where {}: the first in the list is taken",
                         shown(graph, &at)
                     ),
-                    "open at once",
+                    "enabled together",
                 ),
                 AtOnce::Unknown => (
                     format!(
-                        "{what}: whether the ways from `{from}` to `{a}` and to `{b}` are ever open at once is not decided, as they compare more than sums of signals times constants: where both are, the first in the list is taken"
+                        "{what}: it is not decided whether the transitions from `{from}` to `{a}` and to `{b}` are ever enabled together, as they compare more than sums of signals times constants: where both are, the first in the list is taken"
                     ),
                     "not decided",
                 ),
             };
             let diagnostic = Diagnostic::warning("block::overlap", message).at(second.place.clone(), word);
             out.push(diagnostic.help(format!(
-                "to say that the way to `{a}` comes first, write `and not (...)` with its condition into this one"
+                "to give the transition to `{a}` priority, add `and not (...)` with its condition to this one"
             )));
         }
         before.push(second);
@@ -145,12 +145,13 @@ fn unreachable_states(
         }
     }
     for (k, state) in states.iter().enumerate().filter(|(k, _)| !reached[*k]) {
-        let message = format!("{what}: no way leads from `{}`, where it starts, to its state `{state}`", states[0]);
+        let message =
+            format!("{what}: no transitions lead from its initial state `{}` to its state `{state}`", states[0]);
         let diagnostic = Diagnostic::warning("block::state", message);
         let place = of_state.get(&k).copied().or(guards.first());
         let diagnostic = place
             .into_iter()
             .fold(diagnostic, |diagnostic, guard| diagnostic.at(guard.place.clone(), "of this machine"));
-        out.push(diagnostic.help("add a transition, or take the state out"));
+        out.push(diagnostic.help("add a transition, or remove the state"));
     }
 }

@@ -174,11 +174,11 @@ fn circles(unresolved: &[Following], needs: &[Vec<usize>], out: &mut Vec<Diagnos
         let names: Vec<&str> = circle.iter().map(|k| unresolved[*k].name.as_str()).collect();
         let Following { name, place, expression, key } = &unresolved[circle[0]];
         let what = if key.is_some() { "" } else { "parameter " };
-        let message = format!("{what}`{name}` follows from itself: {}", names::circle(&names));
+        let message = format!("{what}`{name}` depends on itself: {}", names::circle(&names));
         let at = place.part(expression.text(), 0..expression.text().len());
         out.push(
             Diagnostic::error("parameter::circle", message)
-                .at(at, "in a circle")
+                .at(at, "circular")
                 .help("write one of them as a number with its unit"),
         );
     }

@@ -44,12 +44,12 @@ pub const BLOCK: &[Field] = &[
     Field::optional(
         "sample_time",
         Kind::Quantity(Dimension::TIME, Sign::Period),
-        "When it computes, as on a control unit; its answer holds until the next sample. Left out: at every instant.",
+        "When it computes, as on a control unit; its output is held until the next sample. Left out: at every instant.",
     ),
     Field::optional(
         "unit",
         Kind::Text,
-        "Unit of its answer, `N m`; needed where it follows from itself by way of other blocks, else it follows from what it reads.",
+        "Unit of its output, `N m`; needed where it depends on itself through other blocks, else kardan derives it from what it reads.",
     ),
 ];
 
@@ -102,7 +102,7 @@ pub fn open(source: &str) -> (Entries, Vec<Diagnostic>, bool) {
     let (entries, diagnostics) = syntax(source);
     // A broken line may have held a header, a broken text or list may have swallowed one.
     let broken = diagnostics.iter().any(|diagnostic| {
-        let harmless = ["text without quotes", "a key without a value", "a key that was given before", "invalid float"];
+        let harmless = ["text without quotes", "a key without a value", "a duplicate key", "invalid float"];
         let start = diagnostic.labels.first().map_or(0, |label| label.place.span().start);
         let line_start = source[..start].rfind('\n').map_or(0, |at| at + 1);
         source[line_start..].trim_start().starts_with('[')
@@ -190,7 +190,7 @@ fn check_size(document: &Document, out: &mut Vec<Diagnostic>) {
     if let Some(first) = coordinates.clone().nth(MOST_COORDINATES) {
         let message = format!("the model has {count} shafts, masses and charges, more than {MOST_COORDINATES}");
         let diagnostic = Diagnostic::error("model::large", message).at(first.place.clone(), "the first one beyond");
-        out.push(diagnostic.help("kardan computes with full matrices over all of them: put what turns together into one, or look at parts of the model"));
+        out.push(diagnostic.help("kardan computes with full matrices over all of them: combine bodies that rotate together, or analyse parts of the model"));
     }
 }
 
@@ -223,7 +223,7 @@ fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnosti
             element::find(&found.key).is_some() || matches!(found.key.as_str(), "control" | "log" | "signal" | "table");
         let (name, dot) = (&found.key, if named { ".NAME" } else { "" });
         let help = format!("write its keys below `[{name}{dot}]`, or remove it");
-        out.push(warning(format!("the table `[{name}]` is empty"), &found.place, "nothing in it", &help));
+        out.push(warning(format!("the table `[{name}]` is empty"), &found.place, "empty", &help));
     }
     let laws = ["stiffness", "damping", "friction", "breakaway"];
     for spring in document.elements.iter().filter(|element| element.kind.keyword == "spring_damper") {
@@ -252,7 +252,7 @@ fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnosti
     for input in document.elements.iter().filter(|element| has_events && inputs[..3].contains(&element.kind.keyword)) {
         if !moved.contains(input.name.as_str()) {
             let (kind, name) = (input.kind.keyword, &input.name);
-            let message = format!("nothing moves the {kind} `{name}`: it stays at zero in every run");
+            let message = format!("the model never sets the {kind} `{name}`: it stays at zero in every run");
             let signal = match kind {
                 "motor" => format!("{name}.tau"),
                 "voltage_source" => format!("{name}.v"),
@@ -565,7 +565,7 @@ fn check_tables(
             (None, "extra" | "candidate") => format!("write each as `[[identification.{name}]]`"),
             (None, "channel" | "channels") => "write each as `[[log.NAME.channel]]`".to_string(),
             (None, "actuator" | "actuators") => "write each as `[[analysis.actuator]]`".to_string(),
-            (None, "tolerance" | "tolerances") => "write a tolerance behind its value: \"1 N m ± 10 %\"".to_string(),
+            (None, "tolerance" | "tolerances") => "write a tolerance after its value: \"1 N m ± 10 %\"".to_string(),
             (None, word) if is_fixed_name(word) => how_to_fix_shaft("SHAFT"),
             (None, "sources" | "source" | "input" | "inputs") => {
                 "torques come from `motor` and `disturbance`".to_string()
@@ -633,7 +633,7 @@ fn named_tables<'t>(
     let loose = group.table.iter().find(|found| !is_table(found) && fields.iter().any(|f| f.name == found.key));
     if let Some(found) = loose {
         suppressed.all = true;
-        let message = format!("a {keyword} needs a name: `{}` stands in `[{keyword}]` itself", found.key);
+        let message = format!("a {keyword} needs a name: `{}` is in `[{keyword}]` itself", found.key);
         out.push(
             Diagnostic::error("name::missing", message)
                 .at(group.place.clone(), "no name")
@@ -664,7 +664,7 @@ fn check_unique(document: &Document, out: &mut Vec<Diagnostic>) {
             Some((other_kind, other_span)) => out.push(
                 Diagnostic::error(
                     "name::duplicate",
-                    format!("the name `{name}` is used twice, for {other_kind} and {kind}"),
+                    format!("the name `{name}` has two uses, for {other_kind} and {kind}"),
                 )
                 .at(place.clone(), "again here")
                 .at((*other_span).clone(), "first here")

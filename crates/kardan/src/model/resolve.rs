@@ -247,13 +247,13 @@ impl Document {
             let (key, message, help) = match shaft {
                 _ if by_multiplier => (
                     "element",
-                    format!("no sensor reads what `{element}` carries, which is not solved for a coordinate"),
+                    format!("no sensor can read the multiplier of `{element}`, which is not solved for a coordinate"),
                     format!("its multiplier is a column of a run: `{element}.tau` or `{element}.f`"),
                 ),
                 None if has_spring => continue,
                 None if shafts.is_empty() => (
                     "element",
-                    format!("`{element}` has no spring, so no twist tells its torque"),
+                    format!("`{element}` has no spring, so its torque does not follow from a twist"),
                     format!("give `{element}` a stiffness, or measure another element"),
                 ),
                 None => (

@@ -19,7 +19,7 @@ impl fmt::Display for Rounded {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { what, text, value, unit } = self;
         let value = format!("{value} {unit}");
-        write!(f, "{what} = {text} was rounded to {}; what is exact is so for that number", value.trim())
+        write!(f, "{what} = {text} was rounded to {}; exact results are exact for that number", value.trim())
     }
 }
 
@@ -231,7 +231,7 @@ impl<'a> TableReader<'a> {
             out.push(
                 Diagnostic::error("unit::dimension", message)
                     .at(place.clone(), found.noun())
-                    .help(format!("it should come out in a unit such as {}", required.example())),
+                    .help(format!("the result needs a unit such as {}", required.example())),
             );
             return None;
         }
@@ -406,7 +406,7 @@ impl<'a> TableReader<'a> {
         let Some((first, _, kind)) = named.first() else { return };
         if let Some((other, place, own)) = named.iter().find(|(_, _, own)| own != kind) {
             let message = format!("{what}: `{first}` is a {} and `{other}` a {}", kind.carrier(), own.carrier());
-            let help = "what turns meets what moves straight in a `rack_and_pinion`, a `screw` or a `pulley`";
+            let help = "connect rotation and translation by a `rack_and_pinion`, a `screw` or a `pulley`";
             out.push(Diagnostic::error("element::mixed", message).at((*place).clone(), "of another kind").help(help));
         }
     }
@@ -494,7 +494,7 @@ impl<'a> TableReader<'a> {
         let (head, quantity, unqualified) = (name.element, name.quantity(), name.on.is_none());
         if let Some((sensor, measured, _)) = self.document.signal_sensor(head) {
             let message = format!(
-                "{label}: `{}` measures the signal `{}`, which no equation of the mechanism tells",
+                "{label}: `{}` measures the signal `{}`, which no equation of the mechanism gives",
                 shortened(sensor),
                 shortened(measured)
             );
@@ -636,14 +636,14 @@ impl<'a> TableReader<'a> {
         let (message, help) = match self.body(name) {
             Some(other) => (
                 format!("{label}: `{name}` is a {}, not a {what}", other.carrier()),
-                "what turns meets what moves straight in a `rack_and_pinion`, a `screw` or a `pulley`".to_string(),
+                "connect rotation and translation by a `rack_and_pinion`, a `screw` or a `pulley`".to_string(),
             ),
             None => {
                 let keyword = if *kind == Kind::Mass { "mass" } else { "shaft" };
                 let declare = format!("`[{keyword}.{}]`", shortened(name));
                 let near = guess(name, self.bodies(kind), out);
                 let help = if near.is_none() && is_fixed_name(name) {
-                    "what stands still is called \"ground\"".to_string()
+                    "the fixed frame is called \"ground\"".to_string()
                 } else {
                     did_you_mean(near, || match self.bodies(kind).next() {
                         Some(_) if out.len() < GUESSES => {
@@ -723,7 +723,7 @@ fn broken(sign: Sign, value: &Exact) -> Option<&'static str> {
         (Sign::NonZero, 0) => Some("anything but zero"),
         (Sign::Positive | Sign::Period, -1 | 0) => Some("more than zero"),
         (Sign::Period, _) if value.to_f64() < SHORTEST_PERIOD => {
-            Some("at least 1 us (a run computes each time: a million for each second)")
+            Some("at least 1 us (a run computes every sample: a million per second)")
         }
         _ => None,
     }

@@ -100,7 +100,7 @@ impl Document {
             if let Some(varied) = varied {
                 diagnostic = diagnostic.at(varied.parameter.place.clone(), "varied here");
             }
-            out.push(diagnostic.help("write `± ...` behind the value: it moves along with the variants"));
+            out.push(diagnostic.help("write `± ...` after the value: it moves with the variants"));
         }
     }
 
@@ -222,7 +222,7 @@ fn check_signs(tolerance: &Tolerance, fields: &[Field], table: &Table, what: &st
         if !is_own_place {
             diagnostic = diagnostic.at(entry.place.clone(), "used here");
         }
-        let help = "narrow the tolerance, or write bounds of your own behind the value: \"2 N m [0.5, 6]\"";
+        let help = "narrow the tolerance, or write bounds of your own after the value: \"2 N m [0.5, 6]\"";
         out.push(diagnostic.help(help));
         return;
     }

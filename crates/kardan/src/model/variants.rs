@@ -40,7 +40,7 @@ fn variant_values(
         Some(
             Diagnostic::error("tolerance::place", format!("variants of `{name}` cannot have a tolerance"))
                 .at(place.clone(), "with a tolerance")
-                .help("write the tolerance behind the value under `[parameters]`; `±` moves along with the variants"),
+                .help("write the tolerance after the value under `[parameters]`; `±` moves with the variants"),
         )
     };
     match &entry.value {

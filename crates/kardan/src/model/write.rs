@@ -83,7 +83,7 @@ fn edit(source: &str, document: &Document, new: &NewValue) -> Result<Edit, Strin
     }
     if let Some(parameter) = document.parameters.get(&new.name) {
         if document.is_varied(&new.name) {
-            return Err("it is varied in the file, so that no single value holds".into());
+            return Err("the file varies it, so no single value applies".into());
         }
         let text = quoted(new, &parameter.dimension.si(), Sign::Any);
         return Ok(Edit { place: parameter.place.span(), text });
@@ -97,7 +97,7 @@ fn edit(source: &str, document: &Document, new: &NewValue) -> Result<Edit, Strin
         _ => return Err("no quantity".into()),
     };
     if sign != Sign::Any && new.value < 0.0 {
-        return Err("the value found is below zero, which the file cannot hold".into());
+        return Err("the identified value is below zero, which the file cannot represent".into());
     }
     let text = quoted(new, &unit, sign);
     match instance.table.values.get(key) {

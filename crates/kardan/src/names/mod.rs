@@ -156,7 +156,7 @@ pub fn is_fixed_name(word: &str) -> bool {
 /// What to write so that a shaft stands still.
 pub fn how_to_fix_shaft(shaft: &str) -> String {
     let shaft = shortened(shaft);
-    format!("to hold a shaft still, add `[constraint.hold]` with `coefficients = {{ {shaft} = 1 }}`")
+    format!("to fix a shaft, add `[constraint.hold]` with `coefficients = {{ {shaft} = 1 }}`")
 }
 
 /// The same where the one that was meant is looked for elsewhere, or something else is said.

@@ -32,8 +32,8 @@ pub(super) static NAMED_DIMENSIONS: [NamedDimension; 30] = [
     named(Dimension::ACCELERATION, "acceleration", "m/s^2", "10 m/s^2"),
     named(Dimension::FORCE, "force", "N", "10 N"),
     named(Dimension::FORCE_RATE, "force rate", "N/s", "100 N/s"),
-    named(Dimension::LINEAR_STIFFNESS, "stiffness along masses", "N/m", "20 N/mm"),
-    named(Dimension::LINEAR_DAMPING, "damping along masses", "N s/m", "50 N s/m"),
+    named(Dimension::LINEAR_STIFFNESS, "translational stiffness", "N/m", "20 N/mm"),
+    named(Dimension::LINEAR_DAMPING, "translational damping", "N s/m", "50 N s/m"),
     named(Dimension::LENGTH_PER_ANGLE, "length per angle", "m/rad", "50 mm/rev"),
     named(Dimension::mechanical(1, 2, -1, 0), "angular momentum", "N m s", "2 N m s"),
     named(Dimension::mechanical(1, 1, -1, 0), "momentum", "N s", "2 N s"),
@@ -165,7 +165,7 @@ impl Dimension {
             .collect();
         match (suggestions.is_empty(), bare) {
             (true, _) if text.split(|c: char| !c.is_alphanumeric()).any(|word| word == "t") => {
-                format!("write it like {}; `t` is a tonne here, and no time", self.example())
+                format!("write it like {}; `t` is a tonne here, not a time", self.example())
             }
             (true, _) => format!("write it like {}", self.example()),
             (false, true) => format!("write the unit too: {}", suggestions.join(" or ")),

@@ -316,7 +316,7 @@ mod tests {
             ("5 lb", "unknown unit `lb` @ `lb` (write a mass in `kg` (1 lb = 0.45359237 kg), a force in `lbf`)"),
             (
                 "sin(1) N m",
-                "expected a number, found `s` @ `sin(1) N m` (no expression can stand here: write the number that it gives)",
+                "expected a number, found `s` @ `sin(1) N m` (no expression is allowed here: write its value)",
             ),
             ("5 kgmm", "unknown unit `kgmm` @ `kgmm` (put a space between two units: `kg mm`)"),
             ("5 Grad", "unknown unit `Grad` @ `Grad` (did you mean `deg` or `rad`?)"),

@@ -125,7 +125,7 @@ impl<'t> Reader<'t> {
         self.at = start;
         let message = format!("expected a number, found {}", self.found());
         let help = match expression {
-            true => "no expression can stand here: write the number that it gives",
+            true => "no expression is allowed here: write its value",
             false => "start with a number: \"0.05\", \"-1e-3\", \"51/50\" or \"pi/4\"",
         };
         UnitError::new("number::syntax", start..self.text.len().max(start), message).help(help)

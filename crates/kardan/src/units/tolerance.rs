@@ -189,7 +189,7 @@ fn in_parentheses(text: &str, mark: Range<usize>) -> Result<Tolerated, UnitError
     let number = text[..start].trim_start().trim_start_matches('(').trim().to_string();
     left.spaces();
     if left.peek().is_some() {
-        return Err(malformed(left.here(), format!("expected `±` behind the number, found {}", left.found())));
+        return Err(malformed(left.here(), format!("expected `±` after the number, found {}", left.found())));
     }
     let mut reader = Reader { text, at: mark.end };
     reader.spaces();
@@ -201,7 +201,7 @@ fn in_parentheses(text: &str, mark: Range<usize>) -> Result<Tolerated, UnitError
     reader.spaces();
     let here = reader.here();
     if !reader.eat(')') {
-        let message = format!("expected `)` behind the tolerance, found {}", reader.found());
+        let message = format!("expected `)` after the tolerance, found {}", reader.found());
         return Err(malformed(if here.is_empty() { mark } else { here }, message));
     }
     let unit = text[reader.at..].trim();
@@ -228,7 +228,7 @@ fn interval(text: &str, mark: Range<usize>) -> Result<Tolerated, UnitError> {
         reader.spaces();
         let here = reader.here();
         if !reader.eat(close) {
-            let message = format!("expected `{close}` behind a bound, found {}", reader.found());
+            let message = format!("expected `{close}` after a bound, found {}", reader.found());
             let span = if here.is_empty() { mark.start..text.len() } else { here };
             return Err(UnitError::new("tolerance::syntax", span, message)
                 .help("write two numbers in the unit before the bracket: \"1 N m [0.9, 1.2]\""));
@@ -241,8 +241,8 @@ fn interval(text: &str, mark: Range<usize>) -> Result<Tolerated, UnitError> {
         Some(_) => {
             let start = reader.at;
             let followed = || {
-                UnitError::new("tolerance::syntax", start..text.trim_end().len(), "unexpected text behind the interval")
-                    .help("write the unit before the bracket, and behind it at most the confidence: \"1 N m [0.9, 1.2] 95 %\"")
+                UnitError::new("tolerance::syntax", start..text.trim_end().len(), "unexpected text after the interval")
+                    .help("write the unit before the bracket, and after it at most the confidence: \"1 N m [0.9, 1.2] 95 %\"")
             };
             let percent = reader.number().map_err(|_| followed())?;
             reader.spaces();
@@ -292,7 +292,7 @@ fn expect_end(reader: &mut Reader<'_>) -> Result<(), UnitError> {
         return Ok(());
     }
     let span = reader.at..reader.text.trim_end().len();
-    Err(UnitError::new("tolerance::syntax", span, "unexpected text behind the `%`").help(FORMS))
+    Err(UnitError::new("tolerance::syntax", span, "unexpected text after the `%`").help(FORMS))
 }
 
 fn expect_positive(size: &Exact, text: &str, span: Range<usize>) -> Result<(), UnitError> {
@@ -398,22 +398,22 @@ mod tests {
             ("1 N m ±", "number::syntax", "expected a number, found the end of the text"),
             ("1 N m ± %", "number::syntax", "expected a number, found `%`"),
             ("± 10 %", "tolerance::syntax", "there is no value before the tolerance"),
-            ("1 N m ± 10 % N m", "tolerance::syntax", "unexpected text behind the `%`"),
-            ("1 N m ± 10 %%", "tolerance::syntax", "unexpected text behind the `%`"),
+            ("1 N m ± 10 % N m", "tolerance::syntax", "unexpected text after the `%`"),
+            ("1 N m ± 10 %%", "tolerance::syntax", "unexpected text after the `%`"),
             ("1 N m ± 1 N m ± 2 N m", "unit::syntax", "expected a unit, found `±`"),
-            ("1 N m [0.9 1.2]", "tolerance::syntax", "expected `,` behind a bound, found `1`"),
-            ("1 N m [0.9, 1.2", "tolerance::syntax", "expected `]` behind a bound, found the end of the text"),
-            ("1 N m [0.9, 1.2, 3]", "tolerance::syntax", "expected `]` behind a bound, found `,`"),
-            ("1 N m [0.9 N m, 1.2 N m]", "tolerance::syntax", "expected `,` behind a bound, found `N`"),
-            ("1 [0.9, 1.2] N m", "tolerance::syntax", "unexpected text behind the interval"),
-            ("1 N m [0.9, 1.2] 95", "tolerance::syntax", "unexpected text behind the interval"),
+            ("1 N m [0.9 1.2]", "tolerance::syntax", "expected `,` after a bound, found `1`"),
+            ("1 N m [0.9, 1.2", "tolerance::syntax", "expected `]` after a bound, found the end of the text"),
+            ("1 N m [0.9, 1.2, 3]", "tolerance::syntax", "expected `]` after a bound, found `,`"),
+            ("1 N m [0.9 N m, 1.2 N m]", "tolerance::syntax", "expected `,` after a bound, found `N`"),
+            ("1 [0.9, 1.2] N m", "tolerance::syntax", "unexpected text after the interval"),
+            ("1 N m [0.9, 1.2] 95", "tolerance::syntax", "unexpected text after the interval"),
             ("1 N m [0.9, 1.2] 100 %", "tolerance::bounds", "a confidence lies between 0 % and 100 %, found 100 %"),
             ("1 N m [1.2, 0.9]", "tolerance::bounds", "the lower bound of [1.2, 0.9] lies above the upper one"),
             ("1 N m [2, 3]", "tolerance::bounds", "the value 1 N m lies outside [2, 3]"),
             ("1 N m [1, 1]", "tolerance::bounds", "the tolerance is zero"),
-            ("(1 N m ± 1)", "tolerance::syntax", "expected `±` behind the number, found `N`"),
-            ("(1 ± 1 N m)", "tolerance::syntax", "expected `)` behind the tolerance, found `N`"),
-            ("(1 ± 1", "tolerance::syntax", "expected `)` behind the tolerance, found the end of the text"),
+            ("(1 N m ± 1)", "tolerance::syntax", "expected `±` after the number, found `N`"),
+            ("(1 ± 1 N m)", "tolerance::syntax", "expected `)` after the tolerance, found `N`"),
+            ("(1 ± 1", "tolerance::syntax", "expected `)` after the tolerance, found the end of the text"),
             (
                 "1e308 N m ± 150 %",
                 "number::range",

@@ -108,14 +108,14 @@ impl<'a, 'd> Functions<'a, 'd> {
         let at = place.part(expression.text(), 0..expression.text().len());
         if !expected.is_like(&found) {
             let message = format!("{what}: expected {}, found {}", expected.noun(), found.noun());
-            let help = format!("it should come out in a unit such as {}", expected.example());
+            let help = format!("the result needs a unit such as {}", expected.example());
             out.push(Diagnostic::error("unit::dimension", message).at(at, found.noun()).help(help));
             return None;
         }
         let function = self.function_of(value, expected)?;
         if let Some((time, value)) = self.not_finite(&function) {
             let message = format!("{what} is {value} at {time} s");
-            let help = "a source needs a finite value all the time: look at divisions, roots, logarithms and exponents";
+            let help = "a source needs a finite value at all times: check divisions, roots, logarithms and exponents";
             out.push(Diagnostic::error("signal::not-finite", message).at(at, "no finite number").help(help));
             return None;
         }
@@ -143,11 +143,12 @@ impl<'a, 'd> Functions<'a, 'd> {
                 Named::Varying(self.time, Dimension::TIME)
             } else if self.document.moves(name) {
                 let span = expression.place_of(name).unwrap_or(0..expression.text().len());
-                let message =
-                    format!("{what}: `{name}` names what moves, a sensor or a block, so it is no function of time");
+                let message = format!(
+                    "{what}: `{name}` depends on coordinates, a sensor or a block, so it is not a function of time"
+                );
                 let at = place.part(expression.text(), span);
-                let diagnostic = Diagnostic::error("signal::moves", message).at(at, "no function of time");
-                out.push(diagnostic.help("a `reference` of a law, a torque as a law and a `law = \"program\"` take what a block answers by its name"));
+                let diagnostic = Diagnostic::error("signal::moves", message).at(at, "not a function of time");
+                out.push(diagnostic.help("a `reference` of a law, a torque as a law and a `law = \"program\"` use the output of a block by its name"));
                 return None;
             } else if self.document.signals.has(name) {
                 let (value, dimension) = self.signal(name, out)?;
@@ -174,7 +175,7 @@ impl<'a, 'd> Functions<'a, 'd> {
     fn diagnostic(&self, mut error: UnitError, text: &str, (place, what): (&Place, &str)) -> Diagnostic {
         let at = place.part(text, error.span.clone());
         let name = text.get(error.span.clone()).unwrap_or_default().trim_matches('\'');
-        if error.message.starts_with("there is no parameter") && !error.message.contains("behind a number") {
+        if error.message.starts_with("there is no parameter") && !error.message.contains("follow a number") {
             error.code = "name::unknown";
             error.message = format!("there is no parameter or signal `{}`", shortened(name));
             let signals = self.document.signals.iter().map(|signal| signal.name.as_str());
@@ -183,7 +184,7 @@ impl<'a, 'd> Functions<'a, 'd> {
             error.help = Some(match nearest(name, readable_names()) {
                 Some(near) => format!("did you mean `{near}`?"),
                 None if name.contains('.') => {
-                    "a function of time names the time `t`, parameters and signals, nothing that moves".into()
+                    "a function of time may name the time `t`, parameters and signals, but no coordinates".into()
                 }
                 None => format!(
                     "declare it by `[signal.{}]` or under `[parameters]`; there are {}",
@@ -246,13 +247,13 @@ impl<'a, 'd> Functions<'a, 'd> {
                     Some(&first) => {
                         let names: Vec<&str> = open[first..].iter().map(|(signal, _)| signal.name.as_str()).collect();
                         let what = format!("signal `{}`", shortened(&signal.name));
-                        let message = format!("{what}: `{}` follows from itself: {}", next.name, circle(&names));
+                        let message = format!("{what}: `{}` depends on itself: {}", next.name, circle(&names));
                         let place = match signal.table.values.get("value") {
                             Some(Placed { value: Value::Word(text), place }) => place.part(text, 0..text.len()),
                             _ => signal.place.clone(),
                         };
-                        let diagnostic = Diagnostic::error("signal::circle", message).at(place, "in a circle");
-                        out.push(diagnostic.help("write one of them without the others"));
+                        let diagnostic = Diagnostic::error("signal::circle", message).at(place, "circular");
+                        out.push(diagnostic.help("define one of them without the others"));
                         None
                     }
                 },

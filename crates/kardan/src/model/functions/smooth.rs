@@ -18,7 +18,7 @@ pub(super) fn find_kink(
     mut is_bent: impl FnMut(&Expression) -> bool,
 ) -> (Range<usize>, String) {
     let found = expression.kinks().into_iter().find(|(part, _)| is_bent(part));
-    found.map_or((0..expression.text().len(), "may bend".into()), |(part, reason)| (part.span(), reason))
+    found.map_or((0..expression.text().len(), "may have a kink".into()), |(part, reason)| (part.span(), reason))
 }
 
 impl Functions<'_, '_> {
@@ -39,10 +39,10 @@ impl Functions<'_, '_> {
         let function = self.function(expression, expected, (place, what), out)?;
         let at = place.part(expression.text(), 0..expression.text().len());
         if function.has_kinks() {
-            let message = format!("{what}: it may bend or jump between steps, and no motion follows that");
+            let message = format!("{what}: it may have a kink or a jump between steps, which no motion can follow");
             let (span, reason) = find_kink(expression, |part| self.is_bent(part, (place, what)));
             let at = place.part(expression.text(), span);
-            let help = "leave out abs, min, max, if and sign, and tables with corners; a `[signal.NAME]` says where it has breakpoints";
+            let help = "leave out abs, min, max, if and sign, and tables with kinks; a `[signal.NAME]` declares its breakpoints";
             out.push(Diagnostic::error("motion::kink", message).at(at, reason).help(help));
             return None;
         }
@@ -58,8 +58,8 @@ impl Functions<'_, '_> {
             let effort = if expected == Dimension::CURRENT { "voltage of an inductance" } else { "torque" };
             let unit = derivative.dimension().si();
             let message =
-                format!("{what}: {whose} jumps by {jump} {unit} at {time} s, which takes an infinite {effort}");
-            let help = "take a function without that jump: a cubic table, a sine that begins where it turns round, an expression of `t`";
+                format!("{what}: {whose} jumps by {jump} {unit} at {time} s, which needs an infinite {effort}");
+            let help = "use a function without that jump: a cubic table, a sine that starts at a turning point, an expression of `t`";
             out.push(Diagnostic::error("motion::jump", message).at(at, "jumps").help(help));
             return None;
         }

@@ -68,7 +68,7 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
         let field = fields.iter().find(|field| field.name == name);
         match field.or_else(|| fields.iter().find(|field| field.alias().is_some_and(|alias| alias == name))) {
             Some(field) if name != field.name && node.table.keyed(field.name).is_some() => {
-                let message = format!("{what}: `{name}` is another word for `{}`, which is there too", field.name);
+                let message = format!("{what}: `{name}` is an alias of `{}`, which is also present", field.name);
                 out.push(
                     Diagnostic::error("key::duplicate", message)
                         .at(keyed.place.clone(), "the second name")
@@ -643,7 +643,7 @@ pub(crate) fn broken(sign: Sign, number: &Exact) -> Option<(&'static str, &'stat
         (Sign::NonZero, 0) => Some(("must not be zero", "write a number other than zero")),
         (Sign::Period, _) if number.to_f64() < SHORTEST_PERIOD => Some((
             "must be at least 1 us",
-            "check its unit; a run computes each time: a million for each second with \"1 us\", a thousand with \"1 ms\"",
+            "check its unit; a run computes every sample: a million per second with \"1 us\", a thousand with \"1 ms\"",
         )),
         _ => None,
     }

@@ -253,7 +253,7 @@ fn what_is_not_toml_is_reported_once_and_the_rest_is_read() {
         ),
         (
             "ratio = 1\nratio = 2",
-            "error[toml::syntax] 2:1: this is not TOML: a key that was given before | help: keep one of the two\n",
+            "error[toml::syntax] 2:1: this is not TOML: a duplicate key | help: remove one of the two\n",
         ),
         (
             "stiffness \"s\"",

@@ -33,7 +33,7 @@ pub(super) fn describe_value(value: &RawValue) -> String {
         RawValue::Other(what, _) => (*what).to_string(),
         RawValue::List(_) => "a list".to_string(),
         RawValue::Table(_) => "a table".to_string(),
-        RawValue::Broken => "nothing that could be read".to_string(),
+        RawValue::Broken => "an unreadable value".to_string(),
     }
 }
 

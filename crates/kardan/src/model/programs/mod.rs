@@ -349,7 +349,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             };
             if !expected.is_like(&dimension) {
                 let message = format!("{label}: expected {}, found {}", expected.noun(), dimension.noun());
-                let help = format!("it should come out in a unit such as {}", expected.example());
+                let help = format!("the result needs a unit such as {}", expected.example());
                 out.push(
                     Diagnostic::error("unit::dimension", message).at(scalar.place.clone(), dimension.noun()).help(help),
                 );
@@ -449,7 +449,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         if let (Some(unit), Some((_, _, found))) = (unit, made.outputs.first())
             && !unit.is_like(found)
         {
-            let message = format!("{what} answers {}, not {}", found.noun(), unit.noun());
+            let message = format!("{what} outputs {}, not {}", found.noun(), unit.noun());
             let at = TableReader::place(&block.table, "unit");
             let diagnostic = Diagnostic::error("unit::dimension", message).at(at, "another unit");
             out.push(diagnostic.help(format!("write a unit such as {}, or leave `unit` out", found.example())));
@@ -462,7 +462,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         if made.memory.iter().any(|(_, start, _)| varies(*start)) {
             let at = TableReader::place(&block.table, "initial");
             let diagnostic =
-                Diagnostic::error("block::start", format!("{what}: what it starts with may vary")).at(at, "varies");
+                Diagnostic::error("block::start", format!("{what}: its initial value may vary")).at(at, "varies");
             out.push(diagnostic.help("write it with numbers and parameters alone"));
             return None;
         }
@@ -553,27 +553,31 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         let of_law = self.document.controls.has(SignalName::new(signal).element);
         if block.is_some_and(|made| made.period.is_some()) || of_law {
             let message = format!(
-                "`signal` of sensor `{}`: `{}` is a number of a control unit, which no sensor measures",
+                "`signal` of sensor `{}`: `{}` is computed on a control unit, so no sensor can measure it",
                 shortened(name),
                 shortened(signal)
             );
-            let help = "let blocks read it by its name; what is computed at every instant can be measured";
+            let help = "let blocks read it by its name; a sensor can measure what is computed at every instant";
             out.push(Diagnostic::error("sensor::signal", message).at(place.clone(), "has a sample time").help(help));
             return None;
         }
         if !is_output && !of_time && !matches!(outside, Some(Read::Source(_))) {
             let (message, help) = match outside {
                 Some(_) => (
-                    "it is no signal, but what moves or is measured",
+                    "it is a coordinate or a measurement, not a signal",
                     "write `measures = \"angle\"`, \"speed\" or \"torque\", with its `shaft` or `element`",
                 ),
                 None => (
-                    "it is no signal that a run has at every instant",
-                    "name what a vehicle tells such as `car.a_y`, a block without a sample time, a reference or a disturbance, or a signal of the file that reads no sensor",
+                    "a run does not have this signal at every instant",
+                    "name a signal of a vehicle such as `car.a_y`, a block without a sample time, a reference or a disturbance, or a signal of the file that reads no sensor",
                 ),
             };
             let message = format!("`signal` of sensor `{}`: `{}`: {message}", shortened(name), shortened(signal));
-            out.push(Diagnostic::error("sensor::signal", message).at(place.clone(), "not measured so").help(help));
+            out.push(
+                Diagnostic::error("sensor::signal", message)
+                    .at(place.clone(), "cannot be measured like this")
+                    .help(help),
+            );
             return None;
         }
         let mut graph = Graph::default();
@@ -623,7 +627,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
     fn diagnostic(&self, mut error: UnitError, text: &str, (place, what): (&Place, &str)) -> Diagnostic {
         let at = place.part(text, error.span.clone());
         let name = text.get(error.span.clone()).unwrap_or_default().trim_matches('\'').to_string();
-        if error.message.starts_with("there is no parameter") && !error.message.contains("behind a number") {
+        if error.message.starts_with("there is no parameter") && !error.message.contains("follow a number") {
             error.code = "name::unknown";
             error.message = format!("there is no `{}` that a block can read", shortened(&name));
             let document = self.document;
@@ -761,15 +765,16 @@ fn warn_of_growth(values: &Values, table: &Table, what: &str, out: &mut Vec<Diag
     let Some((real, imaginary)) = poles.iter().find(|(real, _)| real.signum() > 0) else { return };
     let beside = if imaginary.is_zero() { String::new() } else { format!(" ± {}j", imaginary.to_f64().abs()) };
     let message = format!(
-        "{what}: its pole at {}{beside} 1/s has a real part above zero: what it answers grows without end, whatever it reads",
+        "{what}: its pole at {}{beside} 1/s has a real part above zero: its output grows without bound, whatever its input",
         real.to_f64()
     );
     let diagnostic = Diagnostic::warning("block::unstable", message).at(TableReader::place(table, "poles"), "grows");
     out.push(
-        diagnostic.help("check the sign: what decays has negative poles; leave it where a loop around it holds it"),
+        diagnostic
+            .help("check the sign: a decaying output has negative poles; leave it if a loop around it stabilises it"),
     );
 }
 
 /// What breaks a circle.
 const BREAK_CIRCLE: &str =
-    "put a `delay` or a forward `integrator` into it: what they answer does not follow from their input at once";
+    "put a `delay` or a forward `integrator` into it: their output does not depend on their present input";

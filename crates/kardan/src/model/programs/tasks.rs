@@ -61,11 +61,14 @@ impl<'a> Blocks<'a, '_, '_> {
             let Some(period) = other.and_then(|other| other.period.as_ref()).filter(|period| *period != own) else {
                 continue;
             };
-            let message =
-                format!("{what} computes every {} and reads `{name}`, which does every {}", shown(own), shown(period));
+            let message = format!(
+                "{what} computes every {} and reads `{name}`, which computes every {}",
+                shown(own),
+                shown(period)
+            );
             let head = SignalName::new(name).element;
             let help = format!(
-                "say how it is read: `[block.{head}_held]` with kind = \"hold\", input = \"{name}\" and sample_time = \"{}\"",
+                "sample it by a block: `[block.{head}_held]` with kind = \"hold\", input = \"{name}\" and sample_time = \"{}\"",
                 shown(own)
             );
             out.push(Diagnostic::error("block::rate", message).at(place.clone(), "another sample time").help(help));
@@ -133,11 +136,11 @@ impl<'a> Blocks<'a, '_, '_> {
                 names.extend(self.signals_between(block, outputs[(k + 1) % outputs.len()].1));
             }
         }
-        let message = format!("blocks follow from each other at the same sample: {}", circle(&names));
+        let message = format!("blocks depend on each other at the same sample: {}", circle(&names));
         let found = outputs.first().and_then(|(block, _)| self.document.blocks.get(block));
         let diagnostic = Diagnostic::error("block::circle", message);
         let diagnostic =
-            found.into_iter().fold(diagnostic, |diagnostic, block| diagnostic.at(block.place.clone(), "in a circle"));
+            found.into_iter().fold(diagnostic, |diagnostic, block| diagnostic.at(block.place.clone(), "circular"));
         diagnostic.help(BREAK_CIRCLE)
     }
 
@@ -187,7 +190,7 @@ impl<'a> Blocks<'a, '_, '_> {
             let description = if of_block.is_none() {
                 "a formula of what moves".into()
             } else if answer.is_empty() {
-                format!("what the {whose} answers")
+                format!("output of the {whose}")
             } else {
                 format!("{answer} of the {whose} {block}")
             };

@@ -303,11 +303,11 @@ impl<'a> Blocks<'a, '_, '_> {
             Some(Some(_)) => Ok(None),
             None if !self.waiting.contains(block.name.as_str()) => Err(Stopped::Needs(Source::Block(block))),
             None if block.name == name => {
-                let message = format!("{what}: `{name}` follows from itself, so its unit is not known");
+                let message = format!("{what}: `{name}` depends on itself, so its unit is unknown");
                 let at = place.part(read.text(), 0..read.text().len());
-                let diagnostic = Diagnostic::error("block::unit", message).at(at, "in a circle");
+                let diagnostic = Diagnostic::error("block::unit", message).at(at, "circular");
                 out.push(
-                    diagnostic.help(format!("state the unit of its answer: `unit = \"rad\"` in `[block.{name}]`")),
+                    diagnostic.help(format!("state the unit of its output: `unit = \"rad\"` in `[block.{name}]`")),
                 );
                 Err(Stopped::Reported)
             }
@@ -330,9 +330,9 @@ impl<'a> Blocks<'a, '_, '_> {
             None if !self.waiting.contains(name) => Err(Stopped::Needs(source)),
             None => {
                 let first = self.open.iter().position(|open| *open == name).unwrap_or_default();
-                let message = format!("{what}: `{name}` follows from itself: {}", circle(&self.open[first..]));
+                let message = format!("{what}: `{name}` depends on itself: {}", circle(&self.open[first..]));
                 let at = place.part(read.text(), 0..read.text().len());
-                out.push(Diagnostic::error("signal::circle", message).at(at, "in a circle").help(super::BREAK_CIRCLE));
+                out.push(Diagnostic::error("signal::circle", message).at(at, "circular").help(super::BREAK_CIRCLE));
                 Err(Stopped::Reported)
             }
         }

@@ -353,7 +353,7 @@ pub(super) fn more(name: &str, count: usize, span: Option<&Range<usize>>, diagno
     if count > MAX_REPORTED {
         let message = format!("`{name}` has {} more entries that are no finite numbers", count - MAX_REPORTED);
         let diagnostic =
-            Diagnostic::error("state-space::entry", message).help("correct the entries that are told first");
+            Diagnostic::error("state-space::entry", message).help("correct the entries that are reported first");
         diagnostics.push(place(diagnostic, &span.cloned()));
     }
 }

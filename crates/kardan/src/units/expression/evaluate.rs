@@ -255,9 +255,9 @@ impl Node {
                 Some((value, dimension)) => Ok(Value { number: Number::Exact(value), dimension }),
                 None if find_unit(name).is_some() => Err(self.error(
                     "name::unknown",
-                    format!("there is no parameter `{name}`, and a unit stands behind a number"),
+                    format!("there is no parameter `{name}`, and a unit must follow a number"),
                     format!(
-                        "write `1 {name}`, also below a line: `3 / 1 {name}`; or `/{name}` behind a unit without spaces"
+                        "write `1 {name}`, also below a line: `3 / 1 {name}`; or `/{name}` after a unit without spaces"
                     ),
                 )),
                 None => match unit_help(name) {
@@ -353,7 +353,7 @@ impl Node {
         let dimension = Self::call_dimension(function, arguments, &dimensions)?;
         let domain = |message: &str| arguments[0].error("expression::domain", message, "check the value of this part");
         if matches!(function, Sin | Cos | Tan) && precise::nearest(&first.number.digits()).abs() > 1e30 {
-            return Err(domain("an angle beyond all bounds"));
+            return Err(domain("an angle that is too large"));
         }
         let plain = |number: Number| Ok(Value { number, dimension });
         let x = first.number.digits();

@@ -168,12 +168,12 @@ impl Expression {
         self.root.all(&mut parts);
         let kink = |node: &Node| {
             let reason = match &node.kind {
-                Kind::Call(Called::Abs, _) => "`abs` bends where this is zero".to_string(),
+                Kind::Call(Called::Abs, _) => "`abs` has a kink where this is zero".to_string(),
                 Kind::Call(Called::Sign, _) => "`sign` jumps where this is zero".to_string(),
-                Kind::Call(Called::Min, _) => "`min` bends where both are equal".to_string(),
-                Kind::Call(Called::Max, _) => "`max` bends where both are equal".to_string(),
-                Kind::If(..) => "`if` may bend or jump where the comparison changes".to_string(),
-                Kind::Lookup(table, _) => format!("table `{table}` bends at its points or at its ends"),
+                Kind::Call(Called::Min, _) => "`min` has a kink where both are equal".to_string(),
+                Kind::Call(Called::Max, _) => "`max` has a kink where both are equal".to_string(),
+                Kind::If(..) => "`if` may have a kink or a jump where the comparison changes".to_string(),
+                Kind::Lookup(table, _) => format!("table `{table}` has kinks at its points or at its ends"),
                 _ => return None,
             };
             Some((self.part(node), reason))
@@ -204,7 +204,7 @@ impl Expression {
     pub fn evaluate(&self, lookup: &dyn Fn(&str) -> Option<(Exact, Dimension)>) -> Result<Evaluated, UnitError> {
         let Value { number, dimension } = self.root.value(lookup)?;
         let (value, exact) = number.rounded_once().ok_or_else(|| {
-            let message = "the value is beyond the numbers of floating point";
+            let message = "the value exceeds the floating-point range";
             UnitError::new("number::range", 0..self.text.len(), message).help("check the exponents")
         })?;
         check_range(&value, &self.text, 0..self.text.len())?;

@@ -64,12 +64,12 @@ pub(super) fn read(text: &str, of_time: bool) -> Result<Node, UnitError> {
             Some('=') => "two things are compared by `==`",
             Some('&' | '|' | '!') => "write `and`, `or` and `not`",
             Some('±') => {
-                "a tolerance is one of a number alone: declare `x = \"3 N m ± 5 %\"` under `[parameters]`, and write `x` here"
+                "only a number can have a tolerance: declare `x = \"3 N m ± 5 %\"` under `[parameters]`, and write `x` here"
             }
             Some('1') if parser.reader.rest().starts_with("1/") => {
-                "what is asked for each second is a quotient: write `5 / 1 s`, or `5 Hz`"
+                "a rate per second is a quotient: write `5 / 1 s`, or `5 Hz`"
             }
-            _ if parser.at_unit() => "a unit stands behind a number: write `sin(beta) * 1 N m`",
+            _ if parser.at_unit() => "a unit must follow a number: write `sin(beta) * 1 N m`",
             _ => "write `*` between two factors",
         };
         return Err(syntax(here, format!("unexpected {found} in an expression"), help));
@@ -101,7 +101,7 @@ impl Parser<'_> {
     fn sum(&mut self) -> Result<Node, UnitError> {
         self.depth += 1;
         if self.depth > DEPTH_LIMIT {
-            let what = format!("more than {DEPTH_LIMIT} parentheses are inside each other");
+            let what = format!("more than {DEPTH_LIMIT} nested parentheses");
             return Err(syntax(self.reader.here(), what, "give a part of it a name under `[parameters]`"));
         }
         let mut left = self.product()?;
