@@ -1,11 +1,11 @@
-//! One value of a model written anew, as on a command line: `beta=10 deg`, `wg.inertia=2 kg cm^2`.
+//! Replaces one value of a model, as on a command line: `beta=10 deg`, `wg.inertia=2 kg cm^2`.
 
 use crate::diagnostics::Diagnostic;
 use crate::entries::{Entries, Entry, RawValue};
 use crate::file::syntax;
 use crate::names::{did_you_mean, nearest, quoted, shortened, unknown_name};
 
-/// Tables whose keys are their own, not those of something named below them; they may be missing.
+/// Tables with keys of their own, without named subtables; they may be missing.
 const OF_KEYS: [&str; 8] = ["model", "scenario", "analysis", "bench", "identification", "variants", "safety", "sweep"];
 
 /// A part of a path: a key, or the number of an entry of a list.
@@ -15,13 +15,13 @@ enum Step {
     Number(usize),
 }
 
-/// Writes a value anew and gives a remark, if there is one to make.
+/// Replaces a value and returns a remark, if any.
 ///
-/// The key is the name of a parameter (`beta`), a key of something that is named (`wg.inertia`, `column.sample_time`), or a path from
+/// The key is the name of a parameter (`beta`), a key of a named table (`wg.inertia`, `column.sample_time`), or a path from
 /// the top of the file (`scenario.duration`, `requirement[0].below`). The value stands as in a file, a text with or without quotes.
 ///
 /// # Errors
-/// No `=`, no such table or parameter, a key that several tables may mean. What the value is wrong in tells the model.
+/// No `=`, no such table or parameter, an ambiguous key. Reading the model reports errors in the value.
 pub(crate) fn assign(model: &mut Entries, text: &str) -> Result<Option<String>, Diagnostic> {
     let Some((path, value_text)) = text.split_once('=') else {
         let help = "write the key, `=` and the value, such as --set beta=\"10 deg\" or --set wg.inertia=\"2 kg cm^2\"";
@@ -88,7 +88,7 @@ fn steps(path: &str) -> Result<Vec<Step>, Diagnostic> {
     }
 }
 
-/// The path from the top of the file: of a parameter, and of what is named without its table.
+/// The path from the top of the file: of a parameter, and of a name without its table.
 fn from_the_top(model: &Entries, steps: Vec<Step>, path: &str) -> Result<Vec<Step>, Diagnostic> {
     let below = |table: &str| [vec![Step::Key(table.into())], steps.clone()].concat();
     match steps.as_slice() {
@@ -134,7 +134,7 @@ fn from_the_top(model: &Entries, steps: Vec<Step>, path: &str) -> Result<Vec<Ste
     }
 }
 
-/// Whether a table of the top level holds tables that have names of their own.
+/// Whether a top-level table contains named tables.
 fn is_group(table: &str) -> bool {
     table != "parameters" && !OF_KEYS.contains(&table)
 }
@@ -147,7 +147,7 @@ fn keys(table: Option<&Entries>) -> Vec<&str> {
     table.map(|table| table.iter().map(|entry| entry.key.as_str()).collect()).unwrap_or_default()
 }
 
-/// Puts the value at the end of the path. Only the last key, and tables that have keys alone, may be new.
+/// Sets the value at the end of the path. Only the last key, and tables with keys alone, may be new.
 fn put(model: &mut Entries, steps: &[Step], value: RawValue, path: &str) -> Result<(), Diagnostic> {
     let unknown = |step: &str, keys: Vec<&str>| {
         let help = if keys.is_empty() { "it is empty".to_string() } else { unknown_name(step, keys) };
@@ -221,7 +221,7 @@ fn put(model: &mut Entries, steps: &[Step], value: RawValue, path: &str) -> Resu
     Ok(())
 }
 
-/// A value as in a file; what is none there is a text that lacks its quotes.
+/// A value as in a file; anything else is taken as a text without quotes.
 fn value(value_text: &str) -> RawValue {
     let (entries, diagnostics) = syntax(&format!("value = {value_text}\n"));
     match entries.iter().next() {
@@ -245,7 +245,7 @@ fn of_a_program(read: &RawValue) -> RawValue {
     }
 }
 
-/// A parameter that is set has that value in all runs: the grid of variants lets it go. Named variants keep theirs, which is told.
+/// A parameter that is set has that value in all runs: the grid of variants omits it. Named variants override it, which is reported.
 fn unvary(model: &mut Entries, name: &str) -> Option<String> {
     if model.table("variants").is_some_and(|grid| grid.get(name).is_some()) {
         let grid = model.table_mut("variants");
@@ -274,7 +274,7 @@ fn unvary(model: &mut Entries, name: &str) -> Option<String> {
     (!whose.is_empty()).then(|| format!("`{name}` is set; {} have values of their own for it", whose.join(" and ")))
 }
 
-/// The manoeuvres of which something is so.
+/// The manoeuvres that satisfy a predicate.
 fn manoeuvres(model: &Entries, is_so: impl Fn(&Entries) -> bool) -> Vec<String> {
     let all = model.table("manoeuvre").into_iter().flat_map(Entries::iter);
     let own = all.filter(|one| matches!(&one.entry.value, RawValue::Table(table) if is_so(table)));
@@ -329,7 +329,7 @@ below = \"1 rad\"
             match set(text) {
                 Ok((model, None)) => assert_eq!(model, MODEL.replace(old, new), "{text}"),
                 Ok(note) => panic!("{text}: {note:?}"),
-                // Two things are called wg.
+                // Two entries are named wg.
                 Err(wrong) => assert!(old.is_empty() && wrong.contains("shaft.wg.inertia"), "{text}: {wrong}"),
             }
         }
@@ -346,7 +346,7 @@ below = \"1 rad\"
         assert_eq!(note.as_deref(), Some("`beta` is set: [variants] no longer varies it"));
     }
 
-    /// Values of variants and of manoeuvres go before one that is set, which is told.
+    /// Values of variants and of manoeuvres override one that is set, which is reported.
     #[test]
     fn what_goes_before_a_value_is_reported() {
         let own = "[[variant]]\nname = \"soft\"\nset = { beta = \"1 deg\" }\n[[variant]]\nname = \"hard\"\n\

@@ -39,7 +39,7 @@ pub fn manual() -> String {
     out
 }
 
-/// The tables that are neither an element nor a law: page, header, what it is.
+/// The tables that are neither an element nor a law: page, header, summary.
 const STUDY: &[(&str, &str, &str)] = &[
     ("model", "[model]", "Name, description, reduced coordinates."),
     (
@@ -314,7 +314,7 @@ pub fn manual_of(name: &str) -> Option<String> {
     Some(out)
 }
 
-/// The page of manoeuvres: the keys, then each kind with those that it takes.
+/// The page of manoeuvres: the keys, then each kind with the keys that it accepts.
 fn manoeuvre_page() -> Option<String> {
     let mut out = study_page("manoeuvre")?;
     out.push_str("\nKinds\n");
@@ -419,7 +419,7 @@ fn keys(fields: &[Field], out: &mut String) {
     }
 }
 
-/// Whether a key must be there, or what holds without it.
+/// Whether a key is required, or its default.
 pub(super) fn need(field: &Field) -> String {
     match (field.required, field.default) {
         (true, _) => "required".into(),
@@ -428,7 +428,7 @@ pub(super) fn need(field: &Field) -> String {
     }
 }
 
-/// What a key holds, and its other name.
+/// The type of a key, and its alias.
 pub(super) fn value_kind(field: &Field) -> String {
     match field.alias() {
         Some(alias) => format!("{}; also `{alias}`", describe(&field.kind)),
@@ -520,7 +520,7 @@ mod tests {
         assert!(manual().contains("[analysis]") && manual_of("nothing").is_none());
     }
 
-    /// What holds for a key that is left out could be written there.
+    /// A default is itself a valid value of its key.
     #[test]
     fn defaults_are_values_of_their_keys() {
         fn check(fields: &[Field], count: &mut usize) {

@@ -1,4 +1,4 @@
-//! Monitors whose residual is never or always beyond their threshold.
+//! Monitors whose residual never or always exceeds their threshold.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -12,28 +12,28 @@ use crate::expr::{AtOnce, Expr, Floating, Graph, Interval, Intervals, Symbol, Tr
 use crate::names::SignalName;
 use crate::program::read_name;
 
-/// A monitor as it is written, and where that stands.
+/// A monitor as written, with its place.
 pub(super) struct MonitorExpr {
     pub name: String,
     pub residual: Expr,
     pub threshold: Expr,
     pub place: Place,
-    /// Whether it waits before it tells.
+    /// Whether it has a debounce time.
     pub waits: bool,
 }
 
-/// Deviations of what noise makes of a residual, below which a threshold is seldom left; so many samples are beyond it.
+/// Standard deviations of the noise of a residual below which false alarms are frequent; the share of samples that exceed it.
 const DEVIATIONS: f64 = 2.0;
 const BEYOND: &str = "4.5 %";
 
-/// What is known of a monitor before any run.
+/// The verdict on a monitor before a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Finding {
     Never,
     Always,
 }
 
-/// What bounds of symbols, or comparisons of sums, prove of a residual and a threshold; the graph takes what is compared.
+/// What bounds of symbols, or comparisons of sums, prove for a residual and a threshold; the compared expressions are added to the graph.
 fn finding(
     graph: &mut Graph,
     [residual, threshold]: [Expr; 2],
@@ -61,7 +61,7 @@ fn finding(
     (least.is_finite() && least > limit.high || never(in_limits)).then_some(Finding::Always)
 }
 
-/// Warns of a monitor whose residual can never be beyond the threshold, or always is: what it compares with answers of blocks written out.
+/// Warns of a monitor whose residual never or always exceeds its threshold, with outputs of blocks expanded.
 pub(super) fn check(
     what: &str,
     (monitor, compared): (&MonitorExpr, [Expr; 2]),
@@ -85,7 +85,7 @@ pub(super) fn check(
     out.push(finding.help("check `threshold` and the bounds in `residual`, or remove the monitor"));
 }
 
-/// Warns of a threshold of zero, and of one that the noise of sensors in the residual leaves often, where nothing waits for it to come back.
+/// Warns of a threshold of zero, and of one without debounce that sensor noise in the residual exceeds often.
 pub(super) fn check_noise(
     what: &str,
     (monitor, [residual, threshold]): (&MonitorExpr, [Expr; 2]),

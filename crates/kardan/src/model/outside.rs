@@ -1,4 +1,4 @@
-//! What blocks read from outside: what moves, sensors, references, disturbances, the time.
+//! External inputs of blocks: coordinates, sensors, references, disturbances, the time.
 
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use crate::schema::{Placed, Value};
 use crate::units::Dimension;
 
 impl Document {
-    /// What the blocks of a model compute; controllers that are programs get what they command.
+    /// The outputs of the blocks of a model; program controllers get their commands.
     pub(super) fn programs<'a, 'd>(
         &'a self,
         reader: &'a TableReader<'d>,
@@ -98,7 +98,7 @@ impl Document {
         out
     }
 
-    /// What sampled laws tell, by their names: what their observers find, `column.rk.disturbance`, `column.fs.w`, and what they last commanded,
+    /// Outputs of sampled laws by name: estimates of their observers, `column.rk.disturbance`, `column.fs.w`, and their last commands,
     /// `column.wg_motor.command`.
     fn law_signals(&self, reader: &TableReader<'_>, controls: &[&ControlSpec]) -> Vec<Outside> {
         let sampled = |control: &&&ControlSpec| control.values.has("sample_time") && !self.blocks.has(&control.name);
@@ -134,7 +134,7 @@ impl Document {
         out
     }
 
-    /// Whether a sensor can be read at every instant: what moves, and the twist of a spring.
+    /// Whether a sensor can be read at every instant: coordinates, rates, and the twist of a spring.
     pub(crate) fn reads_at_every_instant(&self, sensor: &str) -> bool {
         let Some(sensor) = self.elements.get(sensor) else { return false };
         let word = |key: &str| match &sensor.table.values.get(key)?.value {
@@ -152,7 +152,7 @@ impl Document {
         }
     }
 
-    /// The name of what a sensor reads, and what it is of.
+    /// The name of the quantity that a sensor reads, and its dimension.
     fn reading(&self, sensor: &Instance, reader: &TableReader<'_>) -> Option<(String, Dimension)> {
         let word = |key: &str| match &sensor.table.values.get(key)?.value {
             Value::Word(word) => Some(word.as_str()),
@@ -178,7 +178,7 @@ impl Document {
         })
     }
 
-    /// Refuses sensors whose readings follow from accelerations, which are not known when blocks compute, and those of a gear with a
+    /// Rejects sensors whose readings depend on accelerations, which are unknown when blocks compute, and those of a gear with a
     /// stiffness at every instant.
     pub(super) fn check_readings(
         &self,

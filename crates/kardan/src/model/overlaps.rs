@@ -1,4 +1,4 @@
-//! Transitions of a state machine whose guards hold at once, never or always.
+//! Transitions of a state machine whose guards are true together, never or always.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -8,7 +8,7 @@ use crate::expr::{AtOnce, Expr, Graph, Symbol, Together, at_once};
 use crate::num::Rational;
 use crate::units::{Exact, shown_quantity};
 
-/// A transition as it is written: the states, what it depends on, and where that stands.
+/// A transition as written: the states, its guard, and its place.
 #[derive(Clone)]
 pub(super) struct TransitionGuard {
     pub transition: kardan_rt::Transition,
@@ -16,18 +16,18 @@ pub(super) struct TransitionGuard {
     pub place: Place,
 }
 
-/// What is known of symbols: those that are not negative, and sums of them that are bounded.
+/// Known bounds of symbols: those that are not negative, and sums of them that are bounded.
 #[derive(Default)]
 pub(super) struct Assumptions {
-    /// Where each stands among those that are not negative.
+    /// The position of each among the nonnegative ones.
     not_negative: HashMap<Symbol, usize>,
     bounds: Vec<Rational>,
-    /// The sums that each stands in.
+    /// The sums that contain each.
     together: HashMap<Symbol, Vec<usize>>,
 }
 
 impl Assumptions {
-    /// Takes down symbols that are not negative.
+    /// Records symbols that are not negative.
     pub fn not_negative(&mut self, symbols: impl IntoIterator<Item = Symbol>) {
         for symbol in symbols {
             let place = self.not_negative.len();
@@ -35,13 +35,13 @@ impl Assumptions {
         }
     }
 
-    /// Takes down symbols whose sum is not above a bound.
+    /// Records symbols whose sum is not above a bound.
     pub fn bounded(&mut self, symbols: &[Symbol], bound: Rational) {
         symbols.iter().for_each(|symbol| self.together.entry(*symbol).or_default().push(self.bounds.len()));
         self.bounds.push(bound);
     }
 
-    /// Whether expressions can be above a half at once, with what is known of their symbols.
+    /// Whether expressions can exceed a half together, given the bounds of their symbols.
     pub fn at_once(&self, graph: &Graph, exprs: &[Expr]) -> AtOnce {
         let symbols = graph.symbols(exprs);
         let mut not_negative: Vec<Symbol> =
@@ -67,7 +67,7 @@ fn shown(graph: &Graph, at: &[(Symbol, Rational)]) -> String {
     at.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// Warns of transitions out of one state that may be taken at once, and of those that are never taken; of a machine by its name.
+/// Warns of transitions from one state that may be enabled together, and of those that are never taken; of a machine by its name.
 pub(super) fn check(
     what: &str,
     (states, guards): (&[String], &[TransitionGuard]),
@@ -125,7 +125,7 @@ pub(super) fn check(
     unreachable_states(what, (states, guards), &possible, out);
 }
 
-/// Warns of states that no way leads to.
+/// Warns of unreachable states.
 fn unreachable_states(
     what: &str,
     (states, guards): (&[String], &[TransitionGuard]),

@@ -3,7 +3,7 @@
 use crate::schema::{Field, Kind, Sign, choice, keys};
 use crate::units::Dimension;
 
-/// The elements that can hold, by Coulomb friction or otherwise; a test keeps them equal to the registry.
+/// The elements that can stick or lock, by Coulomb friction or otherwise; a test checks that they equal the registry.
 pub(super) const HOLDING: &[&str] = &[
     "shaft",
     "mass",
@@ -159,7 +159,7 @@ choice! {
         Ripple = "ripple",
         /// How long the motor of this torque or force, or the source of this voltage, is at its limit, s.
         TimeAtLimit = "time_at_limit",
-        /// How far it goes beyond its target, as a part of its way there.
+        /// Overshoot past its target, relative to the step.
         Overshoot = "overshoot",
         /// When it enters the band around its target first, s.
         RiseTime = "rise_time",
@@ -181,7 +181,7 @@ choice! {
         TimeOfMax = "time_of_max",
         /// When it is smallest.
         TimeOfMin = "time_of_min",
-        /// Its slope over another signal where that passes zero rising.
+        /// Its slope over another signal where that crosses zero rising.
         Gradient = "gradient",
         /// The slope of the straight line that fits it best over another signal.
         Slope = "slope",

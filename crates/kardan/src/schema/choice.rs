@@ -1,4 +1,4 @@
-//! Words between which a key chooses, as a type.
+//! The choices of a key as a type.
 
 /// Declares a type for the words of a choice: `Measure::NAMES` for its key, `of` to read one, `word` to write it.
 macro_rules! choice {

@@ -1,4 +1,4 @@
-//! What a program gives for the keys of a table.
+//! Values of keys in a program.
 
 use crate::entries::{Entries, Entry, RawValue};
 use crate::schema::keys::Keys;
@@ -113,11 +113,11 @@ impl<Q: Into<Quantity>> From<Vec<Q>> for Quantities {
     }
 }
 
-/// What can stand behind a key: written as an entry, and read from one.
+/// A value of a key: written as an entry, and read from one.
 pub trait EntryValue: Sized {
     /// As an entry.
     fn raw(&self) -> RawValue;
-    /// From an entry; nothing if it is of another kind.
+    /// From an entry; `None` if it is of another kind.
     fn read(raw: &RawValue) -> Option<Self>;
 }
 

@@ -19,12 +19,12 @@ pub(super) struct Line {
     pub(super) right: Laurent,
 }
 
-/// What was divided by: the solution holds where none of it is zero. And what was zero for the values of the model alone.
+/// The divisors: the solution is valid where none of them is zero. And expressions that are zero only for the values of the model.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Assumed {
     pub(super) divisors: Vec<Laurent>,
     pub(super) zeros: Vec<Laurent>,
-    /// A product had too many terms, and is not there.
+    /// A product had too many terms, and is missing.
     pub(super) too_large: bool,
 }
 
@@ -48,7 +48,7 @@ impl Assumed {
     }
 }
 
-/// Eliminates unknowns that may be pivots from lines; gives the lines used, each with its unknown, and leaves the others.
+/// Eliminates unknowns that may be pivots from lines; returns the lines used, each with its unknown, and keeps the others.
 pub(super) fn eliminate(
     lines: &mut Vec<Line>,
     may: &dyn Fn(usize) -> bool,

@@ -87,7 +87,7 @@ impl Dimension {
         Self { exponents: [kg, m, s, 0, 0, 0, 0], angle }
     }
 
-    /// The same quantity along masses where it is one of shafts: forces for torques, lengths for angles.
+    /// The translational counterpart of a rotational quantity: forces for torques, lengths for angles.
     ///
     /// ```
     /// use kardan::units::Dimension;

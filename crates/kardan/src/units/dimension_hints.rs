@@ -1,4 +1,4 @@
-//! Dimensions in words, and what to do about a wrong one.
+//! Names of dimensions, and the help for a wrong one.
 
 use super::{Dimension, parse_quantity, split_unit};
 
@@ -122,7 +122,7 @@ impl Dimension {
         }
     }
 
-    /// What to do about a text that was read with another dimension than this one.
+    /// The help for a text that was read with another dimension than this one.
     ///
     /// ```
     /// use kardan::units::Dimension;
@@ -174,7 +174,7 @@ impl Dimension {
     }
 }
 
-/// Whether the unit of a text counts what happens, or turns, in a minute.
+/// Whether the unit of a text counts events or turns per minute.
 fn per_minute(text: &str) -> bool {
     let unit = |text: &str| split_unit(text).map(|(_, size, _)| size);
     let (own, counted) = (unit(text), ["1 1/min", "1 rpm"].map(unit));

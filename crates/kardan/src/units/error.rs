@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-/// What is wrong with the text of a quantity.
+/// An error in the text of a quantity.
 ///
 /// ```
 /// use kardan::units::parse_quantity;
@@ -19,7 +19,7 @@ pub struct UnitError {
     pub span: Range<usize>,
     /// What is wrong and why.
     pub message: String,
-    /// What to do.
+    /// The remedy.
     pub help: Option<String>,
 }
 

@@ -15,7 +15,7 @@ const LIST_TEXT_LIMIT: usize = 16_384;
 ///
 /// The number is a decimal, a fraction `51/50`, or either with the factor `pi`. The unit is a product of factors:
 /// `N m s/rad` (a `/` divides by the one factor behind it), `N m/(rad/s)`, `kg·m²`, `rad s^-2`. After a `/` a further
-/// factor needs `*`, `/` or parentheses: `N m/rad s` is refused, for it could mean either of two things.
+/// factor needs `*`, `/` or parentheses: `N m/rad s` is rejected as ambiguous.
 ///
 /// # Errors
 ///
@@ -151,7 +151,7 @@ pub(super) fn check_length(text: &str, limit: usize) -> Result<(), UnitError> {
     Ok(())
 }
 
-/// How a text becomes shorter: by what most of it is.
+/// The help for shortening a text: by its main content.
 fn shorter(text: &str, limit: usize) -> &'static str {
     let digits = text.split(|c: char| !c.is_ascii_digit()).map(str::len).max().unwrap_or_default();
     match () {

@@ -6,7 +6,7 @@ use super::quantity::{TEXT_LIMIT, check_length, check_range};
 use super::reader::Reader;
 use super::{Dimension, Exact, UnitError};
 
-/// How far a quantity may be from its nominal value, as written.
+/// The tolerance of a quantity, as written.
 ///
 /// ```
 /// use kardan::units::{Exact, Spread};
@@ -31,7 +31,7 @@ pub enum Spread {
 }
 
 impl Spread {
-    /// Lower and upper end for a nominal value. Fixed bounds stay where they are.
+    /// Lower and upper end for a nominal value. Fixed bounds do not move.
     pub fn limits_at(&self, nominal: &Exact) -> (Exact, Exact) {
         let width = match self {
             Self::Relative(fraction) if nominal.signum() < 0 => -&(nominal * fraction),
@@ -70,13 +70,13 @@ pub struct Tolerated {
     pub value: Exact,
     /// Its dimension.
     pub dimension: Dimension,
-    /// How far it may be from that.
+    /// Its tolerance.
     pub spread: Spread,
     /// The nominal value as written: `0.0081 N m s/rad`.
     pub text: String,
 }
 
-/// Where a text begins to speak of a tolerance, if it does: at `±`, `+-`, `+/-`, or at a `[` behind something.
+/// Where the tolerance of a text begins, if it has one: at `±`, `+-`, `+/-`, or at a `[` behind something.
 ///
 /// ```
 /// use kardan::units::tolerance_mark;

@@ -1,4 +1,4 @@
-//! Functions of time that events of the scenario make.
+//! Functions of time defined by events of the scenario.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::simulate::{Profile, SignalEvent};
 use crate::units::Dimension;
 
 impl Functions<'_, '_> {
-    /// The function that events set, which must not jump once the run has begun; zero without events. What is wrong with an event itself is told
+    /// The function that events set, which must not jump after the start of the run; zero without events. Errors in an event itself are reported
     /// with the scenario.
     pub(crate) fn of_events(
         &mut self,
@@ -51,7 +51,7 @@ impl Functions<'_, '_> {
         OfTime::new(graph, time, vec![(symbol, part)], symbol, dimension)
     }
 
-    /// An event without mistakes.
+    /// An event without errors.
     fn event(&self, table: &Table, dimension: Dimension) -> Option<SignalEvent> {
         let number = |key: &str, expected: (Dimension, Sign)| {
             let scalar = match table.values.get(key) {

@@ -1,4 +1,4 @@
-//! Expressions of what moves: torques as laws.
+//! Expressions of coordinates: torques as laws.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::num::Rational;
 use crate::units::{Dimension, Exact, Expression, UnitError};
 
 impl Functions<'_, '_> {
-    /// A formula of a dimension, with names that it alone has; nothing if it has a mistake, which was told.
+    /// A formula of a dimension, with local names; `None` if it has an error, which was reported.
     pub(crate) fn formula(
         &mut self,
         expression: &Expression,
@@ -72,7 +72,7 @@ impl Functions<'_, '_> {
         }
     }
 
-    /// A formula of whatever dimension it comes out in; nothing if it has a mistake, which was told.
+    /// A formula of any dimension; `None` if it has an error, which was reported.
     pub(super) fn formula_of_any(
         &mut self,
         expression: &Expression,
@@ -93,13 +93,13 @@ impl Functions<'_, '_> {
         }
     }
 
-    /// Whether a name is that of a block, or of an answer of one, where none answers because of a mistake in one of them, which was told.
+    /// Whether a name is that of a block, or of a block output, when none has outputs because of a reported error in one of them.
     fn is_of_broken_block(&self, name: &str) -> bool {
         let head = SignalName::new(name).element;
         self.broken_blocks && (self.document.blocks.has(head) || self.document.blocks.has(name))
     }
 
-    /// What the names of a formula stand for; unknown ones are left out. Nothing if one of them has a mistake, which was told.
+    /// The meanings of the names of a formula; unknown ones are omitted. Nothing if one of them has an error, which was reported.
     fn meanings(
         &mut self,
         expression: &Expression,
@@ -146,8 +146,8 @@ impl Functions<'_, '_> {
         Some(names)
     }
 
-    /// A formula of an element that is put together of others, which laws share; nothing in the first place if it is none, in the second if it has
-    /// a mistake, which was told.
+    /// A formula of a composite element, shared by laws; the outer option is `None` if it is not one, the inner if it has
+    /// an error, which was reported.
     fn shared(&mut self, name: &str, place: &Place, out: &mut Vec<Diagnostic>) -> Option<Option<Arc<Formula>>> {
         let signal = self.document.signals.get(name)?;
         let head = SignalName::new(name).element;
@@ -167,7 +167,7 @@ impl Functions<'_, '_> {
         Some(found.map(|(formula, _)| Arc::new(formula)))
     }
 
-    /// What a formula comes out in.
+    /// The dimension of a formula.
     fn dimension_of(&self, formula: &Formula) -> Result<Dimension, UnitError> {
         self.formula_expr(formula, &mut Graph::default()).map(|(_, dimension)| dimension)
     }
@@ -192,7 +192,7 @@ impl Functions<'_, '_> {
         graph.lowered(&formula.expression, &mut named)
     }
 
-    /// Whether a formula jumps where a part of it vanishes; where that part is no sum of its names with numbers, it may.
+    /// Whether a formula jumps where a part of it vanishes; if that part is not a linear combination of its names, it may.
     fn jumps_where(&self, formula: &Formula, part: &Expression) -> bool {
         let mut graph = Graph::default();
         let of = Formula { expression: part.clone(), ..formula.clone() };
@@ -201,7 +201,7 @@ impl Functions<'_, '_> {
         let solved = graph.symbols(&[part]).into_iter().find_map(|symbol| {
             let slope = graph.derivative(part, symbol);
             let slope = graph.number_of(slope).cloned().filter(|slope| !slope.is_zero())?;
-            // At part = 0 the symbol is what it is less part / slope.
+            // At part = 0 the symbol equals its value minus part / slope.
             let own = graph.of_symbol(symbol)?;
             Some((symbol, graph.sum(Rational::ZERO, &[(own, Rational::ONE), (part, -(Rational::ONE / slope))])))
         });
@@ -259,7 +259,7 @@ impl Functions<'_, '_> {
     }
 }
 
-/// A signal that a law cannot read: it is a formula of what moves.
+/// A signal that a law cannot read: it is a formula of coordinates.
 fn no_function(name: &str, expression: &Expression, (place, what): (&Place, &str)) -> Diagnostic {
     let span = expression.place_of(name).unwrap_or(0..expression.text().len());
     let message = format!(

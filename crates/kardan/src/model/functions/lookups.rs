@@ -21,12 +21,12 @@ const MOST_POINTS: usize = 10_000;
 struct Columns {
     values: Vec<Vec<Rational>>,
     dimensions: Vec<Dimension>,
-    /// Whether the points stand in any order.
+    /// Whether the points may be in any order.
     sorted: bool,
 }
 
 impl<'a> Functions<'a, '_> {
-    /// A table by its name; nothing in the second place if it has a mistake, which was told, and in the first if there is none.
+    /// A table by its name; the outer option is `None` if it does not exist, the inner if it has a reported error.
     pub(super) fn table(&mut self, name: &str, out: &mut Vec<Diagnostic>) -> Option<Option<Arc<Lookup>>> {
         let document = self.document;
         let (name, table) = document.tables.get(name)?;
@@ -38,7 +38,7 @@ impl<'a> Functions<'a, '_> {
         Some(made)
     }
 
-    /// Looks at all tables, also those that nothing calls.
+    /// Checks all tables, including uncalled ones.
     pub(crate) fn check_tables(&mut self, out: &mut Vec<Diagnostic>) {
         let document = self.document;
         for (name, _) in &document.tables {

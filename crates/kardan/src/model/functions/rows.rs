@@ -12,7 +12,7 @@ use crate::schema::{Placed, Scalar};
 use crate::units::{Dimension, Expression};
 
 impl Functions<'_, '_> {
-    /// An expression of angles and positions that is to vanish, of any unit.
+    /// An expression of angles and positions that must be zero, of any unit.
     pub(crate) fn surface(
         &mut self,
         expression: &Expression,
@@ -89,7 +89,7 @@ impl Functions<'_, '_> {
         (out.len() == before).then_some(row)
     }
 
-    /// An expression of angles and positions, smooth, without rates and without the time; and what it is of.
+    /// An expression of angles and positions, smooth, without rates and without the time; and its dimension.
     fn of_positions(
         &mut self,
         expression: &Expression,

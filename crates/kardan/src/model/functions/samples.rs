@@ -11,7 +11,7 @@ use crate::signal::{MOST_BREAKPOINTS, Samples};
 use crate::units::{Dimension, Exact, header_unit};
 use kardan_tables::read::{Block, CsvOptions, Group, LogError, in_memory, open, unit_in_name};
 
-/// The points of a table, and what those of a file are of; nothing if there is a mistake, which is told.
+/// The points of a table, and the dimensions of those of a file; `None` after a reported error.
 pub(super) fn samples(
     document: &Document,
     table: &Table,
@@ -34,7 +34,7 @@ pub(super) fn samples(
     }
 }
 
-/// What is in a file that the key `file` of a table names; nothing if it cannot be had, which is told.
+/// The content of the file named by the key `file` of a table; `None` if it is unavailable, which is reported.
 pub(super) fn file_of(
     document: &Document,
     table: &Table,

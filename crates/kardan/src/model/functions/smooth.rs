@@ -1,4 +1,4 @@
-//! Functions of time that a motion follows: what of them must not jump.
+//! Functions of time that a motion follows: which of their derivatives must not jump.
 
 use std::ops::Range;
 
@@ -9,10 +9,10 @@ use crate::expr::{Graph, OfTime};
 use crate::schema::Scalar;
 use crate::units::{Dimension, Expression};
 
-/// Relative to its largest value, what of a jump is taken for rounding.
+/// Largest jump that counts as rounding, relative to the largest value.
 const ROUNDING: f64 = 1e-9;
 
-/// The first part of an expression that bends or jumps, inner ones first, and where it does in words; the whole where no part does.
+/// The first part of an expression with a kink or a jump, inner ones first, and the message where; the whole if no part has one.
 pub(super) fn find_kink(
     expression: &Expression,
     mut is_bent: impl FnMut(&Expression) -> bool,

@@ -1,4 +1,4 @@
-//! Entries to typed tables, by the lists of [`Field`]s in the schema; every mistake is reported, none stops it.
+//! Entries to typed tables, by the lists of [`Field`]s in the schema; every error is reported, none stops reading.
 //!
 //! [`Node`] walks the tables of a model, [`table`] reads one table by its schema and [`value`] one value. Each of them adds to a list
 //! of diagnostics and gives what could be read; the caller uses the model only if no error is in that list.
@@ -86,7 +86,7 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
                         read.unread.push(field.name);
                     }
                     Some(entry) => {
-                        // In part: what could be read is checked further.
+                        // In part: readable values are checked further.
                         if out.len() > before {
                             read.unread.push(field.name);
                         }
@@ -134,7 +134,7 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
     read
 }
 
-/// Whether the values of an element that names no body are those along masses: one of them is no value along shafts.
+/// Whether the values of an element without a body are those for masses: one of them does not fit shafts.
 fn values_of_masses(fields: &[Field], node: &Node<'_>) -> bool {
     let has_body = fields.iter().any(|field| field.kind == Kind::Body && field.required);
     let reads = |field: &Field, masses: bool| {
@@ -145,11 +145,11 @@ fn values_of_masses(fields: &[Field], node: &Node<'_>) -> bool {
     has_body && fields.iter().filter(differs).any(|field| !reads(field, false) && reads(field, true))
 }
 
-/// Reads one value by its kind; nothing if it could not be read, and then the reason is in `out`. Of a list or a table
-/// with mistakes the entries that could be read are given.
+/// Reads one value by its kind; `None` if it could not be read, and then the reason is in `out`. Of a list or a table
+/// with errors the entries that could be read are given.
 ///
 /// `what` names the value in the messages: ``parameter `s` ``. A text that has the form of a name where a number or a
-/// quantity is asked for is a reference to a parameter; whether that exists is not checked here, nor whether shafts,
+/// quantity is expected is a reference to a parameter; whether that exists is not checked here, nor whether shafts,
 /// elements and signals do.
 ///
 /// # Errors
@@ -174,7 +174,7 @@ pub fn value(kind: &Kind, what: &str, entry: &Entry, out: &mut Vec<Diagnostic>) 
     value_near(kind, what, entry, HintSource::default(), out)
 }
 
-/// The same, with what hints are taken from.
+/// The same, with the source of hints.
 pub(in crate::model) fn value_near(
     kind: &Kind,
     what: &str,
@@ -289,7 +289,7 @@ pub(super) fn check_name(name: &str, place: Place, what: &str, out: &mut Vec<Dia
     valid
 }
 
-/// The entries of a text such as `t = 3.2 s`, with commas between several; nothing if it is none.
+/// The entries of a text such as `t = 3.2 s`, with commas between several; `None` if it is none.
 fn entries_in(text: &str, place: &Place) -> Option<Entries> {
     let one = |part: &str| {
         let (key, value) = part.split_once('=')?;
@@ -312,7 +312,7 @@ impl Reader<'_> {
         Diagnostic::error(code, format!("{}: {}", self.what, message.as_ref())).at(self.place.clone(), label)
     }
 
-    /// Something else is written than what is expected.
+    /// A value of another type than expected.
     fn unlike(&self, code: &'static str, expected: &str, source_text: &str, label: &str, out: &mut Vec<Diagnostic>) {
         let message = format!("expected {expected}, found {source_text}");
         out.push(self.error(code, message, label).help(format!("write it like `{}`", example(self.kind))));
@@ -546,7 +546,7 @@ impl Reader<'_> {
         if !quoted || ["number::not-finite", "number::unclear"].contains(&error.code) || parse_quantity(text).is_ok() {
             return Err(error);
         }
-        // What has no sign of an expression is a quantity with a mistake.
+        // What has no sign of an expression is a quantity with an error.
         let called = |at: usize| text[..at].ends_with(|c: char| c.is_ascii_alphanumeric() || c == '_');
         let calls = text.match_indices('(').any(|(at, _)| called(at));
         let is_formula =
@@ -566,7 +566,7 @@ impl Reader<'_> {
         }
         let found = read.evaluate(&|_| None)?;
         if !found.exact || *self.kind == Kind::AnyQuantity {
-            // It tells that it was rounded, and that it was computed, where it is put in.
+            // The place of use reports that it was rounded, and that it was computed.
             return Ok(Scalar::Expression(Box::new(read)));
         }
         let dimension = match *self.kind {
@@ -577,7 +577,7 @@ impl Reader<'_> {
         Ok(Scalar::Literal(found.value, dimension))
     }
 
-    /// A number that was read, if its dimension and its sign are those asked for.
+    /// A number that was read, if its dimension and its sign are those expected.
     fn literal(
         &self,
         number: Exact,
@@ -635,7 +635,7 @@ fn is_coefficient(dimension: Dimension) -> bool {
     dimension == Dimension::NONE || Dimension::LENGTH.is_like(&dimension)
 }
 
-/// The rule that a number breaks, and what to do about it.
+/// The rule that a number violates, and the remedy.
 pub(crate) fn broken(sign: Sign, number: &Exact) -> Option<(&'static str, &'static str)> {
     match (sign, number.signum()) {
         (Sign::NonNegative, -1) => Some(("must not be negative", "write zero or a number above zero")),

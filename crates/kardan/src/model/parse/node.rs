@@ -32,7 +32,7 @@ pub struct Node<'t> {
     pub(in crate::model) hints: HintSource<'t>,
 }
 
-/// Where a hint finds what to propose: an example of such a table, and the whole model for names of its own.
+/// Sources of suggestions: an example of such a table, and the whole model for its names.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::model) struct HintSource<'t> {
     pub example: &'static str,

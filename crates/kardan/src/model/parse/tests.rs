@@ -1,4 +1,4 @@
-//! What is read of tables and values, and what is said of mistakes.
+//! Reading of tables and values, and the messages for errors.
 
 use proptest::prelude::*;
 
@@ -30,14 +30,14 @@ static ELEMENT: [Field; 16] = [
     Field::optional("event", Kind::Tables(&EVENT), "Events."),
 ];
 
-/// Reads a file that is one table, and renders what is wrong with it.
+/// Reads a file of one table, and renders its diagnostics.
 fn read(source: &str) -> (Table, String) {
     let (document, mut out) = syntax(source);
     let table = table(&ELEMENT, &Node::root(&document), "shaft `wg`", &mut out);
     (table, plain(source, &out))
 }
 
-/// What is wrong with one line; `inertia` is there.
+/// The diagnostics for one line; `inertia` is present.
 fn diagnostics(line: &str) -> String {
     read(&format!("{line}\ninertia = \"1 kg m^2\"\n")).1
 }

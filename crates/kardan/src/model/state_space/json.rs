@@ -15,7 +15,7 @@ use crate::names::did_you_mean;
 use crate::num::{Matrix, Rational};
 use crate::units::parse_number;
 
-/// Keys that say something to the reader and nothing about the matrices; `kardan linearise` writes them.
+/// Descriptive keys without effect on the matrices; `kardan linearise` writes them.
 const METADATA_KEYS: [&str; 9] =
     ["schema", "name", "description", "units", "operating_point", "decimal", "side", "opposite_side", "notes"];
 
@@ -90,13 +90,13 @@ fn syntax(text: &str, error: &serde_json::Error) -> Diagnostic {
     } else {
         "write JSON such as {\"A\": [[0, 1], [-2, -3]], \"B\": [0, 1], \"C\": [1, 0]}, or give a MAT file"
     };
-    // Columns of characters, as they are told everywhere; serde_json counts bytes.
+    // Columns of characters, as everywhere in kardan; serde_json counts bytes.
     let (line, column) = Lines::new(text).line_column(text, at);
     let message = format!("this is no JSON: {what} (line {line}, column {column})");
     Diagnostic::error("json::syntax", message).at(at..end, "here").help(help)
 }
 
-/// Finds its way in a text that is known to be JSON.
+/// Locates values in a text that is valid JSON.
 struct Json<'a> {
     text: &'a str,
 }
@@ -113,7 +113,7 @@ impl Json<'_> {
         }
     }
 
-    /// Where to point at: the bracket of what may be long.
+    /// The place to mark: the bracket of a possibly long value.
     fn head(&self, value: &Range<usize>) -> Range<usize> {
         match self.kind(value) {
             "a list" | "an object" => value.start..value.start + 1,
@@ -247,7 +247,7 @@ impl Json<'_> {
         Some(ParsedMatrix { matrix, digits, list: false, span: Some(self.head(value)) })
     }
 
-    /// Complains about too many rows or columns.
+    /// Reports too many rows or columns.
     fn wide(&self, name: &str, count: usize, value: &Range<usize>, diagnostics: &mut Vec<Diagnostic>) -> Option<()> {
         if count <= MOST {
             return Some(());

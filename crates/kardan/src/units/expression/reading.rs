@@ -38,7 +38,7 @@ fn syntax(span: Range<usize>, message: impl Into<String>, help: impl Into<String
     UnitError::new("expression::syntax", span, message).help(help)
 }
 
-/// A function that there is not; `tables` are what can be called besides the functions.
+/// An unknown function; `tables` can be called besides the functions.
 pub(super) fn unknown_function(name: &str, span: Range<usize>, tables: &[&str]) -> UnitError {
     let function_names =
         || FUNCTIONS.iter().map(|(function_names, ..)| *function_names).chain(["if"]).chain(tables.iter().copied());
@@ -83,7 +83,7 @@ pub(super) fn read(text: &str, of_time: bool) -> Result<Node, UnitError> {
     Ok(root)
 }
 
-/// The most parts of an expression each of which is part of the next: what looks at them follows as deep.
+/// The most parts of an expression each of which is part of the next: the depth of recursion over them.
 const MOST_IN_A_ROW: usize = 1000;
 
 struct Parser<'t> {
@@ -140,7 +140,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Behind a `/` with spaces around it, `a / 2/3` may mean either of two things; `a/2/3` goes from left to right.
+    /// After a `/` with spaces around it, `a / 2/3` may mean either of two things; `a/2/3` goes from left to right.
     fn tight_fraction(&self, before: usize) -> Result<(), UnitError> {
         let mut ahead = Reader { ..self.reader };
         ahead.spaces();
@@ -183,7 +183,7 @@ impl Parser<'_> {
         self.raised(base)
     }
 
-    /// A part with the power behind it, from the right: `a^b^c` is `a^(b^c)`.
+    /// A part with its power, from the right: `a^b^c` is `a^(b^c)`.
     fn raised(&mut self, base: Node) -> Result<Node, UnitError> {
         let before = self.reader.at;
         self.reader.spaces();
@@ -194,7 +194,7 @@ impl Parser<'_> {
         Ok(Self::binary('^', base, self.exponent()?))
     }
 
-    /// What stands behind `^`: of numbers one alone, as what follows it is no part of the exponent: `2^3 kg`, `x^1/2`.
+    /// The exponent after `^`: only one number, as the following text is not part of it: `2^3 kg`, `x^1/2`.
     fn exponent(&mut self) -> Result<Node, UnitError> {
         self.reader.spaces();
         let start = self.reader.at;
@@ -344,7 +344,7 @@ impl Parser<'_> {
         !goes_on && find_unit(&rest[..end]).is_some()
     }
 
-    /// Units behind a number: with spaces between, and with `*` and `/` without spaces around.
+    /// Units after a number: with spaces between, and with `*` and `/` without spaces around.
     fn units(&mut self) -> Result<(Exact, Dimension), UnitError> {
         let start = self.reader.at;
         let mut product = (Exact::one(), Dimension::NONE);
@@ -374,7 +374,7 @@ impl Parser<'_> {
                 return Ok(product);
             }
             let at = self.reader.at;
-            // A parenthesis may hold something else than units: then it is an operand.
+            // A parenthesis without units is an operand.
             let read = if group { self.reader.factor().ok() } else { Some(self.unit(at)?) };
             let Some((factor, dimension)) = read else {
                 self.reader.at = before;
@@ -469,7 +469,7 @@ impl Parser<'_> {
         Ok(truth::chosen(span.start..self.reader.at, condition, yes, no))
     }
 
-    /// A sum, or a condition, which is 1 where it holds, else 0.
+    /// A sum, or a condition, which is 1 where it is true, else 0.
     fn whole(&mut self) -> Result<Node, UnitError> {
         let mut left = self.all_of()?;
         while self.eat_word("or") {

@@ -81,7 +81,7 @@ fn fractions_and_powers_of_pi_stay_exact() {
     }
 }
 
-/// Rounded once: the nearest number of floating point to what a longer calculation gives.
+/// Rounded once: the floating-point number nearest to the result of a longer calculation.
 #[test]
 fn other_values_are_rounded_once() {
     for (text, value) in [

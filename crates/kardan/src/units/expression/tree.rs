@@ -1,4 +1,4 @@
-//! What expressions are made of.
+//! The parts of expressions.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use super::super::{Dimension, Exact};
 /// A part of an expression.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Node {
-    /// Where it stands in the text.
+    /// Its place in the text.
     pub(crate) span: Range<usize>,
     /// What it is.
     pub(crate) kind: Kind,
@@ -28,7 +28,7 @@ pub(crate) enum Kind {
     Call(Called, Vec<Node>),
     /// A table, by its name, at some parts.
     Lookup(String, Vec<Node>),
-    /// A comparison, and what holds if it is so or not.
+    /// A comparison, and the values if it is true or not.
     If(&'static str, Box<[Node; 4]>),
 }
 

@@ -1,4 +1,4 @@
-//! Conditions: 1 where they hold, else 0.
+//! Conditions: 1 where they are true, else 0.
 
 use std::ops::Range;
 
@@ -17,7 +17,7 @@ pub(super) fn compared(comparison: &'static str, left: Node, right: Node) -> Nod
     Node { span, kind: Kind::If(comparison, Box::new([left, right, yes, no])) }
 }
 
-/// What a number is compared by: of a comparison itself, of any other number whether it is above a half.
+/// The condition of a number: a comparison itself, or whether another number is above a half.
 fn comparison(condition: Node) -> (&'static str, [Node; 2]) {
     let is =
         |node: &Node, value: i64| matches!(&node.kind, Kind::Literal(found, _) if *found == Exact::from_integer(value));
