@@ -188,7 +188,7 @@ pub struct Equations {
     pub multiplier_constraints: Vec<MultiplierConstraint>,
     /// The redundant ones among them; set in a reduced model.
     pub dependent_constraints: Vec<DependentConstraint>,
-    /// Constraints that springs and dampers stand for, which are among `springs` and `dampers` under the same name; the value is the
+    /// Constraints replaced by springs and dampers, which are among `springs` and `dampers` under the same name; the value is the
     /// scale: torque of the spring and damper over it is the multiplier.
     pub compliances: Vec<DirectionalTerm<Exact>>,
     /// Nonlinear transmissions.

@@ -166,7 +166,7 @@ pub struct CurveFormulas {
     pub curve: [String; 3],
 }
 
-/// What a name in a [`Formula`] stands for.
+/// The meaning of a name in a [`Formula`].
 #[derive(Debug, Clone, PartialEq)]
 pub enum Meaning {
     /// A parameter.
@@ -453,7 +453,7 @@ pub enum Measured {
     ComplianceTorque(String, String),
     /// The net torque on a shaft: its own inertia times its acceleration.
     NetTorque(String),
-    /// A signal, by its name: what a block answers, or a function of time.
+    /// A signal, by its name: the output of a block, or a function of time.
     Signal(String),
 }
 

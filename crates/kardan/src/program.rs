@@ -85,7 +85,7 @@ pub struct Looked {
 pub struct Entry {
     /// Its name: that of its block.
     pub name: String,
-    /// What stands for it.
+    /// Its symbol.
     pub symbol: Symbol,
     /// What it is at the start.
     pub start: f64,
@@ -93,10 +93,10 @@ pub struct Entry {
     pub next: Expr,
 }
 
-/// What a task answers.
+/// An output of a task.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TaskAnswer {
-    /// Its name outside: that of a block, `block.answer`, or of an input that is commanded.
+    /// Its name outside: that of a block, `block.answer`, or of a commanded input.
     pub name: String,
     /// Its dimension.
     pub dimension: Dimension,
@@ -149,9 +149,9 @@ pub struct Task {
     pub graph: Graph,
     /// What it reads, sorted.
     pub reads: Vec<(Symbol, Read)>,
-    /// What it remembers.
+    /// Its states.
     pub memory: Vec<Entry>,
-    /// What it answers.
+    /// Its outputs.
     pub outputs: Vec<TaskAnswer>,
     /// The inputs and states that depend on the plant; the others count, measure time or switch.
     pub moving: Vec<Symbol>,

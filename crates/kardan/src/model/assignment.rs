@@ -18,7 +18,7 @@ enum Step {
 /// Replaces a value and returns a remark, if any.
 ///
 /// The key is the name of a parameter (`beta`), a key of a named table (`wg.inertia`, `column.sample_time`), or a path from
-/// the top of the file (`scenario.duration`, `requirement[0].below`). The value stands as in a file, a text with or without quotes.
+/// the top of the file (`scenario.duration`, `requirement[0].below`). The value is written as in a file, a text with or without quotes.
 ///
 /// # Errors
 /// No `=`, no such table or parameter, an ambiguous key. Reading the model reports errors in the value.

@@ -280,7 +280,7 @@ pub struct Document {
 pub struct SuppressedChecks {
     /// Any name may exist: a header was broken.
     pub all: bool,
-    /// Names that may stand for anything: of elements, controllers, parameters.
+    /// Names of unknown meaning: of elements, controllers, parameters.
     pub names: BTreeSet<String>,
     /// There may be further references, and motors that they command.
     pub references: bool,
@@ -325,7 +325,7 @@ impl Document {
         self.elements.iter().filter_map(Instance::measured_signal)
     }
 
-    /// The references that blocks introduce: names of nothing else that they give as `reference`, each with its block.
+    /// The references that blocks introduce: otherwise unused names that they give as `reference`, each with its block.
     pub(crate) fn references_of_blocks(&self) -> impl Iterator<Item = (&str, &BlockTable)> {
         self.blocks.iter().filter_map(|block| match &block.table.values.get("reference")?.value {
             Value::Scalar(Scalar::Expression(read)) => match read.names()[..] {

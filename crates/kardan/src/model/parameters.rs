@@ -160,7 +160,7 @@ impl Waiting {
     }
 }
 
-/// A value as one of the dimension of a key: angles are not counted, and a frequency may stand for a time.
+/// A value as one of the dimension of a key: angles are not counted, and a frequency may replace a time.
 pub(super) fn fitting(found: &Evaluated, expected: Dimension) -> Option<(Exact, Dimension)> {
     match expected.of_other(&found.value, &found.dimension) {
         Some(period) => Some((period, expected)),

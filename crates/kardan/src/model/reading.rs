@@ -34,7 +34,7 @@ pub const CONTROL: &[Field] = &[Field::required("law", Kind::Choice(LAWS), "Whic
 /// The key that selects the kind of a `[signal.<name>]`; the other keys are those of the kind.
 pub const SIGNAL: &[Field] = &[Field::required("kind", Kind::Choice(SIGNALS), "Which kind of signal.")];
 
-/// The keywords of [`signal::REGISTRY`]; a test keeps them equal.
+/// The keywords of [`signal::REGISTRY`]; a test checks that they are equal.
 const SIGNALS: &[&str] =
     &["sine", "chirp", "pulses", "ramp", "smooth_step", "sine_with_dwell", "multisine", "noise", "table", "expression"];
 
@@ -53,7 +53,7 @@ pub const BLOCK: &[Field] = &[
     ),
 ];
 
-/// The keywords of [`block::REGISTRY`]; a test keeps them equal.
+/// The keywords of [`block::REGISTRY`]; a test checks that they are equal.
 const BLOCKS: &[&str] = &[
     "gain",
     "table",
@@ -73,7 +73,7 @@ const BLOCKS: &[&str] = &[
     "state_machine",
 ];
 
-/// The keywords of [`synthesis::REGISTRY`]; a test keeps them equal.
+/// The keywords of [`synthesis::REGISTRY`]; a test checks that they are equal.
 const LAWS: &[&str] = &[
     "computed_torque",
     "decoupling",
@@ -92,7 +92,7 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
     read_entries(&entries, diagnostics, broken)
 }
 
-/// The entries of a model file, what is not TOML in it, and whether a broken line may have held a header.
+/// The entries of a model file, its TOML errors, and whether a broken line may have contained a header.
 pub fn open(source: &str) -> (Entries, Vec<Diagnostic>, bool) {
     if source.trim().is_empty() {
         let diagnostic = Diagnostic::error("file::empty", "the model file is empty")
@@ -100,7 +100,7 @@ pub fn open(source: &str) -> (Entries, Vec<Diagnostic>, bool) {
         return (Entries::default(), vec![diagnostic], true);
     }
     let (entries, diagnostics) = syntax(source);
-    // A broken line may have held a header, a broken text or list may have swallowed one.
+    // A broken line may have contained a header, a broken text or list may have swallowed one.
     let broken = diagnostics.iter().any(|diagnostic| {
         let harmless = ["text without quotes", "a key without a value", "a duplicate key", "invalid float"];
         let start = diagnostic.labels.first().map_or(0, |label| label.place.span().start);

@@ -23,7 +23,7 @@ impl fmt::Display for Rounded {
     }
 }
 
-/// Looks up names and parameters of tables.
+/// Resolves names and parameters of tables.
 pub struct TableReader<'a> {
     document: &'a Document,
     settings: &'a [Setting],
@@ -369,7 +369,7 @@ impl<'a> TableReader<'a> {
                             Resolved::Exact(value)
                         }
                         (Some((value, _)), _) => Resolved::Exact(value),
-                        (None, _) => continue, // Reported, or in doubt.
+                        (None, _) => continue, // Reported, or doubtful.
                     }
                 }
                 (Kind::Coefficients, Value::Map(entries)) => self.row(entries, &label, out),

@@ -31,7 +31,7 @@ struct Edit {
 
 /// The text of a model file with new values, and the values that could not be inserted, with the reason.
 ///
-/// A value takes the place of the one written; comments, order and everything else stay. A key that is an entry of `[parameters]`
+/// A value takes the place of the one written; comments, order and all other text remain. A key that is an entry of `[parameters]`
 /// with no other use is changed there; a missing one is added below the header of its table.
 ///
 /// ```

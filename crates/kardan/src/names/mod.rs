@@ -8,7 +8,7 @@ use std::borrow::Cow;
 pub use list::{HasName, NamedList};
 pub use signal::{Quantity, SignalName, carrier, parameter};
 
-/// The candidate nearest to a misspelt word, if one is near enough to be meant.
+/// The candidate nearest to a misspelt word, if one is near enough.
 ///
 /// Letters are compared without case; a single letter has no other letter near it. Among equally near
 /// candidates the one with the same letters in upper and lower case wins, then the one with the same first letter.
@@ -62,7 +62,7 @@ pub fn nearest_or_similar<'a>(word: &str, candidates: impl IntoIterator<Item = &
     nearest(word, candidates.clone()).or_else(similar)
 }
 
-/// Which letters stand in a word, in lower case and in 64 classes: one bit each.
+/// Which letters are in a word, in lower case and in 64 classes: one bit each.
 fn letters(word: &str) -> u64 {
     word.chars().flat_map(char::to_lowercase).fold(0, |set, c| set | 1 << (u32::from(c) % 64))
 }
@@ -142,7 +142,7 @@ pub fn unknown_name<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str
 /// ```
 /// use kardan::names::{how_to_fix_shaft, stands_still};
 /// assert!(is_fixed_name("ground") && is_fixed_name("Fixed") && !is_fixed_name("rk"));
-/// assert_eq!(how_to_fix_shaft("rk"), "to hold a shaft still, add `[constraint.hold]` with `coefficients = { rk = 1 }`");
+/// assert_eq!(how_to_fix_shaft("rk"), "to fix a shaft, add `[constraint.hold]` with `coefficients = { rk = 1 }`");
 /// ```
 pub fn is_fixed_name(word: &str) -> bool {
     const GROUND_NAMES: [&str; 16] = [

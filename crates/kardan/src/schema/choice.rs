@@ -13,7 +13,7 @@ macro_rules! choice {
             /// The words of a model file.
             pub const NAMES: &'static [&'static str] = &[$($word),*];
 
-            /// What a word stands for.
+            /// The value of a word.
             pub fn of(word: &str) -> Option<Self> {
                 match word {
                     $($word => Some(Self::$variant),)*

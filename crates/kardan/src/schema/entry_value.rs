@@ -4,7 +4,7 @@ use crate::entries::{Entries, Entry, RawValue};
 use crate::schema::keys::Keys;
 use crate::units::{Dimension, Exact};
 
-/// A quantity or a number: a text with a unit (`"1.3 N m"`, with a tolerance where one may stand), the name of a parameter, a number
+/// A quantity or a number: a text with a unit (`"1.3 N m"`, with a tolerance where allowed), the name of a parameter, a number
 /// without a unit, or an exact value in SI units.
 ///
 /// ```

@@ -160,7 +160,7 @@ impl Field {
         self.default.filter(|_| matches!(self.kind, Kind::Choice(_) | Kind::Text))
     }
 
-    /// The other name of a key: that of a body may say `mass` for `shaft`.
+    /// The other name of a key: that of a body may have `mass` in place of `shaft`.
     pub fn alias(&self) -> Option<String> {
         let rest = self.name.strip_prefix("shaft").filter(|_| self.kind == Kind::Body);
         rest.map(|rest| format!("mass{rest}"))
@@ -222,7 +222,7 @@ pub struct Table {
     pub values: BTreeMap<&'static str, Placed<Value>>,
     /// Quantities as they are written, `179 deg`, by key.
     pub source_text: BTreeMap<&'static str, String>,
-    /// Whether its element acts along masses.
+    /// Whether its element acts on masses.
     pub translational: bool,
     /// Keys that are in the file but could not be read, misspelt ones included; each has been reported.
     pub unread: Vec<&'static str>,

@@ -25,7 +25,7 @@ pub enum Base {
     Sum(Vec<Collected>),
 }
 
-/// Where a factor stands in a product.
+/// The position of a factor in a product.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 enum Rank {
     Number,

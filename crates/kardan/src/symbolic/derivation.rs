@@ -58,7 +58,7 @@ pub struct Definition {
 /// `H q̈_r + v(q, q̇) + D q̇_r + s(q) + friction + held = F u + Aᵀλ` \[diss. (4.18), (4.23), (6.114)\], each entry a sum of products of letters.
 #[derive(Debug)]
 pub struct SymbolicMotion {
-    /// What all letters stand for.
+    /// The meanings of all letters.
     pub letters: Letters,
     /// Letters of curves and of frictions, each after those that it needs.
     pub definitions: Vec<Definition>,

@@ -1,4 +1,4 @@
-//! Linear equations over letters, solved with the pivots of the numbers that the letters stand for.
+//! Linear equations over letters, solved with the pivots of the numerical values of the letters.
 
 use std::collections::BTreeMap;
 

@@ -7,7 +7,7 @@ use super::laurent::{Letter, product, raised};
 use crate::num::Rational;
 use crate::units::{Called, Exact, Expression, InNames, Kind, Node};
 
-/// What a letter stands for.
+/// The meaning of a letter.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub enum Symbol {
     /// π
@@ -69,7 +69,7 @@ impl Letters {
         Self { meanings, ..Self::default() }
     }
 
-    /// What a letter stands for.
+    /// The meaning of a letter.
     pub fn symbol(&self, letter: Letter) -> &Symbol {
         &self.symbols[letter as usize]
     }
@@ -134,7 +134,7 @@ impl Letters {
         rational.times_term(&vec![(pi, value.pi)], &Rational::ONE)
     }
 
-    /// What a name stands for.
+    /// The meaning of a name.
     fn named(&mut self, name: &str) -> Laurent {
         match self.meanings.get(name).cloned() {
             Some(Meaning::Formula(expression)) => self.read(&expression.root, &BTreeMap::new()),

@@ -114,7 +114,7 @@ impl Dimension {
         Self { exponents: [kg, m, s, ampere, 0, 0, 0], angle: 0 }
     }
 
-    /// `self * other^power`, or nothing if an exponent leaves its range.
+    /// `self * other^power`, or `None` if an exponent leaves its range.
     pub(crate) fn times(&self, other: &Self, power: i32) -> Option<Self> {
         let add = |a: i8, b: i8| i8::try_from(i32::from(a) + i32::from(b) * power).ok();
         let mut product = Self { exponents: [0; 7], angle: add(self.angle, other.angle)? };

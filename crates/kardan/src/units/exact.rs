@@ -159,7 +159,7 @@ impl Exact {
         }
     }
 
-    /// The quotient, or nothing for a division by zero.
+    /// The quotient, or `None` for a division by zero.
     ///
     /// ```
     /// use kardan::units::Exact;
@@ -170,7 +170,7 @@ impl Exact {
         divisor.recip().map(|recip| self * &recip)
     }
 
-    /// The reciprocal, or nothing for zero.
+    /// The reciprocal, or `None` for zero.
     ///
     /// ```
     /// use kardan::units::Exact;

@@ -99,7 +99,7 @@ impl Functions<'_, '_> {
         self.broken_blocks && (self.document.blocks.has(head) || self.document.blocks.has(name))
     }
 
-    /// The meanings of the names of a formula; unknown ones are omitted. Nothing if one of them has an error, which was reported.
+    /// The meanings of the names of a formula; unknown ones are omitted. `None` if one of them has a reported error.
     fn meanings(
         &mut self,
         expression: &Expression,

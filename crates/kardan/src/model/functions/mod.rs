@@ -385,7 +385,7 @@ impl<'a, 'd> Functions<'a, 'd> {
     }
 }
 
-/// What a name stands for.
+/// The meaning of a name.
 fn named(names: &[(String, Named)], name: &str) -> Option<Named> {
     names.iter().find(|(candidate, _)| candidate == name).map(|(_, named)| named.clone())
 }

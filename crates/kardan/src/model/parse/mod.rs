@@ -52,7 +52,7 @@ use crate::units::{
 ///
 /// `what` names the table in the messages: ``shaft `wg` ``. The result holds each key that could be read; those that
 /// could not, or that are missing, are reported in `out`. If `out` has a `toml::syntax` already, missing keys are not
-/// reported: they may stand in the broken part.
+/// reported: they may be in the broken part.
 ///
 /// # Errors
 ///
@@ -156,7 +156,7 @@ fn values_of_masses(fields: &[Field], node: &Node<'_>) -> bool {
 ///
 /// `type::wrong`, `unit::unknown`, `unit::dimension`, `unit::syntax`, `number::syntax`, `number::sign`,
 /// `number::not-finite`, `number::range`, `name::invalid`, `name::duplicate`, `choice::unknown`, `list::length`,
-/// `tolerance::syntax`, `tolerance::bounds`. A tolerance is read of every scalar; where it may stand is checked elsewhere.
+/// `tolerance::syntax`, `tolerance::bounds`. A tolerance is read for every scalar; where it is allowed is checked elsewhere.
 ///
 /// ```
 /// use kardan::file::syntax;
@@ -527,7 +527,7 @@ impl Reader<'_> {
         self.literal(number, dimension, tolerated, text, out)
     }
 
-    /// A number times a parameter of the model, where its name is that of a unit too: `2*J` is twice the parameter, `2 J` an energy.
+    /// A number times a parameter of the model, where its name is that of a unit too: `2*J` is 2 times the parameter, `2 J` an energy.
     fn of_parameter(&self, text: &str) -> Option<Expression> {
         let parameters = match &self.hints.model?.get("parameters")? {
             RawValue::Table(table) => table,

@@ -43,7 +43,7 @@ pub struct Programs {
 }
 
 impl Programs {
-    /// All answers.
+    /// All outputs.
     pub fn outputs(&self) -> impl Iterator<Item = &TaskAnswer> {
         self.tasks.iter().flat_map(|task| &task.outputs)
     }
@@ -73,7 +73,7 @@ pub(crate) struct Commands<'a> {
     pub expressions: &'a [(Placed<String>, Placed<Scalar>)],
 }
 
-/// What a law tells one input.
+/// The command of a law to one input.
 struct Command {
     name: String,
     value: Expr,

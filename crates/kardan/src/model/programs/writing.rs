@@ -58,7 +58,7 @@ struct Keys {
     lists: Vec<List>,
     /// Symbols of its states, in its keys and in its outputs.
     own: Vec<[Expr; 2]>,
-    /// Transitions; nothing for one that names no state, which was reported.
+    /// Transitions; `None` for one that names no state, which was reported.
     ways: Vec<Option<kardan_rt::Transition>>,
 }
 

@@ -21,7 +21,7 @@ const METADATA_KEYS: [&str; 9] =
 
 /// Reads an object whose keys are the matrices.
 pub(super) fn read_json(text: &str) -> Result<StateSpace, Vec<Diagnostic>> {
-    // Checks the syntax and keeps numbers as they are written; no depth is too deep for it.
+    // Checks the syntax and preserves numbers as written; the depth is unlimited.
     if let Err(error) = serde_json::from_str::<&RawValue>(text) {
         return Err(vec![syntax(text, &error)]);
     }
@@ -207,7 +207,7 @@ impl Json<'_> {
         };
         let lists = rows.iter().filter(|row| self.kind(row) == "a list").count();
         if lists == 0 {
-            // One row, or a list of numbers; the caller of [`GivenMatrix`] knows what is meant.
+            // One row, or a list of numbers; the caller of [`GivenMatrix`] decides which.
             self.wide(name, rows.len(), value, diagnostics)?;
             let list = self.kind(value) == "a list" && !rows.is_empty();
             let columns = rows.len();

@@ -11,7 +11,7 @@ pub use system::{DataDigits, StateSpace};
 
 use crate::diagnostics::Diagnostic;
 
-/// The longest file: beyond it nothing that fits into the largest matrices is written.
+/// The longest file: enough for the largest matrices.
 const FILE_LIMIT: usize = 1 << 30;
 
 /// Reads a linear system `E ẋ = A x + B u`, `y = C x + D u` given by its matrices.

@@ -19,7 +19,7 @@ const NAME_LIMIT: usize = 100;
 
 pub(super) const MATRICES: [&str; 5] = ["A", "B", "C", "D", "E"];
 pub(super) const NAMES: [&str; 3] = ["states", "inputs", "outputs"];
-/// Keys that say how long a sample takes.
+/// Keys of the sample time.
 pub(super) const SAMPLE_TIMES: [&str; 3] = ["Ts", "dt", "sample_time"];
 
 /// Uncertainty of the numbers of a matrix: sums of squares.

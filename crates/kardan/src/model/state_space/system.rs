@@ -16,7 +16,7 @@ pub struct StateSpace {
 
 /// The uncertainty of the numbers of a file, as Frobenius norms: half a unit of the last digit of decimals
 /// written by hand, 2⁻⁵³ of the size of binary numbers and of decimals with 15 digits or more. Whole numbers and fractions
-/// are meant exactly.
+/// are exact.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DataDigits {
     /// Whether they are those of binary numbers.

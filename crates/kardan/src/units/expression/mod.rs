@@ -105,13 +105,13 @@ impl Expression {
         self.root.span.clone()
     }
 
-    /// Where a name first stands.
+    /// The first place of a name.
     pub(crate) fn place_of(&self, name: &str) -> Option<Range<usize>> {
         self.root.find(&|node| matches!(&node.kind, Kind::Name(other) if other == name)).map(|node| node.span.clone())
     }
 
     /// Whether it gives turns where radians are expected, or the reverse: a frequency for an angular velocity or an angular velocity for a
-    /// frequency, of something that is one, without a `pi` to turn the one into the other. `of` tells dimensions of names.
+    /// frequency, of something that is one, without a `pi` for the conversion. `of` gives dimensions of names.
     pub(crate) fn mixes_turns(
         &self,
         expected: Dimension,

@@ -161,7 +161,7 @@ impl Parser<'_> {
         Err(syntax(start..ahead.at, message, help))
     }
 
-    /// `fractions`: whether a number may be a fraction, which stands before `*` and `/`.
+    /// `fractions`: whether a number may be a fraction, which binds before `*` and `/`.
     fn signed(&mut self, fractions: bool) -> Result<Node, UnitError> {
         self.reader.spaces();
         let start = self.reader.at;
