@@ -105,7 +105,7 @@ impl CoefficientKind {
 pub struct TermCoefficient {
     /// `fs.damping`
     pub name: String,
-    /// What it is.
+    /// Its kind.
     pub kind: CoefficientKind,
     /// Number of the term among those of its kind.
     pub term: usize,
@@ -162,7 +162,7 @@ pub struct RestTorque {
 pub struct Equations {
     /// Names of shafts (their angles, rad) and charges (C), sorted; the coordinates q.
     pub coordinates: Vec<String>,
-    /// What each coordinate is.
+    /// The domain of each coordinate.
     pub domains: Vec<Domain>,
     /// Quantity of the directions of an element, by its name, where it differs from that of their coordinates.
     pub measures: BTreeMap<String, Domain>,

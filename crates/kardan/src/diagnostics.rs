@@ -161,7 +161,7 @@ impl Lines {
         self.starts.partition_point(|start| *start <= offset) - 1
     }
 
-    /// The offset of the first byte of a line (from 0); that of the end behind the last line.
+    /// The offset of the first byte of a line (from 0); that of the end after the last line.
     pub fn start(&self, line: usize) -> usize {
         self.starts.get(line).map_or(self.length, |start| *start)
     }

@@ -323,7 +323,7 @@ impl Formula {
 /// Formulas by their coordinates.
 pub type FormulaRow = Vec<(String, Arc<Formula>)>;
 
-/// What limits the torque of an input.
+/// The limits of the torque of an input.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Motor {
     /// Largest torque either way, N m.
@@ -422,7 +422,7 @@ impl UnilateralConstraint {
     }
 }
 
-/// What an input is for.
+/// The purpose of an input.
 #[derive(Debug, Clone, PartialEq)]
 pub enum InputKind {
     /// A motor that a law or the scenario commands.
@@ -438,7 +438,7 @@ impl InputKind {
     }
 }
 
-/// What a sensor measures.
+/// The quantity of a sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Measured {
     /// The angle of a shaft.
@@ -457,7 +457,7 @@ pub enum Measured {
     Signal(String),
 }
 
-/// A sensor: what it measures and how coarsely.
+/// A sensor: its quantity and resolution.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensor {
     /// The quantity.

@@ -61,7 +61,7 @@ pub struct KeyRule {
     pub block: String,
     /// The message where it is violated: "`low` is above `high`".
     pub what: String,
-    /// What must not be negative.
+    /// The expression that must not be negative.
     pub value: Expr,
     /// Whether it must be above zero.
     pub above: bool,
@@ -87,7 +87,7 @@ pub struct Entry {
     pub name: String,
     /// Its symbol.
     pub symbol: Symbol,
-    /// What it is at the start.
+    /// Its initial value.
     pub start: f64,
     /// Its value at the next sample.
     pub next: Expr,
@@ -147,7 +147,7 @@ pub struct Task {
     pub period: Option<Exact>,
     /// The graph of its expressions.
     pub graph: Graph,
-    /// What it reads, sorted.
+    /// Its inputs, sorted.
     pub reads: Vec<(Symbol, Read)>,
     /// Its states.
     pub memory: Vec<Entry>,
@@ -183,7 +183,7 @@ pub struct Step {
     pub block: String,
     /// The word of its kind.
     pub kind: &'static str,
-    /// What it reads.
+    /// Its inputs.
     pub reads: Vec<String>,
     /// Those with direct feedthrough to its output.
     pub at_once: Vec<String>,

@@ -49,7 +49,7 @@ fn assign_error(code: &'static str, message: String) -> Diagnostic {
     Diagnostic::error(code, message)
 }
 
-/// The parts of a path: keys between dots, in quotes where they have dots themselves, with numbers in brackets behind them.
+/// The parts of a path: keys between dots, in quotes where they have dots themselves, with numbers in brackets after them.
 fn steps(path: &str) -> Result<Vec<Step>, Diagnostic> {
     let wrong = || {
         assign_error("set::path", format!("`{}` is no key of a model", shortened(path)))

@@ -71,7 +71,7 @@ pub struct Setting {
     pub text: String,
 }
 
-/// What makes a variant.
+/// The settings of a variant.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct VariantSettings {
     /// Its name; empty if the file has no variants.
@@ -270,7 +270,7 @@ pub struct Document {
     pub identification: Table,
     /// `[log.<name>]`: names and tables.
     pub logs: NamedList<(String, Table)>,
-    /// What could not be read.
+    /// The unreadable parts.
     pub suppressed: SuppressedChecks,
 }
 
@@ -423,7 +423,7 @@ impl Document {
         [&self.parameters, &self.implicit, &self.of_runs].into_iter().find_map(|list| list.get(name))
     }
 
-    /// What an expression may name: the first of that name in [`Self::in_order`].
+    /// The entry that an expression names: the first of that name in [`Self::in_order`].
     pub(crate) fn parameter(&self, name: &str) -> Option<&Parameter> {
         let lists = [&self.parameters, &self.implicit, &self.of_runs, &self.keys];
         lists.into_iter().filter_map(|list| list.get(name)).min_by_key(|parameter| parameter.rank)

@@ -382,7 +382,7 @@ fn check_car(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<Dia
         }
         None if cars().next().is_none() && !free && !document.suppressed.all => {
             let message = format!("{what}: the model has no car");
-            let diagnostic = Diagnostic::error("manoeuvre::car", message).at(node.name_place.clone(), "nothing drives");
+            let diagnostic = Diagnostic::error("manoeuvre::car", message).at(node.name_place.clone(), "no car");
             out.push(diagnostic.help("add a `[vehicle.NAME]`, or use a manoeuvre of the kind `free`"));
         }
         None if cars().nth(1).is_some() && !free => {
@@ -486,7 +486,7 @@ pub(super) fn unfollowed_manoeuvres(
             let message = format!("{what}: the model does not use its signal `{name}`");
             let help = "let the car read both: `braking = \"braking\"`, and `speed = \"... - slowed\"` with the speed it has before";
             out.push(
-                Diagnostic::warning("manoeuvre::unfollowed", message).at(one.place.clone(), "not followed").help(help),
+                Diagnostic::warning("manoeuvre::unfollowed", message).at(one.place.clone(), "not used").help(help),
             );
         }
         let name = one.steers();
@@ -507,9 +507,7 @@ pub(super) fn unfollowed_manoeuvres(
                 )
             }
         };
-        out.push(
-            Diagnostic::warning("manoeuvre::unfollowed", message).at(one.place.clone(), "not followed").help(help),
-        );
+        out.push(Diagnostic::warning("manoeuvre::unfollowed", message).at(one.place.clone(), "not used").help(help));
     }
 }
 

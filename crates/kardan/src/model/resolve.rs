@@ -61,7 +61,7 @@ pub struct Model {
     pub tolerances: Vec<Tolerance>,
     /// Elements with an error: their terms differ from the file.
     pub doubtful: BTreeSet<String>,
-    /// What blocks compute.
+    /// The outputs of blocks.
     pub programs: Programs,
     /// Rounded values: exact results are exact for these numbers.
     pub rounded: Vec<Rounded>,
@@ -203,7 +203,7 @@ impl Document {
                 format!("{} `{}` acts on the ground alone, which does not move", instance.kind.keyword, instance.name);
             out.push(
                 Diagnostic::error("name::ground", message)
-                    .at(TableReader::place(&instance.table, key), "stands still")
+                    .at(TableReader::place(&instance.table, key), "fixed")
                     .help("name a shaft or mass that moves"),
             );
         }

@@ -124,7 +124,7 @@ impl<'a> TableReader<'a> {
         Some(exact_of(found))
     }
 
-    /// The value of what an expression may name, for the settings.
+    /// The value of a name in an expression, for the settings.
     pub(crate) fn exact_value(&self, name: &str) -> Option<(Exact, Dimension)> {
         exact_of(self.parameter(name)?)
     }

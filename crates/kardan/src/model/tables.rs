@@ -143,7 +143,7 @@ keys! {
 }
 
 choice! {
-    /// What a requirement or a figure measures of a signal.
+    /// The measures of a signal in requirements and figures.
     Measure {
         /// The largest value in the window.
         Max = "max",
@@ -189,7 +189,7 @@ choice! {
         Hysteresis = "hysteresis",
         /// Amplitude at a frequency over that of another signal.
         Gain = "gain",
-        /// By how much it comes later than another signal at a frequency, s.
+        /// Its delay against another signal at a frequency, s.
         Lag = "lag",
         /// The same as an angle of that wave.
         PhaseLag = "phase_lag",
@@ -271,7 +271,7 @@ impl Requirement {
     }
 }
 
-/// What is measured.
+/// The measured signal.
 const MEASURE: Field = Field::optional(
     "measure",
     Kind::Choice(Measure::NAMES),

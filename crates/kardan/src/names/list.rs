@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::fmt;
 use std::ops::{Deref, DerefMut};
 
-/// What has a name.
+/// An entry with a name.
 pub trait HasName {
     /// The name.
     fn name(&self) -> &str;

@@ -124,7 +124,7 @@ pub struct SignalName<'a> {
     pub element: &'a str,
     /// The shaft that an element acts on, if it has several.
     pub on: Option<&'a str>,
-    /// The last word, whatever it is.
+    /// The last part of the name.
     pub word: Option<&'a str>,
 }
 

@@ -51,7 +51,7 @@ pub struct SymbolicMultiplier {
 pub struct Definition {
     /// The letter.
     pub letter: Letter,
-    /// What it is short for.
+    /// Its definition.
     pub value: Laurent,
 }
 
@@ -80,7 +80,7 @@ pub struct SymbolicMotion {
     pub friction: Vec<Laurent>,
     /// F u
     pub input: Vec<Laurent>,
-    /// What is carried by modes.
+    /// Torques of unilateral and switched laws.
     pub unilateral: Vec<Laurent>,
     /// The constraints enforced by their multipliers λ.
     pub multiplier_constraints: Vec<SymbolicMultiplier>,
@@ -90,7 +90,7 @@ pub struct SymbolicMotion {
     pub directions: Vec<(String, bool, [Laurent; 2])>,
     /// The multipliers of all other constraints, those of transmissions last.
     pub multipliers: Vec<Laurent>,
-    /// What must not be zero.
+    /// Expressions that must not be zero.
     pub divisors: Vec<Laurent>,
     /// Expressions that are zero for the values of the model, and were treated as zero.
     pub zeros: Vec<Laurent>,

@@ -83,7 +83,7 @@ pub(super) fn eliminate(
     used
 }
 
-/// The unknown of a line in terms of its other ones: `constant + Σ share·other`. What is not given has a share that is zero for the values
+/// The unknown of a line in terms of its other ones: `constant + Σ share·other`. Missing unknowns have a share that is zero for the values
 /// of the model.
 pub(super) fn solved(
     line: &Line,

@@ -1,6 +1,6 @@
 //! Kinds of quantities.
 
-/// What kind of quantity a number is: powers of the seven SI base units and, as a tag of its own, of the angle.
+/// The kind of quantity of a number: powers of the seven SI base units and, as a tag of its own, of the angle.
 ///
 /// Two dimensions match only if they are equal *including* the angle: `N m` is a torque, `N m/rad` a stiffness.
 ///

@@ -17,7 +17,7 @@ pub struct UnitError {
     pub code: &'static str,
     /// Byte range within the text.
     pub span: Range<usize>,
-    /// What is wrong and why.
+    /// The error and its reason.
     pub message: String,
     /// The remedy.
     pub help: Option<String>,

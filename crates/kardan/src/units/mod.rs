@@ -1,6 +1,6 @@
 //! Quantities with units, stored exactly: `"130 kg mm^2"`, `"2 N m/deg"`, `"30 deg"`.
 //!
-//! A decimal is a ratio of two integers and a turn is a multiple of π, so what the author of a model wrote reaches the
+//! A decimal is a ratio of two integers and a turn is a multiple of π, so the numbers in a model reach the
 //! equations without rounding: [`Exact`] is that number, [`Dimension`] its kind of quantity, and
 //! [`parse_quantity`] reads both. The angle is a dimension of its own here, so a stiffness in `N m` and a speed in
 //! `Hz` are errors and not silent factors of 2π.

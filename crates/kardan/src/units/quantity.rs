@@ -11,10 +11,10 @@ pub(super) const TEXT_LIMIT: usize = 256;
 /// The longest text of a list of quantities, in bytes.
 const LIST_TEXT_LIMIT: usize = 16_384;
 
-/// Reads a number with its unit and gives it exactly, in SI units.
+/// Reads a number with its unit and returns it exactly, in SI units.
 ///
 /// The number is a decimal, a fraction `51/50`, or either with the factor `pi`. The unit is a product of factors:
-/// `N m s/rad` (a `/` divides by the one factor behind it), `N m/(rad/s)`, `kg·m²`, `rad s^-2`. After a `/` a further
+/// `N m s/rad` (a `/` divides by the one factor after it), `N m/(rad/s)`, `kg·m²`, `rad s^-2`. After a `/` a further
 /// factor needs `*`, `/` or parentheses: `N m/rad s` is rejected as ambiguous.
 ///
 /// # Errors

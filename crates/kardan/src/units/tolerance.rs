@@ -1,4 +1,4 @@
-//! Tolerances and confidence intervals behind a quantity: `"0.0081 N m s/rad ± 10 %"`, `"2 N m [1.8, 2.5] 95 %"`.
+//! Tolerances and confidence intervals after a quantity: `"0.0081 N m s/rad ± 10 %"`, `"2 N m [1.8, 2.5] 95 %"`.
 
 use std::ops::Range;
 
@@ -76,7 +76,7 @@ pub struct Tolerated {
     pub text: String,
 }
 
-/// Where the tolerance of a text begins, if it has one: at `±`, `+-`, `+/-`, or at a `[` behind something.
+/// Where the tolerance of a text begins, if it has one: at `±`, `+-`, `+/-`, or at a `[` after other text.
 ///
 /// ```
 /// use kardan::units::tolerance_mark;

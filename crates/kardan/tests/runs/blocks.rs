@@ -742,7 +742,11 @@ fn transitions_that_overlap_are_reported() {
             "lost",
             "block `mode`: `when` of the transition from `calm` to `wild` is never true, so it is never taken",
         ),
-        ("lost", "mode.since < 0 s", "block `mode`: no transitions lead from its initial state `calm` to its state `off`"),
+        (
+            "lost",
+            "mode.since < 0 s",
+            "block `mode`: no transitions lead from its initial state `calm` to its state `off`",
+        ),
         (
             "sin(arm.phi) > 2",
             "u > 1",

@@ -81,7 +81,7 @@ impl Functions<'_, '_> {
             }
             if let Some((name, _)) = entries.iter().find(|(name, _)| self.reader.is_ground(&name.value)) {
                 let message = format!("{what}: it names nothing that can move");
-                let diagnostic = Diagnostic::error("name::ground", message).at(name.place.clone(), "stands still");
+                let diagnostic = Diagnostic::error("name::ground", message).at(name.place.clone(), "fixed");
                 out.push(diagnostic.help("name a shaft or mass that moves"));
             }
             return None;
@@ -106,7 +106,7 @@ impl Functions<'_, '_> {
                 "a function of time",
                 "for a motion over time use the `offset` of `coefficients`, or a prescribed_motion",
             )),
-            Meaning::Shared(_) => Some((name, "a formula of what moves", "write out how it depends on positions")),
+            Meaning::Shared(_) => Some((name, "a formula of coordinates", "write out how it depends on positions")),
             _ => None,
         });
         if let Some((name, kind, help)) = wrong {

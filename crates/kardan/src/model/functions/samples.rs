@@ -74,7 +74,7 @@ impl From<LogError> for Refusal {
     }
 }
 
-/// What was chosen of a file.
+/// The columns chosen from a file.
 struct Chosen {
     samples: Samples,
     dimension: Dimension,

@@ -1,7 +1,7 @@
 //! Entries to typed tables, by the lists of [`Field`]s in the schema; every error is reported, none stops reading.
 //!
 //! [`Node`] walks the tables of a model, [`table`] reads one table by its schema and [`value`] one value. Each of them adds to a list
-//! of diagnostics and gives what could be read; the caller uses the model only if no error is in that list.
+//! of diagnostics and returns the readable parts; the caller uses the model only if no error is in that list.
 //!
 //! ```
 //! use kardan::diagnostics::plain;
@@ -146,7 +146,7 @@ fn values_of_masses(fields: &[Field], node: &Node<'_>) -> bool {
 }
 
 /// Reads one value by its kind; `None` if it could not be read, and then the reason is in `out`. Of a list or a table
-/// with errors the entries that could be read are given.
+/// with errors the readable entries are returned.
 ///
 /// `what` names the value in the messages: ``parameter `s` ``. A text that has the form of a name where a number or a
 /// quantity is expected is a reference to a parameter; whether that exists is not checked here, nor whether shafts,
@@ -272,7 +272,7 @@ pub fn is_name(text: &str) -> bool {
         && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
 }
 
-/// What makes a text a name.
+/// The rule for names.
 const NAME_RULE: &str =
     "a name begins with a letter and goes on with letters (a to z), digits, `_` or `-`, at most 100 in all";
 
@@ -299,7 +299,7 @@ fn entries_in(text: &str, place: &Place) -> Option<Entries> {
     text.split(',').map(one).collect()
 }
 
-/// What is being read: for the messages.
+/// The name of the value in messages.
 struct Reader<'r> {
     kind: &'r Kind,
     what: &'r str,
@@ -540,18 +540,18 @@ impl Reader<'_> {
         read.names().iter().any(|name| parameters.get(name).is_some()).then_some(read)
     }
 
-    /// What is no quantity, as an expression; if it is none either, why. Without names it is a value at once.
+    /// A text that is not a quantity, as an expression, or the error if it is not one. Without names it becomes a value directly.
     fn expression(&self, error: UnitError, quoted: bool, text: &str) -> Result<Scalar, UnitError> {
         // A number with a unit where none may be is no expression either.
         if !quoted || ["number::not-finite", "number::unclear"].contains(&error.code) || parse_quantity(text).is_ok() {
             return Err(error);
         }
-        // What has no sign of an expression is a quantity with an error.
+        // A text without any sign of an expression is an invalid quantity.
         let called = |at: usize| text[..at].ends_with(|c: char| c.is_ascii_alphanumeric() || c == '_');
         let calls = text.match_indices('(').any(|(at, _)| called(at));
         let is_formula =
             calls || text.contains('+') || [" * ", " - ", " / ", "^("].iter().any(|sign| text.contains(sign));
-        // What begins with a name or a parenthesis is no number.
+        // A text that begins with a name or a parenthesis is not a number.
         let named = text.trim_start().starts_with(|c: char| c.is_alphabetic() || matches!(c, '(' | '_' | '\''));
         let read = match Expression::parse(text) {
             Ok(read) => read,

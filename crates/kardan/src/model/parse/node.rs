@@ -28,7 +28,7 @@ pub struct Node<'t> {
     pub place: Place,
     /// Its keys and values.
     pub table: &'t Entries,
-    /// What hints are taken from.
+    /// The source of hints.
     pub(in crate::model) hints: HintSource<'t>,
 }
 

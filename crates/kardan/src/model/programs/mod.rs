@@ -54,7 +54,7 @@ impl Programs {
 pub struct Outside {
     /// The name.
     pub name: String,
-    /// What it is.
+    /// Its kind.
     pub read: Read,
     /// Its dimension.
     pub dimension: Dimension,
@@ -133,7 +133,7 @@ struct FormulaExpr {
 struct Ordered<'a> {
     /// Its block, or the signal that it is the formula of.
     block: &'a str,
-    /// Its name behind that of the block.
+    /// Its name after that of the block.
     answer: String,
     /// Its name outside.
     name: String,
@@ -775,6 +775,6 @@ fn warn_of_growth(values: &Values, table: &Table, what: &str, out: &mut Vec<Diag
     );
 }
 
-/// What breaks a circle.
+/// The help for an algebraic loop.
 const BREAK_CIRCLE: &str =
     "put a `delay` or a forward `integrator` into it: their output does not depend on their present input";

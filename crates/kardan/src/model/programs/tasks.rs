@@ -188,7 +188,7 @@ impl<'a> Blocks<'a, '_, '_> {
             }
             let whose = kind.replace('_', " ");
             let description = if of_block.is_none() {
-                "a formula of what moves".into()
+                "a formula of coordinates".into()
             } else if answer.is_empty() {
                 format!("output of the {whose}")
             } else {

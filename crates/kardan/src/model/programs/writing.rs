@@ -483,7 +483,7 @@ fn expressions_of<'a>(table: &'a Table, block: &BlockTable) -> Vec<KeyExpression
     expressions
 }
 
-/// The transitions of a machine; none of a kind that has none.
+/// The transitions of a machine; empty for other kinds.
 fn transitions(table: &Table) -> impl Iterator<Item = &Table> {
     let tables = match table.values.get("transitions") {
         Some(Placed { value: Value::Tables(tables), .. }) => &tables[..],

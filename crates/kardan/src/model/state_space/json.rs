@@ -83,7 +83,7 @@ fn syntax(text: &str, error: &serde_json::Error) -> Diagnostic {
     let end = (at..=text.len()).skip(1).find(|end| text.is_char_boundary(*end)).unwrap_or(at);
     let what = error.to_string();
     let what = what.split(" at line ").next().unwrap_or_default();
-    // serde_json stops behind the first letter of a word that JSON does not know.
+    // serde_json stops after the first letter of an unknown word.
     let word_start = text[..at].trim_end_matches(|c: char| c.is_ascii_alphabetic()).len();
     let help = if ["NaN", "nan", "Inf", "inf"].iter().any(|word| text[word_start..].starts_with(word)) {
         "NaN and Infinity are no numbers of JSON, and no coefficients of a system"

@@ -149,7 +149,7 @@ fn matrix(name: &str, array: &Array<&[u8]>, diagnostics: &mut Vec<Diagnostic>) -
                 }
             }
         }
-        _ => unreachable!("told above"),
+        _ => unreachable!("reported above"),
     }
     if bad.is_empty() {
         let mut digits = LastDigits::default();

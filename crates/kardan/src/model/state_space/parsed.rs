@@ -1,4 +1,4 @@
-//! Matrices and names as they are given, and whether they fit together.
+//! Matrices and names as given, and their consistency.
 
 use std::collections::BTreeMap;
 use std::ops::Range;

@@ -21,9 +21,9 @@ use super::{Dimension, Exact, UnitError};
 /// A condition is 1 where it is true, else 0: comparisons (`< <= > >= == !=`) joined by `and`, `or` and `not`, where any other number stands for
 /// whether it is above a half.
 /// A number takes the units after it, which bind closer than `*` and `/`: `2 pi / 60 s` divides by a minute, `100 N m/rad` is one
-/// stiffness. A fraction without spaces is a number: `51/50`, `1/2 s`; behind a `/` it is not, `a/2/3` goes from left to right. A power
-/// binds before all of these: `4 pi^2` is 4·π², `3/2^2 m` is 0.75 m, `x^1/2` the half of x; that of a unit is the unit's, `3 kg^2`. What is no number
-/// or unit behind one is a name: `m_rack`, the key of an element `wheel.inertia`, a signal `arm.phi`; within `'...'` a name may hold other letters.
+/// stiffness. A fraction without spaces is a number: `51/50`, `1/2 s`; after a `/` it is not, `a/2/3` goes from left to right. A power
+/// binds before all of these: `4 pi^2` is 4·π², `3/2^2 m` is 0.75 m, `x^1/2` the half of x; that of a unit is the unit's, `3 kg^2`. Anything but a number
+/// or a unit after one is a name: `m_rack`, the key of an element `wheel.inertia`, a signal `arm.phi`; within `'...'` a name may contain other letters.
 ///
 /// ```
 /// use kardan::units::{Dimension, Exact, Expression, parse_quantity};
@@ -39,7 +39,7 @@ pub struct Expression {
     pub(crate) root: Node,
 }
 
-/// What an expression gives.
+/// The value of an expression.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evaluated {
     /// In SI units.

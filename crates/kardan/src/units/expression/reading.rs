@@ -11,7 +11,7 @@ use super::truth;
 
 /// Signs that compare.
 const COMPARISONS: [&str; 6] = ["<=", ">=", "==", "!=", "<", ">"];
-/// The longest expression, in bytes; of what moves, which elements put together.
+/// The longest expression, in bytes; of coordinates, as composed by elements.
 const TEXT_LIMIT: usize = 1024;
 const LAW_LIMIT: usize = 16 * TEXT_LIMIT;
 /// Parentheses inside each other.

@@ -9,11 +9,11 @@ use super::super::{Dimension, Exact};
 pub(crate) struct Node {
     /// Its place in the text.
     pub(crate) span: Range<usize>,
-    /// What it is.
+    /// Its kind.
     pub(crate) kind: Kind,
 }
 
-/// What a part of an expression is.
+/// The kind of a part of an expression.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Kind {
     /// A number with its units.
