@@ -189,7 +189,8 @@ fn check_size(document: &Document, out: &mut Vec<Diagnostic>) {
     let count = coordinates.clone().count();
     if let Some(first) = coordinates.clone().nth(MOST_COORDINATES) {
         let message = format!("the model has {count} shafts, masses and charges, more than {MOST_COORDINATES}");
-        let diagnostic = Diagnostic::error("model::large", message).at(first.place.clone(), "the first above the limit");
+        let diagnostic =
+            Diagnostic::error("model::large", message).at(first.place.clone(), "the first above the limit");
         out.push(diagnostic.help("kardan computes with full matrices over all of them: combine bodies that rotate together, or analyse parts of the model"));
     }
 }
