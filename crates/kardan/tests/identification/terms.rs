@@ -516,7 +516,7 @@ fn a_file_that_would_be_wrong_is_not_written() {
     near(&before, "s.friction", -0.05);
     let (text, left) =
         study::write_values(&source, &before).unwrap_or_else(|reported| panic!("{}", plain(&source, &reported)));
-    assert_eq!(left, ["s.friction: the value found is below zero, which the file cannot hold"]);
+    assert_eq!(left, ["s.friction: the identified value is below zero, which the file cannot represent"]);
     assert!(text.contains("friction = \"0.3 N m\""), "{text}");
     // Mistakes that were there before are told at their places.
     let wrong = format!("{source}[motor.other]\nshaft = \"t\"\n");

@@ -199,7 +199,7 @@ fn a_current_jumps_where_nothing_has_an_inductance() {
     }
     let inductor = "[inductor.L]\nfrom = \"n\"\nto = \"ground\"\ninductance = \"1 mH\"\n[scenario]";
     let diagnostics = Project::open(source.replace("[scenario]", inductor)).diagnostics().to_vec();
-    let said = "it jumps by -1 A at 0.05 s, which takes an infinite voltage of an inductance";
+    let said = "it jumps by -1 A at 0.05 s, which needs an infinite voltage of an inductance";
     assert!(diagnostics.iter().any(|one| one.message.contains(said)), "{diagnostics:?}");
 }
 

@@ -363,7 +363,7 @@ fn a_manoeuvre_that_nothing_follows_is_reported() {
             project.diagnostics().iter().filter(|one| one.code == "manoeuvre::unfollowed").cloned().collect();
         all.into_iter().map(|one| (one.message, one.help.unwrap_or_default())).collect::<Vec<_>>()
     };
-    let message = "manoeuvre `turn`: nothing follows the signal `steer` that it makes, so every run of it is one in which nobody steers";
+    let message = "manoeuvre `turn`: the model does not use its signal `steer`, so no run of it has steering";
     let torque = "[torque.push]\nshaft = \"wheel\"\nlaw = \"2 N m/rad * ";
     let other = ROBOT.replace("angle = \"steer\"", "angle = \"20 deg\"");
     // What a signal that nothing reads makes of it moves nothing.

@@ -133,7 +133,7 @@ const LISTED: &[(Evidence, &[&str])] = &[
             "proven: no torque is left, exactly",
             "{}, {by}; {proven}{local}",
             "{what} {}, {by}{standing}; {proven}",
-            "the run tells which, and what of it is proven",
+            "the run reports which one, and what of it is proven",
         ],
     ),
     (
