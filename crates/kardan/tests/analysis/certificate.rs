@@ -327,7 +327,9 @@ fn damaged_certificates_are_refused() {
                     if k + 1 < list.len() && list[k] != list[k + 1] {
                         list.swap(k, k + 1);
                         let refused = try_out(&forged);
-                        let ordered = ["/minor/", "/controllability_minor/", "/observability_minor/"].iter().any(|part| path.contains(part));
+                        let ordered = ["/minor/", "/controllability_minor/", "/observability_minor/"]
+                            .iter()
+                            .any(|part| path.contains(part));
                         assert!(refused || !ordered, "{path} is exchanged in {text}");
                     }
                 }

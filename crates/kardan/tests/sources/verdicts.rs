@@ -25,7 +25,12 @@ use Evidence::{Certificate, Description, Open, Test};
 /// Evidence, and parts of texts that it stands behind.
 const LISTED: &[(Evidence, &[&str])] = &[
     (
-        Certificate(&["controllability_minor", "observability_minor", "uncontrollable_invariant", "unobservable_invariant"]),
+        Certificate(&[
+            "controllability_minor",
+            "observability_minor",
+            "uncontrollable_invariant",
+            "unobservable_invariant",
+        ]),
         &[
             "rank {n} of {n}: a minor does not vanish modulo a prime; proven",
             "a minor does not vanish modulo a prime, and {} never reached; proven",
