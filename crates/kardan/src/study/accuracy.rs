@@ -135,13 +135,16 @@ pub(super) fn accuracy_warnings(run: &Run, second: &RunResult) -> Vec<String> {
     };
     let unreliable = found.unreliable.iter().map(|UnreliableSignal { signal, unit, error, size }| {
         let [error, size] = [error, size].map(|x| format!("{x:.2e} {}", unit.unit()).trim_end().to_string());
-        format!("the estimated error of {signal} is {error}, of a signal of at most {size}: not even its first digit is known")
+        format!(
+            "the estimated error of {signal} is {error}, of a signal of at most {size}: not even its first digit is \
+             reliable"
+        )
     });
     // Where counts of sensors decide no tolerance tells which events are right, and the error says how far the ways are apart.
     let event_note = (!found.same_events && found.undecided.is_none()).then(|| {
         format!(
-            "a second run, at a tolerance that is {LOOSER} times as large, comes through other events, or in another order: a smaller `--tolerance` tells \
-             which are right"
+            "a second run, at a tolerance that is {LOOSER} times as large, passes other events, or events in another \
+             order: a smaller `--tolerance` shows which are right"
         )
     });
     unreliable.chain(event_note).collect()

@@ -71,8 +71,8 @@ pub(super) fn warn(design: &mut Design) {
             (of_motor().count(), of_motor().filter(|found| found.motor_load.at_limit()).count());
         let of = if all > 1 { format!(", the worst of {strained_count} of {all} variants") } else { String::new() };
         design.warnings.push(format!(
-            "in the scenario of the file (variant `{}`{of}) {usage}: what is said of the outputs does not hold meanwhile; ask for \
-             less, filter the reference, or take a stronger motor",
+            "in the scenario of the file (variant `{}`{of}) {usage}: statements about the outputs are not valid \
+             meanwhile; demand less, filter the reference, or take a stronger motor",
             worst.variant
         ));
     }

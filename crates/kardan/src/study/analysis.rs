@@ -163,7 +163,7 @@ pub(super) fn analysis_spec(
         && !moves
     {
         out.push(
-            Diagnostic::error("analysis::motion", format!("`motion` of {what}: nothing is to move"))
+            Diagnostic::error("analysis::motion", format!("`motion` of {what}: all its values are zero"))
                 .at(TableReader::place(table, "motion"), "no motion")
                 .help("give an angle or a speed other than zero, or leave it out"),
         );
@@ -251,7 +251,7 @@ pub(super) fn output(
         equations.signal_sensors.iter().find(|(sensor, _)| sensor == head)
     {
         let message = format!(
-            "`{shown}` is no output: it measures the signal `{signal}`, and an analysis sees the mechanism alone"
+            "`{shown}` is no output: it measures the signal `{signal}`, and an analysis covers only the mechanism"
         );
         return Err(Some((message, "name angles and speeds, or sensors of them and of torques".into())));
     }
@@ -303,7 +303,7 @@ fn whole_samples(table: &Table, samples: f64, out: &mut Vec<Diagnostic>) -> Opti
     out.push(
         Diagnostic::error("analysis::samples", message)
             .at(TableReader::place(table, "samples"), "not such a number")
-            .help("a thousand samples tell a probability to within 0.03"),
+            .help("1000 samples estimate a probability to within 0.03"),
     );
     None
 }
@@ -356,7 +356,7 @@ pub(super) fn operating_point(
         out.push(
             Diagnostic::error(
                 "number::sign",
-                format!("`t` in `at` of {what}: a time from the start of the run on, found {time} s"),
+                format!("`t` in `at` of {what}: expected a time at or after the start of the run, found {time} s"),
             )
             .at(TableReader::place(table, "at"), "before the start")
             .help("the run begins at `t` = 0 s"),
@@ -411,8 +411,11 @@ pub(super) fn targets_of(
         let names = || names.iter().map(String::as_str);
         let shown = shortened(&name.value);
         let (message, help) = if is_shaft && derivative.is_some() {
-            let help = format!("the coordinates give {}; `coordinates` of `[model]` chooses others", quoted(names()));
-            (format!("`{shaft}` is not a coordinate, its motion follows from them"), help)
+            let help = format!(
+                "the coordinates have the signals {}; `coordinates` of `[model]` chooses others",
+                quoted(names())
+            );
+            (format!("`{shaft}` is not a coordinate; its motion follows from the coordinates"), help)
         } else {
             let help = unknown_name(&name.value, names());
             (format!("`{shown}` is not the angle or speed of a coordinate"), help)
@@ -503,8 +506,8 @@ fn check_stuck(spec: &mut AnalysisSpec, context: &SignalContext<'_>, equations: 
             true => "no element has any; leave `stuck` out, or give an element `friction`".to_string(),
             false => format!("{} can be stuck", quoted(with.iter().copied())),
         };
-        let what = if rubs { "no Coulomb friction" } else { "neither a rigid stop nor play" };
-        let message = format!("`stuck` of `[analysis]`: `{}` has {what} that could hold it", shortened(name));
+        let what = if rubs { "no Coulomb friction" } else { "neither a rigid stop nor backlash" };
+        let message = format!("`stuck` of `[analysis]`: `{}` has {what} that could lock it", shortened(name));
         out.push(Diagnostic::error("analysis::stuck", message).at(word.place.clone(), "no friction").help(help));
     }
     spec.stuck.retain(|name| with.contains(name.as_str()));
@@ -528,7 +531,7 @@ fn check_point(spec: &AnalysisSpec, table: &Table, point: &Point<'_>, out: &mut 
     let system = ConstrainedSystem::at(point.reduced, &position, &stuck, &[]);
     if system.constraints.len() == system.coordinates.len() {
         let names = quoted(spec.stuck.iter().map(String::as_str));
-        let message = format!("`stuck` of `[analysis]`: nothing can move while the friction of {names} holds");
+        let message = format!("`stuck` of `[analysis]`: no motion is possible while the friction of {names} sticks");
         out.push(
             Diagnostic::error("analysis::stuck", message)
                 .at(TableReader::place(table, "stuck"), "no motion is left")

@@ -36,7 +36,7 @@ use crate::results::{
 use crate::synthesis::without_counting;
 
 /// What comes behind the structure of a model.
-const REST: &str = "modes, the construction of inputs, bases and places";
+const REST: &str = "modes, the construction of inputs, bases and placement";
 
 /// Analyses a model file.
 ///
@@ -72,15 +72,15 @@ impl Project {
         let mut analysis = analyze_variant(prepared, variant, settings, progress)?;
         let toleranced = !variant.model.tolerances.is_empty();
         if toleranced && analysis.class.as_ref().is_some_and(|class| class.operating_point.moves) {
-            let note = "what the tolerances allow is not looked at: the operating point is one in motion";
+            let note = "the effect of the tolerances is not analysed: the operating point is one in motion";
             analysis.notes.push(note.into());
         } else if variant.unfrozen.is_none() {
             if toleranced {
-                store_partial(progress, &analysis, "what the tolerances allow");
+                store_partial(progress, &analysis, "the effects of the tolerances");
             }
             sensitivity(self.read().0, prepared, variant, settings, &mut analysis, progress)?;
         } else if toleranced {
-            let note = "what the tolerances allow is not looked at: a constraint is not solved for a coordinate";
+            let note = "the effect of the tolerances is not analysed: a constraint is not solved for a coordinate";
             analysis.notes.push(note.into());
         }
         analysis.parity = parity(self.read().0, prepared, variant, settings, &mut analysis.notes)?;
@@ -141,7 +141,7 @@ pub(super) fn analyze_variant(
     let (coordinates, basis) = system.explicit_basis(&reduced.coordinates);
     if coordinates.is_empty() {
         return Err(vec![
-            Diagnostic::error("analysis::no-motion", "with this friction stuck nothing can move")
+            Diagnostic::error("analysis::no-motion", "with this friction stuck no motion is possible")
                 .help("let some of the elements in `stuck` slide"),
         ]);
     }
@@ -191,7 +191,7 @@ pub(super) fn analyze_variant(
     let spec = &variant.analysis;
     let has_placement = !(spec.actuators.is_empty() && spec.sensors.is_empty());
     if has_placement || linear.states.len() <= MOST_CONSTRUCTED {
-        store_partial(progress, &analysis, "the construction of inputs, bases and places");
+        store_partial(progress, &analysis, "the construction of inputs, bases and placement");
     }
     construct(&mut analysis, &linear);
     add_bases(&mut analysis, beside.bases, non_angle_domains.values().any(|domain| *domain == Domain::Charge))?;
@@ -294,7 +294,7 @@ fn add_bases(
 /// The modes, or a note that there are none.
 fn list(analysis: &mut Analysis, modes: Option<Vec<Mode>>) {
     analysis.modes = modes.unwrap_or_else(|| {
-        let note = "the eigenvalue iteration failed: no modes are listed, the structure is exact all the same";
+        let note = "the eigenvalue iteration failed: no modes are listed, the structure is still exact";
         analysis.notes.push(note.into());
         Vec::new()
     });
@@ -353,7 +353,7 @@ pub fn analyze_state_space(
     refine(&mut analysis, &system);
     store_partial(progress, &analysis, "the distance to a loss and the construction of inputs");
     if is_descriptor {
-        analysis.notes.push("the distance to a loss is not looked for where `E` is singular".into());
+        analysis.notes.push("the distance to a loss is not computed where `E` is singular".into());
     } else {
         analysis.matrix_distance = matrix_distances(&analysis, &system, &digits);
     }
@@ -444,7 +444,7 @@ fn decide(
     progress.advance(0, name, 0.0);
     if certify {
         analysis.structure = structure(system).map_err(failed)?;
-        store_partial(progress, analysis, &format!("the proofs asked for, {rest}"));
+        store_partial(progress, analysis, &format!("the requested proofs, {rest}"));
         let report = |fraction: f64| progress.advance(0, name, fraction);
         analysis.structure = certified_structure(system, &report).map_err(failed)?;
     } else {

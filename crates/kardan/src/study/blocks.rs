@@ -92,8 +92,8 @@ fn read_of_blocks<'a>(moving: &BTreeSet<String>, law: &'a dyn Law) -> Vec<&'a st
 fn assumed_gain_text(read: &[&str]) -> String {
     let names = quoted(read.iter().copied());
     format!(
-        "reads {names}, which follows from what moves, at samples: beside controllers in continuous time alone, designs and margins take that as \
-         given"
+        "reads {names}, which depends on the motion, at samples: if all controllers are in continuous time, designs \
+         and margins treat it as an independent input"
     )
 }
 
@@ -102,8 +102,9 @@ fn passes_nothing_on(names: &[&str]) -> Option<String> {
     let [verb, again] = if names.len() == 1 { ["passes", "it does"] } else { ["pass", "they do"] };
     (!names.is_empty()).then(|| {
         format!(
-            "{} {verb} nothing on where the loop is linearised, at rest where the run begins: at a limit, or in a dead zone. Stability and margins are those of \
-             the loop as if it were open there; where {again} again it is another loop, which a run shows",
+            "{} {verb} zero gain where the loop is linearised (at rest, where the run begins): at a limit, or in a \
+             dead zone. Stability and margins are those of the loop opened there; where {again} a gain again the \
+             loop is another one, which a run shows",
             quoted(names.iter().copied())
         )
     })
@@ -118,22 +119,23 @@ pub(super) fn block_remarks(variant: &PreparedVariant, number: usize) -> (Vec<St
         return (Vec::new(), Vec::new());
     }
     if !are_in_maps(variant) {
-        let warning = format!("the law {}, so a run alone tells whether the loop is stable", assumed_gain_text(&read));
+        let warning = format!("the law {}, so only a run shows whether the loop is stable", assumed_gain_text(&read));
         return (if read.is_empty() { Vec::new() } else { vec![warning] }, Vec::new());
     }
     let found = blocks(variant, &variant.loop_plant());
     let (names, none) = (found.of_loop.names(), found.of_loop.names().is_empty());
-    let where_they_stand = if found.nonlinear { ", with their slopes where they stand at rest" } else { "" };
+    let where_they_stand = if found.nonlinear { ", linearised at rest" } else { "" };
     let names = quoted(names.iter().map(String::as_str));
     let margins = match searches(&found.of_loop, law.clock()) {
-        true => "map and margins have the blocks that the loop closes through",
+        true => "map and margins include the blocks that the loop closes through",
         false => {
-            "stability is that of the exact map with the blocks that the loop closes through, margins take them as given, as they are many with other sample times"
+            "stability is that of the exact map with the blocks that the loop closes through; margins treat these \
+             blocks as independent inputs, as they are many with other sample times"
         }
     };
-    let note = format!("the design takes its references as given; {margins}{where_they_stand}: {names}");
+    let note = format!("the design treats its references as independent inputs; {margins}{where_they_stand}: {names}");
     let open = format!(
-        "stability and margins are those with {} open, which blocks engage where the run begins",
+        "stability and margins are those with {} open, which blocks engage at the start of the run",
         quoted(found.engaged.iter().map(String::as_str))
     );
     // What a law reads itself leaves it without a loop; what stands farther away, such as a function that is off, is worth a note.
@@ -157,11 +159,10 @@ pub(super) fn check_blocks(document: &Document, variant: &PreparedVariant, out: 
         return;
     }
     for element in engaged_locks(variant) {
-        let message = format!(
-            "`{element}` is engaged where the run begins, as blocks say: whether the loop is stable there is not looked at"
-        );
-        let help =
-            "designs and margins take a lock as open; a run has it, and other variants tell of the loop without it";
+        let message =
+            format!("blocks engage `{element}` at the start of the run: stability of the loop is not checked there");
+        let help = "designs and margins treat a lock as open; a run simulates it, and other variants show the loop \
+                    without it";
         out.push(of_element(document, &element, message, help));
     }
     if are_in_maps(variant) {
@@ -174,7 +175,8 @@ pub(super) fn check_blocks(document: &Document, variant: &PreparedVariant, out: 
             continue;
         }
         let message = format!("control `{}` {}", control.name, assumed_gain_text(&read));
-        let help = "give the controller a `sample_time`, or the blocks none: the loop then closes through them; a run has them in any case";
+        let help = "give the controller a `sample_time`, or remove that of the blocks: the loop then closes through \
+                    them; a run includes them in any case";
         out.push(Diagnostic::warning("block::loop", message).at(control.place.clone(), "this controller").help(help));
     }
     for law in &reduced.equations.laws {
@@ -183,11 +185,12 @@ pub(super) fn check_blocks(document: &Document, variant: &PreparedVariant, out: 
             continue;
         }
         let message = format!(
-            "`{}` follows from the block {}: beside controllers in continuous time alone, designs and margins take that as zero",
+            "`{}` depends on the block {}: if all controllers are in continuous time, designs and margins treat it \
+             as zero",
             law.element,
             quoted(blocks)
         );
-        let help = "give a controller a `sample_time`, or the blocks none; a run has them in any case";
+        let help = "give a controller a `sample_time`, or remove that of the blocks; a run includes them in any case";
         out.push(of_element(document, &law.element, message, help));
     }
 }
@@ -248,7 +251,7 @@ fn check_exported(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out
             let diagnostic = Diagnostic::warning("block::told", message);
             let diagnostic = place.into_iter().fold(diagnostic, |diagnostic, at| diagnostic.at(at, "not in this loop"));
             out.push(diagnostic.help(
-                "blocks that read it find no torque and no motion there; let them know the variant by a parameter",
+                "blocks that read it get no torque and no motion there; pass the variant to them by a parameter",
             ));
             continue;
         };
@@ -256,9 +259,9 @@ fn check_exported(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out
         if found.contains(name) {
             continue;
         }
-        let message = format!("control `{head}` does not tell `{name}`, which blocks read");
+        let message = format!("control `{head}` does not output `{name}`, which blocks read");
         let help = format!(
-            "it tells {}; `disturbances` of its observer names where unknown torques act",
+            "it outputs {}; `disturbances` of its observer lists where unknown torques act",
             quoted(found.iter().map(String::as_str))
         );
         let diagnostic = Diagnostic::error("block::told", message);
@@ -351,8 +354,11 @@ pub fn listed_blocks(model: &Model) -> Vec<String> {
             let own = |name: &&String| SignalName::new(name).element != step.block;
             let at_once: BTreeSet<String> = step.at_once.iter().filter(own).cloned().collect();
             let at_once: Vec<String> = at_once.into_iter().collect();
-            let at_once =
-                if at_once.is_empty() { String::new() } else { format!("; follows at once from {}", listed(&at_once)) };
+            let at_once = if at_once.is_empty() {
+                String::new()
+            } else {
+                format!("; direct feedthrough from {}", listed(&at_once))
+            };
             out.push(format!(
                 "  {} ({}): reads {}{at_once}",
                 step.block,

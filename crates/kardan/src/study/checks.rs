@@ -150,7 +150,7 @@ pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<
     out.push(
         Diagnostic::warning("model::disconnected", message)
             .at(place_of(document, away[0]), "not connected")
-            .help("each part moves on its own; connect them by a gear or a spring_damper if that is not meant"),
+            .help("each part moves on its own; connect them by a gear or a spring_damper if that is not intended"),
     );
 }
 
@@ -189,7 +189,7 @@ pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &Red
         }
         ReduceError::TooDeep { shaft, .. } => Diagnostic::error("constraint::depth", error.to_string())
             .at(place_of(document, shaft), "follows from all of them")
-            .help("put a spring between some of them, or take one shaft where joints only pass a motion on"),
+            .help("put a spring between some of them, or use one shaft where joints only transmit a motion"),
         ReduceError::NotExplicit { elements, suggestion, .. } => {
             let out = Diagnostic::error("constraint::loop", error.to_string());
             let out = at_each(document, elements.iter().map(String::as_str), "part of the loop", out);
@@ -197,7 +197,10 @@ pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &Red
                 suggest(suggestion)
             } else {
                 match model.terms.iter().any(|named| matches!(named.term, Term::Moving(_))) {
-                    true => "prescribe the end that drives, or give `speed` in place of a position: a curve is followed from its driving end alone",
+                    true => {
+                        "prescribe the driving end, or give `speed` in place of a position: kardan evaluates a curve \
+                         only from its driving end"
+                    }
                     false => "break the loop: two transmissions between the same shafts leave no motion",
                 }
                 .to_string()
@@ -214,10 +217,10 @@ fn dependent_rows(document: &Document, dependency: &Dependency, rank: usize, row
     let (verdict, help) = match (contradiction, moving) {
         (true, _) => ("their offsets contradict each other", "remove one of them, or correct a ratio or an offset"),
         (_, true) => (
-            "an offset among them is a function of time, so they can agree at all times by chance only",
+            "one of their offsets is a function of time, so they can agree at all times only by chance",
             "remove one of them",
         ),
-        _ => ("one of them is superfluous", "remove one of them, or correct a ratio"),
+        _ => ("one of them is redundant", "remove one of them, or correct a ratio"),
     };
     // Shares so that the first is one.
     let unit = elements.first().map_or(1.0, |(_, x)| *x);
@@ -283,8 +286,8 @@ pub(super) fn check_matrices(
             }
         }
         if !is_representable(&model) {
-            let message = "the numbers of the model lie too far apart: a reduced inertia, damping, stiffness or ratio is too \
-                           large or too small for a number";
+            let message = "the numbers of the model differ too much in size: a reduced inertia, damping, stiffness \
+                           or ratio is too large or too small for a number";
             let diagnostic = Diagnostic::error("number::range", message)
                 .help("check the exponents of inertias, dampings, stiffnesses and ratios");
             let names = reduced.coordinate_names();
@@ -409,9 +412,9 @@ fn massless_motion(document: &Document, reduced: &Reduced, model: &SparseModel) 
         .map(|constraint| constraint.element.as_str())
         .collect();
     let message = match &tied[..] {
-        [] => format!("a motion without inertia is possible: {names} can move while no mass does{proportion}"),
+        [] => format!("a motion without inertia is possible: {names} can move while no mass moves{proportion}"),
         tied => format!(
-            "{names} can move without a mass, and with {} kept a motion remains that moves none",
+            "{names} can move without a mass, and with {} enforced a motion without mass remains",
             quoted(tied.iter().copied())
         ),
     };

@@ -178,8 +178,8 @@ fn check_loops(
     let shorts = loops(branches.iter().filter(|b| !b.inductance && !b.coupled && !b.passive));
     for short in &shorts {
         let message = format!(
-            "{} form a loop without inductance or resistance: their voltages contradict each other, or the current between \
-             them is anything",
+            "{} form a loop without inductance or resistance: their voltages contradict each other, or the current \
+             between them is arbitrary",
             quoted(short.iter().copied())
         );
         out.push(
@@ -199,7 +199,9 @@ fn check_open_ends(document: &Document, at_node: &Nodes<'_>, out: &mut Vec<Diagn
         let [only] = branches[..] else { continue };
         let help = match nearest(node, at_node.keys().copied().filter(|candidate| candidate != node)) {
             Some(near) => format!("did you mean `{near}`? Otherwise lead the current on to another node"),
-            None => format!("lead the current on to another node or to `{GROUND}`, or leave an open end on purpose"),
+            None => {
+                format!("lead the current on to another node or to `{GROUND}`, or leave an open end if it is intended")
+            }
         };
         let message = format!("no current can flow through `{}`: nothing else ends at the node `{node}`", only.charge);
         let warning = Diagnostic::warning("circuit::open", message);

@@ -99,7 +99,7 @@ pub(super) fn resolve_signal(
         return None;
     }
     if !law.names().iter().any(is_signal) {
-        let message = format!("{what}: `{}` names no signal, it is the same all the time", shortened(text));
+        let message = format!("{what}: `{}` contains no signal, so it is constant", shortened(text));
         let help = "name a signal in it, such as `rk.phi`, or `t` for the time";
         out.push(Diagnostic::error("signal::none", message).at(place.clone(), "no signal in it").help(help));
         return None;
@@ -127,7 +127,7 @@ fn unknown(name: &str, law: &Expression, context: &SignalContext<'_>, (what, pla
     let split_name =
         |candidate: &&str| candidate.contains('-') && candidate.contains(name) && text.contains(*candidate);
     let help = if let Some(whole) = names().chain(parameters()).find(split_name) {
-        format!("a name with `-` stands in quotes: `'{whole}'`")
+        format!("a name with `-` needs quotes: `'{whole}'`")
     } else {
         match nearest(name, of_head()).or_else(|| nearest(name, names().chain(parameters()))) {
             Some(near) if near.contains('-') => format!("did you mean `'{near}'`?"),

@@ -104,7 +104,8 @@ impl Coupling {
         }
         if let Some(event) = run.events.iter().find(|event| event.what.contains(" limit")) {
             self.warnings.push(format!(
-                "the step of {name} by 1 {unit} drives a motor to its limit ({}): cross coupling then tells of the limit too",
+                "the step of {name} by 1 {unit} drives a motor to its limit ({}): the cross coupling then includes \
+                 the effect of the limit",
                 event.what
             ));
         }

@@ -26,7 +26,8 @@ pub(super) fn late_monitors(document: &Document, ends: &[(String, f64)], out: &m
             continue;
         }
         let message = format!(
-            "{what}: an alarm would come after `debounce` of {debounce} s, and the longest run ends at {longest} s, so there never is one"
+            "{what}: an alarm would come after `debounce` of {debounce} s, and the longest run ends at {longest} s, \
+             so no alarm can come"
         );
         let place = TableReader::place(&block.table, "debounce");
         let diagnostic = Diagnostic::warning("block::monitor", message).at(place, "longer than every run");

@@ -250,7 +250,7 @@ fn tried(
 /// Keeps what is found of a design, and says what it has not come to.
 fn store_partial(progress: &dyn Progress, design: &Design, missing: &[&str]) {
     progress.store_partial(&|| {
-        let unfinished = Some(format!("not looked at: {}", missing.join(", ")));
+        let unfinished = Some(format!("not analysed: {}", missing.join(", ")));
         Part::Design(Box::new(Design { unfinished, ..design.clone() }))
     });
 }
@@ -379,7 +379,7 @@ pub(super) fn designed(
             design.loop_along_path = Some(found);
         }
         Some(Err(why)) => {
-            design.notes.push(format!("the loop with the parameters of the variant is not looked at: {why}"));
+            design.notes.push(format!("the loop with the parameters of the variant is not analysed: {why}"));
         }
         None => {}
     }
@@ -387,7 +387,7 @@ pub(super) fn designed(
     if settings.explore {
         match explore(variant, number, progress) {
             Ok(found) => design.exploration = Some(found),
-            Err(why) => design.notes.push(format!("no other designs are looked at: {why}")),
+            Err(why) => design.notes.push(format!("no other designs are tried: {why}")),
         }
     }
     if let Some(range) = settings.tolerance {
@@ -397,7 +397,7 @@ pub(super) fn designed(
                 design.warnings.extend(robustness_warnings(&found));
                 design.robustness = Some(found);
             }
-            Err(why) => design.notes.push(format!("the box of plants is not looked at: {why}")),
+            Err(why) => design.notes.push(format!("the box of plants is not analysed: {why}")),
         }
     }
     design
@@ -425,11 +425,12 @@ fn described(description: &str, variant: &PreparedVariant, number: usize) -> Des
     let why = plant
         .no_equilibrium
         .iter()
-        .map(|why| format!("operating point: {}, where the model does not rest: {why}", plant.default_point()));
+        .map(|why| format!("operating point: {}, which is no equilibrium of the model: {why}", plant.default_point()));
     design.notes.extend(why);
     if let Some(name) = control.values.word("fade") {
         design.notes.push(format!(
-            "its commands are multiplied by `{name}` in runs; all that is said here, and the written controller, is without that"
+            "its commands are multiplied by `{name}` in runs; this report and the written controller do not include \
+             that factor"
         ));
     }
     if let Some(names) = control.values.names("without").filter(|names| !names.is_empty()) {

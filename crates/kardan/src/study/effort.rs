@@ -77,7 +77,7 @@ pub fn expected_effort(variant: &PreparedVariant) -> Effort {
             swings = false;
             found.rate = rate;
             found.element = Some((input.element.clone(), "lag"));
-            found.cause = format!("`{}` lags by {} s only", input.element, short(1.0 / rate));
+            found.cause = format!("`{}` has a lag of only {} s", input.element, short(1.0 / rate));
         }
     }
     found.steps = duration * found.rate / if swings { SWINGING_STEP } else { DAMPED_STEP };
@@ -111,9 +111,9 @@ pub fn expected_effort(variant: &PreparedVariant) -> Effort {
 fn fastest(variant: &PreparedVariant) -> Effort {
     let reduced = &variant.reduced;
     let r = reduced.degrees_of_freedom();
-    let mut out = Effort { steps: 0.0, rate: 0.0, element: None, cause: "nothing moves by itself".into() };
+    let mut out = Effort { steps: 0.0, rate: 0.0, element: None, cause: "the model has no dynamics of its own".into() };
     if reduced.relaxation.is_some() {
-        out.cause = "motions without inertia are not looked at".into();
+        out.cause = "motions without inertia are not analysed".into();
         return out;
     }
     let (dynamics, mut work) = Dynamics::new(reduced);
@@ -266,8 +266,8 @@ fn check_teeth(document: &Document, variant: &PreparedVariant, out: &mut Vec<Dia
     let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &variant.scenario };
     for element in teeth_that_lock(setup) {
         let message = format!(
-            "the teeth of `{element}` lock themselves against the inertia of their load: wherever that drives them while they turn, they jam (Painlevé), and \
-             a run that jams without an end is ended"
+            "the gear `{element}` is self-locking against the inertia of its load: whenever the load drives the \
+             rotating gear, it jams (Painlevé), and kardan ends a run that stays jammed"
         );
         let warning = Diagnostic::warning("teeth::jam", message).at(place_of(document, &element), "jams");
         out.push(warning.help(UNJAM.replacen("Give", "give", 1)));
@@ -294,12 +294,13 @@ pub(super) fn check_effort(document: &Document, variant: &PreparedVariant, out: 
     let warning = Diagnostic::warning("run::steps", message);
     let warning = match place {
         Some(place) => warning.at(place, "the fastest motion comes from here"),
-        None => warning.at(TableReader::place(&document.scenario, "duration"), "so long a run"),
+        None => warning.at(TableReader::place(&document.scenario, "duration"), "this duration"),
     };
     out.push(warning.help(
-        "check this number and its unit; leave out a motion that fast (a rigid connection, no inertia of its own), or shorten \
-         `duration`. Where that motion is damped, `--method radau` (which `--method automatic` takes then) needs no such steps; beside teeth with losses, and \
-         laws that compute by themselves at every instant, there is no such method. `kardan run` \
-         takes `--max-steps N` and `--time-limit SECONDS`, and keeps what it has when they are reached",
+        "check this number and its unit; leave out a motion that fast (a rigid connection, no inertia of its own), \
+         or shorten `duration`. Where that motion is damped, `--method radau` (which `--method automatic` takes \
+         then) needs no such steps; with gear losses, or with laws that compute at every instant, that method is not \
+         available. `kardan run` takes `--max-steps N` and `--time-limit SECONDS`, and keeps the results so far when \
+         they are reached",
     ));
 }

@@ -281,16 +281,16 @@ fn notes(variant: &PreparedVariant, out: &mut String) {
     };
     let (gears, unilaterals) = (named(true), named(false));
     if !gears.is_empty() {
-        let _ = writeln!(out, "  What the teeth of {gears} lose depends on the torque that they carry.");
+        let _ = writeln!(out, "  The gear losses of {gears} depend on the transmitted torque.");
     }
     if !unilaterals.is_empty() {
         let _ = writeln!(
             out,
-            "  What {unilaterals} carry depends on their modes: whether they are touched, slip, hold or are open."
+            "  The forces of {unilaterals} depend on their states: in contact, slipping, sticking or open."
         );
     }
     if !Kinematics::new(&variant.reduced).is_constant() {
-        out.push_str("  The matrices depend on the position; these hold at the initial position, near rest.\n");
+        out.push_str("  The matrices depend on the position; these are valid at the initial position, near rest.\n");
     }
     if !variant.reduced.equations.multiplier_constraints.is_empty() {
         let elements = variant
@@ -303,14 +303,15 @@ fn notes(variant: &PreparedVariant, out: &mut String) {
             .join(", ");
         let _ = writeln!(
             out,
-            "  {elements} hold with their multipliers, at every position: forces on the right, whose values follow from the constraints."
+            "  Multipliers enforce {elements} at every position: forces on the right, whose values follow from the \
+             constraints."
         );
     }
     if !variant.reduced.equations.moving.is_empty() {
         let moving = variant.reduced.equations.moving.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
         let _ = writeln!(
             out,
-            "  Offsets that depend on the time ({moving}) stand still here; --plan has them as they move."
+            "  Offsets that depend on the time ({moving}) are constant here; --plan includes their motion."
         );
     }
 }

@@ -62,8 +62,8 @@ fn describe_equilibrium(one: &Equilibrium, place: &str, free: &str) -> String {
         Some(radius) => format!(
             "the equilibrium {place}, proven: there is exactly one within {radius:e} of it{stays}, relative to a radian or metre or its size"
         ),
-        None if one.residual == 0.0 => format!("{place}, where no torque is left; {NOT_PROVEN}"),
-        None => format!("{place}, where {:.1e} are left of the torques; {NOT_PROVEN}", one.residual),
+        None if one.residual == 0.0 => format!("{place}, where no residual torque remains; {NOT_PROVEN}"),
+        None => format!("{place}, where torques of {:.1e} remain; {NOT_PROVEN}", one.residual),
     }
 }
 
@@ -77,12 +77,13 @@ impl Rest {
         if let Some((k, torque)) = all.constant {
             let (name, unit) = (&names[k], domain(k).effort().unit());
             let torque = if torque.abs() < 1e-4 { format!("{torque:.4e}") } else { torque.to_string() };
-            return Err(format!("there is no equilibrium: along `{name}` {torque} {unit} act wherever it is"));
+            return Err(format!("there is no equilibrium: {torque} {unit} act on `{name}` at every position"));
         }
         let Some(first) = all.found.first() else {
             if let Some((position, unilateral)) = &all.beyond {
                 return Err(format!(
-                    "the equilibrium {} lies beyond the stop of `{}`, which nothing can pass, and none was found that rests on it",
+                    "the equilibrium {} lies beyond the stop of `{}`, which is rigid, and no equilibrium was found \
+                     on the stop",
                     place(position),
                     reduced.equations.unilaterals[*unilateral].element
                 ));
@@ -90,12 +91,14 @@ impl Rest {
             let (best, residual) = all.best.unwrap_or_default();
             if residual == 0.0 && !best.is_empty() {
                 return Err(format!(
-                    "at {} no torque is left, but a law has no slope there: nothing tells whether it stays",
+                    "at {} no residual torque remains, but a law has no derivative there: whether it is an \
+                     equilibrium is not decided",
                     place(&best)
                 ));
             }
             return Err(format!(
-                "no equilibrium was found from {} starts within a turn (that there is none is not proven); at best {residual:.3e} are left, at {}",
+                "no equilibrium was found from {} starts within a turn (that there is none is not proven); the \
+                 smallest residual is {residual:.3e}, at {}",
                 STARTS + 1,
                 place(&best)
             ));

@@ -114,7 +114,7 @@ fn of_programs<'m>(model: &'m Model, sources: &mut NamedList<Source>) -> HashMap
     sources.extend(outputs().map(|answer| source(&answer.name, answer.dimension, &answer.description)));
     let functions = model.programs.functions.iter();
     sources.extend(functions.map(|(name, function)| source(name, function.dimension(), &format!("signal {name}"))));
-    let found = |name: &str| format!("what the control {} tells", SignalName::new(name).element);
+    let found = |name: &str| format!("output of the control {}", SignalName::new(name).element);
     let exported = model.programs.exported.iter();
     sources.extend(exported.map(|(name, dimension)| source(name, *dimension, &found(name))));
     outputs().map(|answer| (answer.name.as_str(), answer.dimension)).collect()
@@ -132,7 +132,7 @@ fn of_block(
     if !expected.is_like(answer) {
         let name = &reference.name;
         let message = format!(
-            "control `{}`: `{name}` should be {}, and the block answers {}",
+            "control `{}`: `{name}` should be {}, but the block outputs {}",
             control.name,
             expected.noun(),
             answer.noun()
@@ -140,7 +140,7 @@ fn of_block(
         let places = places_in_control(document, control, name);
         let diagnostic =
             Diagnostic::error("unit::dimension", message).at(places[places.len() - 1].clone(), "this reference");
-        out.push(diagnostic.help(format!("let the block answer in a unit such as {}", expected.example())));
+        out.push(diagnostic.help(format!("let the block output a unit such as {}", expected.example())));
     }
 }
 
@@ -179,7 +179,7 @@ pub(super) fn not_settable(
         return Some((message, format!("set {} instead", quoted(references.iter().map(String::as_str)))));
     }
     if quantity == Some(Quantity::Current) && is_kind("current_source") {
-        let message = format!("the current of `{head}` is what its `current` says, so {who} cannot set `{shown}`");
+        let message = format!("the `current` of `{head}` prescribes its current, so {who} cannot set `{shown}`");
         let help = "leave `current` out for events to set it, or write the function of time there";
         return Some((message, help.into()));
     }

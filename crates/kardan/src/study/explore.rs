@@ -62,7 +62,7 @@ pub(super) fn explore(
     }
     let Some(base) = clock(&control.values).ok().flatten() else { return Err("it has no sample time".into()) };
     if variant.leaves_out(number) {
-        return Err("its design leaves elements out, and no other design is looked for beside such a one".into());
+        return Err("its design leaves elements out; kardan tries no alternatives to such a design".into());
     }
     let plant = &variant.design_models[number];
     let changes = changes(plant, &control.values);
@@ -231,7 +231,7 @@ fn alternative(
     change: &Change,
     base: Clock,
 ) -> Result<(Subject, Vec<f64>, String), String> {
-    let (values, sensors) = changed(variant, number, change).ok_or("a number cannot be held")?;
+    let (values, sensors) = changed(variant, number, change).ok_or("a number overflows")?;
     let control = &variant.model.controls[number];
     let plant = &variant.design_models[number];
     let law = design_law(control.law, &control.name, &values, plant).and_then(|law| implemented(law, &values));
@@ -305,7 +305,7 @@ fn attempt(variant: &PreparedVariant, number: usize, change: &Change, base: Cloc
 /// What to take from it.
 fn advice(found: &Exploration) -> Vec<String> {
     let Some(own) = found.designs.first() else { return Vec::new() };
-    let of = if found.limited { "of the torque of the most strained motor" } else { "asked of a motor at most" };
+    let of = if found.limited { "of the torque of the most loaded motor" } else { "demanded of a motor at most" };
     let mut out = vec![format!(
         "The design of the file: {} {:.3e} {}, {} {of}, noise {} rms.",
         found.interaction,

@@ -61,13 +61,13 @@ pub(super) fn extrapolation_warnings(reduced: &Reduced, programs: &Programs, ser
         let Exceedance { axis, beyond, by, unit, above, end, time, first, element, .. } = exceedances;
         let (side, which) = if above { ("above", "last") } else { ("below", "first") };
         let goes_on = match beyond {
-            Beyond::Level => "the value of that point holds",
-            Beyond::Straight => "it goes on straight",
+            Beyond::Level => "the value of that point is used",
+            Beyond::Straight => "it is extrapolated linearly",
         };
         let in_unit = |value: f64| format!("{value:.6} {unit}").trim_end().to_string();
         format!(
-            "table `{name}` was left{axis} in `{element}`, from {first:.6} s on: at {time:.6} s it was asked {} {side} its {which} point at \
-             {}, where {goes_on} (largest of all rows)",
+            "`{element}` read table `{name}` outside its range{axis} from {first:.6} s on: at {time:.6} s {} {side} \
+             its {which} point at {}, where {goes_on} (largest of all rows)",
             in_unit(by),
             in_unit(end)
         )
@@ -294,7 +294,8 @@ pub(super) fn broken_rules(programs: &Programs, series: &Series) -> Vec<String> 
         let by = format!("{by} {}", dimension.si());
         let by = if least < 0.0 { format!(", by up to {}", by.trim_end()) } else { String::new() };
         Some(format!(
-            "{what} in block `{block}` from {first:.6} s on{by}, where a number in its place is refused: what the block answers from there on is not to be relied on"
+            "{what} in block `{block}` from {first:.6} s on{by}, where kardan rejects a constant: the output of the \
+             block is unreliable from there on"
         ))
     };
     rules.iter().zip(broken).filter_map(note).collect()

@@ -145,13 +145,13 @@ impl<'a> Reader<'a, '_> {
         match named[..] {
             [part] => Some((part, read_word(self.table, part)?)),
             [] => {
-                let message = format!("{}: nothing is named that fails", self.what);
+                let message = format!("{}: it names no failing part", self.what);
                 let help = "add `sensor = \"...\"`, `motor = \"...\"`, `control = \"...\"` or `element = \"...\"`";
                 out.push(Diagnostic::error("key::missing", message).at(self.table.place.clone(), "no part").help(help));
                 None
             }
             [_, second, ..] => {
-                let message = format!("it names {}, and one fault is that of one part", quoted(named.iter().copied()));
+                let message = format!("it names {}, but a fault concerns one part", quoted(named.iter().copied()));
                 let help = "write one fault for each; they may be at the same time".to_string();
                 out.push(self.diagnostic("fault::part", &message, (second, "a second part"), help));
                 None
@@ -231,7 +231,7 @@ impl<'a> Reader<'a, '_> {
     /// Tells of an amount that says nothing.
     fn no_amount(&self, kind: &str, out: &mut Vec<Diagnostic>) {
         if self.table.values.contains_key("by") {
-            let message = format!("`by` says nothing for `{kind}`");
+            let message = format!("`by` has no meaning for `{kind}`");
             out.push(self.diagnostic("fault::kind", &message, ("by", "not used"), "remove it".into()));
         }
     }
@@ -240,7 +240,7 @@ impl<'a> Reader<'a, '_> {
     fn share(&self, kind: &str, out: &mut Vec<Diagnostic>) -> Option<f64> {
         let share = self.amount(kind, (Dimension::NONE, Sign::NonNegative), out)?;
         if share >= 1.0 {
-            let message = format!("`by` is the part that is left, and {share} leaves all of it");
+            let message = format!("`by` is the remaining part, and {share} leaves all of it");
             let help = "write a number below one: `by = 0.5`".to_string();
             out.push(self.diagnostic("number::range", &message, ("by", "not below one"), help));
             return None;
@@ -372,7 +372,7 @@ impl<'a> Reader<'a, '_> {
             return;
         };
         let Some(period) = control.values.exact("sample_time").map(Exact::to_f64) else {
-            let message = format!("`{shown}` computes in continuous time, as no control unit does");
+            let message = format!("`{shown}` computes in continuous time, which no control unit can do");
             let help = format!("give it a sample time: `sample_time = \"1 ms\"` under `[control.{shown}]`");
             out.push(self.diagnostic("fault::part", &message, ("control", "no unit"), help));
             return;
@@ -428,7 +428,7 @@ impl<'a> Reader<'a, '_> {
         let springs = || self.equations.springs.iter().filter(|spring| spring.element == fault.name);
         if let Some((message, help)) = self.cannot_break(&fault.name, kind) {
             if !self.document.suppressed.has(&fault.name) {
-                out.push(self.diagnostic("fault::part", &message, ("element", "cannot fail like that"), help));
+                out.push(self.diagnostic("fault::part", &message, ("element", "cannot fail in this way"), help));
             }
             return;
         }
@@ -475,7 +475,7 @@ impl<'a> Reader<'a, '_> {
         };
         let keyword = found.kind.keyword;
         if equations.unilaterals.iter().any(|unilateral| unilateral.element == element) {
-            let why = format!("`{shown}` has play or teeth that rub, and such ones cannot be `{kind}`");
+            let why = format!("`{shown}` has backlash or gear losses, and such elements cannot be `{kind}`");
             return Some((why, "take its `backlash` and losses out, or fail another part".into()));
         }
         let springs = keyword == "spring_damper" || equations.compliances.iter().any(|one| one.element == element);
@@ -483,11 +483,13 @@ impl<'a> Reader<'a, '_> {
             let why = format!("the {} `{shown}` has no spring that could be `{kind}`", keyword.replace('_', " "));
             return Some((
                 why,
-                "only a spring_damper, and teeth of a harmonic_drive with a `stiffness`, can fail so: put a `spring_damper` with a short shaft there".into(),
+                "only a spring_damper, or the gear of a harmonic_drive with a `stiffness`, can fail in this way: put \
+                 a `spring_damper` with a short shaft there"
+                    .into(),
             ));
         }
         if kind == "broken" && equations.frictions.iter().any(|friction| friction.element == element) {
-            let why = format!("`{shown}` has Coulomb friction, which would still hold what is broken");
+            let why = format!("`{shown}` has Coulomb friction, which would still act across the broken element");
             return Some((why, "put the friction into a `spring_damper` of its own".into()));
         }
         let solved = self.settled || (0..equations.constraints.len()).any(|row| equations.is_equilibrium(row));

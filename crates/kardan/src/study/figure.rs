@@ -108,8 +108,9 @@ fn ends_before(tracks: &[Track], figure: &str, series: &Series) -> Option<String
     let reached = series.signal(&cones.reached)?.values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     (reached < *end).then(|| {
         format!(
-            "the figure `{figure}` has no value: the run ends before the car is through all cones, as its rear axle comes to x = {reached:.1} m and \
-             the last cones stand at x = {end:.1} m: lengthen `duration` of the manoeuvre `{}`, or drive faster",
+            "the figure `{figure}` has no value: the run ends before the car has passed all cones, as its rear axle \
+             comes to x = {reached:.1} m and the last cones stand at x = {end:.1} m: lengthen `duration` of the \
+             manoeuvre `{}`, or drive faster",
             cones.manoeuvre
         )
     })

@@ -49,12 +49,13 @@ impl Kinks {
     pub(super) fn explained(&self, whose: &str, results: &str) -> String {
         let count_text = match self.count() {
             1 => "",
-            _ => "; sides on which only some of these change their sign are not looked at",
+            _ => "; sides on which only some of these change their sign are not analysed",
         };
         let [own, opposite] = self.describe_sides();
         format!(
-            "{whose} has a kink at its operating point: {results} are those of the side where {own}; those of the side where {opposite} stand beside them. \
-             A motion passes through both sides, and that each is stable does not prove that it is{count_text}"
+            "{whose} has a kink at its operating point: {results} are those of the side where {own}; those of the \
+             side where {opposite} are listed too. A motion passes through both sides, and that each is stable does \
+             not prove that it is{count_text}"
         )
     }
 }

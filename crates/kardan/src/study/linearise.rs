@@ -116,7 +116,7 @@ fn system_at(
 ) -> Result<LinearSystem, Vec<Diagnostic>> {
     let (coordinates, basis) = point.system.explicit_basis(&variant.reduced.coordinates);
     if coordinates.is_empty() {
-        let message = "with this friction stuck nothing can move";
+        let message = "with this friction stuck no motion is possible";
         let help = "let some of the elements in `stuck` slide";
         return Err(vec![Diagnostic::error("analysis::no-motion", message).help(help)]);
     }
@@ -126,7 +126,9 @@ fn system_at(
     let mut system = match mechanical.is_regular() {
         true => mechanical.into_pencil(),
         false => {
-            notes.push("motions without inertia are eliminated: what follows at once is no state".into());
+            notes.push(
+                "motions without inertia are eliminated: variables that follow algebraically are no states".into(),
+            );
             mechanical.eliminate().map_err(|error| not_eliminated(error, non_angle_domains, variant))?.system
         }
     };

@@ -97,7 +97,7 @@ fn loops_along_paths(
         Ok::<_, String>(subject)
     };
     let points: Vec<&(f64, Vec<f64>)> = paths.iter().flat_map(|path| &path.points).collect();
-    let Some((_, first)) = points.first() else { return Err("no position is free of twisted springs".into()) };
+    let Some((_, first)) = points.first() else { return Err("springs are deflected at every position".into()) };
     let first = subject_at(first)?;
     let factors = vec![1.0; first.plant.names().len()];
     let judged = |shown: Result<Shown, NotJudged>| shown.map_err(|NotJudged| NO_PERIOD_MAP.to_string());
@@ -266,8 +266,8 @@ pub(super) fn check_loop_along_path(variant: &PreparedVariant, out: &mut Vec<Dia
             place(&found.coordinates, worst.at),
             worst.acceptable
         );
-        let help = "let law and observer know the values of the variant, with `plant = \"nonlinear\"` in both; a faster observer \
-                    helps where they do not";
+        let help = "let law and observer use the values of the variant, with `plant = \"nonlinear\"` in both; a \
+                    faster observer helps where they cannot";
         out.push(
             Diagnostic::warning("control::coupled-there", message)
                 .at(control.place.clone(), "this controller")

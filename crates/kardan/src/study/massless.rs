@@ -123,7 +123,7 @@ pub(super) fn not_eliminated(
     let (error, help) = match error {
         MasslessError::Undetermined { direction } => (
             MasslessError::Undetermined { direction: rename(direction) },
-            "give one of them an inertia, a damping or a spring to something that has",
+            "give one of them an inertia, a damping, or a spring to a shaft that has one",
         ),
         MasslessError::InputDerivative { output, input, order, direction } => (
             MasslessError::InputDerivative { output, input, order, direction: rename(direction) },

@@ -39,7 +39,10 @@ fn refusal_beside(equations: &Equations, element: String) -> Refusal {
         }
         _ => "give one of these shafts an inertia, or let the constraint act on shafts that have one",
     };
-    Refusal { constraint: Some(element.clone()), ..refusal(format!("beside `{element}` it is not followed"), help) }
+    Refusal {
+        constraint: Some(element.clone()),
+        ..refusal(format!("such a motion cannot be simulated with `{element}`"), help)
+    }
 }
 
 const GIVE_INERTIA: &str = "give one of these shafts an inertia";
@@ -105,16 +108,14 @@ fn settled(document: &Document, model: &Model, reduced: &Reduced) -> Result<Redu
                 let (shown_direction, inputs) = (names(direction), quoted(inputs.iter().map(String::as_str)));
                 match sprung {
                     true => {
-                        format!("along {shown_direction} {springs} alone resist {inputs}, so {it} would jump with them")
+                        format!("on {shown_direction} only {springs} resist {inputs}, so {it} would jump with them")
                     }
                     false => {
-                        format!(
-                            "along {shown_direction} nothing at all resists {inputs}, so {it} would move endlessly fast"
-                        )
+                        format!("on {shown_direction} nothing resists {inputs}, so {it} would move infinitely fast")
                     }
                 }
             }
-            _ => format!("nothing at all acts along {}", names(direction)),
+            _ => format!("nothing acts on {}", names(direction)),
         };
         Refusal { branches, ..refusal(why, help) }
     })?;
@@ -123,14 +124,14 @@ fn settled(document: &Document, model: &Model, reduced: &Reduced) -> Result<Redu
     }
     let equations = reduced.equations.clone().with_equilibria(rows);
     let mut settled = reduce(equations, model.coordinates.as_deref()).map_err(|error| {
-        let why = format!("where springs hold what has no inertia, {error}");
+        let why = format!("with the equilibrium of massless shafts and springs, {error}");
         refusal(why, "give one of these shafts an inertia, or leave `coordinates` out to have them chosen")
     })?;
     settled.redundant.clone_from(&reduced.redundant);
     // What is wrong with these matrices was told before.
     match check_matrices(document, &settled, &mut Vec::new(), &mut Vec::new()) {
         true => Ok(settled),
-        false => Err(refusal("the springs that hold it do not make up for it".into(), GIVE_INERTIA)),
+        false => Err(refusal("the springs that act on it do not replace the inertia".into(), GIVE_INERTIA)),
     }
 }
 
@@ -140,54 +141,58 @@ fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
         let list = |names: &[String]| quoted(names.iter().map(String::as_str));
         match error {
             NoRelaxation::Laws(elements) => refusal(
-                format!("beside torques that are laws ({}) such motions do not run", list(&elements)),
+                format!("such motions cannot be simulated with torques that are laws ({})", list(&elements)),
                 GIVE_INERTIA,
             ),
             NoRelaxation::Unilaterals(elements) => refusal(
                 format!(
-                    "what holds one way or at times acts along it or depends on it, or teeth with losses are there beside frictions that slide: {}",
+                    "unilateral or switched constraints act on it or depend on it, or gear losses occur together \
+                     with sliding friction: {}",
                     list(&elements)
                 ),
                 GIVE_INERTIA,
             ),
             NoRelaxation::PositionDependent => refusal(
-                "beside transmissions whose ratio changes with the angle such motions do not run".into(),
+                "such motions cannot be simulated with transmissions whose ratio changes with the angle".into(),
                 GIVE_INERTIA,
             ),
             NoRelaxation::Friction { frictions, dampers } if dampers.is_empty() => refusal(
                 format!(
-                    "the frictions of {} act along it, and without inertia each motion runs with one friction of its own",
+                    "the frictions of {} act on it, and a motion without inertia can have only one friction of its \
+                     own",
                     list(&frictions)
                 ),
                 "write frictions between the same shafts as one, or give one of these shafts an inertia",
             ),
             NoRelaxation::Friction { frictions, dampers } => refusal(
                 format!(
-                    "the friction of {} and the damping of {} act along it together: without inertia a motion runs with springs and dampers, or with springs \
-                     and one friction of its own",
+                    "the friction of {} and the damping of {} both act on it: a motion without inertia can have \
+                     springs and dampers, or springs and one friction of its own",
                     list(&frictions),
                     list(&dampers)
                 ),
-                "take out the damping or the friction along it, or give one of these shafts an inertia",
+                "remove its damping or its friction, or give one of these shafts an inertia",
             ),
             NoRelaxation::Coupled(elements) => refusal(
                 format!(
-                    "springs without inertia between tie what the friction of {} holds to what a damper holds, which runs only apart",
+                    "springs without inertia between them connect the friction of {} with a damper; kardan simulates \
+                     the two only separately",
                     list(&elements)
                 ),
                 "give one of the shafts between them an inertia",
             ),
             NoRelaxation::Falls(elements) => refusal(
                 format!(
-                    "the friction of {} falls once it moves (`breakaway`), and where no inertia and no damper resists, how far it jumps then is not \
-                     determined: a small inertia would carry it twice as far as a small damper",
+                    "the friction of {} falls once it slips (`breakaway`), and without inertia or damper the size of \
+                     the jump is not determined: a small inertia would carry it twice as far as a small damper",
                     list(&elements)
                 ),
-                "give what slips an inertia, or take `breakaway` out",
+                "give the slipping shaft an inertia, or remove `breakaway`",
             ),
             NoRelaxation::Slides(elements) => refusal(
                 format!(
-                    "the frictions of {} can slip against each other without a spring, so that which of them does is not determined",
+                    "the frictions of {} can slip against each other without a spring, so which of them slips is not \
+                     determined",
                     list(&elements)
                 ),
                 "put a spring beside one of these frictions, or give one of these shafts an inertia",
@@ -195,14 +200,14 @@ fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
             NoRelaxation::MultiplierConstraint(element) => refusal_beside(&reduced.equations, element),
             NoRelaxation::Driven { frictions, inputs } => refusal(
                 format!(
-                    "along it the friction of {} and springs resist {}, so it would jump with them",
+                    "the friction of {} and springs resist {}, so it would jump with them",
                     list(&frictions),
                     list(&inputs)
                 ),
                 "give one of these shafts an inertia, or let the input act on one that has",
             ),
             NoRelaxation::Coordinates => refusal(
-                "the coordinates chosen move with it".into(),
+                "the chosen coordinates move with it".into(),
                 "name coordinates that have an inertia first, or give one of these shafts an inertia",
             ),
             NoRelaxation::Damping => {
@@ -220,7 +225,8 @@ fn under_laws(model: &Model, reduced: Reduced) -> Result<Reduced, Refusal> {
     if frictions.is_empty() || model.controls.is_empty() {
         return Ok(reduced);
     }
-    let why = format!("the friction of {} holds it, and a controller is designed without friction", quoted(frictions));
+    let why =
+        format!("it depends on the friction of {}, and a controller is designed without friction", quoted(frictions));
     Err(refusal(why, "give one of these shafts an inertia or a damping, or leave the controllers out"))
 }
 
@@ -257,8 +263,8 @@ pub(super) fn check_readings(
     let Some(first) = shafts.first() else { return true };
     let shaft_list = quoted(shafts.iter().map(|shaft| names[*shaft][1].as_str()));
     let message = format!(
-        "control `{}` reads {shaft_list}, which has no inertia behind it: it follows at once from what the law commands, so that they would depend on each \
-         other",
+        "control `{}` reads {shaft_list}, which has no inertia behind it: it follows algebraically from the commands \
+         of the law, which would form an algebraic loop",
         control.name
     );
     let places = places_in_control(document, control, &names[*first][1]);
@@ -268,7 +274,7 @@ pub(super) fn check_readings(
         true => {
             "leave this current out, or give the loop an inductance (each winding has one: `inductance` of a `dc_motor`)"
         }
-        false => "let it read positions, or speeds of what has an inertia",
+        false => "let it read positions, or speeds of shafts with an inertia",
     };
     out.push(Diagnostic::error("control::massless", message).at(place, "this reading").help(help));
     false
@@ -300,13 +306,14 @@ pub(super) fn check_start(
         let most = friction.value.torque.to_f64();
         if torque.abs() > most * (1.0 + 1e-9) {
             let message = format!(
-                "at the start springs pull with {torque:.6} at the friction of `{}`, which holds {most:.6} and has no inertia to resist: it would jump",
+                "at the start springs load the friction of `{}` with {torque:.6}, which sticks up to {most:.6} and \
+                 has no inertia: it would jump",
                 friction.element
             );
             out.push(
                 Diagnostic::error("scenario::massless", message)
                     .at(place(), "starts from these positions")
-                    .help("start where its springs pull less, or give what slips an inertia"),
+                    .help("start where its springs pull less, or give the slipping shaft an inertia"),
             );
         }
     }

@@ -70,7 +70,7 @@ pub(super) fn measured(
         }
         Measure::TimeOfMax => time_of(window, 1.0),
         Measure::TimeOfMin => time_of(window, -1.0),
-        _ => return Err("it is no measure of a signal alone"),
+        _ => return Err("it is not a measure of one signal"),
     })
 }
 
@@ -157,7 +157,7 @@ fn overshoot(window: Window<'_>, target: Option<f64>) -> Result<Measured, &'stat
     let (first, target) = (values[0], target.unwrap_or(values[values.len() - 1]));
     let way = target - first;
     if way == 0.0 {
-        return Err("it begins its window at its target, so that there is no way to go beyond");
+        return Err("it begins its window at its target, so overshoot is not defined");
     }
     let (most, grid) = highest(window, |x| (x - target) / way);
     Ok(Measured { value: most.max(0.0), grid })
@@ -184,7 +184,7 @@ fn rise_time(window: Window<'_>, target: Option<f64>, band: Option<Band>) -> Res
         (values[*k] - target).abs() <= band || from * (values[*k] - target) < 0.0
     };
     match (0..values.len()).find(inside) {
-        None => Err("it does not come to its band in the window"),
+        None => Err("it does not reach its band in the window"),
         Some(0) => Ok(Measured { value: 0.0, grid: 0.0 }),
         Some(first) => Ok(enters(window, first - 1, target, band)),
     }

@@ -143,9 +143,9 @@ fn waves(measure: Measure, window: Window<'_>, over: &[f64], frequency: f64) -> 
     let from = window.times.iter().position(|time| *time >= begin - 1e-9 * (last - first)).unwrap_or(0);
     let times = &window.times[from..];
     if (times.len() as f64) < 8.0 * periods {
-        return Err("fewer than eight rows lie in a period of `frequency`: a smaller `output_step` tells more");
+        return Err("fewer than eight rows lie in a period of `frequency`: a smaller `output_step` resolves it");
     }
-    let of = |values: &[f64]| wave(times, &values[from..], frequency).ok_or("its rows tell no wave");
+    let of = |values: &[f64]| wave(times, &values[from..], frequency).ok_or("its rows determine no wave");
     let ([a, b], [c, d]) = (of(window.values)?, of(over)?);
     let (size, other) = (a * a + b * b, c * c + d * d);
     if other <= 0.0 {

@@ -65,10 +65,11 @@ fn check_rows(variant: &PreparedVariant) -> Result<(), Diagnostic> {
         return Ok(());
     }
     let message = format!(
-        "an operating point in motion is not found beside constraints that are enforced by multipliers or prescribe a motion: {}",
+        "kardan finds no operating point in motion with constraints that are enforced by multipliers or prescribe a \
+         motion: {}",
         quoted(names)
     );
-    Err(refused(message, "give positions alone in `at`: the model is then linear at rest there"))
+    Err(refused(message, "give only positions in `at`: the model is then linear at rest there"))
 }
 
 /// Functions of time are known as long as the run takes.
@@ -76,7 +77,7 @@ fn check_time(variant: &PreparedVariant, time: f64) -> Result<(), Diagnostic> {
     let end = variant.scenario.duration;
     if time > end {
         return Err(refused(
-            format!("`t` = {time} s lies behind the end of the run, {end} s"),
+            format!("`t` = {time} s is after the end of the run, {end} s"),
             "name an earlier time, or run for longer: `duration` of `[scenario]`",
         ));
     }
@@ -191,7 +192,7 @@ fn describe_accelerations(model: &Reduced, accelerations: &[f64]) -> String {
     };
     let nonzero: Vec<String> =
         model.coordinates.iter().zip(accelerations).filter(|(_, x)| **x != 0.0).map(one).collect();
-    format!("not an equilibrium, small motions are those beside its own: {}", nonzero.join(", "))
+    format!("not an equilibrium, small motions are relative to its own motion: {}", nonzero.join(", "))
 }
 
 /// What turns on without a torque depending on its angle, and what no torque determines.
@@ -212,7 +213,7 @@ fn describe_undetermined(base: &Reduced, found: &SteadyMotion) -> Vec<String> {
     }
     if !found.idle.is_empty() {
         let name = |k: usize| base.equations.inputs[k].element.clone();
-        out.push(format!("inputs that nothing needs are zero there: {}", names(&found.idle, &name)));
+        out.push(format!("inputs without effect on the balance are zero there: {}", names(&found.idle, &name)));
     }
     out
 }
@@ -245,7 +246,10 @@ fn describe_nonsmooth_elements(
     );
     let rests = |k: usize| sliding[k] == 0.0 && is_friction(k) && !enforced.contains(&k);
     out.extend(of(&rests).map(|names| {
-        format!("without motion along it at the operating point and taken as sliding without friction: {names}; `stuck` of `[analysis]` lets it stick")
+        format!(
+            "without relative motion at the operating point and treated as sliding without friction: {names}; \
+             `stuck` of `[analysis]` lets it stick"
+        )
     }));
     let open = |k: usize| {
         matches!(kind(k), Some(UnilateralConstraint::Lock { .. } | UnilateralConstraint::OneWay))
@@ -267,8 +271,8 @@ fn describe_nonsmooth_elements(
             .any(|unilateral| unilateral.value.formula().is_some_and(|one| one.is_of_time()))
     {
         let outputs_text =
-            if blocks && !of_run { "; what blocks answer as before their first sample, zero" } else { "" };
-        out.push(format!("functions of time are taken at {time} s{outputs_text}"));
+            if blocks && !of_run { "; outputs of blocks are those before their first sample, zero" } else { "" };
+        out.push(format!("functions of time are evaluated at {time} s{outputs_text}"));
     }
     out
 }
@@ -290,7 +294,7 @@ fn no_steady_motion(base: &Reduced, request: &PointRequest<'_>, given: &MotionSp
             let what =
                 if depends.is_empty() { "what it moves".into() } else { quoted(depends.iter().map(String::as_str)) };
             refused(
-                format!("{} does not stay as it is: {what} depends on `{}`, which changes", signal(k), angle.of(name)),
+                format!("{} is not steady: {what} depends on `{}`, which changes", signal(k), angle.of(name)),
                 &format!(
                     "give all positions and speeds too (`\"{}\" = \"0 {}\"`): the linear model is then that of this instant; or name a time of a run: `at = \"t = 1 s\"`",
                     angle.of(name),
@@ -303,12 +307,12 @@ fn no_steady_motion(base: &Reduced, request: &PointRequest<'_>, given: &MotionSp
                 "the speeds {} contradict each other",
                 list.iter().map(|k| signal(*k)).collect::<Vec<_>>().join(", ")
             ),
-            "take one of them out: what is not given follows",
+            "remove one of them: values that are not given follow",
         ),
         NoSteadyMotion::Undetermined(list) => refused(
             format!("more than one choice of the torques of {} balances it", inputs(&list)),
             &format!(
-                "give the torques of all but those that are to be found in `at`: `\"{}\" = \"0 {}\"`",
+                "give all torques except the unknown ones in `at`: `\"{}\" = \"0 {}\"`",
                 equations
                     .domain_of(&equations.inputs[list[list.len() - 1]])
                     .effort()
@@ -320,23 +324,24 @@ fn no_steady_motion(base: &Reduced, request: &PointRequest<'_>, given: &MotionSp
             let domain = base.coordinate(&name).map(|shaft| equations.domain(shaft)).unwrap_or_default();
             let by = match (given.inputs.as_slice(), request.given.torques.is_empty()) {
                 ([], true) => "there is no motor that could balance it".to_string(),
-                ([], false) => "with the torques that are given nothing is left to balance it".to_string(),
+                ([], false) => "with the given torques no input remains to balance it".to_string(),
                 (some, _) => format!("{} cannot balance it", inputs(some)),
             };
             refused(
                 format!(
-                    "no steady motion was found: {by}; along `{name}` {torque:.6} {} are left at best",
+                    "no steady motion was found: {by}; the smallest residual is {torque:.6} {} on `{name}`",
                     domain.effort().unit()
                 ),
-                "give a speed less or another one, or let what carries the torque be closed: a lock that is engaged, a clutch or friction in `stuck`",
+                "give one speed less or another one, or close the element that carries the torque: an engaged lock, \
+                 a clutch or friction in `stuck`",
             )
         }
         NoSteadyMotion::Slides(list) => refused(
             format!(
-                "no steady motion was found: which way the frictions of {} slide is not decided",
+                "no steady motion was found: the sliding direction of the frictions of {} is not decided",
                 quoted(list.iter().map(String::as_str))
             ),
-            "let those that stick stick (`stuck` of `[analysis]`), or give the speeds along them",
+            "list the sticking ones in `stuck` of `[analysis]`, or give their sliding speeds",
         ),
     }
 }
@@ -372,15 +377,15 @@ pub(super) fn point_of_run(variant: &PreparedVariant, time: f64) -> Result<Movin
     check_time(variant, time)?;
     if !variant.massless.is_empty() || variant.implemented.len() != variant.model.controls.len() {
         return Err(refused(
-            "beside motions without inertia the state of a run is not taken over".into(),
-            "give what moves an inertia, or give positions and speeds in `at`",
+            "with motions without inertia kardan cannot use the state of a run".into(),
+            "give the moving parts an inertia, or give positions and speeds in `at`",
         ));
     }
     let own = &variant.reduced;
     let setup = Setup { reduced: own, laws: &variant.implemented, scenario: &variant.scenario };
     let mut run = Simulation::new(setup, Tolerance::default());
     run.advance(time).map_err(|why| {
-        refused(format!("the run does not come to {time} s: {why}"), "`kardan run` shows how far it goes")
+        refused(format!("the run does not reach {time} s: {why}"), "`kardan run` shows how far it comes")
     })?;
     let mut value = |name: &str| run.signal(name).ok().map(|signal| run.get(signal));
     let names = own.coordinate_names();

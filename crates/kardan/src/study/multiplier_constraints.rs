@@ -36,8 +36,9 @@ pub(super) fn check_multipliers(document: &Document, reduced: &Reduced, out: &mu
     if !document.bench.values.is_empty() || !document.identification.values.is_empty() {
         let place =
             if document.bench.values.is_empty() { &document.identification.place } else { &document.bench.place };
-        let message =
-            format!("bench and identification do not know constraints that are not solved for a coordinate: {names}");
+        let message = format!(
+            "bench and identification do not support constraints that are not solved for a coordinate: {names}"
+        );
         refuse(message, place.clone(), "this table", "take it out");
     }
     let (free, rows) = (reduced.degrees_of_freedom(), equations.multiplier_constraints.len());
@@ -47,8 +48,10 @@ pub(super) fn check_multipliers(document: &Document, reduced: &Reduced, out: &mu
         out.push(dependency_diagnostic(document, reduced, &dependent));
     } else if let Some(row) = superfluous(reduced).or_else(follows) {
         let name = &equations.multiplier_constraints[row].element;
-        let message = format!("`{name}` holds no motion that the other constraints leave, at no position");
-        let help = "remove it, or those that say the same: of kept rows only a sum of rows of speeds in the same unit is kept once";
+        let message =
+            format!("at every position the other constraints already remove the motions that `{name}` removes");
+        let help = "remove it, or the equivalent ones: of constraints enforced by multipliers kardan drops only \
+                    redundant sums of rows of speeds in the same unit";
         let diagnostic = Diagnostic::error("constraint::dependent", message);
         out.push(diagnostic.at(place_of(document, name), "this constraint").help(help));
     } else if no_motion {
@@ -148,7 +151,8 @@ pub(super) fn begin_on_rows(
             }
             (scenario.position, scenario.speed) = (position, speed);
             let rows = quoted(equations.multiplier_constraints.iter().map(|constraint| constraint.element.as_str()));
-            let note = format!("what `initial` leaves open follows at the start from {rows}: {}", changed.join(", "));
+            let note =
+                format!("values that `initial` does not give follow at the start from {rows}: {}", changed.join(", "));
             if changed.is_empty() { Vec::new() } else { vec![note] }
         }
         Err(error) => {
@@ -175,32 +179,32 @@ fn no_start(document: &Document, reduced: &Reduced, prescribed: &[Entry], error:
     let mut places = Vec::new();
     let (message, rows) = match error {
         NoStart::NotReached(rows) => {
-            let condition = if prescribed.is_empty() { "near `initial`" } else { "with what `initial` gives" };
+            let condition = if prescribed.is_empty() { "near `initial`" } else { "with the values of `initial`" };
             (format!("no start was found {condition} that satisfies {}: there may be none", names(rows)), rows)
         }
         NoStart::NotFinite(rows) => {
             let named = reduced.coordinate_names().join(", ");
             (
                 format!(
-                    "{} has no finite value or slopes at the start; what `initial` does not give of {named} is zero there",
+                    "{} has no finite value or slopes at the start; values of {named} that `initial` does not give \
+                     are zero there",
                     names(rows)
                 ),
                 rows,
             )
         }
         NoStart::Flat(rows) => {
-            help = "give other angles by `initial` of `[scenario]`, or write the constraint otherwise: `a - b` in place of `(a - b)^2`";
+            help = "give other angles by `initial` of `[scenario]`, or write the constraint in another form: `a - b` \
+                    in place of `(a - b)^2`";
             (format!("all slopes of {} are zero at the start: it constrains nothing there", names(rows)), rows)
         }
         NoStart::Dependent => {
             let message = match &all[..] {
-                [_] => format!(
-                    "at the start {} constrains no motion that the other constraints leave, to ten digits",
-                    names(&all)
-                ),
+                [_] => format!("at the start {} is redundant to the other constraints, to ten digits", names(&all)),
                 _ => format!("at the start the constraints {} depend on each other, to ten digits", names(&all)),
             };
-            help = "give other angles by `initial` of `[scenario]`; where they say the same everywhere, remove one of them";
+            help = "give other angles by `initial` of `[scenario]`; if they are equivalent everywhere, remove one of \
+                    them";
             (message, &all)
         }
         NoStart::Contradiction { row, rate, prescribed: own } => {
@@ -209,7 +213,7 @@ fn no_start(document: &Document, reduced: &Reduced, prescribed: &[Entry], error:
             let values_text = own.iter().map(|e| format!("`{}` = {} {}", e.name, e.prescribed.value.to_f64(), e.unit));
             let values_text = values_text.collect::<Vec<_>>().join(", ");
             places.extend(own.iter().map(|entry| entry.place.clone()));
-            help = "take one of them out: what is not given follows; or give values that agree";
+            help = "remove one of them: values that are not given follow; or give values that agree";
             (
                 format!(
                     "`initial` of `[scenario]`: {values_text} contradict{} {}{}",
@@ -259,7 +263,10 @@ pub(super) fn frozen_variant(variant: &PreparedVariant) -> Result<PreparedVarian
     let at = if variant.analysis.at.is_empty() { "`initial` of `[scenario]`" } else { "`at` of `[analysis]`" };
     let refused = |message: String, help: String| Diagnostic::error("analysis::kept", message).help(help);
     let rest = RestPoint::of(variant).map_err(|message| {
-        refused(message, format!("give other angles by {at}, or the model what holds it: a spring, or a motor"))
+        refused(
+            message,
+            format!("give other angles by {at}, or add an element that holds the model: a spring, or a motor"),
+        )
     })?;
     let found =
         rest.freeze(variant).map_err(|error| refused(error.to_string(), format!("give other angles by {at}")))?;
@@ -285,9 +292,14 @@ pub(super) fn moves_by_itself(reduced: &Reduced) -> impl Iterator<Item = &str> {
 pub(super) fn nothing_free(reduced: &Reduced) -> Option<Diagnostic> {
     let names: Vec<&str> = moves_by_itself(reduced).collect();
     (!names.is_empty() && reduced.degrees_of_freedom() == reduced.equations.multiplier_constraints.len()).then(|| {
-        let message = format!("nothing is free to move: all motion follows from what {} prescribe{}", quoted(names.iter().copied()), if names.len() == 1 { "s" } else { "" });
-        Diagnostic::error("analysis::no-motion", message)
-            .help("`kardan run` gives the torques and forces that this takes; take it out to ask how the model moves by itself")
+        let message = format!(
+            "no free motion remains: {} prescribe{} all motion",
+            quoted(names.iter().copied()),
+            if names.len() == 1 { "s" } else { "" }
+        );
+        Diagnostic::error("analysis::no-motion", message).help(
+            "`kardan run` gives the required torques and forces; remove it to analyse the free motion of the model",
+        )
     })
 }
 
@@ -301,7 +313,7 @@ pub(super) fn check_free(document: &Document, reduced: &Reduced, out: &mut Vec<D
         .chain(tables.map(|table| table.place.clone()));
     let asking = places.min_by_key(Place::start);
     let Some((place, diagnostic)) = asking.zip(nothing_free(reduced)) else { return true };
-    out.push(diagnostic.at(place, "needs a motion that is free"));
+    out.push(diagnostic.at(place, "needs a free motion"));
     false
 }
 
@@ -309,7 +321,7 @@ pub(super) fn check_free(document: &Document, reduced: &Reduced, out: &mut Vec<D
 pub(super) fn prescribed_note(reduced: &Reduced) -> Option<String> {
     let names: Vec<&str> = prescribed(reduced).collect();
     (!names.is_empty())
-        .then(|| format!("{}: a motion that is prescribed stands still there, where it begins", quoted(names)))
+        .then(|| format!("{}: a prescribed motion is constant there, at its initial value", quoted(names)))
 }
 
 /// Where rows that turn are looked at: a place at rest on them.
@@ -334,11 +346,11 @@ impl RestPoint {
             (0..names.len()).filter(is_named).map(|k| (own.coordinates[k], start_position[k])).collect();
         let prescribed = StartValues { values: [fixed.clone(), Vec::new()] };
         let start = start_on_rows(own, &prescribed, &start_position, &still)
-            .map_err(|_| "no place was found on the constraints near these angles".to_string())?
+            .map_err(|_| "no position that satisfies the constraints was found near these angles".to_string())?
             .position;
         let mut point_notes = Vec::new();
         if start.iter().zip(&start_position).any(|(now, then)| moved(*now, *then)) || !fixed.is_empty() {
-            point_notes.push(format!("operating point: on the constraints, {}", format_position(own, &start)));
+            point_notes.push(format!("operating point: satisfies the constraints, {}", format_position(own, &start)));
         }
         if own.equations.laws.is_empty() {
             return Ok(Self { point: OperatingPoint::relaxed(&start), multipliers: vec![0.0; count], point_notes });
@@ -374,7 +386,7 @@ impl RestPoint {
                 OperatingPoint { position: start, rates: found.rates, torques: Some(torques), side: Side::default() };
             return Ok(Self { point, multipliers: found.multipliers, point_notes });
         }
-        Err(format!("{} is no position at rest: neither constraints nor motors hold it", format_position(own, &start)))
+        Err(format!("{} is no equilibrium: neither constraints nor motors balance it", format_position(own, &start)))
     }
 
     /// The variant with its rows as they are there.
@@ -385,7 +397,8 @@ impl RestPoint {
             let carried = own.multiplier_constraints.iter().zip(&multipliers).filter(|(_, torque)| **torque != 0.0);
             let carried: Vec<String> =
                 carried.map(|(constraint, torque)| format!("{} {torque:.6}", constraint.element)).collect();
-            let text = "what the constraints carry there turns with their rows and is part of the stiffness; multipliers (SI, rounded to 16 digits)";
+            let text = "constraint forces there rotate with the constraint directions and are part of the stiffness; \
+                        multipliers (SI, rounded to 16 digits)";
             start_notes.push(format!("{text}: {}", carried.join(", ")));
         }
         start_notes.extend(prescribed_note(&variant.reduced));
@@ -401,7 +414,10 @@ pub(super) fn rounded_rows(reduced: &Reduced) -> Option<String> {
     let rounded = &reduced.equations.rounded;
     (!rounded.is_empty()).then(|| {
         let names = quoted(rounded.iter().map(String::as_str));
-        format!("the coefficients of {names} are rounded to 16 digits at the operating point: what is decided exactly is so of the rounded rows")
+        format!(
+            "the coefficients of {names} are rounded to 16 digits at the operating point: exact verdicts are for the \
+             rounded rows"
+        )
     })
 }
 
@@ -451,7 +467,8 @@ pub(super) fn with_loop(mut variant: PreparedVariant, multipliers: &[f64]) -> Pr
 pub(super) fn not_on_rows(control: &ControlSpec, reduced: &Reduced) -> Diagnostic {
     let names = quoted(reduced.equations.multiplier_constraints.iter().map(|constraint| constraint.element.as_str()));
     let message = format!(
-        "control `{}`: a law on the full nonlinear model does not know constraints that are not solved for a coordinate: {names}",
+        "control `{}`: a law on the full nonlinear model does not support constraints that are not solved for a \
+         coordinate: {names}",
         control.name
     );
     Diagnostic::error("constraint::kept", message)
@@ -462,7 +479,7 @@ pub(super) fn not_on_rows(control: &ControlSpec, reduced: &Reduced) -> Diagnosti
 /// The mistake that rows have no linear ones in their place.
 pub(super) fn rows_refused(control: &ControlSpec, reduced: &Reduced, error: &ReduceError) -> Diagnostic {
     let names = quoted(reduced.equations.multiplier_constraints.iter().map(|constraint| constraint.element.as_str()));
-    let message = format!("control `{}`: at its operating point {names} cannot be kept: {error}", control.name);
+    let message = format!("control `{}`: at its operating point {names} cannot be enforced: {error}", control.name);
     Diagnostic::error("constraint::kept", message)
         .at(control.place.clone(), "this controller")
         .help("give other angles by `initial` of `[scenario]`, or by `at` of the controller")

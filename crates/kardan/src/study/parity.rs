@@ -101,7 +101,7 @@ pub(super) fn parity(
         return Err(vec![
             Diagnostic::error(
                 "analysis::parity",
-                "a motion has neither inertia nor damping nor spring, so nothing says how it goes",
+                "a motion has neither inertia nor damping nor spring, so the model does not determine it",
             )
             .help("give its shaft an inertia or a damping, or leave `--parity` out"),
         ]);
@@ -398,10 +398,10 @@ impl<'a> Subject<'a> {
         let goals = self
             .known
             .iter()
-            .map(|&k| (format!("a fault of {} is shown", self.system.inputs[k].element), Goal::Shows(k)));
+            .map(|&k| (format!("detect a fault of {}", self.system.inputs[k].element), Goal::Shows(k)));
         let every = [
-            ("every fault is shown, also of the set's own sensors", Goal::ShowsAll),
-            ("every fault is shown and told from all others", Goal::Isolates),
+            ("detect every fault, also of the set's own sensors", Goal::ShowsAll),
+            ("detect every fault and isolate it from all others", Goal::Isolates),
         ];
         let goals = goals.chain(every.map(|(text, goal)| (text.to_string(), goal)));
         let search = |(goal, goal_kind)| {

@@ -108,7 +108,7 @@ impl Places<'_> {
         let mut moved = motion.iter().filter(|(_, value)| *value != 0.0).map(|(name, _)| name);
         if let Some(name) = moved.find(|name| states.iter().flatten().all(|(candidate, _)| candidate != *name)) {
             notes.push(format!(
-                "motors are not placed: the motion to reach names `{name}`, which is no state after the elimination"
+                "motors are not placed: the target motion names `{name}`, which is no state after the elimination"
             ));
             return None;
         }

@@ -428,13 +428,13 @@ fn add_faults(
             Ok(all) => scenario.faults = all,
             Err(part) => {
                 let message =
-                    format!("variant `{variant}`: its fault `{}` is a second one of `{part}` then", fault.name);
+                    format!("variant `{variant}`: its fault `{}` overlaps another fault of `{part}`", fault.name);
                 let place = document.faults.iter().find(|(name, _)| name.value == fault.name);
                 let place = place.map_or_else(|| document.scenario.place.clone(), |(name, _)| name.place.clone());
                 out.push(
                     Diagnostic::error("fault::window", message)
                         .at(place, "at the same time")
-                        .help("of one part one fault happens at a time: let one end before the other begins"),
+                        .help("a part has one fault at a time: let one end before the other begins"),
                 );
             }
         }
@@ -535,7 +535,9 @@ fn start_at_rest(
     }
     let slips = reduced.relaxation.iter().any(|relaxation| !relaxation.slips.is_empty());
     let rest = match slips {
-        true => Err("frictions hold motions without inertia, and no equilibrium without friction is looked for".into()),
+        true => {
+            Err("friction balances motions without inertia, and kardan searches no equilibrium without friction".into())
+        }
         false => Rest::near(reduced, &scenario.position),
     };
     match rest {
@@ -549,7 +551,7 @@ fn start_at_rest(
             out.push(
                 Diagnostic::error("scenario::equilibrium", format!("`start` of `[scenario]`: {message}"))
                     .at(TableReader::place(&document.scenario, "start"), "no equilibrium")
-                    .help("give the angles to begin with by `initial`, or the model what holds it"),
+                    .help("give the initial angles by `initial`, or add an element that holds the model"),
             );
             Vec::new()
         }
@@ -573,7 +575,7 @@ fn references_at_rest(document: &Document, implemented: &[Arc<dyn Law>], scenari
             }
         }
     }
-    (!begin.is_empty()).then(|| format!("references begin where they rest: {}", begin.join(", ")))
+    (!begin.is_empty()).then(|| format!("references begin at their equilibrium values: {}", begin.join(", ")))
 }
 
 /// The equations in explicit form, and motions without inertia as mistakes; nothing if these, or others, stand in the way.
@@ -625,7 +627,7 @@ fn designed_law(
         let shaft = SignalName::new(&signal).angle_of().and_then(|name| plant.reduced.coordinate(name));
         if shaft.is_some_and(|shaft| plant.linear.direction(shaft).row(0).iter().all(Scalar::is_zero)) {
             let message =
-                format!("control `{}`: the output `{signal}` cannot move: the constraints hold it", control.name);
+                format!("control `{}`: the output `{signal}` cannot move: the constraints fix it", control.name);
             out.push(
                 Diagnostic::error("control::design", message)
                     .at(places_in_control(document, control, &signal)[0].clone(), "held still")
@@ -647,7 +649,7 @@ fn designed_law(
         out.push(
             Diagnostic::error("control::point", message)
                 .at(control.place.clone(), "this controller")
-                .help("leave out `at`: it evaluates the model wherever it is"),
+                .help("leave out `at`: it evaluates the model at its current position"),
         );
         return None;
     }
@@ -725,11 +727,15 @@ fn design_model(
 ) -> Option<Plant> {
     let moving: Vec<&str> = moves_by_itself(reduced).collect();
     if !moving.is_empty() {
-        let message = format!("control `{}` knows the motion of {} as if it stood still", control.name, quoted(moving));
+        let message = format!(
+            "the design of control `{}` treats the prescribed motion of {} as constant",
+            control.name,
+            quoted(moving)
+        );
         out.push(
             Diagnostic::warning("control::time", message)
                 .at(control.place.clone(), "this controller")
-                .help("for its design it is where it begins, at rest, and the motion disturbs the loop"),
+                .help("its design uses the initial value, at rest, and the motion disturbs the loop"),
         );
     }
     let excluded = excluded(document, control, out)?;
@@ -738,11 +744,11 @@ fn design_model(
     // A program knows no torques.
     if !of_time.is_empty() && control.law.keyword != Program::KEYWORD {
         let message =
-            format!("control `{}` knows the torque of {} as it is at time zero", control.name, quoted(of_time));
+            format!("the design of control `{}` uses the torque of {} at time zero", control.name, quoted(of_time));
         out.push(
             Diagnostic::warning("control::time", message)
                 .at(control.place.clone(), "this controller")
-                .help("a torque that it is not to know is a `disturbance` with a function of time"),
+                .help("write a torque that is unknown to it as a `disturbance` with a function of time"),
         );
     }
     if control.design.is_empty() && excluded.is_empty() {
@@ -805,7 +811,7 @@ fn reduced_design(
             };
             if !able {
                 let message = format!(
-                    "control `{}`: in its design model a motion without inertia is possible that the model has not, or the other way round",
+                    "control `{}`: its design model and the model have different motions without inertia",
                     control.name
                 );
                 out.push(

@@ -113,8 +113,8 @@ pub(super) fn check_rounding(floating: &[Pole], design: &mut Design) {
     let Some(Complex { re, im }) = worst.filter(|pole| pole.re > 1e-3 * size) else { return };
     if design.closed_loop_poles.iter().all(|pole| pole.re < 0.5 * re) {
         design.warnings.push(format!(
-            "the gains are so large that their rounding to 64 bits moves poles: to {} ± {} j 1/s; the exact loop is as said, the \
-             one that runs is unstable as eigenvalues in floating point tell",
+            "the gains are so large that their rounding to 64 bits moves poles: to {} ± {} j 1/s; the statements are \
+             for the exact loop; the loop that runs is unstable according to eigenvalues in floating point",
             digits(re),
             digits(im.abs())
         ));
@@ -282,14 +282,15 @@ fn warning(pole: Pole, frequency: f64, damping: f64) -> Option<String> {
             Some(format!("unstable: it grows with {} 1/s behind the outputs", digits(re)))
         }
         Complex { re: 0.0, im: 0.0 } => {
-            Some("at zero: an integrator stays behind the outputs, its motion never comes back".into())
+            Some("at zero: an integrator remains unobservable at the outputs, its motion does not decay".into())
         }
-        Complex { re: 0.0, .. } => {
-            Some(format!("not damped at all: it rings for ever at {} rad/s behind the outputs", digits(frequency)))
-        }
+        Complex { re: 0.0, .. } => Some(format!(
+            "not damped at all: it oscillates without end at {} rad/s behind the outputs",
+            digits(frequency)
+        )),
         _ if damping < LIGHT => Some(format!(
-            "lightly damped ({:.3} % at {frequency:.2} rad/s): the law cancels it, so that it rings behind the outputs, and \
-             the motors with it; an error of the model shows it",
+            "lightly damped ({:.3} % at {frequency:.2} rad/s): the law cancels it, so it and the motors oscillate \
+             behind the outputs; an error of the model makes it visible",
             100.0 * damping
         )),
         _ => None,

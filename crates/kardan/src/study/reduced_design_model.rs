@@ -19,8 +19,7 @@ pub(super) fn excluded(
     let place = own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, "without"));
     let mut found = BTreeSet::new();
     if control.law.keyword == Program::KEYWORD && control.values.has("without") {
-        let message =
-            format!("control `{}`: a program is not designed, so there is nothing to leave out", control.name);
+        let message = format!("control `{}`: a program is not designed, so `without` has no effect", control.name);
         out.push(Diagnostic::error("control::without", message).at(place, "not read").help("take it out"));
         return None;
     }
@@ -41,7 +40,7 @@ pub(super) fn excluded(
     }
     if !found.is_empty() && own.is_some_and(|own| own.table.values.contains_key("at")) {
         let message = format!(
-            "control `{}`: a design that leaves elements out has no operating point of the whole",
+            "control `{}`: a design that leaves elements out has no operating point of the whole model",
             control.name
         );
         out.push(
@@ -71,7 +70,7 @@ pub(super) fn needed_by(document: &Document, control: &ControlSpec, model: &Mode
     let own = document.controls.iter().find(|own| own.place == control.place);
     let place = own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, "without"));
     let message = format!("control `{}`: its design leaves out `{}`, which it needs", control.name, shortened(missing));
-    let help = "leave out less: with a shaft go the elements that act on it";
+    let help = "leave out less: removing a shaft also removes the elements that act on it";
     Some(Diagnostic::error("control::without", message).at(place, "left out here").help(help))
 }
 

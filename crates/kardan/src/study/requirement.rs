@@ -237,8 +237,8 @@ pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>, f
         Ok(Measured { value, grid }) if [below, above].iter().any(|bound| near(**bound, value, grid)) => {
             let size = display.as_ref().map_or(grid, |unit| unit.of(grid));
             Some(format!(
-                "`{text}` is nearer to its bound than what the rows of the run leave open, about {size:.1e} {display_unit}: a smaller \
-                 `output_step` tells more"
+                "`{text}` is closer to its bound than the resolution of the rows of the run, about {size:.1e} \
+                 {display_unit}: a smaller `output_step` resolves it"
             ))
         }
         _ => None,

@@ -239,7 +239,7 @@ impl Measuring<'_> {
         if let Some([Some(below), Some(above)]) = bounds
             && above >= below
         {
-            let message = format!("{REQUIREMENT}: nothing is above {above} and below {below}");
+            let message = format!("{REQUIREMENT}: no value is above {above} and below {below}");
             out.push(
                 Diagnostic::error("requirement::bounds", message)
                     .at(TableReader::place(table, "below"), "not above `above`")
@@ -289,7 +289,7 @@ impl Measuring<'_> {
     fn reject_other_keys(&self, table: &Table, key: &'static str, what: &str, out: &mut Vec<Diagnostic>) {
         let measuring = ["signal", "measure", "over", "at", "frequency", "target", "band", "from", "until"];
         for surplus_key in measuring.into_iter().filter(|key| table.values.contains_key(key)) {
-            let message = format!("{what}: `{surplus_key}` says nothing beside `{key}`");
+            let message = format!("{what}: `{surplus_key}` has no meaning with `{key}`");
             let place = TableReader::place(table, surplus_key);
             let help = format!("remove it, or write `signal` and `measure` in place of `{key}`");
             out.push(Diagnostic::error("requirement::key", message).at(place, "not used").help(help));
@@ -522,7 +522,7 @@ fn check_measure_keys(table: &Table, measure: Option<Measure>, what: &str, out: 
     };
     let all = ["target", "band", "over", "at", "frequency", "from", "until"];
     for key in all.into_iter().filter(|key| here(key) && !takes(key)) {
-        let message = format!("{what}: `{key}` says nothing for the measure `{word}`");
+        let message = format!("{what}: `{key}` has no meaning for the measure `{word}`");
         let help = match key {
             "target" => "remove it, or measure `overshoot`, `rise_time`, `settling_time` or `iae`",
             "band" => "remove it, or measure `rise_time` or `settling_time`",
@@ -596,7 +596,7 @@ fn check_limited(signal: &str, place: &Place, document: &Document, what: &str, o
     };
     let problem = match motor_of(signal).and_then(named) {
         None => (
-            format!("`{signal}` is not what a motor or a voltage source gives, and these alone have a limit"),
+            format!("`{signal}` is no output of a motor or voltage source, and only these have a limit"),
             "name the torque of a motor, `signal = \"MOTOR.tau\"`, or the voltage of a source, `signal = \"SOURCE.v\"`"
                 .to_string(),
         ),
@@ -604,11 +604,11 @@ fn check_limited(signal: &str, place: &Place, document: &Document, what: &str, o
             let (kind, name) = (motor.kind.keyword, &motor.name);
             (
                 format!(
-                    "the {} `{name}` has no {}, so it is never there",
+                    "the {} `{name}` has no {}, so it never reaches one",
                     kind.replace('_', " "),
                     limit.replace('_', " ")
                 ),
-                format!("add `{limit} = \"...\"` to `[{kind}.{name}]`, or ask for another measure"),
+                format!("add `{limit} = \"...\"` to `[{kind}.{name}]`, or choose another measure"),
             )
         }
         Some(_) => return,
@@ -628,7 +628,9 @@ fn display(table: &Table, kinds: &[Physical], what: &str, out: &mut Vec<Diagnost
     let text = read_word(table, "display")?.trim();
     let quantity_text = format!("1 {text}");
     let diagnostic = |code: &'static str, message: String, help: String| {
-        Diagnostic::error(code, message).at(TableReader::place(table, "display"), "no unit of what is drawn").help(help)
+        Diagnostic::error(code, message)
+            .at(TableReader::place(table, "display"), "no unit of a drawn signal")
+            .help(help)
     };
     let units: Vec<String> = kinds.iter().map(|kind| format!("`{}`", kind.unit())).collect();
     let drawn = units.join(", ");

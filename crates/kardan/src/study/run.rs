@@ -107,7 +107,7 @@ impl Project {
             rayon::join(|| rayon::join(ran, again), beside);
         designs.iter_mut().for_each(|design| add_run_usage(design, &chosen, &study.runs));
         if let Some(why) = progress.stop() {
-            warnings.push(format!("{why}: what was not computed by then is left out"));
+            warnings.push(format!("{why}: results not computed by then are missing"));
         }
         let analysis = analysis.unwrap_or_else(|why| {
             warnings.push(why);
@@ -279,7 +279,7 @@ fn structure_of(prepared: &Prepared, variant: &PreparedVariant) -> Result<Analys
             .and_then(|frozen| analyze_variant(prepared, &frozen, &settings, &Silent)),
     };
     if let (Ok(analysis), false) = (&mut found, variant.model.tolerances.is_empty()) {
-        analysis.notes.push("what the tolerances allow, the nearest loss among it: `kardan analyze`".into());
+        analysis.notes.push("effects of the tolerances, including the nearest loss: see `kardan analyze`".into());
     }
     found.map_err(|why| {
         let why: Vec<String> = why.iter().map(|diagnostic| diagnostic.message.clone()).collect();
@@ -478,8 +478,8 @@ fn take_row(run: &mut Run, row: &SweepRow, prepared: &Prepared) {
     }
     run.figures.iter_mut().zip(figures).for_each(|(found, value)| found.value = number(value));
     run.notes.push(
-        "Figures and verdicts are those of the sweep, whose runs go side by side in lanes; curves are those of the run by itself, which differs in the last \
-         digits."
+        "Figures and verdicts are those of the sweep, which computes its runs in SIMD lanes; curves are those of the \
+         single run, which differs in the last digits."
             .into(),
     );
 }

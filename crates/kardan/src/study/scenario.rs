@@ -168,7 +168,7 @@ fn check_rows(
     let help = if coarser < duration.to_f64() {
         format!("choose an output_step of at least {coarser:.3e} s")
     } else {
-        format!("no output_step will do for {} steps and ends of ramps: take some of them out", events.len())
+        format!("no output_step suffices for {} steps and ends of ramps: remove some of them", events.len())
     };
     out.push(
         Diagnostic::error("scenario::rows", format!("the results would have {shown} rows{each}, more than {most:.0}"))

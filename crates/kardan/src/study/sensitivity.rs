@@ -286,7 +286,7 @@ impl Subject<'_> {
                     low = 1.0;
                     out.box_verdict = BoxVerdict::Certified;
                     out.method = match cells {
-                        0 => "no tolerance touches what decides it".into(),
+                        0 => "no tolerance affects it".into(),
                         _ => format!("rigorous bounds on {cells} cells of eigenvalues and parameters"),
                     };
                     if out.nearest.is_none() && matches!(proof.run(FARTHEST, 4), BoxProof::Proven { .. }) {
@@ -297,7 +297,7 @@ impl Subject<'_> {
                     high = 1.0;
                     let near =
                         if at.im == 0.0 { format!("{:.4}", at.re) } else { format!("{:.4} ± {:.4} j", at.re, at.im) };
-                    out.method = format!("{cells} cells of eigenvalues and parameters were not enough near {near} 1/s");
+                    out.method = format!("{cells} cells of eigenvalues and parameters did not suffice near {near} 1/s");
                 }
             }
         }

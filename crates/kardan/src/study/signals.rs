@@ -200,7 +200,11 @@ fn at_initial_speeds(
     }
     let given = OperatingConditions { speeds, ..OperatingConditions::default() };
     let mut own = notes.clone();
-    own.push("at rest there is no equilibrium: the model is looked at in steady motion at the speeds of `initial`; `at` of `[analysis]` names others".into());
+    own.push(
+        "there is no equilibrium at rest: the analysis uses steady motion at the speeds of `initial`; `at` of \
+         `[analysis]` selects others"
+            .into(),
+    );
     let found =
         WorkingPoint::in_motion(variant, &PointRequest { given: &given, ..*request }, signals, &mut own).ok()?;
     *notes = own;
@@ -217,7 +221,7 @@ fn working_position(
     notes.extend(variant.unfrozen.iter().flat_map(|_| variant.start_notes.iter().cloned()));
     if !reduced.equations.moving.is_empty() {
         let moving = quoted(reduced.equations.moving.keys().map(String::as_str));
-        notes.push(format!("{moving}: an offset that depends on the time stands still at its value at time zero"));
+        notes.push(format!("{moving}: an offset that depends on the time keeps its value at time zero"));
     }
     let laws = &reduced.equations.laws;
     if laws.is_empty() || (reduced.equations.transmissions.is_empty() && laws_are_linear(reduced)) {
@@ -225,11 +229,12 @@ fn working_position(
     }
     let of_time: Vec<&str> = laws.iter().filter(|law| law.value.is_of_time()).map(|law| law.element.as_str()).collect();
     if !of_time.is_empty() {
-        notes.push(format!("{}: a torque that depends on the time is taken as at time zero", quoted(of_time)));
+        notes.push(format!("{}: a torque that depends on the time has its value at time zero", quoted(of_time)));
     }
     let (position, off) = if variant.analysis.at.is_empty() && variant.unfrozen.is_none() {
         let rest = Rest::near(reduced, &position).map_err(|message| {
-            let help = "name the operating point by `at` of `[analysis]`, or give the model what holds it: a spring, or a friction, stop, clutch or lock in `stuck`";
+            let help = "name the operating point by `at` of `[analysis]`, or add an element that holds the model: a \
+                        spring, or a friction, stop, clutch or lock in `stuck`";
             vec![Diagnostic::error("analysis::equilibrium", message).help(help)]
         })?;
         notes.push(format!("operating point: {}", rest.found));
@@ -253,7 +258,7 @@ fn check_slopes(
         let name = &slopes.element;
         if !slopes.undefined.is_empty() {
             let message = format!(
-                "`{name}` has no slope at the operating point, so the model has no linear one there: {}",
+                "`{name}` has no slope at the operating point, so the model has no linearisation there: {}",
                 slopes.undefined.join(" and ")
             );
             let diagnostic = Diagnostic::error("analysis::slope", message)
@@ -266,7 +271,7 @@ fn check_slopes(
             ]);
         }
         if slopes.rounded {
-            notes.push(format!("slopes of `{name}` here are rounded to 16 digits, from there on all is exact"));
+            notes.push(format!("slopes of `{name}` here are rounded to 16 digits, all later steps are exact"));
         }
     }
     notes.extend(kinks.opposite().map(|_| kinks.explained("the model", "all results")));
@@ -279,9 +284,9 @@ fn ratios(reduced: &Reduced, position: &[f64]) -> Vec<String> {
         let (joint, ratio) = (&t.element, rational_to_f64(&slope.value));
         let how = match (slope.rounded, LastDigits::is_rounded(&slope.value)) {
             (true, _) => {
-                "cosines of its angles and of the position are rounded to 16 digits, from there on all is exact"
+                "cosines of its angles and of the position are rounded to 16 digits, all later steps are exact"
             }
-            (false, true) => "cosines of its angles are rounded to 16 digits, from there on all is exact",
+            (false, true) => "cosines of its angles are rounded to 16 digits, all later steps are exact",
             (false, false) => "exactly",
         };
         format!("ratio of {joint} here: {ratio:.6}; {how}")
@@ -307,7 +312,7 @@ pub(super) fn signals(
         let motors = equations.inputs.iter().filter(|input| matches!(input.value, InputKind::Motor(_)));
         let motors: Vec<String> = motors.map(|input| input.element.clone()).collect();
         notes.push(if motors.is_empty() {
-            "the model has no motor: nothing is controllable".into()
+            "the model has no motor: no state is controllable".into()
         } else {
             let circuit = non_angle_domains(&variant.reduced).values().any(|domain| *domain == Domain::Charge);
             let what = if !circuit { "motors" } else { "motors and sources" };

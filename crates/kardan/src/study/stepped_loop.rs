@@ -221,7 +221,7 @@ fn torque_for_output(
         let model = &variant.design_models[number];
         let own = model.reduced.coordinate(&equations.coordinates[shaft]).unwrap_or(shaft);
         let inertia = rational_to_f64(&effective_inertia(&model.linear, own));
-        return (format!("torque along {output}"), Watch::Acceleration(shaft, vec![(None, inertia)]));
+        return (format!("torque on {output}"), Watch::Acceleration(shaft, vec![(None, inertia)]));
     }
     let names: Vec<&str> = felt_inputs.iter().map(|&k| equations.inputs[k].element.as_str()).collect();
     (Quantity::Torque.of(&names.join(" + ")), Watch::Felt(felt_inputs))

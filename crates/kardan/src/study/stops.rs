@@ -33,20 +33,22 @@ pub(super) fn describe_contacts(reduced: &Reduced, position: &[f64], stuck: &BTr
     let mut out = Vec::new();
     if !open.is_empty() {
         out.push(format!(
-            "{} open at the operating point (stops, backlash): the linear model holds as long as no contact closes",
+            "{} open at the operating point (stops, backlash): the linear model is valid while no contact closes",
             is_or_are(&open)
         ));
     }
     if !pressed.is_empty() {
         out.push(format!(
-            "{} pressed at the operating point: stiffness and damping of the contact are part of the model, which holds as long as it is not left",
+            "{} pressed at the operating point: stiffness and damping of the contact are part of the model, which is \
+             valid while the contact stays closed",
             is_or_are(&pressed)
         ));
     }
     if !touched.is_empty() {
         let list = touched.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
         out.push(format!(
-            "{} touched at the operating point and looked at as if open there: with `stuck = [{list}]` in `[analysis]` the contact holds",
+            "{} touched at the operating point and treated as open there: `stuck = [{list}]` in `[analysis]` closes \
+             the contact",
             is_or_are(&touched)
         ));
     }
@@ -68,13 +70,18 @@ pub(super) fn describe_clutches(reduced: &Reduced, stuck: &BTreeSet<String>) -> 
     let mut out = Vec::new();
     if !sliding.is_empty() {
         out.push(format!(
-            "{} taken as open: a clutch or brake that slides, whose torque is constant; `stuck = [{}]` in `[analysis]` closes it",
+            "{} treated as open: a clutch or brake that slides, whose torque is constant; `stuck = [{}]` in \
+             `[analysis]` closes it",
             is_or_are(&sliding),
             list(&sliding)
         ));
     }
     if !open.is_empty() {
-        out.push(format!("{} taken as open; `stuck = [{}]` in `[analysis]` closes it", is_or_are(&open), list(&open)));
+        out.push(format!(
+            "{} treated as open; `stuck = [{}]` in `[analysis]` closes it",
+            is_or_are(&open),
+            list(&open)
+        ));
     }
     out
 }
@@ -86,12 +93,12 @@ fn is_or_are(names: &BTreeSet<&str>) -> String {
 /// The mistake that a run begins beyond a rigid stop.
 pub(super) fn check_stops(document: &Document, reduced: &Reduced, position: &[f64], out: &mut Vec<Diagnostic>) {
     if let Some((element, by, unit)) = beyond(reduced, position).first() {
-        let message = format!("the run begins {by:.6} {unit} beyond the stop of `{element}`, which nothing can pass");
+        let message = format!("the run begins {by:.6} {unit} beyond the stop of `{element}`, which is rigid");
         out.push(
             Diagnostic::error("scenario::stop", message)
                 .at(place_of(document, element), "this stop")
                 .at(TableReader::place(&document.scenario, "initial"), "from here")
-                .help("begin within the stop: by `initial` of `[scenario]`, where what is left out begins at zero"),
+                .help("begin within the stop: by `initial` of `[scenario]`, where missing values are zero"),
         );
     }
 }
@@ -104,6 +111,6 @@ pub(super) fn describe_passed_stops(reduced: &Reduced, position: &[f64]) -> Opti
         .collect();
     let listed = listed.join(", ");
     (!listed.is_empty()).then(|| {
-        format!("the operating point lies {listed}: the model cannot be there, it is looked at as if that were open")
+        format!("the operating point lies {listed}: the model cannot be there; the analysis treats the stop as open")
     })
 }

@@ -122,7 +122,7 @@ fn a_block_at_its_limit_is_reported() {
     };
     let at_limit = warnings("2 rad");
     assert!(
-        at_limit.iter().any(|reported| reported.contains("`sat` passes nothing on where the loop is linearised")),
+        at_limit.iter().any(|reported| reported.contains("`sat` has zero gain where the loop is linearised")),
         "{at_limit:?}"
     );
     let within = warnings("0.5 rad");

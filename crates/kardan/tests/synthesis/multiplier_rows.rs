@@ -219,7 +219,7 @@ fn what_has_no_linear_model_there_is_reported() {
     assert!(
         reported
             .iter()
-            .any(|one| one.message.contains("does not know constraints that are not solved for a coordinate: `rod`")),
+            .any(|one| one.message.contains("does not support constraints that are not solved for a coordinate: `rod`")),
         "{reported:?}"
     );
     // A crank of 10 cm with a rod of 30 cm ends at 40 cm.
@@ -281,15 +281,15 @@ fn what_stands_still_and_what_is_not_met_is_reported() {
                [[control.c.channels]]\noutput = \"a.phi\"\nreference = \"ref\"\n";
     let (_, warnings) = kardan::study::prepare(&format!("{law}{chain}"));
     assert!(
-        warnings.iter().any(|one| one.message.contains("knows the motion of `hand` as if it stood still")),
+        warnings.iter().any(|one| one.message.contains("treats the prescribed motion of `hand` as constant")),
         "{warnings:?}"
     );
     let found = Project::open(chain).analyze(&AnalyzeSettings::default(), &Silent).expect("an analysis");
-    assert!(found.notes.iter().any(|note| note.contains("`hand`: a motion that is prescribed stands still there")));
+    assert!(found.notes.iter().any(|note| note.contains("`hand`: a prescribed motion is constant there")));
     let far = format!("{LIFT}{HOLD}{CHANNEL}").replace("\"crank.phi\" = \"30 deg\"", "\"slide.s\" = \"0.5 m\"");
     let reported = refused(&far);
     let text = reported.iter().map(|one| one.message.clone()).collect::<Vec<_>>().join("\n");
-    assert!(text.contains("no position was found that `rod` allows: it is off by 0.1"), "{text}");
+    assert!(text.contains("no position was found that satisfies `rod`: the smallest error is 0.1"), "{text}");
 }
 
 /// A loop that flies apart beside a kept row ends the run with words.

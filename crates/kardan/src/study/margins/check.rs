@@ -77,8 +77,9 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
     let (slowest, sample_time) = match judged {
         Ok(judged) => judged,
         Err(why) => {
-            let message = format!("whether the sampled loop is stable is not known: {why} ({})", all.join(", "));
-            let help = "choose times with a common period that holds few of the shortest; the run shows what happens";
+            let message = format!("whether the sampled loop is stable is not decided: {why} ({})", all.join(", "));
+            let help = "choose times whose common period is a small multiple of the shortest; a run shows what \
+                        happens";
             let warning = Diagnostic::warning("control::no-map", message).at(control.place.clone(), "this controller");
             out.push(warning.help(help));
             return;
@@ -112,8 +113,8 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
             "choose a shorter `sample_time` or `delay`, or less `effort`; `--force` runs it as it is"
         }
         [_] => {
-            "choose a shorter `sample_time` or `delay`, or `law = \"sampled_noninteracting\"`, which is designed for them; \
-             `kardan design` without `sample_time` tells the slowest stable rate, `--force` runs it as it is"
+            "choose a shorter `sample_time` or `delay`, or `law = \"sampled_noninteracting\"`, which is designed for \
+             them; `kardan design` without `sample_time` reports the slowest stable rate, `--force` runs it as it is"
         }
         _ => "choose shorter times, the longest one first; `--force` runs it as it is",
     };
@@ -121,10 +122,10 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
     // Blocks that saturate or switch do something else where the motion has grown: that stands in no one's way.
     if between.nonlinear && !between.of_loop.is_empty() {
         let names = quoted(between.of_loop.names().iter().map(String::as_str));
-        let message = format!("{message}; the loop closes through the blocks {names}, with their slopes at rest");
+        let message = format!("{message}; the loop closes through the blocks {names}, linearised at rest");
         out.push(
             at(Diagnostic::warning(UNSTABLE, message))
-                .help("a run shows where the motion goes; `kardan design` shows the loop"),
+                .help("a run shows how the motion develops; `kardan design` shows the loop"),
         );
         return;
     }
@@ -196,14 +197,14 @@ fn check_limits(
             }
             let control = &variant.model.controls[number];
             let message = format!(
-                "control `{}`: with {} the motor `{name}` would have to give {:.4} N m in the end, and its limit is {limit} N m: \
-                 this can never be reached",
+                "control `{}`: with {} the motor `{name}` would have to give {:.4} N m in steady state, and its \
+                 limit is {limit} N m: the reference can never be reached",
                 control.name,
                 values.join(" and "),
                 needed.abs()
             );
             let help = format!(
-                "ask for at most {:.3} times as much, or choose a stronger motor; `--force` runs it",
+                "request at most {:.3} times as much, or choose a stronger motor; `--force` runs it",
                 limit / needed.abs()
             );
             out.push(Diagnostic::error(LIMIT, message).at(control.place.clone(), "this controller").help(help));
@@ -270,7 +271,8 @@ pub(in crate::study) fn check_margins(variant: &PreparedVariant, out: &mut Vec<D
             let message = format!("control `{}`: {message}", control.name);
             let warning = Diagnostic::warning("control::hardly", message).at(control.place.clone(), "this controller");
             out.push(warning.help(
-                "ask for less bandwidth, or a shorter lag, delay or sample time; `kardan design` shows all margins",
+                "request less bandwidth, or choose a shorter lag, delay or sample time; `kardan design` shows all \
+                 margins",
             ));
         }
     }

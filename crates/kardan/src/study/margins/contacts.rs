@@ -63,7 +63,7 @@ pub(in crate::study) fn margins_in_contact(
     });
     if let Some(sensor) = read {
         let why = format!(
-            "with backlash in contact the loop is not looked at: `{}` reads the torque of the contact",
+            "the loop is not analysed with backlash in contact: `{}` reads the torque of the contact",
             sensor.name
         );
         return (Vec::new(), Some(why));
@@ -106,7 +106,10 @@ pub(in crate::study) fn margins_in_contact(
     }
     let omission = (plays.len() > MAX_PLAYS).then(|| {
         let names = quoted(plays.iter().map(|play| play.element));
-        format!("of {names} the margins with all in contact stand beside those with all open; those with some in contact were not looked at")
+        format!(
+            "for {names} kardan lists the margins with all in contact and with all open; those with some in contact \
+             were not computed"
+        )
     });
     (out, omission)
 }
@@ -202,7 +205,7 @@ fn describe_contact(one: &ContactMargins) -> String {
 pub(in crate::study) fn contacts_verdict(margins: &Margins) -> Option<String> {
     let first = margins.contacts.first()?;
     let mut out = vec![format!(
-        "All this is with {} open (backlash).",
+        "All results above are with {} open (backlash).",
         quoted(first.closed.iter().chain(&first.open).map(String::as_str))
     )];
     for one in &margins.contacts {

@@ -44,8 +44,8 @@ impl LoopKinks {
     pub(in crate::study) fn jump_note(&self) -> Option<String> {
         (!self.jumps.is_empty()).then(|| {
             format!(
-                "The loop jumps at its operating point, where {} = 0: it has no linear model there. What is said of its stability and its margins \
-                 leaves the jump out; a run shows what it does",
+                "The loop jumps at its operating point, where {} = 0: it has no linear model there. Its stability \
+                 and margins do not include the jump; a run shows its effect",
                 quoted(self.jumps.iter().map(String::as_str))
             )
         })

@@ -12,7 +12,8 @@ pub(in crate::study) fn verdict(margins: &Margins) -> String {
     for peak in margins.peaks.iter().filter(|peak| peak.limit.is_some_and(|limit| peak.peak > limit * (1.0 + 1e-9))) {
         let limit = peak.limit.unwrap_or_default();
         out.push(format!(
-            "A step of {} by {} {} asks {:.3} N m of {}, which has {limit} N m: filter the reference, or ask for {:.3} {}.",
+            "A step of {} by {} {} demands {:.3} N m of {}, whose limit is {limit} N m: filter the reference, or \
+             request {:.3} {}.",
             peak.reference,
             peak.step,
             peak.step_unit,
@@ -59,13 +60,13 @@ fn free_motions(margins: &Margins, out: &mut Vec<String>) {
             ZeroPoleEvidence::ToRounding(size) => format!("to the rounding of the loop (below {size:.0e} 1/s)"),
         };
         let what = match margins.only_count {
-            true => format!("Charges that nothing depends on only count what has flowed, through {of}"),
-            false => format!("Nobody holds a motion of {of}"),
+            true => format!("Charges without effect (integrators of the current) through {of}"),
+            false => format!("Uncontrolled rigid-body motion of {of}"),
         };
-        out.push(format!("{what}: {} {poles} at zero, {how}, left out of all that is said here.", margins.free_poles));
+        out.push(format!("{what}: {} {poles} at zero, {how}, left out of all statements here.", margins.free_poles));
         if margins.drift > 0.0 && !margins.only_count {
             out.push(format!(
-                "At this sample time it does not stay quite free: left alone it grows with {:.2e} 1/s.",
+                "At this sample time it is slightly unstable: without control it grows with {:.2e} 1/s.",
                 margins.drift
             ));
         }
@@ -73,8 +74,8 @@ fn free_motions(margins: &Margins, out: &mut Vec<String>) {
     if !margins.next_to_zero.is_empty() {
         let all: Vec<String> = margins.next_to_zero.iter().map(|re| format!("{re:.2e}")).collect();
         out.push(format!(
-            "Not at zero, but too close to it for floating point, which would take it for zero: {} 1/s; this was decided exactly, and \
-             limits are told without it.",
+            "Not at zero, but indistinguishable from zero in floating point: {} 1/s; this was decided exactly, and \
+             the limits leave it out.",
             all.join(", ")
         ));
     }
@@ -120,12 +121,16 @@ fn limits(margins: &Margins, out: &mut Vec<String>) {
     if let Some([down, up]) = &margins.gain_margin {
         let up_to = if up.value.is_finite() { format!("{:.3}", up.value) } else { "100 and more".into() };
         let motion = if up.motion.is_empty() { &down.motion } else { &up.motion };
-        out.push(format!("Its torques may be wrong by factors from {:.3} to {up_to}{}.", down.value, because(motion)));
+        out.push(format!(
+            "It tolerates torque errors by factors from {:.3} to {up_to}{}.",
+            down.value,
+            because(motion)
+        ));
     }
     if margins.longest_delay.is_some() || margins.longest_lag.is_some() || margins.gain_margin.is_some() {
         out.push(format!(
-            "Delays, lags and factors are searched in steps (a twentieth of a sample, {:.0} %) and between steps where the loop comes closest \
-             to growing: what lies between is not proven.",
+            "Delays, lags and factors are searched in steps (a twentieth of a sample, {:.0} %) and between steps \
+             where the loop comes closest to growing: the values between are not proven.",
             100.0 * (LIMIT_STEP - 1.0)
         ));
     }

@@ -24,8 +24,9 @@ pub(in crate::study) fn warnings(found: &Margins) -> Vec<String> {
     let wrong = |one: &&ChannelMargin| close(one).is_none() && one.disk < LOW_DISK;
     out.extend(found.channels.iter().filter(wrong).map(|one| {
         format!(
-            "{} may be wrong by no more than factors from {:.3} to {:.3} with up to {:.1}° of phase: the disk margin is {:.3}{}, and \
-             below {LOW_DISK} (a factor of 1.5, 23°) small errors of the model are too much",
+            "{} tolerates errors only by factors from {:.3} to {:.3} with up to {:.1}° of phase: the disk margin is \
+             {:.3}{}, and below {LOW_DISK} (a factor of 1.5, 23°) small errors of the model can make the loop \
+             unstable",
             of(one),
             one.disk_gain[0],
             one.disk_gain[1],
@@ -39,7 +40,7 @@ pub(in crate::study) fn warnings(found: &Margins) -> Vec<String> {
     if let Some([down, up]) = common.filter(|[down, up]| down.value > 1.0 / LOW_MARGIN || up.value < LOW_MARGIN) {
         let motion = if up.value < LOW_MARGIN { &up.motion } else { &down.motion };
         out.push(format!(
-            "stable, but hardly: its torques may be wrong by factors from {:.4} to {:.4} only{}",
+            "stable with low margins: it tolerates torque errors only by factors from {:.4} to {:.4}{}",
             down.value,
             up.value,
             because(motion)
@@ -51,7 +52,7 @@ pub(in crate::study) fn warnings(found: &Margins) -> Vec<String> {
         |all: &&TogetherMargin| all.disk[1] < DISK_TOGETHER && (out.is_empty() || all.disk[1] < WORSE * single_disk);
     if let Some(all) = found.together.as_ref().filter(worse) {
         out.push(format!(
-            "{}; below {DISK_TOGETHER} (a factor of 1.22, 11°) small errors of the model are too much",
+            "{}; below {DISK_TOGETHER} (a factor of 1.22, 11°) small errors of the model can make the loop unstable",
             at_once(all)
         ));
     }
@@ -73,10 +74,10 @@ pub(super) fn close(one: &ChannelMargin) -> Option<String> {
     let ([low, high], what) = (one.gain, of(one));
     let (factor, frequency) =
         if ln(high) < -ln(low) { (high, one.gain_frequency[1]) } else { (low, one.gain_frequency[0]) };
-    let prefix = if low_margins(one) { "stable, but hardly: " } else { "" };
+    let prefix = if low_margins(one) { "stable with low margins: " } else { "" };
     if low == 1.0 || high == 1.0 {
         let factors = match (low == 1.0, high == 1.0) {
-            (true, true) => "any factor but 1",
+            (true, true) => "any factor except 1",
             (true, false) => "any factor below 1",
             _ => "any factor above 1",
         };
@@ -95,7 +96,7 @@ pub(super) fn close(one: &ChannelMargin) -> Option<String> {
     } else {
         low_margins(one).then(|| {
             format!(
-                "{prefix}{what} may be wrong by no more than factors from {:.4} to {:.4} with up to {:.1}° of phase{}",
+                "{prefix}{what} tolerates errors only by factors from {:.4} to {:.4} with up to {:.1}° of phase{}",
                 one.disk_gain[0],
                 one.disk_gain[1],
                 one.disk_phase.to_degrees(),
@@ -110,7 +111,7 @@ fn late(one: &ChannelMargin) -> Option<String> {
     let (delay, own) = (one.delay?, one.own_time?);
     (delay < LATE * own).then(|| {
         format!(
-            "{} may come {} later, no more{}: that is {:.1} % of {}",
+            "{} tolerates a delay of only {}{}: that is {:.1} % of {}",
             of(one),
             time(delay),
             at(one.delay_frequency),

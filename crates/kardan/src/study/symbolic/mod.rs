@@ -48,8 +48,8 @@ impl Project {
             EquationsForm::Text => page::text(variant, &found),
             EquationsForm::Latex => page::latex(variant, &found),
             EquationsForm::Plan => {
-                let message = "a plan is made for numbers, not for symbols";
-                return Err(vec![Diagnostic::error("symbolic::plan", message).help("ask for text, LaTeX or JSON")]);
+                let message = "a plan needs numbers, not symbols";
+                return Err(vec![Diagnostic::error("symbolic::plan", message).help("choose text, LaTeX or JSON")]);
             }
         };
         Ok((text, diagnostics))
@@ -62,8 +62,8 @@ impl Project {
         let Some(variant) = prepared.variants.first().filter(|_| !error) else { return Err(diagnostics) };
         let own = &variant.reduced.equations;
         if (0..own.constraints.len()).any(|row| own.is_equilibrium(row)) {
-            let message = "motions without inertia follow from springs alone here, which is not written in symbols";
-            let help = "give them an inertia, or look at the equations without --symbolic";
+            let message = "motions without inertia follow only from springs here, for which there is no symbolic form";
+            let help = "give them an inertia, or print the equations without --symbolic";
             return Err(vec![Diagnostic::error("symbolic::massless", message).help(help)]);
         }
         unilateral::refuse_tables(&variant.reduced)?;
@@ -73,7 +73,7 @@ impl Project {
         let equations = assemble(&variant.model.all_coordinates, &named.terms);
         let reduced = reduce(equations, Some(&coordinates)).map_err(|error| {
             let message = format!("with joints at any angle there is no explicit form over these coordinates: {error}");
-            let help = "name other coordinates in `[model]`, or look at the equations without --symbolic";
+            let help = "name other coordinates in `[model]`, or print the equations without --symbolic";
             vec![Diagnostic::error("symbolic::explicit", message).help(help)]
         })?;
         let behind = reduced
@@ -82,23 +82,24 @@ impl Project {
             .iter()
             .find(|constraint| matches!(constraint.law, MultiplierLaw::Position(..)));
         if let Some(MultiplierConstraint { element, .. }) = behind {
-            let message = format!("`{element}` prescribes a position behind a curve, which is not written in symbols");
-            let help = "prescribe the end that drives the curve, or look at the equations without --symbolic";
+            let message =
+                format!("`{element}` prescribes a position behind a curve, for which there is no symbolic form");
+            let help = "prescribe the end that drives the curve, or print the equations without --symbolic";
             return Err(vec![Diagnostic::error("symbolic::curve", message).help(help)]);
         }
         if let Some(group) = reduced.redundant_groups().first() {
             let all = quoted(group.iter().map(String::as_str));
             let message = format!(
-                "the constraints {all} hold the same motion, so their torques are not unique and have no formulas"
+                "the constraints {all} restrict the same motion, so their torques are not unique and have no formulas"
             );
-            let help = "take one of them out, or look at the equations without --symbolic";
+            let help = "remove one of them, or print the equations without --symbolic";
             return Err(vec![Diagnostic::error("symbolic::redundant", message).help(help)]);
         }
         let start = &variant.scenario.position;
         let (meanings, functions) = (named.meanings.clone(), &named.functions);
         let motion = SymbolicMotion::new(&named.terms, meanings, functions, &reduced, start).ok_or_else(|| {
             let message = "written in symbols, one entry of the equations has thousands of terms";
-            let help = "look at the numbers without --symbolic, or at a part of the model";
+            let help = "print the numbers without --symbolic, or use a part of the model";
             vec![Diagnostic::error("symbolic::size", message).help(help)]
         })?;
         Ok((variant, found(&named, &reduced, &motion), diagnostics))

@@ -13,15 +13,15 @@ fn sections<'e>(variant: &PreparedVariant, found: &'e SymbolicEquations) -> Vec<
     let prescribed = if variant.reduced.equations.prescribes() { ", with those of prescribed motions" } else { "" };
     let sections: [(String, &[SymbolicFormula]); 11] = [
         ("Letters".into(), &found.letters),
-        ("Coordinates that follow".into(), &found.dependents),
+        ("Dependent coordinates".into(), &found.dependents),
         ("Inertia H, symmetric".into(), &found.inertia),
         (format!("Velocity-dependent forces{prescribed}"), &found.velocity),
         ("Damping D, symmetric".into(), &found.damping),
         ("Stiffness forces".into(), &found.stiffness),
         ("Friction forces; sgn is set-valued at rest: any value from -1 to 1".into(), &found.friction),
-        ("Forces of what holds by modes".into(), &found.unilateral),
+        ("Forces of unilateral and switched constraints".into(), &found.unilateral),
         ("Input map F u".into(), &found.input),
-        ("Forces of kept constraints, A^T lambda".into(), &found.multiplier_forces),
+        ("Forces of constraints enforced by multipliers, A^T lambda".into(), &found.multiplier_forces),
         ("Constraint torques (multipliers), from the motion of all coordinates".into(), &found.constraint_torques),
     ];
     sections.into_iter().filter(|(_, formulas)| !formulas.is_empty()).collect()
@@ -36,7 +36,7 @@ fn assumptions(found: &SymbolicEquations, mark: impl Fn(&SymbolicText) -> String
     }
     if !found.zeros.is_empty() {
         out.push(format!(
-            "Taken as zero, as for the values of the model; otherwise these equations do not hold: {}",
+            "Assumed to be zero, as for the values of the model; otherwise these equations are not valid: {}",
             list(&found.zeros)
         ));
     }
@@ -68,7 +68,10 @@ fn remarks(found: &SymbolicEquations, mark: impl Fn(&SymbolicText) -> String) ->
     };
     let ripples = found.ripples.iter().map(|name| format!("the ripple of {name}, {name}.ripple, which acts beside it"));
     let remarks = [
-        ("What holds by modes; names and numbers as in the model, SI units".to_string(), lines(&found.modes)),
+        (
+            "Unilateral and switched constraints; names and numbers as in the model, SI units".to_string(),
+            lines(&found.modes),
+        ),
         ("Functions of time, as they are written".to_string(), lines(&found.prescribed)),
         ("Not in the equations".to_string(), ripples.collect()),
     ];
@@ -116,7 +119,7 @@ pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> Stri
         }
     }
     if !found.multiplier_constraints.is_empty() {
-        out.push_str("\nConstraints kept with their multipliers: A q' = b, hence A q'' = c with c = b' - A' q'\n");
+        out.push_str("\nConstraints enforced by multipliers: A q' = b, hence A q'' = c with c = b' - A' q'\n");
         for one in &found.multiplier_constraints {
             let _ = writeln!(out, "  {} with {}", one.of, one.multiplier.text);
             multiplier_lines(one)
@@ -173,7 +176,7 @@ pub(super) fn latex(variant: &PreparedVariant, found: &SymbolicEquations) -> Str
         out.push_str(&aligned(&formulas.iter().map(pair).collect::<Vec<_>>()));
     }
     if !found.multiplier_constraints.is_empty() {
-        out.push_str("\n% Constraints kept with their multipliers: A q' = b, hence A q'' = c with c = b' - A' q'\n");
+        out.push_str("\n% Constraints enforced by multipliers: A q' = b, hence A q'' = c with c = b' - A' q'\n");
         let lines = found.multiplier_constraints.iter().flat_map(multiplier_lines);
         out.push_str(&aligned(&lines.map(|[left, right]| (left.latex, right.latex)).collect::<Vec<_>>()));
     }

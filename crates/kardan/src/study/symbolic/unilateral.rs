@@ -17,9 +17,8 @@ pub(super) fn refuse_tables(reduced: &Reduced) -> Result<(), Vec<Diagnostic>> {
         let Some((table, _)) = names.into_iter().find(|(_, meaning)| matches!(meaning, Meaning::Table(_))) else {
             continue;
         };
-        let message =
-            format!("`{}` calls the table `{table}`, whose slopes are not written in symbols", constraint.element);
-        let help = "write an expression in its place, or look at the equations without --symbolic";
+        let message = format!("`{}` calls the table `{table}`, whose slopes have no symbolic form", constraint.element);
+        let help = "write an expression in its place, or print the equations without --symbolic";
         return Err(vec![Diagnostic::error("symbolic::table", message).help(help)]);
     }
     Ok(())
@@ -97,16 +96,20 @@ fn describe_hold(unilateral: &UnilateralConstraint, element: &str, angle: &str, 
                 times => format!("{times} times as much"),
             };
             let size = torque.expression.text();
-            format!("against {speed} while it slips, of the size {size}; up to {more} either way while it sticks")
+            format!(
+                "against {speed} while it slips, of magnitude {size}; up to {more} in both directions while it sticks"
+            )
         }
-        UnilateralConstraint::OneWay => format!("zero while {speed} > 0; else what keeps it from below zero"),
+        UnilateralConstraint::OneWay => {
+            format!("zero while {speed} > 0; else the torque that keeps it from falling below zero")
+        }
         UnilateralConstraint::Stop { upper, offset, restitution } => {
             let (free, beyond) = side(*upper, offset.to_f64());
             let back = match restitution.to_f64() {
                 0.0 => String::new(),
-                part => format!(", from which it goes back with {part} of its speed"),
+                part => format!(", from which it rebounds with {part} of its speed"),
             };
-            format!("zero while {free}; else what keeps it from going {beyond}{back}")
+            format!("zero while {free}; else the torque that keeps it from going {beyond}{back}")
         }
         UnilateralConstraint::Cushion { upper, offset, stiffness, damping } => {
             let (free, beyond) = side(*upper, offset.to_f64());
@@ -116,7 +119,7 @@ fn describe_hold(unilateral: &UnilateralConstraint, element: &str, angle: &str, 
             )
         }
         UnilateralConstraint::Lock { engaged } => {
-            format!("what keeps {speed} at zero while {} > 0.5; else zero", engaged.expression.text())
+            format!("the torque that keeps {speed} at zero while {} > 0.5; else zero", engaged.expression.text())
         }
         UnilateralConstraint::GearLoss(gear) => {
             let [forth, back] = [&gear.forth, &gear.back].map(|share| (share.to_f64() * DIGITS).round() / DIGITS);
@@ -125,7 +128,8 @@ fn describe_hold(unilateral: &UnilateralConstraint, element: &str, angle: &str, 
                 None => String::new(),
             };
             format!(
-                "against {speed}, what the teeth of {element} lose: {forth} of what they carry while it drives, {back} while it is driven{more}"
+                "against {speed}, gear loss of {element}: {forth} of the transmitted torque while it drives, {back} \
+                 while it is driven{more}"
             )
         }
     }
@@ -141,8 +145,8 @@ pub(super) fn prescribed(names: &Names<'_>, used: &[Letter], named: &NamedTerms)
         };
         let what = match (&function.source, function.rate) {
             (FunctionSource::Text(text), false) => text.clone(),
-            (FunctionSource::Text(text), true) => format!("the integral by the time, from zero, of {text}"),
-            (_, true) => format!("the integral by the time, from zero, of {}'", word(element)),
+            (FunctionSource::Text(text), true) => format!("the integral over time, from zero, of {text}"),
+            (_, true) => format!("the integral over time, from zero, of {}'", word(element)),
             (_, false) => continue,
         };
         let symbol = SymbolicText { text: names.of_time(element, 0, false), latex: names.of_time(element, 0, true) };
