@@ -5,11 +5,11 @@ use kardan_rt::functions::hypot;
 use crate::model::Model;
 use crate::results::Series;
 
-/// How much faster than its speed along itself a car may be on its way, as a part of it and m/s, before its speed is no longer that of what drives it.
+/// Excess of the total speed of a car over its longitudinal speed, as a fraction and in m/s, above which `speed` no longer describes its motion.
 const FASTER: f64 = 1.1;
 const MORE: f64 = 0.5;
 
-/// Sides and axles of a car with their wheels, and what it does that has both of them off the ground.
+/// Sides and axles of a car with their wheels, and the real motion of a car with both of them off the ground.
 const PAIRS: [(&str, [&str; 2], &str); 4] = [
     ("on its left", ["load_fl", "load_rl"], "rolls over"),
     ("on its right", ["load_fr", "load_rr"], "rolls over"),
@@ -17,8 +17,8 @@ const PAIRS: [(&str, [&str; 2], &str); 4] = [
     ("at its rear", ["load_rl", "load_rr"], "pitches over"),
 ];
 
-/// Sentences about cars whose speed falls below zero, that go sideways with a speed that nothing gave them, whose road has no friction, or that have both
-/// wheels of a side or an axle off the ground, where no tyre knows what happens. Looked at in the rows of the run.
+/// Warnings about cars that drive backwards, slide sideways, have a road without friction, or have both wheels of a side or an axle off the
+/// ground, where the tyre model is not valid. Evaluated in the rows of the run.
 pub(super) fn backwards(model: &Model, series: &Series) -> Vec<String> {
     let cars = model.elements.iter().filter(|element| element.kind == "vehicle").map(|element| element.name.as_str());
     let sentence = |car: &str| {

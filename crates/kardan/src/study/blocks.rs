@@ -1,4 +1,4 @@
-//! What analyses, designs and margins see of blocks, and what they do not.
+//! Which blocks analyses, designs and margins include, and which they do not.
 
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
@@ -17,12 +17,12 @@ use crate::simulate::{Scenario, SourceTarget};
 use crate::synthesis::{Law, fade};
 use crate::units::{Dimension, Exact, shown_quantity};
 
-/// Answers of blocks that follow from what moves, also by way of each other.
+/// Outputs of blocks that depend on the motion, directly or through other blocks.
 fn moving(model: &Model) -> BTreeSet<String> {
     let tasks: Vec<&Arc<Task>> = model.programs.sensors.iter().chain(&model.programs.tasks).collect();
     let of_signal: BTreeSet<&str> = model.programs.sensors.iter().map(|task| task.outputs[0].name.as_str()).collect();
     let mut found: BTreeSet<String> = model.programs.exported.iter().map(|(name, _)| name.clone()).collect();
-    // What is found is handed on by its name; who reads it waits.
+    // Found names go into a queue; their readers wait for them.
     let mut named_by: HashMap<&str, Vec<(usize, Symbol)>> = HashMap::new();
     let mut open: Vec<(usize, Symbol)> = Vec::new();
     for (number, task) in tasks.iter().enumerate() {
@@ -60,7 +60,7 @@ fn moving(model: &Model) -> BTreeSet<String> {
     found
 }
 
-/// What of a task follows from each of its symbols: what it remembers, and its answers by their numbers.
+/// For each symbol of a task the dependent ones: its states, and its outputs by their numbers.
 struct Followers {
     memory: HashMap<Symbol, Vec<Symbol>>,
     outputs: HashMap<Symbol, Vec<usize>>,
@@ -82,13 +82,13 @@ impl Followers {
     }
 }
 
-/// What a law reads of blocks that follow from what moves.
+/// The signals of motion-dependent blocks that a law reads.
 fn read_of_blocks<'a>(moving: &BTreeSet<String>, law: &'a dyn Law) -> Vec<&'a str> {
     let names = law.references().iter().map(|reference| reference.name.as_str());
     names.filter(|name| moving.contains(*name)).collect()
 }
 
-/// What a law reads, where no map knows it, in words.
+/// Text for a law that reads blocks which no map includes.
 fn assumed_gain_text(read: &[&str]) -> String {
     let names = quoted(read.iter().copied());
     format!(
@@ -97,7 +97,7 @@ fn assumed_gain_text(read: &[&str]) -> String {
     )
 }
 
-/// What blocks do at a limit or in a dead zone; nothing of none.
+/// Text for blocks at a limit or in a dead zone; `None` if there are none.
 fn passes_nothing_on(names: &[&str]) -> Option<String> {
     let [verb, again] = if names.len() == 1 { ["passes", "it does"] } else { ["pass", "they do"] };
     (!names.is_empty()).then(|| {
@@ -110,8 +110,8 @@ fn passes_nothing_on(names: &[&str]) -> Option<String> {
     })
 }
 
-/// What its design has to say of the blocks that a law reads: warnings where its margins do not know them or what they engage, or where they pass nothing on,
-/// notes where they do.
+/// Remarks of the design about the blocks that a law reads: warnings where its margins do not include them or what they engage, or where their gain is
+/// zero, notes otherwise.
 pub(super) fn block_remarks(variant: &PreparedVariant, number: usize) -> (Vec<String>, Vec<String>) {
     let law = &*variant.implemented[number];
     let read = read_of_blocks(&moving(&variant.model), law);
@@ -138,7 +138,7 @@ pub(super) fn block_remarks(variant: &PreparedVariant, number: usize) -> (Vec<St
         "stability and margins are those with {} open, which blocks engage at the start of the run",
         quoted(found.engaged.iter().map(String::as_str))
     );
-    // What a law reads itself leaves it without a loop; what stands farther away, such as a function that is off, is worth a note.
+    // A signal that a law reads itself leaves it without a loop; a more distant one, such as a function that is off, is worth a note.
     let program = variant.model.controls[number].values.task("commands");
     let reads =
         |name: &&str| read.contains(name) || program.is_some_and(|task| task.names.iter().any(|own| own == name));
@@ -148,7 +148,7 @@ pub(super) fn block_remarks(variant: &PreparedVariant, number: usize) -> (Vec<St
     (warnings, [(!none).then_some(note), passes_nothing_on(&flat_blocks)].into_iter().flatten().collect())
 }
 
-/// Warns of what only a run sees of blocks: those at samples that laws in continuous time read, and torques that follow from them.
+/// Warns of effects of blocks that only a run includes: blocks at samples that continuous-time laws read, and torques that depend on them.
 pub(super) fn check_blocks(document: &Document, variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
     let PreparedVariant { model, reduced, implemented: laws, scenario, .. } = variant;
     check_fades(document, model, scenario, out);
@@ -195,12 +195,12 @@ pub(super) fn check_blocks(document: &Document, variant: &PreparedVariant, out: 
     }
 }
 
-/// Locks that are engaged where the run of a variant begins, as blocks say: no map knows the loop behind them.
+/// Locks that blocks engage at the start of the run of a variant: no map includes the loop behind them.
 pub(super) fn engaged_locks(variant: &PreparedVariant) -> Vec<String> {
     blocks(variant, &variant.loop_plant()).engaged
 }
 
-/// A warning of an element that follows from blocks.
+/// A warning about an element that depends on blocks.
 fn of_element(document: &Document, element: &str, message: String, help: &str) -> Diagnostic {
     let diagnostic = Diagnostic::warning("block::loop", message).help(help);
     match document.elements.get(element) {
@@ -218,7 +218,7 @@ fn blocks_of(formula: &Formula) -> Vec<&str> {
         .collect()
 }
 
-/// Refuses controllers whose commands are multiplied by what nothing sets: they would be off.
+/// Rejects controllers whose commands are multiplied by a signal that nothing sets: they would be off.
 fn check_fades(document: &Document, model: &Model, scenario: &Scenario, out: &mut Vec<Diagnostic>) {
     for control in &model.controls {
         let Some(fade) = fade(&control.values) else { continue };
@@ -240,7 +240,7 @@ fn check_fades(document: &Document, model: &Model, scenario: &Scenario, out: &mu
     }
 }
 
-/// Refuses what blocks read of a law that does not tell it.
+/// Rejects signals of a law that blocks read but the law does not output.
 fn check_exported(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out: &mut Vec<Diagnostic>) {
     for (name, _) in &model.programs.exported {
         let head = SignalName::new(name).element;
@@ -274,7 +274,7 @@ fn check_exported(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out
     }
 }
 
-/// The blocks of a model, its sensors of signals, its signals that are formulas, and its laws that are programs: in the order in which they compute, and who reads whom.
+/// The blocks of a model, its sensors of signals, its signals that are formulas, and its laws that are programs: in execution order, with their readers.
 ///
 /// ```
 /// let project = kardan::project::Project::open(
@@ -336,7 +336,7 @@ fn is_answer(model: &Model, name: &str) -> bool {
     model.programs.outputs().any(|answer| answer.name == name)
 }
 
-/// The blocks of a model and what they read, a line each, in the order in which they compute.
+/// The blocks of a model and their inputs, one line each, in execution order.
 ///
 /// ```
 /// let project = kardan::project::Project::open(

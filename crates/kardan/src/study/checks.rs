@@ -1,4 +1,4 @@
-//! Checks of a model: connected, reducible, with inertia, passive; and what to say when it is not.
+//! Checks of a model: connected, reducible, with inertia, passive; with the messages if a check fails.
 
 use super::circuit::massless_loop;
 use super::places::{MOST_LABELS, at_all, at_each, at_places, place_of, place_of_value, places_in_control};
@@ -44,14 +44,14 @@ pub(super) fn design_diagnostic(document: &Document, control: &ControlSpec, erro
     at_places(places, label, out)
 }
 
-/// Whether all angles, and the way they depend on the coordinates, are finite at a position.
+/// Whether all angles and their derivatives with respect to the coordinates are finite at a position.
 pub(super) fn is_finite_at(reduced: &Reduced, position: &[f64]) -> bool {
     let mut kinematics = Kinematics::new(reduced);
     kinematics.update(position, &vec![0.0; position.len()]);
     kinematics.angles.iter().chain(&kinematics.basis).all(|x| x.is_finite())
 }
 
-/// Whether the matrices of a model can be held in numbers, and its inertias are not lost in rounding.
+/// Whether the matrices of a model are representable, and its inertias are not lost in rounding.
 pub(super) fn is_representable(model: &SparseModel) -> bool {
     let SparseModel { inertia, damping, stiffness, input, basis } = model;
     let mut entries = [inertia, damping, stiffness, input, basis].into_iter().flatten().flatten();
@@ -60,13 +60,13 @@ pub(super) fn is_representable(model: &SparseModel) -> bool {
     entries.all(|(_, x)| rational_to_f64(x).is_finite()) && !diagonal.any(|(_, x)| lost(rational_to_f64(x)))
 }
 
-/// Numbers that are joined to parts, each below another one of its part or, at the top, below itself.
+/// Union-find of numbers: each points to another member of its part; the root points to itself.
 struct Parts {
     above: Vec<usize>,
 }
 
 impl Parts {
-    /// The number at the top of a part.
+    /// The root of a part.
     fn of(&mut self, mut number: usize) -> usize {
         while self.above[number] != number {
             self.above[number] = self.above[self.above[number]];
@@ -81,7 +81,7 @@ impl Parts {
     }
 }
 
-/// Tells of parts of the drivetrain that neither an element, a circuit nor a law connects; circuits may stand beside it.
+/// Reports parts of the drivetrain that no element, circuit or law connects; circuits may be separate from it.
 pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<Diagnostic>) {
     let charges: HashSet<String> = document.charges().into_iter().collect();
     let all = &model.all_coordinates;
@@ -222,7 +222,7 @@ fn dependent_rows(document: &Document, dependency: &Dependency, rank: usize, row
         ),
         _ => ("one of them is redundant", "remove one of them, or correct a ratio"),
     };
-    // Shares so that the first is one.
+    // Coefficients scaled so that the first is one.
     let unit = elements.first().map_or(1.0, |(_, x)| *x);
     let mut sum = String::new();
     for (name, x) in elements {
@@ -247,9 +247,9 @@ fn dependent_rows(document: &Document, dependency: &Dependency, rank: usize, row
 }
 
 /// Inertia must be positive definite and damping positive semidefinite in every position; both are decided exactly at
-/// the positions tried.
+/// the tested positions.
 ///
-/// Motions without inertia go into `massless`: not everything that is asked of a model needs their accelerations.
+/// Motions without inertia go into `massless`: not every request needs their accelerations.
 pub(super) fn check_matrices(
     document: &Document,
     reduced: &Reduced,
@@ -316,18 +316,18 @@ pub(super) fn check_matrices(
     true
 }
 
-/// Positions at which nothing is special, rad.
+/// Generic positions, rad.
 pub(super) fn generic_positions(coordinates: usize) -> Vec<Vec<f64>> {
     let from = |first: f64| (0..coordinates).map(|k| first + 0.11 * k as f64).collect();
     [0.3, 0.7, 1.9].map(from).to_vec()
 }
 
-/// Whether kept rows give what they leave free inertia everywhere, though not all coordinates have one: told at a generic position, with the rows
-/// as they are rounded there.
+/// Whether multiplier constraints leave inertia in all remaining motions, though not all coordinates have one: decided at a generic position, with the
+/// rounded rows there.
 pub(super) fn is_braced(reduced: &Reduced) -> bool {
     let r = reduced.degrees_of_freedom();
     let is_definite = |rows: &[SparseRow]| matches!(definiteness_of_rows(rows), Definiteness::Positive);
-    // A motion that is prescribed may jump in its acceleration; what it takes is told where it is not followed (`without_massless`).
+    // A prescribed motion may have jumps in its acceleration; `without_massless` reports where kardan cannot simulate the result.
     let by_positions = |constraint: &MultiplierConstraint| {
         matches!(constraint.law, MultiplierLaw::Rates(_) | MultiplierLaw::Surface(_))
     };

@@ -1,11 +1,11 @@
-//! Plain matrices with a singular E: taken apart, or why that cannot be.
+//! Plain matrices with a singular E: decomposed, or the reason why this is impossible.
 
 use crate::analysis::{
     DecomposedDescriptor, DescriptorError, LinearSystem, MOST_VARIABLES, SingularPencil, descriptor,
 };
 use crate::diagnostics::Diagnostic;
 
-/// Most equations that are told with their factors.
+/// Largest number of equations that are listed with their factors.
 const MAX_LISTED: usize = 8;
 
 /// The descriptor system and its equivalent state space.

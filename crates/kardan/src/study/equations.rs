@@ -101,7 +101,7 @@ impl Project {
     }
 }
 
-/// The matrices at the start, with the laws of torque that are linear; the others stand for themselves on the right.
+/// The matrices at the start, with the linear laws of torque; the others appear by name on the right.
 fn linear_part(variant: &PreparedVariant) -> LinearModel {
     let mut reduced = variant.reduced.clone();
     let bent = bent_laws(&reduced);
@@ -115,9 +115,9 @@ fn bent_laws(reduced: &Reduced) -> Vec<usize> {
     (0..reduced.equations.laws.len()).filter(|law| !is_linear_law(reduced, *law)).collect()
 }
 
-/// The plan of the equations of motion, with what it costs; [`crate::plan::parse`] reads it.
+/// The plan of the equations of motion, with its cost; [`crate::plan::parse`] reads it.
 fn operations(variant: &PreparedVariant) -> String {
-    // Of motions without inertia the equations themselves, not how a run solves them.
+    // For motions without inertia the equations themselves, not the method of a run.
     let motion = Motion::new(&Reduced { relaxation: None, ..variant.reduced.clone() });
     let compiled = motion.compile(&motion.outputs(&variant.reduced));
     let counts: Vec<String> =
@@ -201,7 +201,7 @@ fn lines(
             };
             let effort = |domain: Domain| if domain == Domain::Translation { 7 } else { 3 };
             let unilaterals = equations.unilaterals.iter().enumerate().filter_map(|(k, unilateral)| {
-                // Both sides of a stop are one torque; what its teeth lose is another.
+                // Both sides of a stop are one torque; the loss of its gear is another.
                 let rubs = |unilateral: &DirectionalTerm<UnilateralConstraint>| {
                     matches!(unilateral.value, UnilateralConstraint::GearLoss(_))
                 };
@@ -263,7 +263,7 @@ fn text_mark(name: &str, order: usize) -> String {
     }
 }
 
-/// What the equations of motion leave to say.
+/// Remarks on the equations of motion.
 fn notes(variant: &PreparedVariant, out: &mut String) {
     if !variant.reduced.equations.frictions.is_empty() {
         out.push_str("  sgn is set-valued at rest: any value from -1 to 1.\n");
@@ -365,14 +365,14 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
     out
 }
 
-/// What the coordinates of a model are.
+/// The kind of the coordinates of a model.
 pub(super) struct CoordinateKind {
     pub(super) plural: &'static str,
     pub(super) count: usize,
     pub(super) units: &'static str,
 }
 
-/// The kinds of coordinates that there are, in one order.
+/// The kinds of coordinates in the model, in a fixed order.
 pub(super) fn kinds(variant: &PreparedVariant) -> Vec<CoordinateKind> {
     let domains = &variant.reduced.equations.domains;
     let kinds = [
@@ -388,7 +388,7 @@ pub(super) fn kinds(variant: &PreparedVariant) -> Vec<CoordinateKind> {
     kinds.into_iter().map(kind).filter(|kind| kind.count > 0).collect()
 }
 
-/// What a coordinate is, by its name.
+/// The kind of a coordinate, by its name.
 fn domain_of(variant: &PreparedVariant, name: &str) -> Domain {
     variant.reduced.coordinate(name).map(|k| variant.reduced.equations.domain(k)).unwrap_or_default()
 }

@@ -1,36 +1,36 @@
-//! Where a model rests, in words.
+//! Equilibria of a model, as text.
 
 use crate::diagnostics::quoted;
 use crate::equations::Domain;
 use crate::reduce::{Equilibrium, Reduced, STARTS, equilibria};
 
-/// Other equilibria that are told.
+/// Largest number of other equilibria that are listed.
 const MAX_FURTHER: usize = 6;
 
 /// Where the test of existence fails.
 const NOT_PROVEN: &str =
     "that there is exactly one nearby is not proven, as the derivative of the torques is singular there, or nearly";
 
-/// How far a position that is found to rounding may be off where the derivative of the torques is singular: half of the digits are lost, and more.
+/// Bound on the error of a position found to rounding if the derivative of the torques is singular: half of the digits are lost, and more.
 const SINGULAR: f64 = 1e-7;
 
-/// A position at rest without inputs and friction.
+/// An equilibrium without inputs and friction.
 pub(super) struct Rest {
     /// The reduced position, rad or m.
     pub position: Vec<f64>,
-    /// Rates of the coordinates: currents that flow.
+    /// Rates of the coordinates: currents.
     pub rates: Vec<f64>,
-    /// The multiplier of each kept row, N m.
+    /// The multiplier of each multiplier constraint, N m.
     pub multipliers: Vec<f64>,
-    /// How far it may be from there, relative to its size or to one.
+    /// Bound on the distance to the true equilibrium, relative to its size or to one.
     pub off: f64,
-    /// Where it is, and what of it is proven.
+    /// The position as text, and which properties are proven.
     pub found: String,
-    /// What else there is to tell: sentences in which `CHOICE` stands for the key that chooses another one.
+    /// Further sentences, in which `CHOICE` is a placeholder for the key that chooses another equilibrium.
     pub more: Vec<String>,
 }
 
-/// A reduced position in words: `arm.phi = 60 deg, rotor.phi = 6060.08… deg`.
+/// A reduced position as text: `arm.phi = 60 deg, rotor.phi = 6060.08… deg`.
 pub(super) fn format_position(reduced: &Reduced, position: &[f64]) -> String {
     let names = reduced.coordinate_names();
     let one = |(k, x): (usize, &f64)| {
@@ -55,7 +55,7 @@ pub(super) fn format_currents(reduced: &Reduced, rates: &[f64]) -> impl Iterator
     })
 }
 
-/// An equilibrium, and whether it is proven to be one and the only one nearby.
+/// An equilibrium, and whether its existence and local uniqueness are proven.
 fn describe_equilibrium(one: &Equilibrium, place: &str, free: &str) -> String {
     let stays = if free.is_empty() { String::new() } else { format!(" among positions with the same {free}") };
     match one.radius {
@@ -68,7 +68,7 @@ fn describe_equilibrium(one: &Equilibrium, place: &str, free: &str) -> String {
 }
 
 impl Rest {
-    /// The equilibrium near a position; why there is none, else.
+    /// The equilibrium near a position; else the reason why there is none.
     pub fn near(reduced: &Reduced, near: &[f64]) -> Result<Self, String> {
         let names = reduced.coordinate_names();
         let domain = |k: usize| reduced.equations.domain(reduced.coordinates[k]);
