@@ -1,4 +1,4 @@
-//! Motions without inertia in runs: eliminated where springs alone hold them, states of first order where dampers do, else refused by name.
+//! Motions without inertia in runs: eliminated if only springs act on them, states of first order if dampers do, else rejected by name.
 
 use super::checks::check_matrices;
 use super::circuit::{is_loop, massless_loop};
@@ -12,7 +12,7 @@ use crate::num::Rational;
 use crate::reduce::{NoEquilibrium, NoRelaxation, Reduced, equilibrium_rows, reduce, relaxation, sparse_model};
 use crate::synthesis::{Law, Plant};
 
-/// Why a motion without inertia does not run, and what to do.
+/// Why a motion without inertia cannot be simulated, and the remedy.
 struct Refusal {
     /// The branches of a loop, where it is one of a circuit.
     branches: Vec<String>,
@@ -26,7 +26,7 @@ fn refusal(why: String, help: &'static str) -> Refusal {
     Refusal { branches: Vec::new(), constraint: None, why, help }
 }
 
-/// Why a motion that moves what a kept row constrains does not run.
+/// Rejection of a massless motion that moves a multiplier constraint.
 fn refusal_beside(equations: &Equations, element: String) -> Refusal {
     let constraint = equations.multiplier_constraints.iter().find(|constraint| constraint.element == element);
     let help = match constraint.and_then(|constraint| equations.domain_of_multiplier(constraint)) {
@@ -48,8 +48,8 @@ fn refusal_beside(equations: &Equations, element: String) -> Refusal {
 const GIVE_INERTIA: &str = "give one of these shafts an inertia";
 const GIVE_INDUCTANCE: &str = "put an inductance into this loop: each winding has one, `inductance` of a `dc_motor`, or an inductor (wires have some 1 uH per metre)";
 
-/// The model of a run in which motions without inertia follow from springs or relax against dampers; `massless` is what is told of
-/// these motions where something else holds them.
+/// The model of a run in which motions without inertia follow from springs, or from first-order dynamics with dampers; `massless` contains the
+/// diagnostics for these motions if neither applies.
 pub(super) fn without_massless(
     document: &Document,
     model: &Model,
@@ -75,7 +75,7 @@ pub(super) fn without_massless(
     }
 }
 
-/// With the equations of equilibrium of motions that springs alone hold.
+/// The model with the equilibrium equations of motions on which only springs act.
 fn settled(document: &Document, model: &Model, reduced: &Reduced) -> Result<Reduced, Refusal> {
     let names = |direction: &[(usize, Rational)]| {
         let scale = direction.first().map_or(Rational::ONE, |(_, share)| share.clone());
@@ -128,14 +128,14 @@ fn settled(document: &Document, model: &Model, reduced: &Reduced) -> Result<Redu
         refusal(why, "give one of these shafts an inertia, or leave `coordinates` out to have them chosen")
     })?;
     settled.redundant.clone_from(&reduced.redundant);
-    // What is wrong with these matrices was told before.
+    // Errors of these matrices have been reported.
     match check_matrices(document, &settled, &mut Vec::new(), &mut Vec::new()) {
         true => Ok(settled),
         false => Err(refusal("the springs that act on it do not replace the inertia".into(), GIVE_INERTIA)),
     }
 }
 
-/// With states of first order for motions that dampers or sliders hold.
+/// The model with states of first order for motions with dampers, or with friction elements in series with springs.
 fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
     reduced.relaxation = relaxation(&reduced).map_err(|error| {
         let list = |names: &[String]| quoted(names.iter().map(String::as_str));
@@ -218,7 +218,7 @@ fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
     Ok(reduced)
 }
 
-/// Refuses controllers beside motions that a friction holds: for their design, which leaves friction out, nothing does.
+/// Rejects controllers if a friction determines a massless motion: their design leaves friction out, so nothing would determine it.
 fn under_laws(model: &Model, reduced: Reduced) -> Result<Reduced, Refusal> {
     let slips = reduced.relaxation.iter().flat_map(|relaxation| &relaxation.slips);
     let frictions: Vec<&str> = slips.map(|slip| reduced.equations.frictions[slip.friction].element.as_str()).collect();
@@ -230,7 +230,7 @@ fn under_laws(model: &Model, reduced: Reduced) -> Result<Reduced, Refusal> {
     Err(refusal(why, "give one of these shafts an inertia or a damping, or leave the controllers out"))
 }
 
-/// Whether a law can be designed on a model beside its motions without inertia: dampers hold them, where the run has them too.
+/// Whether a law can be designed on a model with massless motions: dampers act on them, if the run has them too.
 pub(super) fn is_designable(design: &Reduced, run: &Reduced) -> bool {
     let massless_coordinates = |reduced: &Reduced| {
         let inertia = sparse_model(reduced, &vec![0.0; reduced.degrees_of_freedom()]).inertia;
@@ -243,7 +243,7 @@ pub(super) fn is_designable(design: &Reduced, run: &Reduced) -> bool {
     design.coordinates == run.coordinates && massless_coordinates(design) == massless_coordinates(run) && relaxes()
 }
 
-/// Refuses laws that read rates of motions without inertia: these follow at once from what the motors do.
+/// Rejects laws that read rates of motions without inertia: these follow algebraically from the motors.
 pub(super) fn check_readings(
     document: &Document,
     (control, plant): (&ControlSpec, &Plant),
@@ -280,7 +280,7 @@ pub(super) fn check_readings(
     false
 }
 
-/// Refuses starts that motions without inertia cannot have: speeds, which follow from the positions, and springs that slide a friction at once.
+/// Rejects starts that are impossible for motions without inertia: speeds, which follow from the positions, and springs that make a friction slip at once.
 pub(super) fn check_start(
     document: &Document,
     reduced: &Reduced,

@@ -1,5 +1,5 @@
-//! Constraints that a run keeps with their multipliers: what they do not go with, where a run begins on them, and what an analysis sees of
-//! them.
+//! Constraints that a run enforces with multipliers: unsupported combinations, initial values that satisfy them, and their linearisation for
+//! an analysis.
 
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ use crate::reduce::{
 use crate::simulate::Scenario;
 use crate::synthesis::Plant;
 
-/// What does not go with kept rows; true if nothing of it is there.
+/// Reports features that multiplier constraints do not support; true if the model has none of them.
 pub(super) fn check_multipliers(document: &Document, reduced: &Reduced, out: &mut Vec<Diagnostic>) -> bool {
     let equations = &reduced.equations;
     let Some(first) = equations.multiplier_constraints.first() else { return true };
@@ -68,7 +68,7 @@ pub(super) fn check_multipliers(document: &Document, reduced: &Reduced, out: &mu
     out.len() == before
 }
 
-/// What is told of a kept row that other constraints say too.
+/// The error of a redundant multiplier constraint.
 fn dependency_diagnostic(document: &Document, reduced: &Reduced, dependent: &Dependent) -> Diagnostic {
     let name = &reduced.equations.multiplier_constraints[dependent.row].element;
     let message = match dependent.elements.as_slice() {
@@ -88,7 +88,7 @@ fn dependency_diagnostic(document: &Document, reduced: &Reduced, dependent: &Dep
     at_each(document, element_names, "it follows from this one", diagnostic)
 }
 
-/// A kept row that follows from those before it, where all their coefficients are numbers.
+/// A multiplier constraint that follows from those before it, if all their coefficients are numbers.
 fn superfluous(reduced: &Reduced) -> Option<usize> {
     let (motion, count) = (Motion::at_time_zero(reduced), reduced.equations.multiplier_constraints.len());
     let rows = &motion.frictions[motion.frictions.len() - count..];
@@ -104,7 +104,7 @@ fn superfluous(reduced: &Reduced) -> Option<usize> {
     free.first().map(|column| constant_rows[*column].0)
 }
 
-/// Where a run begins: on the kept rows with what `initial` gives; there itself where none are, or there is no such place.
+/// Initial values of a run: on the multiplier constraints with the values of `initial`; unchanged if there are none, or if there is no such position.
 pub(super) fn on_rows(reduced: &Reduced, prescribed: &[Entry], scenario: &Scenario) -> Vec<f64> {
     let Scenario { position, speed, .. } = scenario;
     let found = (!reduced.equations.multiplier_constraints.is_empty())
@@ -124,7 +124,7 @@ fn moved(now: f64, then: f64) -> bool {
     (now - then).abs() > 1e-9 * now.abs().max(then.abs()).max(1e-3)
 }
 
-/// Puts the start of a run on the kept rows; tells what follows of what `initial` leaves open.
+/// Projects the start of a run onto the multiplier constraints; notes which values follow that `initial` leaves open.
 pub(super) fn begin_on_rows(
     document: &Document,
     reduced: &Reduced,
@@ -133,7 +133,7 @@ pub(super) fn begin_on_rows(
     out: &mut Vec<Diagnostic>,
 ) -> Vec<String> {
     let equations = &reduced.equations;
-    // Of what contradicts itself nothing follows.
+    // From contradictory values nothing follows.
     if equations.multiplier_constraints.is_empty()
         || out.iter().any(|diagnostic| diagnostic.code == "scenario::contradiction")
     {
@@ -162,7 +162,7 @@ pub(super) fn begin_on_rows(
     }
 }
 
-/// What a kept row prescribes at the start, if it is a speed, in words.
+/// The prescribed value of a multiplier constraint at the start, if it is a speed, as text.
 fn prescribed_speed(reduced: &Reduced, row: usize) -> String {
     let constraint = &reduced.equations.multiplier_constraints[row];
     let MultiplierLaw::Speed(_, function) = &constraint.law else { return String::new() };
@@ -170,7 +170,7 @@ fn prescribed_speed(reduced: &Reduced, row: usize) -> String {
     format!(", which prescribes {} {unit}", function.value(0.0))
 }
 
-/// Why a run has no start on the kept rows.
+/// Why a run has no start on the multiplier constraints.
 fn no_start(document: &Document, reduced: &Reduced, prescribed: &[Entry], error: &NoStart) -> Diagnostic {
     let element = |k: usize| reduced.equations.multiplier_constraints[k].element.as_str();
     let names = |rows: &[usize]| quoted(rows.iter().map(|k| element(*k)));
@@ -235,7 +235,7 @@ fn no_start(document: &Document, reduced: &Reduced, prescribed: &[Entry], error:
     at_each(document, rows.iter().map(|k| element(*k)), "this constraint", diagnostic.help(help))
 }
 
-/// What an analysis sees: kept rows with their coefficients at the start.
+/// The model for an analysis: multiplier constraints with their coefficients at the start.
 pub(super) fn for_analysis(prepared: &Prepared) -> Result<Prepared, Diagnostic> {
     let one = |variant: &Arc<PreparedVariant>| frozen_variant(variant).map(Arc::new);
     Ok(Prepared {
@@ -252,10 +252,10 @@ pub(super) fn for_analysis(prepared: &Prepared) -> Result<Prepared, Diagnostic> 
     })
 }
 
-/// The model of a variant with its kept rows as they are at the start of its run, or at an equilibrium near it where laws of torque act.
+/// The model of a variant with its multiplier constraints frozen at the start of its run, or at an equilibrium near it if there are laws of torque.
 ///
 /// # Errors
-/// Why its kept rows have no linear ones in their place.
+/// Why its multiplier constraints have no linearisation.
 pub(super) fn frozen_variant(variant: &PreparedVariant) -> Result<PreparedVariant, Diagnostic> {
     if let Some(diagnostic) = nothing_free(&variant.reduced) {
         return Err(diagnostic);
@@ -288,7 +288,7 @@ pub(super) fn moves_by_itself(reduced: &Reduced) -> impl Iterator<Item = &str> {
     reduced.equations.moving.keys().map(String::as_str).chain(prescribed(reduced))
 }
 
-/// What to say where all that moves is prescribed, to who asks for what moves freely.
+/// The error that all motion is prescribed, for requests that need free motion.
 pub(super) fn nothing_free(reduced: &Reduced) -> Option<Diagnostic> {
     let names: Vec<&str> = moves_by_itself(reduced).collect();
     (!names.is_empty() && reduced.degrees_of_freedom() == reduced.equations.multiplier_constraints.len()).then(|| {
@@ -303,7 +303,7 @@ pub(super) fn nothing_free(reduced: &Reduced) -> Option<Diagnostic> {
     })
 }
 
-/// What asks for motion that is free where none is; true if nothing does.
+/// Reports requests for free motion if there is none; true if there is no error.
 pub(super) fn check_free(document: &Document, reduced: &Reduced, out: &mut Vec<Diagnostic>) -> bool {
     let tables = [&document.bench, &document.identification].into_iter().filter(|table| !table.values.is_empty());
     let places = document
@@ -317,24 +317,24 @@ pub(super) fn check_free(document: &Document, reduced: &Reduced, out: &mut Vec<D
     false
 }
 
-/// What is told of them where a model is looked at at rest.
+/// The note on prescribed motions where a model is analysed at rest.
 pub(super) fn prescribed_note(reduced: &Reduced) -> Option<String> {
     let names: Vec<&str> = prescribed(reduced).collect();
     (!names.is_empty())
         .then(|| format!("{}: a prescribed motion is constant there, at its initial value", quoted(names)))
 }
 
-/// Where rows that turn are looked at: a place at rest on them.
+/// The equilibrium on the multiplier constraints for an analysis.
 struct RestPoint {
-    /// With constant torques where they hold it.
+    /// With constant torques if they balance it.
     point: OperatingPoint,
     multipliers: Vec<f64>,
-    /// What there is to tell of it.
+    /// Notes on it.
     point_notes: Vec<String>,
 }
 
 impl RestPoint {
-    /// Where the analysis of a variant stands.
+    /// The operating point of the analysis of a variant.
     fn of(variant: &PreparedVariant) -> Result<Self, String> {
         let (own, spec) = (&variant.reduced, &variant.analysis);
         let names = own.coordinate_names();
@@ -389,7 +389,7 @@ impl RestPoint {
         Err(format!("{} is no equilibrium: neither constraints nor motors balance it", format_position(own, &start)))
     }
 
-    /// The variant with its rows as they are there.
+    /// The variant with its constraints frozen there.
     fn freeze(self, variant: &PreparedVariant) -> Result<PreparedVariant, ReduceError> {
         let Self { point, multipliers, point_notes: mut start_notes } = self;
         if multipliers.iter().any(|torque| *torque != 0.0) {
@@ -409,7 +409,7 @@ impl RestPoint {
     }
 }
 
-/// What is told of rows that stand still with coefficients that are no fractions there.
+/// The note on frozen constraints with coefficients that are no fractions there.
 pub(super) fn rounded_rows(reduced: &Reduced) -> Option<String> {
     let rounded = &reduced.equations.rounded;
     (!rounded.is_empty()).then(|| {
@@ -421,7 +421,7 @@ pub(super) fn rounded_rows(reduced: &Reduced) -> Option<String> {
     })
 }
 
-/// A model with its kept rows as they are at an operating point, and that point in its coordinates.
+/// A model with its multiplier constraints frozen at an operating point, and that point in its coordinates.
 fn frozen_point(
     own: &Reduced,
     point: &OperatingPoint,
@@ -441,10 +441,10 @@ fn motion_at(reduced: &Reduced, point: &OperatingPoint) -> (Vec<f64>, Vec<f64>) 
     (kinematics.angles, kinematics.speeds)
 }
 
-/// The plant of a law beside kept rows: with these as they are at its operating point.
+/// The plant of a law with multiplier constraints: with these frozen at its operating point.
 ///
 /// # Errors
-/// As of [`frozen`].
+/// Those of [`frozen`].
 pub(super) fn on_frozen_rows(own: &Reduced, point: &OperatingPoint, multipliers: &[f64]) -> Result<Plant, ReduceError> {
     let (reduced, frozen_position) = frozen_point(own, point, multipliers)?;
     let mut plant = Plant::at(reduced, frozen_position);
@@ -452,18 +452,18 @@ pub(super) fn on_frozen_rows(own: &Reduced, point: &OperatingPoint, multipliers:
     Ok(plant)
 }
 
-/// A variant whose loop is looked at with its kept rows as they are at the operating point.
+/// A variant for the analysis of its loop with its multiplier constraints frozen at the operating point.
 pub(super) fn with_loop(mut variant: PreparedVariant, multipliers: &[f64]) -> PreparedVariant {
     if !variant.reduced.equations.multiplier_constraints.is_empty() && !variant.designed.is_empty() {
         let (point, multipliers) = (variant.point.clone(), multipliers.to_vec());
         let looped = RestPoint { point, multipliers, point_notes: Vec::new() }.freeze(&variant);
-        // Of what is not there its plants have told.
+        // Its plants have reported missing ones.
         variant.looped = looped.ok().map(Box::new);
     }
     variant
 }
 
-/// The mistake that a law needs the full model.
+/// The error that a law needs the full model.
 pub(super) fn not_on_rows(control: &ControlSpec, reduced: &Reduced) -> Diagnostic {
     let names = quoted(reduced.equations.multiplier_constraints.iter().map(|constraint| constraint.element.as_str()));
     let message = format!(
@@ -476,7 +476,7 @@ pub(super) fn not_on_rows(control: &ControlSpec, reduced: &Reduced) -> Diagnosti
         .help("take a law that is designed at an operating point: `lqr`, `pole_placement` or `decoupling`")
 }
 
-/// The mistake that rows have no linear ones in their place.
+/// The error that constraints have no linearisation.
 pub(super) fn rows_refused(control: &ControlSpec, reduced: &Reduced, error: &ReduceError) -> Diagnostic {
     let names = quoted(reduced.equations.multiplier_constraints.iter().map(|constraint| constraint.element.as_str()));
     let message = format!("control `{}`: at its operating point {names} cannot be enforced: {error}", control.name);

@@ -1,4 +1,4 @@
-//! Where the loop of a variant stands: the operating point that its laws are designed at.
+//! The operating point of the loop of a variant, at which its laws are designed.
 
 use super::analysis::operating_point;
 use super::design_in_motion::MotionRequest;
@@ -17,29 +17,29 @@ use crate::synthesis::Program;
 
 /// The operating point that the controllers of a variant name together.
 pub(super) struct NamedPoint {
-    /// Coordinates with their angles, rad, and where they are named.
+    /// Coordinates with their angles, rad, and their spans.
     named: Vec<(usize, f64, Place)>,
     /// Numbers of the inputs that the controllers command.
     inputs: Vec<usize>,
-    /// Where coordinates are that are not named: zero, or on the kept rows, where the run begins.
+    /// Positions of coordinates that are not named: zero, or with multiplier constraints those at the start of the run.
     start: Vec<f64>,
-    /// The motion that is named in place of a position at rest.
+    /// The motion that is named in place of an equilibrium.
     pub motion: Option<MotionRequest>,
 }
 
-/// An operating point, and what there is to tell of it.
+/// An operating point, and the notes on it.
 pub(super) struct Found {
     pub point: OperatingPoint,
-    /// The multiplier of each kept row there, N m.
+    /// The multiplier of each multiplier constraint there, N m.
     pub multipliers: Vec<f64>,
-    /// Where it is, and what of it is proven; nothing where there is nothing to say.
+    /// Its position as text, and which properties are proven; empty if there is nothing to report.
     pub point_note: Option<String>,
-    /// Why the motors do not hold it, where it was not named.
+    /// Why the motors do not balance it, if it was not named.
     pub no_equilibrium: Option<String>,
 }
 
 impl NamedPoint {
-    /// What `at` of the controllers says; mistakes are told.
+    /// The value of `at` of the controllers; errors are reported.
     pub fn of(
         document: &Document,
         (reduced, start): (&Reduced, &[f64]),
@@ -102,7 +102,7 @@ impl NamedPoint {
         own.is_some_and(|own| own.table.values.contains_key("at"))
     }
 
-    /// The mistake that the motors do not hold what is named.
+    /// The error that the motors do not balance the named point.
     pub fn refusal(&self, document: &Document, controls: &[ControlSpec], why: &str) -> Diagnostic {
         let named = controls.iter().find(|control| Self::is_named(document, control)).or(controls.first());
         let name = named.map_or("", |control| control.name.as_str());
@@ -112,11 +112,11 @@ impl NamedPoint {
             .help("name fewer coordinates, so that kardan can find the others, or name another position")
     }
 
-    /// The operating point of a model: where it is named, what stands elsewhere and the torques of motors are found; else zero angles, with the
-    /// torques that hold it there.
+    /// The operating point of a model: if it is named, kardan solves for the other coordinates and the torques of motors; else zero angles, with the
+    /// torques that balance it.
     ///
     /// # Errors
-    /// Why the motors do not hold the model where it is named.
+    /// Why the motors do not balance the model at the named point.
     pub fn find(&self, reduced: &Reduced) -> Result<Found, String> {
         let multiplier_constraints = &reduced.equations.multiplier_constraints;
         let default = OperatingPoint::relaxed(&self.start);
@@ -137,7 +137,7 @@ impl NamedPoint {
         }
         let mut start = self.start.clone();
         if self.named.is_empty() && !multiplier_constraints.is_empty() {
-            // The design values may have rows of their own.
+            // The design values may have multiplier constraints of their own.
             let still = vec![0.0; start.len()];
             start =
                 start_on_rows(reduced, &StartValues::default(), &start, &still).map_or(start, |found| found.position);
@@ -220,7 +220,7 @@ fn are(names: &[&str]) -> String {
     format!("{} {} taken as", quoted(names.iter().copied()), if names.len() == 1 { "is" } else { "are" })
 }
 
-/// What torques are left, and where.
+/// The residual torques and their coordinates.
 fn describe_residual(reduced: &Reduced, found: &Trim) -> String {
     if let Some((row, off)) = found.unmet.first() {
         let constraint = &reduced.equations.multiplier_constraints[*row];
@@ -245,7 +245,7 @@ fn describe_residual(reduced: &Reduced, found: &Trim) -> String {
     format!("{torque:.6} {} on `{name}` that no motor of its controllers can balance{besides}", domain.effort().unit())
 }
 
-/// Refuses a run that is to begin at an operating point that moves.
+/// Rejects a run that is to begin at an operating point in motion.
 fn check_start(document: &Document, motion: Option<&MotionRequest>, out: &mut Vec<Diagnostic>) {
     let Some(motion) = motion else { return };
     if document.scenario.values.get("start").is_some_and(|start| start.value == Value::Word("operating_point".into())) {
@@ -260,7 +260,7 @@ fn check_start(document: &Document, motion: Option<&MotionRequest>, out: &mut Ve
     }
 }
 
-/// A motion that a controller names as its operating point, beside those of others.
+/// Adds a motion that a controller names as its operating point to those of others.
 fn add_motion(
     control: &ControlSpec,
     request: MotionRequest,
@@ -323,7 +323,7 @@ pub(super) fn check_smooth(
     out.len() == before
 }
 
-/// The warning that nothing holds the default point.
+/// The warning that nothing balances the default point.
 pub(super) fn no_equilibrium(control: &ControlSpec, at: &str, why: &str) -> Diagnostic {
     let message =
         format!("control `{}` is designed at {at}, which is no equilibrium of the model: {why}", control.name);

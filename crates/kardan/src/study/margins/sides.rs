@@ -1,4 +1,4 @@
-//! Where the model, the laws and the blocks of a loop have a kink or jump at its operating point.
+//! Kinks and jumps of the model, the laws and the blocks of a loop at its operating point.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use crate::study::PreparedVariant;
 use crate::study::kinks::Kinks;
 use crate::study::loop_blocks::loop_blocks;
 
-/// What vanishes where a loop has a kink, and where it jumps, at its operating point.
+/// The guards that vanish where a loop has a kink, and where it jumps, at its operating point.
 pub(in crate::study) struct LoopKinks {
     kinks: Kinks,
     jumps: Vec<String>,
@@ -35,7 +35,7 @@ impl LoopKinks {
         self.kinks.opposite()
     }
 
-    /// A side in words.
+    /// A side as text.
     pub(in crate::study) fn description(&self, side: &Side) -> String {
         self.kinks.description(side)
     }
@@ -51,7 +51,7 @@ impl LoopKinks {
         })
     }
 
-    /// What the verdict is about, where the loop has a kink.
+    /// The side that the verdict is for, if the loop has a kink.
     pub(in crate::study) fn kink_note(&self) -> Option<String> {
         self.opposite().map(|_| self.kinks.explained("The loop", "poles and margins"))
     }

@@ -1,9 +1,9 @@
-//! Margins in sentences.
+//! Margins as sentences.
 
 use crate::results::{Margins, RateLimit, Stability, TogetherMargin, ZeroPoleEvidence};
 use crate::synthesis::LIMIT_STEP;
 
-/// The paragraph: what sampling leaves of this design.
+/// The paragraph on the effect of sampling on this design.
 pub(in crate::study) fn verdict(margins: &Margins) -> String {
     let mut out = vec![stability(margins)];
     free_motions(margins, &mut out);
@@ -47,7 +47,7 @@ fn stability(margins: &Margins) -> String {
     format!("{when} the loop is {state}{radius}.")
 }
 
-/// Motions that nobody holds, and those that only look so.
+/// Uncontrolled rigid-body modes, and poles that are only close to zero.
 fn free_motions(margins: &Margins, out: &mut Vec<String>) {
     if margins.free_poles > 0 {
         let poles = if margins.free_poles == 1 { "pole".to_string() } else { "poles".into() };
@@ -81,7 +81,7 @@ fn free_motions(margins: &Margins, out: &mut Vec<String>) {
     }
 }
 
-/// What rate the loop needs, and which delay, lag and gain it tolerates.
+/// The rate that the loop needs, and the delay, lag and gain that it tolerates.
 fn limits(margins: &Margins, out: &mut Vec<String>) {
     let hertz = |rate: f64| {
         if rate >= 1000.0 { format!("{:.2} kHz", rate / 1000.0) } else { format!("{rate:.3} Hz") }
@@ -136,7 +136,7 @@ fn limits(margins: &Margins, out: &mut Vec<String>) {
     }
 }
 
-/// How wrong single motors may be, and all at once.
+/// The margins of single motors, and of all at once.
 fn channels(margins: &Margins, out: &mut Vec<String>) {
     let motors = margins.channels.iter().filter(|one| !one.reading);
     if let Some(worst) = motors.min_by(|a, b| a.disk.total_cmp(&b.disk)) {
@@ -195,7 +195,7 @@ pub(super) fn at(frequency: Option<f64>) -> String {
     }
 }
 
-/// A time in words.
+/// A time as text.
 pub(super) fn time(seconds: f64) -> String {
     match seconds {
         s if s < 1e-3 => format!("{:.1} us", 1e6 * s),
@@ -204,7 +204,7 @@ pub(super) fn time(seconds: f64) -> String {
     }
 }
 
-/// The margin of all motors at once in words.
+/// The margin of all motors at once as text.
 pub(super) fn at_once(found: &TogetherMargin) -> String {
     let worst: Vec<String> = found
         .worst

@@ -1,24 +1,24 @@
-//! Margins that are too small, in words.
+//! Warnings of margins that are too small.
 
 use kardan_rt::functions::ln;
 
 use super::verdict::{at, at_once, because, time};
 use crate::results::{ChannelMargin, LOW_DISK, Margins, TogetherMargin};
 
-/// Factor of a torque within which a loop must be stable, or is hardly so.
+/// Factor of a torque that a loop must tolerate, or its margins count as low.
 pub(super) const LOW_MARGIN: f64 = 1.1;
 /// The same for all motors at once: a factor of 1.22, 11°.
 const DISK_TOGETHER: f64 = 0.2;
-/// Turn of the phase of one channel, rad, below which a loop deserves a warning: 15°.
+/// Phase margin of one channel, rad, below which kardan warns: 15°.
 const PHASE: f64 = std::f64::consts::PI / 12.0;
-/// Disk margin of a loop that is not hardly stable: it holds the factor 1.1, and 5.5°.
+/// Disk margin above which margins do not count as low: it includes the factor 1.1, and 5.5°.
 pub(super) const CLOSE: f64 = 2.0 * (LOW_MARGIN - 1.0) / (LOW_MARGIN + 1.0);
-/// Part of its lag, or of one sample, by which a motor must be allowed to be late.
+/// Fraction of its lag, or of one sample, by which a motor must be allowed to be late.
 const LATE: f64 = 0.25;
-/// How much smaller the disk of all motors at once must be than that of each channel, if others have been warned of.
+/// Ratio of the disk margin of all motors at once to that of each channel below which kardan warns, if it has warned of others.
 const WORSE: f64 = 0.75;
 
-/// What of the margins must not be overlooked.
+/// Important warnings about margins.
 pub(in crate::study) fn warnings(found: &Margins) -> Vec<String> {
     let mut out: Vec<String> = found.channels.iter().filter_map(close).collect();
     let wrong = |one: &&ChannelMargin| close(one).is_none() && one.disk < LOW_DISK;
@@ -46,7 +46,7 @@ pub(in crate::study) fn warnings(found: &Margins) -> Vec<String> {
             because(motion)
         ));
     }
-    // All at once are never better than each alone: said where they are much worse.
+    // The margin of all at once never exceeds that of each alone: reported if it is much worse.
     let single_disk = found.channels.iter().map(|one| one.disk).fold(f64::INFINITY, f64::min);
     let worse =
         |all: &&TogetherMargin| all.disk[1] < DISK_TOGETHER && (out.is_empty() || all.disk[1] < WORSE * single_disk);
@@ -59,17 +59,17 @@ pub(in crate::study) fn warnings(found: &Margins) -> Vec<String> {
     out
 }
 
-/// Of which channel something is said.
+/// The name of a channel.
 fn of(one: &ChannelMargin) -> String {
     if one.reading { format!("the reading `{}`", one.name) } else { format!("the torque of `{}`", one.name) }
 }
 
-/// Whether factors within 10 %, together with the turn of the phase that goes with them (5.5°), are more than a channel bears.
+/// Whether a channel does not tolerate factors within 10 %, together with the corresponding phase change (5.5°).
 pub(super) fn low_margins(one: &ChannelMargin) -> bool {
     [one.gain, one.disk_gain].iter().any(|[low, high]| *low > 1.0 / LOW_MARGIN || *high < LOW_MARGIN)
 }
 
-/// A channel that a small factor, or a small turn of the phase, makes unstable.
+/// A channel that a small factor, or a small phase change, makes unstable.
 pub(super) fn close(one: &ChannelMargin) -> Option<String> {
     let ([low, high], what) = (one.gain, of(one));
     let (factor, frequency) =
@@ -106,7 +106,7 @@ pub(super) fn close(one: &ChannelMargin) -> Option<String> {
     }
 }
 
-/// A motor that may be late by a small part of its own time only.
+/// A motor that tolerates only a delay of a small fraction of its own time.
 fn late(one: &ChannelMargin) -> Option<String> {
     let (delay, own) = (one.delay?, one.own_time?);
     (delay < LATE * own).then(|| {
@@ -130,7 +130,7 @@ mod tests {
     use super::*;
     use crate::results::WrongTorque;
 
-    /// A channel that bears everything.
+    /// A channel with large margins.
     fn good(name: &str) -> ChannelMargin {
         ChannelMargin {
             name: name.into(),
@@ -145,7 +145,7 @@ mod tests {
         }
     }
 
-    /// Motors that each alone bear everything, and at once nothing, are warned of; also beside a channel with a warning of its own.
+    /// Motors with large margins alone and none at once lead to a warning; also with a channel that has a warning of its own.
     #[test]
     fn all_at_once_are_not_overlooked() {
         let together = TogetherMargin {
@@ -165,7 +165,7 @@ mod tests {
             ..Margins::default()
         };
         assert_eq!(warnings(&beside).len(), 2);
-        // What follows from one channel alone is not said twice.
+        // Warnings that follow from one channel alone are not repeated.
         let same = Margins {
             channels: vec![ChannelMargin { disk: 0.055, ..good("a") }, good("b")],
             together: Some(together),
