@@ -1,4 +1,4 @@
-//! Models that designs leave elements out of.
+//! Models without the elements that designs leave out.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use crate::names::SignalName;
 use crate::schema::LawKeys;
 use crate::synthesis::Program;
 
-/// What the design of a controller leaves out: elements with their parts; mistakes are told.
+/// The elements, with their parts, that the design of a controller leaves out; errors are reported.
 pub(super) fn excluded(
     document: &Document,
     control: &ControlSpec,
@@ -34,7 +34,7 @@ pub(super) fn excluded(
             out.push(Diagnostic::error("name::unknown", message).at(place, "unknown").help(help));
             return None;
         };
-        // Parts stand where the header of their element does.
+        // The span of a part is the header of its element.
         let parts = document.elements.iter().filter(|part| part.place == element.place);
         found.extend(parts.map(|part| part.name.clone()));
     }
@@ -53,7 +53,7 @@ pub(super) fn excluded(
     Some(found)
 }
 
-/// The mistake that a controller needs what its design leaves out.
+/// The error that a controller needs an element that its design leaves out.
 pub(super) fn needed_by(document: &Document, control: &ControlSpec, model: &Model) -> Option<Diagnostic> {
     let inputs = (control.law.inputs)(&control.values);
     let mut signals = signals_of(control.law.fields, &control.values);
@@ -74,7 +74,7 @@ pub(super) fn needed_by(document: &Document, control: &ControlSpec, model: &Mode
     Some(Diagnostic::error("control::without", message).at(place, "left out here").help(help))
 }
 
-/// The model without elements, and without what acts on their coordinates.
+/// The model without these elements, and without all that act on their coordinates.
 pub(super) fn model_excluding(model: &Model, excluded: &BTreeSet<String>) -> Model {
     let gone = |name: &str| excluded.contains(name);
     let mut out = model.clone();

@@ -1,4 +1,4 @@
-//! Constraints that hold the same motion: what is told of them, and what nobody can ask of them.
+//! Constraints that restrict the same motion: notes on them, and rejection of requests for their torques.
 
 use super::places::{at_each, place_of};
 use crate::diagnostics::{Diagnostic, quoted};
@@ -22,7 +22,7 @@ fn note(group: &BTreeSet<String>) -> String {
     )
 }
 
-/// Warns of torques that are not unique, and refuses sensors of such torques, which analyses, laws and observers read, and losses that depend on them.
+/// Warns of torques that are not unique, and rejects sensors of such torques, which analyses, laws and observers read, and losses that depend on them.
 pub(super) fn check_redundant(document: &Document, reduced: &Reduced, out: &mut Vec<Diagnostic>) {
     for group in reduced.redundant_groups() {
         let warning = Diagnostic::warning("constraint::redundant", note(&group));
@@ -61,7 +61,7 @@ pub(super) fn check_redundant(document: &Document, reduced: &Reduced, out: &mut 
     }
 }
 
-/// Multipliers per input, with those of redundant constraints: what the others carry is split as in a run.
+/// Multipliers per input, including those of redundant constraints: torques of the others are distributed as in a run.
 pub(super) fn split_multipliers(reduced: &Reduced, forces: &mut ConstraintForces) {
     let matrix = &mut forces.input_to_multiplier;
     let (minimal, columns) = (std::mem::take(&mut matrix.values), 0..matrix.columns.len());

@@ -1,4 +1,4 @@
-//! What a study asks for: requirements, plots, accuracy.
+//! The requests of a study: requirements, plots, accuracy.
 
 use std::collections::HashMap;
 
@@ -86,7 +86,7 @@ pub(super) fn figures_and_requirements(
     (figures.into_vec(), requirements)
 }
 
-/// A number of each run that a table asks for; what is wrong with it is reported.
+/// A number of each run that a table requests; errors are reported.
 fn figure(
     reading: &Measuring<'_>,
     number: usize,
@@ -127,7 +127,7 @@ fn figure(
     })
 }
 
-/// What has the name of a figure already.
+/// Other uses of the name of a figure.
 fn name_conflict(name: &str, before: &NamedList<Figure>, context: &SignalContext<'_>) -> Option<&'static str> {
     let is_parameter = || context.document.parameters.has(name);
     match name {
@@ -137,7 +137,7 @@ fn name_conflict(name: &str, before: &NamedList<Figure>, context: &SignalContext
     }
 }
 
-/// The dimension of an expression of figures and parameters; what is wrong with it is reported.
+/// The dimension of an expression of figures and parameters; errors are reported.
 fn dimension_of(
     text: &str,
     (before, earlier): (&NamedList<Figure>, &[Table]),
@@ -154,7 +154,7 @@ fn dimension_of(
     let is_defined = |name: &str| before.has(name) || reader.exact_value(name).is_some();
     if let Some(name) = law.names().into_iter().find(|name| !is_defined(name)) {
         let named = |table: &Table| read_word(table, "name") == Some(name);
-        // One that stands before it has a mistake of its own.
+        // A preceding one has an error of its own.
         if context.document.suppressed.has_key(name) || earlier.iter().any(named) {
             return None;
         }
@@ -182,7 +182,7 @@ fn dimension_of(
     }
 }
 
-/// The unit in which a figure is told.
+/// The display unit of a figure.
 fn read_display_unit(
     table: &Table,
     dimension: Dimension,
@@ -207,12 +207,12 @@ fn read_display_unit(
     (size != 1.0 || unit != dimension.si()).then(|| DisplayUnit { unit: unit.into(), size })
 }
 
-/// A time that is zero or more.
+/// A nonnegative time.
 const TIME: (Dimension, Sign) = (Dimension::TIME, Sign::NonNegative);
-/// The table of a requirement in messages.
+/// The name of the table of a requirement in messages.
 const REQUIREMENT: &str = "`[[requirement]]`";
 
-/// What the tables of requirements and figures are read with.
+/// The context for reading the tables of requirements and figures.
 pub(super) struct Measuring<'a> {
     pub(super) context: &'a SignalContext<'a>,
     pub(super) reader: &'a TableReader<'a>,
@@ -252,7 +252,7 @@ impl Measuring<'_> {
         Some(Requirement { below, above, display, variants, ..measure })
     }
 
-    /// What a requirement on a figure judges.
+    /// The figure of a requirement on a figure.
     fn figure(
         &self,
         table: &Table,
@@ -285,7 +285,7 @@ impl Measuring<'_> {
         Some((judged, found.dimension))
     }
 
-    /// Tells of keys beside one that says all.
+    /// Reports keys without meaning next to a sufficient key.
     fn reject_other_keys(&self, table: &Table, key: &'static str, what: &str, out: &mut Vec<Diagnostic>) {
         let measuring = ["signal", "measure", "over", "at", "frequency", "target", "band", "from", "until"];
         for surplus_key in measuring.into_iter().filter(|key| table.values.contains_key(key)) {
@@ -296,7 +296,7 @@ impl Measuring<'_> {
         }
     }
 
-    /// What is measured, and its dimension.
+    /// The measured signal, and its dimension.
     fn measure(
         &self,
         table: &Table,
@@ -340,7 +340,7 @@ impl Measuring<'_> {
         Some((Requirement { dimension: dimension_of_signal, ..measured }, dimension))
     }
 
-    /// A value of a dimension; of one without a name angles are not counted.
+    /// A value of a dimension; if the dimension has no name, angles are not counted.
     pub(super) fn like(
         &self,
         table: &Table,
@@ -362,7 +362,7 @@ impl Measuring<'_> {
         Some(value.to_f64())
     }
 
-    /// How near to its target a signal must stay: in its unit, or a part of its way.
+    /// The tolerance of a signal around its target: in its unit, or a fraction of its way.
     fn band(&self, table: &Table, dimension: Dimension, what: &str, out: &mut Vec<Diagnostic>) -> Option<Band> {
         let scalar = read_scalar(table, "band")?;
         let label = format!("`band` of {what}");
@@ -384,7 +384,7 @@ impl Measuring<'_> {
         }
     }
 
-    /// The unit of the bounds as the file writes it, `None` if it is the SI unit.
+    /// The unit of the bounds in the file, `None` if it is the SI unit.
     pub(super) fn unit_of_bounds(&self, table: &Table, dimension: Dimension) -> Option<DisplayUnit> {
         let text = ["below", "above"].into_iter().find_map(|key| table.source_text.get(key))?;
         let named = || self.context.document.declared(text);
@@ -405,7 +405,7 @@ impl Measuring<'_> {
         quantity(self.reader, table, key, expected, what, out).map(|x| x.to_f64())
     }
 
-    /// Tells of a window in which no time is left in any of its runs.
+    /// Reports a window that is empty in one of its runs.
     fn check_window(
         &self,
         table: &Table,
@@ -438,7 +438,7 @@ impl Measuring<'_> {
 
 const BAND_HELP: &str = "write a part of the way to the target, `band = 0.02`, or a size in the unit of the signal";
 
-/// The dimension of a measure; nothing of a power that is none, and of what lacks its other signal.
+/// The dimension of a measure; none for an energy of a signal that is no power, and for a measure without its other signal.
 fn measured_dimension(measure: Measure, signal: Dimension, over: Option<Dimension>) -> Option<Dimension> {
     match measure {
         Measure::TimeAtLimit | Measure::RiseTime | Measure::SettlingTime | Measure::TimeOfMax | Measure::TimeOfMin => {
@@ -468,13 +468,13 @@ fn measured_dimension(measure: Measure, signal: Dimension, over: Option<Dimensio
 fn unit_of(measure: Measure, dimension: Dimension) -> String {
     match measure {
         Measure::Energy => Physical::Energy.unit().to_string(),
-        // What is divided by a time is no frequency.
+        // A quantity divided by a time is no frequency.
         _ if dimension == Dimension::FREQUENCY => "1/s".to_string(),
         _ => dimension.si(),
     }
 }
 
-/// Tells of an energy that is asked of what is no power.
+/// Reports an energy of a signal that is no power.
 fn check_power(found: &ResolvedSignal, measure: Measure, place: &Place, what: &str, out: &mut Vec<Diagnostic>) {
     if measure == Measure::Energy && !POWER.is_like(&found.dimension) {
         let message = format!(
@@ -490,7 +490,7 @@ fn check_power(found: &ResolvedSignal, measure: Measure, place: &Place, what: &s
     }
 }
 
-/// What measures of one signal over another one need and take beyond the others.
+/// Additional keys of measures of one signal over another one.
 fn needs(measure: Measure) -> &'static [(&'static str, &'static str)] {
     const OVER: (&str, &str) = ("over", "name the other signal, `over = \"car.a_y\"`");
     const FREQUENCY: (&str, &str) = ("frequency", "write that of the wave, `frequency = \"0.2 Hz\"`");
@@ -503,7 +503,7 @@ fn needs(measure: Measure) -> &'static [(&'static str, &'static str)] {
     }
 }
 
-/// Tells of keys that a measure needs, and of those that say nothing for it.
+/// Reports missing keys of a measure, and keys without meaning for it.
 fn check_measure_keys(table: &Table, measure: Option<Measure>, what: &str, out: &mut Vec<Diagnostic>) {
     let Some(measure) = measure else { return };
     let word = measure.word();
@@ -536,7 +536,7 @@ fn check_measure_keys(table: &Table, measure: Option<Measure>, what: &str, out: 
     }
 }
 
-/// Tells of a table that does not say what is measured.
+/// Reports a table without a measure.
 fn check_named(table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
     let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
     let alternative = if what == REQUIREMENT { "figure" } else { "value" };
@@ -549,7 +549,7 @@ fn check_named(table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Tells of a requirement without a bound.
+/// Reports a requirement without a bound.
 fn check_bounds(table: &Table, out: &mut Vec<Diagnostic>) {
     let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
     if !here("below") && !here("above") {
@@ -561,7 +561,7 @@ fn check_bounds(table: &Table, out: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Tells of values that differ between the variants.
+/// Reports values that differ between the variants.
 fn check_varied(table: &Table, document: &Document, keys: &[&str], what: &str, out: &mut Vec<Diagnostic>) {
     for key in keys {
         let Some(Placed { value, place }) = read_scalar(table, key) else { continue };
@@ -583,7 +583,7 @@ fn check_varied(table: &Table, document: &Document, keys: &[&str], what: &str, o
     }
 }
 
-/// Tells of a requirement on the time at a limit that the signal is not what a motor or a source with a limit gives.
+/// Reports a requirement on the time at a limit if the signal is no output of a motor or source with a limit.
 fn check_limited(signal: &str, place: &Place, document: &Document, what: &str, out: &mut Vec<Diagnostic>) {
     let limit = |keyword: &str| match keyword {
         "motor" => Some("torque_limit"),
@@ -640,7 +640,7 @@ fn display(table: &Table, kinds: &[Physical], what: &str, out: &mut Vec<Diagnost
         return None;
     };
     let Some(&physical) = kinds.iter().find(|kind| kind.dimension() == dimension) else {
-        // Signals that were not found are reported already.
+        // Signals that were not found have been reported.
         if !kinds.is_empty() {
             let message = format!("{what}: `{}` is {}, and no such signal is drawn", shortened(text), dimension.noun());
             out.push(diagnostic(
@@ -654,7 +654,7 @@ fn display(table: &Table, kinds: &[Physical], what: &str, out: &mut Vec<Diagnost
     display_unit(unit, physical).map(|unit| PlotUnit { physical, unit })
 }
 
-/// The time that a plot shows; one that is empty is reported.
+/// The time range of a plot; an empty one is reported.
 fn window(table: &Table, context: &SignalContext<'_>, what: &str, out: &mut Vec<Diagnostic>) -> Option<Span> {
     let reader = &TableReader::new(context.document, &[]);
     let [from, until] = ["from", "until"].map(|key| quantity(reader, table, key, TIME, what, out).map(|x| x.to_f64()));
@@ -755,7 +755,7 @@ pub(super) fn plots(context: &SignalContext<'_>, variants: &[String], out: &mut 
     plots
 }
 
-/// Tells of a spectrum over something else than the frequency, and of one of too few rows.
+/// Reports a spectrum over a signal other than the frequency, and a spectrum of too few rows.
 fn check_spectrum(
     table: &Table,
     context: &SignalContext<'_>,
@@ -790,7 +790,7 @@ fn check_spectrum(
     }
 }
 
-/// Relative tolerances that make sense: below the first there is nothing but rounding.
+/// Sensible relative tolerances: below the first only rounding remains.
 pub const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-13..=1e-3;
 
 pub(super) fn tolerance(document: &Document, out: &mut Vec<Diagnostic>) -> Tolerance {

@@ -1,4 +1,4 @@
-//! Stops at a position: rigid ones that it lies beyond, and those that are touched or pressed.
+//! Stops at a position: rigid ones that it exceeds, and those that are touched or pressed.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +8,7 @@ use crate::equations::UnilateralConstraint;
 use crate::model::{Document, TableReader};
 use crate::reduce::{Contact, Reduced, contacts};
 
-/// Each rigid stop that a reduced position (rad, m) lies beyond: its element, by how much, and the unit of that.
+/// Each rigid stop that a reduced position (rad, m) exceeds: its element, the exceedance, and its unit.
 fn beyond<'a>(reduced: &'a Reduced, position: &[f64]) -> Vec<(&'a str, f64, &'static str)> {
     let equations = &reduced.equations;
     let passed = contacts(reduced, position).into_iter().filter(|one| !one.soft && one.is_passed());
@@ -19,7 +19,7 @@ fn beyond<'a>(reduced: &'a Reduced, position: &[f64]) -> Vec<(&'a str, f64, &'st
     excess.collect()
 }
 
-/// What an analysis makes of stops at an operating point: soft ones that are pressed act, those that are just touched are open.
+/// Treatment of stops at an operating point in an analysis: pressed soft ones act, touched ones are open.
 pub(super) fn describe_contacts(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> Vec<String> {
     let found = contacts(reduced, position);
     let names = |own: &dyn Fn(&&Contact) -> bool| {
@@ -55,7 +55,7 @@ pub(super) fn describe_contacts(reduced: &Reduced, position: &[f64], stuck: &BTr
     out
 }
 
-/// What an analysis makes of clutches, brakes, locks and freewheels that are not said to hold.
+/// Treatment of clutches, brakes, locks and freewheels in an analysis that are not listed in `stuck`.
 pub(super) fn describe_clutches(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<String> {
     let of = |own: &dyn Fn(&UnilateralConstraint) -> bool| {
         let unilaterals = reduced.equations.unilaterals.iter().filter(|unilateral| own(&unilateral.value));
@@ -90,7 +90,7 @@ fn is_or_are(names: &BTreeSet<&str>) -> String {
     format!("{} {}", quoted(names.iter().copied()), if names.len() == 1 { "is" } else { "are" })
 }
 
-/// The mistake that a run begins beyond a rigid stop.
+/// The error that a run begins beyond a rigid stop.
 pub(super) fn check_stops(document: &Document, reduced: &Reduced, position: &[f64], out: &mut Vec<Diagnostic>) {
     if let Some((element, by, unit)) = beyond(reduced, position).first() {
         let message = format!("the run begins {by:.6} {unit} beyond the stop of `{element}`, which is rigid");
@@ -103,7 +103,7 @@ pub(super) fn check_stops(document: &Document, reduced: &Reduced, position: &[f6
     }
 }
 
-/// What is told of an operating point beyond rigid stops, which are open in an analysis.
+/// The note on an operating point beyond rigid stops, which are open in an analysis.
 pub(super) fn describe_passed_stops(reduced: &Reduced, position: &[f64]) -> Option<String> {
     let listed: Vec<String> = beyond(reduced, position)
         .iter()

@@ -1,4 +1,4 @@
-//! The equations of motion in the names of their values.
+//! The equations of motion with symbols for their values.
 
 mod names;
 mod page;
@@ -20,7 +20,7 @@ use crate::symbolic::{FunctionSource, Laurent, Letter, Symbol, SymbolicMotion};
 use crate::units::{Dimension, Exact, Expression};
 
 impl Project {
-    /// The equations of motion of the first variant with the names of their values: parameters by their name, values of elements by a letter and
+    /// The equations of motion of the first variant with symbols: parameters by their name, values of elements by a letter and
     /// the element's name. Also the warnings of the file.
     ///
     /// ```
@@ -32,7 +32,7 @@ impl Project {
     /// ```
     ///
     /// # Errors
-    /// All mistakes of the file, or why there is no explicit form with joints at any angle.
+    /// All errors of the file, or why there is no explicit form with joints at any angle.
     pub fn symbolic_equations(&self) -> Result<(SymbolicEquations, Vec<Diagnostic>), Vec<Diagnostic>> {
         let (_, found, diagnostics) = self.symbolic()?;
         Ok((found, diagnostics))
@@ -41,7 +41,7 @@ impl Project {
     /// The same as text or LaTeX.
     ///
     /// # Errors
-    /// As of [`symbolic_equations`](Self::symbolic_equations); a plan has numbers alone.
+    /// Those of [`symbolic_equations`](Self::symbolic_equations); a plan contains only numbers.
     pub fn symbolic_text(&self, form: EquationsForm) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
         let (variant, found, diagnostics) = self.symbolic()?;
         let text = match form {
@@ -106,7 +106,7 @@ impl Project {
     }
 }
 
-/// What is shown of the equations.
+/// The displayed equations.
 fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> SymbolicEquations {
     let used = motion.letters.used_in(motion.all());
     let names = Names::new(&motion.letters, &used, &reduced.equations, &named.values);
@@ -176,7 +176,7 @@ fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> Symb
     }
 }
 
-/// Values of letters, of what stands in laws and modes as it is written, and of what these follow from.
+/// Values of letters, of the texts of laws and modes, and of their sources.
 fn values(named: &NamedTerms, reduced: &Reduced, names: &Names<'_>, used: &[Letter]) -> Vec<SymbolOfValue> {
     let value = |letter: &Letter| {
         let Symbol::Value(of) = names.letters.symbol(*letter) else { return None };
@@ -215,7 +215,7 @@ fn values(named: &NamedTerms, reduced: &Reduced, names: &Names<'_>, used: &[Lett
             out.push(symbol_of(of, &symbol_value.value, symbol_value.dimension));
         }
     }
-    // What a value follows from stands behind it as it is written.
+    // The source of a value follows it as text.
     let mut open = 0;
     while let Some(one) = out.get(open) {
         let read = one.follows.as_deref().and_then(|text| Expression::parse(text).ok());
@@ -259,7 +259,7 @@ fn constraint_torques(names: &Names<'_>, reduced: &Reduced, motion: &SymbolicMot
     linear.chain(curves).zip(&motion.multipliers).map(one).collect()
 }
 
-/// What must not be zero: of a product each value in it.
+/// Values that must not be zero: every factor of a product.
 fn divisors(names: &Names<'_>, motion: &SymbolicMotion) -> Vec<SymbolicText> {
     let mut out: Vec<SymbolicText> = Vec::new();
     for divisor in &motion.divisors {

@@ -1,4 +1,4 @@
-//! Equations in symbols for a terminal and for a document.
+//! Symbolic equations for a terminal and for a document.
 
 use std::fmt::Write;
 
@@ -8,7 +8,7 @@ use super::super::latex_lines::{LINE, aligned, one_line, width};
 use super::names::{index, word};
 use crate::results::{SymbolicEquations, SymbolicFormula, SymbolicMode, SymbolicMultiplierConstraint, SymbolicText};
 
-/// Lists of formulas under their titles; what is empty is left out.
+/// Lists of formulas under their titles; empty ones are left out.
 fn sections<'e>(variant: &PreparedVariant, found: &'e SymbolicEquations) -> Vec<(String, &'e [SymbolicFormula])> {
     let prescribed = if variant.reduced.equations.prescribes() { ", with those of prescribed motions" } else { "" };
     let sections: [(String, &[SymbolicFormula]); 11] = [
@@ -27,7 +27,7 @@ fn sections<'e>(variant: &PreparedVariant, found: &'e SymbolicEquations) -> Vec<
     sections.into_iter().filter(|(_, formulas)| !formulas.is_empty()).collect()
 }
 
-/// What the equations assume, in sentences; `mark` writes a formula.
+/// The assumptions of the equations, as sentences; `mark` writes a formula.
 fn assumptions(found: &SymbolicEquations, mark: impl Fn(&SymbolicText) -> String) -> Vec<String> {
     let list = |formulas: &[SymbolicText]| formulas.iter().map(&mark).collect::<Vec<_>>().join(", ");
     let mut out = Vec::new();
@@ -53,7 +53,7 @@ fn form(found: &SymbolicEquations) -> String {
     format!("H q'' + velocity-dependent + D q' + stiffness + friction{unilateral} = F u{multiplier_constraints}")
 }
 
-/// The equations of kept constraints, each with its sides: position, rates, accelerations.
+/// The equations of multiplier constraints, each with its sides: position, rates, accelerations.
 fn multiplier_lines(one: &SymbolicMultiplierConstraint) -> Vec<[SymbolicText; 2]> {
     let zero = SymbolicText { text: "0".into(), latex: "0".into() };
     let position = one.position.iter().map(|position| [position.clone(), zero.clone()]);
@@ -61,7 +61,7 @@ fn multiplier_lines(one: &SymbolicMultiplierConstraint) -> Vec<[SymbolicText; 2]
     position.chain(sides.map(|line| [line.symbol.clone(), line.formula.clone()])).collect()
 }
 
-/// What modes, functions of time and ripples are, in lines.
+/// Explanations of constraint states, functions of time and ripples, as lines.
 fn remarks(found: &SymbolicEquations, mark: impl Fn(&SymbolicText) -> String) -> Vec<(String, Vec<String>)> {
     let lines = |list: &[SymbolicMode]| {
         list.iter().map(|one| format!("{}: {}", mark(&one.symbol), one_line(&one.what))).collect()
@@ -113,7 +113,7 @@ pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> Stri
     for (title, formulas) in sections(variant, found) {
         let width = formulas.iter().map(|one| one.symbol.text.len()).max().unwrap_or(0);
         let _ = writeln!(out, "\n{title}");
-        // Of rigid teeth with play the multiplier is what they carry by modes.
+        // For rigid gears with backlash the multiplier is the torque of the unilateral constraint.
         for SymbolicFormula { symbol, formula } in formulas.iter().filter(|one| one.symbol.text != one.formula.text) {
             let _ = writeln!(out, "  {:width$} = {}", symbol.text, formula.text);
         }
@@ -217,7 +217,7 @@ fn matrix(formulas: &[SymbolicFormula], names: &[String]) -> Option<String> {
     }
     let row = |i: usize| (0..names.len()).map(|j| at(i, j)).collect::<Vec<_>>().join(" & ");
     let rows: Vec<String> = (0..names.len()).map(|i| format!("  {}", row(i))).collect();
-    // Fractions above each other need some room.
+    // Fractions on several levels need some room.
     let end = if rows.iter().any(|row| row.contains(r"\frac")) { " \\\\[4pt]\n" } else { " \\\\\n" };
     Some(format!("\\[ {letter} = \\begin{{bmatrix}}\n{}\n\\end{{bmatrix}} \\]\n", rows.join(end)))
 }

@@ -1,4 +1,4 @@
-//! Kept constraints, what holds by modes, and what is prescribed, as equations in symbols have them.
+//! Multiplier constraints, unilateral and switched constraints, and prescribed motions in symbolic equations.
 
 use super::names::{Names, index, word};
 use crate::assemble::MultiplierConstraint;
@@ -10,7 +10,7 @@ use crate::reduce::Reduced;
 use crate::results::{SymbolicFormula, SymbolicMode, SymbolicMultiplierConstraint, SymbolicText};
 use crate::symbolic::{Form, FunctionSource, Laurent, Letter, Monomial, Symbol, SymbolicMotion, SymbolicMultiplier};
 
-/// A table in a kept constraint has no derivative in letters.
+/// A table in a multiplier constraint has no symbolic derivative.
 pub(super) fn refuse_tables(reduced: &Reduced) -> Result<(), Vec<Diagnostic>> {
     for constraint in &reduced.equations.multiplier_constraints {
         let names = constraint.law.formulas().into_iter().flat_map(|formula| &formula.names);
@@ -24,7 +24,7 @@ pub(super) fn refuse_tables(reduced: &Reduced) -> Result<(), Vec<Diagnostic>> {
     Ok(())
 }
 
-/// The constraints that are kept with their multipliers.
+/// The constraints enforced by multipliers.
 pub(super) fn multiplier_constraints(
     names: &Names<'_>,
     reduced: &Reduced,
@@ -58,7 +58,7 @@ pub(super) fn multiplier_constraints(
     reduced.equations.multiplier_constraints.iter().zip(&motion.multiplier_constraints).enumerate().map(one).collect()
 }
 
-/// On what depends what clutches, stops, locks and teeth carry.
+/// The conditions of the torques of clutches, stops, locks and gears.
 pub(super) fn modes(names: &Names<'_>, reduced: &Reduced, motion: &SymbolicMotion) -> Vec<SymbolicMode> {
     let unilaterals = &reduced.equations.unilaterals;
     let mode = |(element, rubs, by_symbol): &(String, bool, [Laurent; 2])| {
@@ -79,10 +79,10 @@ pub(super) fn modes(names: &Names<'_>, reduced: &Reduced, motion: &SymbolicMotio
     motion.directions.iter().map(mode).collect()
 }
 
-/// Shares are rounded to these parts in words.
+/// Shares are rounded to these fractions in the text.
 const DIGITS: f64 = 1e6;
 
-/// What holds, over the angle and the speed along its element.
+/// The force law, over the angle and the speed along its element.
 fn describe_hold(unilateral: &UnilateralConstraint, element: &str, angle: &str, speed: &str) -> String {
     let signed = |value: f64| if value == 0.0 { 0.0 } else { value };
     let side = |upper: bool, offset: f64| match upper {
@@ -135,7 +135,7 @@ fn describe_hold(unilateral: &UnilateralConstraint, element: &str, angle: &str, 
     }
 }
 
-/// What is prescribed in words, or by a rate.
+/// The prescribed motion as text, or by a rate.
 pub(super) fn prescribed(names: &Names<'_>, used: &[Letter], named: &NamedTerms) -> Vec<SymbolicMode> {
     let mut out: Vec<SymbolicMode> = Vec::new();
     for letter in used {
