@@ -99,7 +99,7 @@ fn assumed_gain_text(read: &[&str]) -> String {
 
 /// Text for blocks at a limit or in a dead zone; `None` if there are none.
 fn passes_nothing_on(names: &[&str]) -> Option<String> {
-    let [verb, again] = if names.len() == 1 { ["passes", "it does"] } else { ["pass", "they do"] };
+    let [verb, again] = if names.len() == 1 { ["has", "it has"] } else { ["have", "they have"] };
     (!names.is_empty()).then(|| {
         format!(
             "{} {verb} zero gain where the loop is linearised (at rest, where the run begins): at a limit, or in a \

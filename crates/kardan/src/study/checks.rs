@@ -396,7 +396,7 @@ fn massless_motion(document: &Document, reduced: &Reduced, model: &SparseModel) 
             let parts: Vec<(String, Rational)> =
                 moves.iter().take(MOST_LABELS).map(|(name, share)| (name.clone(), share.over(&first.1))).collect();
             let more = if moves.len() > parts.len() { " + …" } else { "" };
-            format!(", along {}{more}", combination(&parts))
+            format!(", in the direction {}{more}", combination(&parts))
         }
         [] => String::new(),
     };

@@ -157,7 +157,7 @@ fn names_of(law: &Expression) -> Vec<String> {
 #[derive(Debug, Clone)]
 pub(super) struct Track {
     pub(super) cones: Cones,
-    /// Where the last cones stand, m.
+    /// Position of the last cones, m.
     pub(super) end: f64,
 }
 

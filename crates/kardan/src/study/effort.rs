@@ -297,7 +297,7 @@ pub(super) fn check_effort(document: &Document, variant: &PreparedVariant, out: 
         None => warning.at(TableReader::place(&document.scenario, "duration"), "this duration"),
     };
     out.push(warning.help(
-        "check this number and its unit; leave out a motion that fast (a rigid connection, no inertia of its own), \
+        "check this number and its unit; remove so fast a motion (by a rigid connection, or no inertia of its own), \
          or shorten `duration`. Where that motion is damped, `--method radau` (which `--method automatic` takes \
          then) needs no such steps; with gear losses, or with laws that compute at every instant, that method is not \
          available. `kardan run` takes `--max-steps N` and `--time-limit SECONDS`, and keeps the results so far when \

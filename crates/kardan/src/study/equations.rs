@@ -37,7 +37,7 @@ pub enum EquationsForm {
 /// For configuration-dependent constraints the matrices are those at the initial position.
 ///
 /// # Errors
-/// All mistakes of the file.
+/// All errors of the file.
 pub fn equations(source: &str, form: EquationsForm) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
     Project::open(source).equations(form)
 }
@@ -46,7 +46,7 @@ impl Project {
     /// The equations of motion of the first variant; see [`equations`](super::equations()).
     ///
     /// # Errors
-    /// All mistakes.
+    /// All errors.
     pub fn equations(&self, form: EquationsForm) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
         let (prepared, diagnostics) = self.for_equations();
         let diagnostics = diagnostics.to_vec();
@@ -66,7 +66,7 @@ impl Project {
     /// The equations of motion of the first variant as data, and the warnings of the file.
     ///
     /// # Errors
-    /// All mistakes.
+    /// All errors.
     pub fn motion_equations(&self) -> Result<(MotionEquations, Vec<Diagnostic>), Vec<Diagnostic>> {
         let (latex, diagnostics) = self.equations(EquationsForm::Latex)?;
         let Some(variant) = self.for_equations().0.variants.first() else { return Err(diagnostics) };
@@ -129,7 +129,7 @@ fn operations(variant: &PreparedVariant) -> String {
         if motion.multiplier_constraints.is_empty() {
             ""
         } else {
-            " and of multipliers along kept rows, where kept q'' + kept = 0"
+            " and of multipliers of constraints, where kept q'' + kept = 0"
         },
         compiled.operations(),
         compiled.flops(),

@@ -109,7 +109,7 @@ fn ends_before(tracks: &[Track], figure: &str, series: &Series) -> Option<String
     (reached < *end).then(|| {
         format!(
             "the figure `{figure}` has no value: the run ends before the car has passed all cones, as its rear axle \
-             comes to x = {reached:.1} m and the last cones stand at x = {end:.1} m: lengthen `duration` of the \
+             reaches x = {reached:.1} m and the last cones are at x = {end:.1} m: lengthen `duration` of the \
              manoeuvre `{}`, or drive faster",
             cones.manoeuvre
         )

@@ -78,7 +78,7 @@ fn contradiction(entries: &[&Entry], conflict: &StartConflict) -> Diagnostic {
     let own = value_text(last);
     let message = match (follows, transmission) {
         (Some((_, value)), _) if earlier.is_empty() => {
-            format!("{own}, but the constraints of the model hold it at {value} {}", entries[last].unit)
+            format!("{own}, but the constraints of the model fix it at {value} {}", entries[last].unit)
         }
         (Some((_, value)), _) => {
             format!("{own} contradicts {}, from which {value} {} follows", earlier.join(", "), entries[last].unit)

@@ -276,13 +276,13 @@ pub(super) fn check_loop_along_path(variant: &PreparedVariant, out: &mut Vec<Dia
     }
 }
 
-/// ` where rk and cj stand at 40 deg`.
+/// ` where rk and cj are at 40 deg`.
 fn place(coordinates: &str, at: f64) -> String {
     if coordinates.is_empty() {
         return String::new();
     }
-    let stand = if coordinates.contains([' ', ',']) { "stand" } else { "stands" };
-    format!(" where {coordinates} {stand} at {:.1} deg", at.to_degrees())
+    let verb = if coordinates.contains([' ', ',']) { "are" } else { "is" };
+    format!(" where {coordinates} {verb} at {:.1} deg", at.to_degrees())
 }
 
 /// Important warnings for a design.

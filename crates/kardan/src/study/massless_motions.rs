@@ -184,7 +184,8 @@ fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
             NoRelaxation::Falls(elements) => refusal(
                 format!(
                     "the friction of {} falls once it slips (`breakaway`), and without inertia or damper the size of \
-                     the jump is not determined: a small inertia would carry it twice as far as a small damper",
+                     the jump is not determined: with a small inertia it would jump twice as far as with a small \
+                     damper",
                     list(&elements)
                 ),
                 "give the slipping shaft an inertia, or remove `breakaway`",

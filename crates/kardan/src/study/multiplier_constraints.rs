@@ -379,8 +379,7 @@ impl RestPoint {
             let holding = inputs.iter().map(|k| format!("{} = {:.6}", equations.inputs[*k].element, torques[*k]));
             let holding: Vec<String> = holding.collect();
             if !holding.is_empty() {
-                point_notes
-                    .push(format!("the operating point is held by constant torques: {} (SI)", holding.join(", ")));
+                point_notes.push(format!("constant torques balance the operating point: {} (SI)", holding.join(", ")));
             }
             let point =
                 OperatingPoint { position: start, rates: found.rates, torques: Some(torques), side: Side::default() };

@@ -179,7 +179,7 @@ impl NamedPoint {
             let unit = reduced.equations.domain_of(input).effort().unit();
             let (name, size) = (&input.element, torque.abs());
             (size >= limit)
-                .then(|| format!("`{name}` would have to hold {size:.6} {unit}, and its limit is {limit} {unit}"))
+                .then(|| format!("`{name}` would have to give {size:.6} {unit}, and its limit is {limit} {unit}"))
         })
     }
 
@@ -193,7 +193,7 @@ impl NamedPoint {
         let holding: Vec<String> = holding.into_iter().chain(format_currents(reduced, &found.rates)).collect();
         let by = match holding.is_empty() {
             true => "at rest without torques of motors".to_string(),
-            false => format!("held by {}", holding.join(", ")),
+            false => format!("balanced by {}", holding.join(", ")),
         };
         let proven = match found.radius {
             Some(0.0) => "proven: the residual torque is exactly zero".into(),

@@ -630,7 +630,7 @@ fn designed_law(
                 format!("control `{}`: the output `{signal}` cannot move: the constraints fix it", control.name);
             out.push(
                 Diagnostic::error("control::design", message)
-                    .at(places_in_control(document, control, &signal)[0].clone(), "held still")
+                    .at(places_in_control(document, control, &signal)[0].clone(), "fixed by constraints")
                     .help("choose an output that can move, or remove the constraint"),
             );
         }

@@ -43,7 +43,7 @@ pub struct Project {
 }
 
 impl Project {
-    /// Reads the text of a model file; [`diagnostics`](Self::mistakes) reports errors.
+    /// Reads the text of a model file; [`diagnostics`](Self::diagnostics) reports errors.
     pub fn open(source: impl Into<String>) -> Self {
         let source = source.into();
         let (entries, diagnostics, broken) = open(&source);
@@ -135,7 +135,7 @@ impl Project {
     /// ```
     ///
     /// # Errors
-    /// No `=`, no such table or parameter. [`diagnostics`](Self::mistakes) reports errors in the value.
+    /// No `=`, no such table or parameter. [`diagnostics`](Self::diagnostics) reports errors in the value.
     pub fn with(&self, values: &[impl AsRef<str>]) -> Result<(Self, Vec<String>), Diagnostic> {
         let mut entries = self.entries.clone();
         let mut remarks = Vec::new();
@@ -359,12 +359,12 @@ to = \"push\"
         fractions.sort_by(f64::total_cmp);
         fractions.dedup();
         assert_eq!(fractions.len(), 13, "{fractions:?}");
-        let study = project.run(&Settings::default(), &Silent).expect("no mistakes");
+        let study = project.run(&Settings::default(), &Silent).expect("no errors");
         assert_eq!((study.runs.len(), study.designs.len()), (3, 1));
-        project.analyze(&AnalyzeSettings::default(), &Silent).expect("no mistakes");
+        project.analyze(&AnalyzeSettings::default(), &Silent).expect("no errors");
         let simulated = DesignSettings { simulate: true, ..DesignSettings::default() };
-        project.design(&simulated, &Silent).expect("no mistakes");
-        project.equations(EquationsForm::Text).expect("no mistakes");
+        project.design(&simulated, &Silent).expect("no errors");
+        project.equations(EquationsForm::Text).expect("no errors");
         assert_eq!(designs_of("counted_once"), 3);
     }
 }

@@ -163,8 +163,7 @@ fn dimension_of(
             false => match nearest(name, before.iter().map(|figure| figure.name.as_str())) {
                 Some(near) => format!("did you mean `{near}`?"),
                 None => {
-                    "name figures that stand before it, and parameters; a signal is measured by a figure of its own"
-                        .to_string()
+                    "name preceding figures, and parameters; write a figure of its own to measure a signal".to_string()
                 }
             },
         };

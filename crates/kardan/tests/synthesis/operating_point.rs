@@ -56,7 +56,7 @@ fn the_poles_are_those_asked_for_at_the_point() {
     close(poles[1], -7.0, 1e-9);
     // m g l sin φ holds it.
     assert!(
-        reported(&design.notes, "arm.phi = 60.000000 deg, held by drive = 34.641016 N m; proven"),
+        reported(&design.notes, "arm.phi = 60.000000 deg, balanced by drive = 34.641016 N m; proven"),
         "{:?}",
         design.notes
     );
@@ -318,7 +318,7 @@ fn points_that_nothing_holds_and_kinks_are_reported() {
     refused(
         &pendulum("-100 N m * sin(arm.phi)", AT_60),
         "control::point",
-        &["`drive` would have to hold 86.602540 N m", "60 N m"],
+        &["`drive` would have to give 86.602540 N m", "60 N m"],
     );
     // A torque on a shaft that the motor does not reach.
     let more = "[shaft.free]\ninertia = \"1 kg m^2\"\n[torque.push]\nshaft = \"free\"\nlaw = \"2 N m * cos(free.phi)\"\n\

@@ -45,7 +45,7 @@ fn assumptions(found: &SymbolicEquations, mark: impl Fn(&SymbolicText) -> String
 
 /// The form of all equations.
 fn form(found: &SymbolicEquations) -> String {
-    let unilateral = if found.unilateral.is_empty() { "" } else { " + held" };
+    let unilateral = if found.unilateral.is_empty() { "" } else { " + unilateral" };
     let multiplier_constraints = match found.multiplier_constraints.is_empty() {
         true => "",
         false => " + A^T lambda; lambda follows from A q'' = c",
