@@ -103,8 +103,8 @@ fn passes_nothing_on(names: &[&str]) -> Option<String> {
     (!names.is_empty()).then(|| {
         format!(
             "{} {verb} zero gain where the loop is linearised (at rest, where the run begins): at a limit, or in a \
-             dead zone. Stability and margins are those of the loop opened there; where {again} a gain again the \
-             loop is another one, which a run shows",
+             dead zone. Stability and margins are those of the loop opened there; where {again} gain again, the loop \
+             differs, which a run shows",
             quoted(names.iter().copied())
         )
     })

@@ -91,8 +91,8 @@ impl Rest {
             let (best, residual) = all.best.unwrap_or_default();
             if residual == 0.0 && !best.is_empty() {
                 return Err(format!(
-                    "at {} no residual torque remains, but a law has no derivative there: whether it is an \
-                     equilibrium is not decided",
+                    "at {} no residual torque remains, but a law has no derivative there: whether the model stays \
+                     there is not decided",
                     place(&best)
                 ));
             }

@@ -140,7 +140,7 @@ fn of_block(
         let places = places_in_control(document, control, name);
         let diagnostic =
             Diagnostic::error("unit::dimension", message).at(places[places.len() - 1].clone(), "this reference");
-        out.push(diagnostic.help(format!("let the block output a unit such as {}", expected.example())));
+        out.push(diagnostic.help(format!("choose an output unit of the block such as {}", expected.example())));
     }
 }
 

@@ -66,8 +66,8 @@ pub(super) fn extrapolation_warnings(reduced: &Reduced, programs: &Programs, ser
         };
         let in_unit = |value: f64| format!("{value:.6} {unit}").trim_end().to_string();
         format!(
-            "`{element}` read table `{name}` outside its range{axis} from {first:.6} s on: at {time:.6} s {} {side} \
-             its {which} point at {}, where {goes_on} (largest of all rows)",
+            "`{element}` read table `{name}` outside its range{axis} from {first:.6} s on: at {time:.6} s by {} \
+             {side} its {which} point at {}, where {goes_on} (largest of all rows)",
             in_unit(by),
             in_unit(end)
         )

@@ -282,7 +282,7 @@ fn warning(pole: Pole, frequency: f64, damping: f64) -> Option<String> {
             Some(format!("unstable: it grows with {} 1/s behind the outputs", digits(re)))
         }
         Complex { re: 0.0, im: 0.0 } => {
-            Some("at zero: an integrator remains unobservable at the outputs, its motion does not decay".into())
+            Some("at zero: an integrator remains behind the outputs, its motion does not decay".into())
         }
         Complex { re: 0.0, .. } => Some(format!(
             "not damped at all: it oscillates without end at {} rad/s behind the outputs",

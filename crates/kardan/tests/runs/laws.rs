@@ -201,11 +201,11 @@ fn a_run_shows_which_tables_it_left() {
     let reported: Vec<&String> = found.runs[0].notes.iter().filter(|note| note.contains("outside its range")).collect();
     // Of 2 φ = 10 rad/s · t the row after 0.1 s is the first beyond 1 rad, and at the end 10 rad are asked.
     let words = [
-        "`two` read table `left` outside its range from 0.110000 s on: at 1.000000 s 9.000000 rad above its last point at 1.000000 rad, \
+        "`two` read table `left` outside its range from 0.110000 s on: at 1.000000 s by 9.000000 rad above its last point at 1.000000 rad, \
          where the value of that point is used",
     ];
     let short = [
-        "`two` read table `short` outside its range along y from 0.510000 s on: at 1.000000 s 0.500000 s above its last point at 0.500000 s",
+        "`two` read table `short` outside its range along y from 0.510000 s on: at 1.000000 s by 0.500000 s above its last point at 0.500000 s",
     ];
     assert_eq!(reported.len(), 2, "{reported:?}");
     for (note, words) in reported.iter().zip([words, short]) {
@@ -223,10 +223,10 @@ fn a_run_shows_which_tables_it_left() {
         reported,
         [
             &format!(
-                "`e` read table `map` outside its range along x from 0.000000 s on: at 0.000000 s 5.000000 rad/s above its last point at 10.000000 rad/s, {end}"
+                "`e` read table `map` outside its range along x from 0.000000 s on: at 0.000000 s by 5.000000 rad/s above its last point at 10.000000 rad/s, {end}"
             ),
             &format!(
-                "`e` read table `map` outside its range along y from 0.000000 s on: at 1.000000 s 2.000000 above its last point at 1.000000, {end}"
+                "`e` read table `map` outside its range along y from 0.000000 s on: at 1.000000 s by 2.000000 above its last point at 1.000000, {end}"
             ),
         ]
     );
@@ -263,7 +263,7 @@ fn tables_that_blocks_leave_are_reported() {
     ] {
         let reported = run(&rest);
         let end = format!(
-            "s {by:.6} rad above its last point at 1.000000 rad, where the value of that point is used"
+            "s by {by:.6} rad above its last point at 1.000000 rad, where the value of that point is used"
         );
         assert!(
             reported.len() == 1 && reported[0].contains(&format!("`{who}` read table `tb` outside its range")),

@@ -161,7 +161,7 @@ fn a_loss_map_that_is_left_is_reported() {
         [("speed", "rad/s", 1.0, 2.0 * acceleration), ("load", "N m", 0.05, 0.5 / 16.0 * acceleration)]
     {
         let note = reported(&run(argument, unit, last)).expect("a note");
-        let asked = format!("s {:.6} {unit} above its last point at {last:.6} {unit}", largest - last);
+        let asked = format!("s by {:.6} {unit} above its last point at {last:.6} {unit}", largest - last);
         assert!(note.contains(by) && note.contains(&asked), "{note}: {asked}");
         assert_eq!(reported(&run(argument, unit, 2.0 * largest)), None);
     }

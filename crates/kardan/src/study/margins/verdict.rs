@@ -66,7 +66,7 @@ fn free_motions(margins: &Margins, out: &mut Vec<String>) {
         out.push(format!("{what}: {} {poles} at zero, {how}, left out of all statements here.", margins.free_poles));
         if margins.drift > 0.0 && !margins.only_count {
             out.push(format!(
-                "At this sample time it is slightly unstable: without control it grows with {:.2e} 1/s.",
+                "At this sample time it is not quite free: without control it grows with {:.2e} 1/s.",
                 margins.drift
             ));
         }
