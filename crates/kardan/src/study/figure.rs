@@ -31,7 +31,7 @@ impl HasName for Figure {
     }
 }
 
-/// What a figure is.
+/// The definition of a figure.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FigureOf {
     /// The measure of a signal: a requirement without a bound.
