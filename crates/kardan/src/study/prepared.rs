@@ -23,7 +23,7 @@ pub struct Prepared {
     pub name: String,
     /// One-sentence description.
     pub description: String,
-    /// Whether the file names its variants (`[[variant]]`), which changes how messages call them.
+    /// Whether the file names its variants; messages then use these names.
     pub named: bool,
     /// One entry for each run.
     pub variants: Vec<Arc<PreparedVariant>>,
