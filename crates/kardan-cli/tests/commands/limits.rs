@@ -230,7 +230,7 @@ fn a_signal_keeps_what_an_analysis_has() {
     let mut unproven = 0;
     stopped_everywhere(&at, &[&arguments[..], &["--certify"]].concat(), 2, &mut |json, _| {
         let proven = json["certificate"]["proven"].as_bool().unwrap();
-        is_unfinished(&at, &json, if proven { "inputs" } else { "proofs asked for" });
+        is_unfinished(&at, &json, if proven { "inputs" } else { "requested proofs" });
         unproven += usize::from(!proven);
     });
     assert_eq!(unproven, 1);

@@ -1,4 +1,4 @@
-//! Margins of the motors where the joints of the variant stand, and over a box of plants.
+//! Margins of the motors at the positions of the joints of the variant, and over a box of plants.
 
 use rayon::prelude::*;
 
@@ -7,7 +7,7 @@ use super::loop_along_path::{loop_at, turns};
 use super::stepped_loop::Subject;
 use crate::results::{BoxMargin, ChannelMargin, MarginsOverPositions, PositionMargins};
 
-/// Plants of a box whose margins are looked at, besides its worst corners.
+/// Number of plants of a box whose margins are computed, besides its worst corners.
 const PLANTS: usize = 12;
 
 /// The margins of a controller's motors along all motions of the joints; `None` without joints.
@@ -37,7 +37,7 @@ fn ones(subject: &Subject) -> Vec<f64> {
     vec![1.0; subject.plant.names().len()]
 }
 
-/// The least margins of each motor over some plants of a box and these corners of it; empty where they cannot be computed.
+/// The least margins of each motor over some plants of a box and these corners of it; empty if they cannot be computed.
 pub(super) fn margins_over_box(
     subject: &Subject,
     motors: &[String],

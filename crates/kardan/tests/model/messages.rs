@@ -123,7 +123,7 @@ fn both_sides_of_a_kink_are_analysed() {
     assert_eq!(wrong.len(), 1, "{wrong:?}");
     let [code, message, under, ..] = reported(&source, &wrong[0]);
     let expected =
-        "`l` has no slope at the operating point, so the model has no linear one there: it jumps where `a.phi` = 0";
+        "`l` has no slope at the operating point, so the model has no linearisation there: it jumps where `a.phi` = 0";
     assert_eq!((code.as_str(), message.as_str(), under), ("analysis::slope", expected, format!("\"{jump}\"")));
 }
 
@@ -248,7 +248,7 @@ fn a_point_beyond_a_stop_is_reported() {
         let found = analyze(&source, &AnalyzeSettings::default(), &Silent).unwrap_or_else(|wrong| panic!("{wrong:?}"));
         found.notes.into_iter().filter(|note| note.contains("beyond")).collect::<Vec<_>>()
     };
-    let reported = "the operating point lies 0.174533 rad beyond the stop of `s`: the model cannot be there, it is looked at as if that were open";
+    let reported = "the operating point lies 0.174533 rad beyond the stop of `s`: the model cannot be there; the analysis treats the stop as open";
     assert_eq!(noted("20 deg"), [reported]);
     assert!(noted("10 deg").is_empty() && noted("-1 rad").is_empty());
 }

@@ -649,7 +649,7 @@ Values
   m       m             20 kg
   r       r             0.1 m
 
-Coordinates that follow
+Dependent coordinates
   cabin   = r*drum
   cabin'  = r*drum'
   cabin'' = r*drum''
@@ -667,7 +667,7 @@ Not in the equations, as their value is zero: idle
 "
     );
     let refused = project.symbolic_text(EquationsForm::Plan).unwrap_err();
-    assert_eq!(refused[0].message, "a plan is made for numbers, not for symbols");
+    assert_eq!(refused[0].message, "a plan needs numbers, not symbols");
     let broken = Project::open("[shaft.axle]\ninertia = \"2 kg\"\n");
     assert_eq!(broken.symbolic_equations().unwrap_err()[0].code, "unit::dimension");
 }

@@ -441,7 +441,7 @@ fn what_cannot_be_ends_the_run() {
     assert!(run.series.time.len() >= 50, "{}", run.series.time.len());
     let below = ball("restitution = 0.5").replace("80 cm", "-1 cm");
     let reported = study::check(&below);
-    let message = "the run begins 0.010000 m beyond the stop of `ground`, which nothing can pass";
+    let message = "the run begins 0.010000 m beyond the stop of `ground`, which is rigid";
     assert!(
         reported.len() == 1 && reported[0].code == "scenario::stop" && reported[0].message == message,
         "{reported:?}"
@@ -463,9 +463,9 @@ fn equations_name_what_holds() {
     let (text, _) =
         Project::open(source).symbolic_text(EquationsForm::Text).unwrap_or_else(|reported| panic!("{reported:?}"));
     for line in [
-        "Forces of what holds by modes\n  a = c.tau\n  m = e.f\n",
-        "  c.tau: against a' while it slips, of the size 1 N m; up to as much either way while it sticks\n",
-        "  e.f: zero while m > 0; else what keeps it from going below; zero while m < 1; else what keeps it from going above\n",
+        "Forces of unilateral and switched constraints\n  a = c.tau\n  m = e.f\n",
+        "  c.tau: against a' while it slips, of magnitude 1 N m; up to as much in both directions while it sticks\n",
+        "  e.f: zero while m > 0; else the torque that keeps it from going below; zero while m < 1; else the torque that keeps it from going above\n",
         "  w = -20 N\n",
     ] {
         assert!(text.contains(line), "{line}{text}");
@@ -624,7 +624,7 @@ fn equilibria_lie_within_rigid_stops() {
     }
     let unstable = spring.replace("-10 N - 2 N/m * a.s", "10 N + 2 N/m * a.s");
     let reported = study::check(&format!("{unstable}{run}"));
-    let words = "the equilibrium a.s = -5.000000 m lies beyond the stop of `k`, which nothing can pass";
+    let words = "the equilibrium a.s = -5.000000 m lies beyond the stop of `k`, which is rigid";
     assert!(reported.len() == 1 && reported[0].message.contains(words), "{reported:?}");
 }
 

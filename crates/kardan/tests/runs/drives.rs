@@ -170,7 +170,7 @@ fn events_set_a_current_source() {
     );
     assert!(reported(source.replace("at = \"1 s\"", "at = \"0 s\"").replace("over = \"500 ms\"\n", "")).is_empty());
     let given = reported(source.replacen("to = \"n\"", "to = \"n\"\ncurrent = \"1 A\"", 1));
-    assert!(given.iter().any(|one| one.contains("the current of `I` is what its `current` says")), "{given:?}");
+    assert!(given.iter().any(|one| one.contains("the `current` of `I` prescribes its current")), "{given:?}");
     let dimension = reported(source.replace("\"2 A\"", "\"2 V\""));
     assert!(dimension.iter().any(|one| one.starts_with("unit::dimension")), "{dimension:?}");
 }

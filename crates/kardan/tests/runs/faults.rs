@@ -288,7 +288,7 @@ fn faults_that_cannot_be() {
         ("sensor = \"m\"\nat = \"1 s\"", "no controller reads a sensor `m`", "sensors are read by"),
         ("motor = \"m\"\nkind = \"lost\"\nat = \"1 s\"", "a motor cannot be `lost`", "choose one of"),
         ("motor = \"m\"\nsensor = \"s\"\nat = \"1 s\"", "it names `sensor`, `motor`", "for each"),
-        ("at = \"1 s\"", "nothing is named that fails", "motor"),
+        ("at = \"1 s\"", "it names no failing part", "motor"),
         ("motor = \"m\"\nkind = \"reduced\"\nat = \"1 s\"", "`reduced` needs the key `by`", "by = "),
         ("motor = \"m\"\nkind = \"reduced\"\nby = 1.5\nat = \"1 s\"", "leaves all of it", "below one"),
         ("motor = \"m\"\nkind = \"braking\"\nat = \"1 s\"", "`braking` needs the key `by`", "`by = \""),
@@ -301,7 +301,7 @@ fn faults_that_cannot_be() {
         ),
         ("sensor = \"enc\"\nkind = \"noise\"\nby = \"-1 rad\"\nat = \"1 s\"", "must be more than zero", "above zero"),
         ("motor = \"m\"\nkind = \"braking\"\nby = \"1 N m\"\nat = \"1 s\"", "expected", "unit"),
-        ("motor = \"m\"\nby = 2\nat = \"1 s\"", "`by` says nothing for `dead`", "remove"),
+        ("motor = \"m\"\nby = 2\nat = \"1 s\"", "`by` has no meaning for `dead`", "remove"),
         ("motor = \"m\"\nkind = \"undervoltage\"\nby = 0.5\nat = \"1 s\"", "no limit", "torque_limit"),
         ("motor = \"m\"\nat = \"2 s\"\nuntil = \"1 s\"", "before it begins", "until"),
     ];
@@ -463,7 +463,7 @@ fn what_cannot_break() {
         (&bare, "element = \"bar\"\nkind = \"jump\"\nby = \"1 N m\"\nat = \"1 s\"", "expected an angle", "deg"),
         (&bare, "element = \"bar\"\nat = \"1 s\"\nuntil = \"1.5 s\"", "stays broken", "remove `until`"),
         (&bare, "element = \"bar\"\nkind = \"dead\"\nat = \"1 s\"", "an element cannot be `dead`", "broken"),
-        (&play, "element = \"bar\"\nat = \"1 s\"", "has play", "backlash"),
+        (&play, "element = \"bar\"\nat = \"1 s\"", "has backlash", "backlash"),
         (&rubs, "element = \"bar\"\nat = \"1 s\"", "Coulomb friction", "of its own"),
     ];
     for (source, keys, message, help) in cases {

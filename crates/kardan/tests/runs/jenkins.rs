@@ -163,10 +163,10 @@ fn what_jumps_is_refused() {
         assert!(errors[0].help.is_some() && !errors[0].labels.is_empty());
     };
     refused("[motor.push]\nshaft = \"m1\"\n", &["`m1`", "`f1`", "`push`", "jump"]);
-    refused(&scenario(1.0, 10, "\"a.phi\" = \"0.1 rad\""), &["2.000000", "`f1`", "holds 1.0"]);
+    refused(&scenario(1.0, 10, "\"a.phi\" = \"0.1 rad\""), &["2.000000", "`f1`", "sticks up to 1.0"]);
     refused(
         "[spring_damper.d]\nshaft_1 = \"m1\"\ndamping = \"1 N m s/rad\"\n",
-        &["`m1`", "the friction of `f1` and the damping of `d` act along it together"],
+        &["`m1`", "the friction of `f1` and the damping of `d` both act on it"],
     );
     let falls = "[shaft.n]\n[spring_damper.t]\nshaft_1 = \"a\"\nshaft_2 = \"n\"\nstiffness = \"1 N m/rad\"\n\
         [spring_damper.g]\nshaft_1 = \"n\"\nfriction = \"1 N m\"\nbreakaway = \"2 N m\"\nstribeck_speed = \"1 rad/s\"\n";
@@ -177,5 +177,5 @@ fn what_jumps_is_refused() {
     refused(series, &["`g`, `h`", "slip against each other without a spring"]);
     let relaxes = "[shaft.n]\n[spring_damper.t]\nshaft_1 = \"m1\"\nshaft_2 = \"n\"\nstiffness = \"1 N m/rad\"\n\
         [spring_damper.d]\nshaft_1 = \"n\"\ndamping = \"1 N m s/rad\"\n";
-    refused(relaxes, &["`f1`", "to what a damper holds"]);
+    refused(relaxes, &["`f1`", "with a damper"]);
 }

@@ -156,12 +156,12 @@ fn a_loss_map_that_is_left_is_reported() {
     };
     let acceleration = (1.0 - 0.1) / (0.3 + 0.5 / 16.0);
     let reported = |run: &kardan::results::Run| run.notes.iter().find(|note| note.contains("table `map`")).cloned();
-    let by = "was left in `gear`, from";
+    let by = "`gear` read table `map` outside its range from";
     for (argument, unit, last, largest) in
         [("speed", "rad/s", 1.0, 2.0 * acceleration), ("load", "N m", 0.05, 0.5 / 16.0 * acceleration)]
     {
         let note = reported(&run(argument, unit, last)).expect("a note");
-        let asked = format!("it was asked {:.6} {unit} above its last point at {last:.6} {unit}", largest - last);
+        let asked = format!("s by {:.6} {unit} above its last point at {last:.6} {unit}", largest - last);
         assert!(note.contains(by) && note.contains(&asked), "{note}: {asked}");
         assert_eq!(reported(&run(argument, unit, 2.0 * largest)), None);
     }

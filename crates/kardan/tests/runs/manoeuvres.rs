@@ -288,7 +288,7 @@ fn a_run_that_ends_between_the_cones_passes_nothing() {
         // Straight on at 20 m/s, with the rear axle 1.5 m behind.
         let early = study(&model(1.2)).runs.remove(0);
         assert!(room(&early).is_none() && !early.requirements[0].passed, "{:?}", early.requirements);
-        let reported = format!("its rear axle comes to x = 22.5 m and the last cones stand at x = {end:.1} m");
+        let reported = format!("its rear axle reaches x = 22.5 m and the last cones are at x = {end:.1} m");
         let found =
             early.notes.iter().find(|note| note.contains(&reported)).unwrap_or_else(|| panic!("{:?}", early.notes));
         assert!(found.contains("lengthen `duration` of the manoeuvre `change`"), "{found}");

@@ -387,7 +387,7 @@ fn a_reference_is_reported_of_a_signal_that_does_not_fit() {
         ),
         (
             "kind = \"expression\"\nvalue = \"2 * arm.w\"\n",
-            "control `c`: `wish` should be an angle, and the block answers an angular velocity",
+            "control `c`: `wish` should be an angle, but the block outputs an angular velocity",
         ),
         (
             "kind = \"expression\"\nvalue = \"pull * 1 rad / 1 N m\"\n",

@@ -71,12 +71,8 @@ fn a_driveline_that_rolls_on() {
             let found = design(&source, &settings, &Silent).expect("a design");
             let margins = found.margins.expect("margins");
             assert_eq!(margins.stable, Some(true), "{clock} {lag}: {}", margins.verdict);
-            assert_eq!(
-                (margins.uncontrolled_poles, margins.uncontrolled_modes.join(" ").as_str()),
-                (2, "a b c"),
-                "{clock} {lag}"
-            );
-            assert!(margins.verdict.contains("Nobody holds a motion of `a`, `b` and `c`: 2 poles at zero"));
+            assert_eq!((margins.uncontrolled_poles, margins.uncontrolled_modes.join(" ").as_str()), (2, "a b c"), "{clock} {lag}");
+            assert!(margins.verdict.contains("Uncontrolled rigid-body motion of `a`, `b` and `c`: 2 poles at zero"));
             let limit = margins.longest_lag.expect("a limit").value;
             if clock.is_empty() {
                 let variant = common::first(&source);
@@ -151,7 +147,7 @@ fn next_to_zero_is_not_zero() {
                 assert_eq!(margins.near_zero_poles.len(), 1, "{at}");
                 // To what rounding of a stiffness of 1e9 N m/rad leaves of it.
                 assert!((margins.near_zero_poles[0] / -1e-9 - 1.0).abs() < 1e-2, "{at}");
-                assert!(margins.verdict.contains("too close to it for floating point"), "{at}");
+                assert!(margins.verdict.contains("indistinguishable from zero in floating point"), "{at}");
             }
         }
         // No model is allowed to make energy, a loop may.
@@ -253,7 +249,7 @@ fn a_free_motion_that_sampling_moves() {
     let largest = SampledLoop::new(&plant, &parts).expect("a map").spectral_radius().expect("eigenvalues");
     assert!(margins.stable == Some(true) && margins.uncontrolled_poles == 2 && largest > 1.0, "{}", margins.verdict);
     assert!((largest.ln() / 1e-4 / margins.drift - 1.0).abs() < 1e-3, "{largest} {}", margins.drift);
-    assert!(margins.verdict.contains("does not stay quite free"), "{}", margins.verdict);
+    assert!(margins.verdict.contains("not quite free"), "{}", margins.verdict);
 }
 
 fn system(rows: &[&[f64]]) -> Matrix<f64> {
@@ -568,7 +564,7 @@ fn a_torque_that_may_hardly_be_larger() {
         assert!(1.005 < factor && factor < 1.01, "{factor}");
         assert!(margins.stable == Some(true) && margins.low_margins);
         let said = format!(
-            "stable, but hardly: the torque of `m` times {factor:.4} makes the loop unstable, at {frequency:.4} rad/s"
+            "stable with low margins: the torque of `m` times {factor:.4} makes the loop unstable, at {frequency:.4} rad/s"
         );
         assert!(found.warnings.contains(&said), "{:?}", found.warnings);
         let reported = kardan::study::check(&source);

@@ -1,4 +1,4 @@
-//! How wrong each motor and reading of a loop may be alone, and all motors at once.
+//! Margins of each motor and reading of a loop alone, and of all motors at once.
 
 use kardan_rt::functions::{atan2, hypot};
 use rayon::prelude::*;
@@ -31,7 +31,7 @@ fn named(name: &str, reading: bool, found: &ChannelMargins) -> ChannelMargin {
     }
 }
 
-/// How wrong the torque of each motor may be alone; with `late` the delay that a sampled loop tolerates is searched too.
+/// The margins of each motor; with `late` the tolerated delay of a sampled loop is searched too.
 pub(super) fn of_motors(survey: &Survey<'_>, response: Option<&Response>, late: bool) -> Vec<ChannelMargin> {
     let clock = survey.clocks[survey.number];
     let law = &survey.laws[survey.number];
@@ -56,7 +56,7 @@ pub(super) fn of_motors(survey: &Survey<'_>, response: Option<&Response>, late: 
     law.inputs().par_iter().enumerate().filter_map(one).collect()
 }
 
-/// How wrong the torque of each motor may be alone, from the response of a stable loop; of a sampled one without the delay. `None` if
+/// The margins of each motor, from the response of a stable loop; of a sampled one without the delay. `None` if
 /// it cannot be computed.
 pub(in crate::study) fn motor_margins(view: &ControlLoop<'_>, motors: &[String]) -> Option<Vec<ChannelMargin>> {
     let response = view.motors()?;
@@ -87,13 +87,13 @@ pub(super) fn sensor_rows(model: &Plant, law: &dyn Law) -> Vec<(String, Vec<Rati
     law.sensors().iter().map(|signal| (signal.name.clone(), row_of(model, law, signal))).collect()
 }
 
-/// What a signal is over `[q_r; q̇_r]`.
+/// The row of a signal over `[q_r; q̇_r]`.
 pub(super) fn row_of(model: &Plant, law: &dyn Law, signal: &OutputSignal) -> Vec<Rational> {
     let found = model.system(law.inputs(), std::slice::from_ref(signal));
     found.c.row(0).to_vec()
 }
 
-/// How wrong each channel may be alone, and all motors at once.
+/// The margins of each channel alone, and of all motors at once.
 pub(super) fn errors(
     variant: &PreparedVariant,
     number: usize,
@@ -119,7 +119,7 @@ pub(super) fn errors(
     (out, together)
 }
 
-/// How wrong all channels of a response may be at once, with their names; `None` of one channel alone, or if an iteration fails.
+/// The margin of all channels of a response at once, with their names; `None` for one channel alone, or if an iteration fails.
 pub(super) fn named_together(response: &Response, names: &[String]) -> Option<TogetherMargin> {
     if response.channels() < 2 {
         return None;

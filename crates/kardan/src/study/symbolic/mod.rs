@@ -1,4 +1,4 @@
-//! The equations of motion in the names of their values.
+//! The equations of motion with symbols for their values.
 
 mod names;
 mod page;
@@ -20,7 +20,7 @@ use crate::symbolic::{FunctionSource, Laurent, Letter, Symbol, SymbolicMotion};
 use crate::units::{Dimension, Exact, Expression};
 
 impl Project {
-    /// The equations of motion of the first variant with the names of their values: parameters by their name, values of elements by a letter and
+    /// The equations of motion of the first variant with symbols: parameters by their name, values of elements by a letter and
     /// the element's name. Also the warnings of the file.
     ///
     /// ```
@@ -32,7 +32,7 @@ impl Project {
     /// ```
     ///
     /// # Errors
-    /// All mistakes of the file, or why there is no explicit form with joints at any angle.
+    /// All errors of the file, or why there is no explicit form with joints at any angle.
     pub fn symbolic_equations(&self) -> Result<(SymbolicEquations, Vec<Diagnostic>), Vec<Diagnostic>> {
         let (_, found, diagnostics) = self.symbolic()?;
         Ok((found, diagnostics))
@@ -41,15 +41,15 @@ impl Project {
     /// The same as text or LaTeX.
     ///
     /// # Errors
-    /// As of [`symbolic_equations`](Self::symbolic_equations); a plan has numbers alone.
+    /// Those of [`symbolic_equations`](Self::symbolic_equations); a plan contains only numbers.
     pub fn symbolic_text(&self, form: EquationsForm) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
         let (variant, found, diagnostics) = self.symbolic()?;
         let text = match form {
             EquationsForm::Text => page::text(variant, &found),
             EquationsForm::Latex => page::latex(variant, &found),
             EquationsForm::Plan => {
-                let message = "a plan is made for numbers, not for symbols";
-                return Err(vec![Diagnostic::error("symbolic::plan", message).help("ask for text, LaTeX or JSON")]);
+                let message = "a plan needs numbers, not symbols";
+                return Err(vec![Diagnostic::error("symbolic::plan", message).help("choose text, LaTeX or JSON")]);
             }
         };
         Ok((text, diagnostics))
@@ -62,8 +62,8 @@ impl Project {
         let Some(variant) = prepared.variants.first().filter(|_| !error) else { return Err(diagnostics) };
         let own = &variant.reduced.equations;
         if (0..own.constraints.len()).any(|row| own.is_equilibrium(row)) {
-            let message = "motions without inertia follow from springs alone here, which is not written in symbols";
-            let help = "give them an inertia, or look at the equations without --symbolic";
+            let message = "motions without inertia follow only from springs here, for which there is no symbolic form";
+            let help = "give them an inertia, or print the equations without --symbolic";
             return Err(vec![Diagnostic::error("symbolic::massless", message).help(help)]);
         }
         unilateral::refuse_tables(&variant.reduced)?;
@@ -73,7 +73,7 @@ impl Project {
         let equations = assemble(&variant.model.all_coordinates, &named.terms);
         let reduced = reduce(equations, Some(&coordinates)).map_err(|error| {
             let message = format!("with joints at any angle there is no explicit form over these coordinates: {error}");
-            let help = "name other coordinates in `[model]`, or look at the equations without --symbolic";
+            let help = "name other coordinates in `[model]`, or print the equations without --symbolic";
             vec![Diagnostic::error("symbolic::explicit", message).help(help)]
         })?;
         let behind = reduced
@@ -82,30 +82,31 @@ impl Project {
             .iter()
             .find(|constraint| matches!(constraint.law, MultiplierLaw::Position(..)));
         if let Some(MultiplierConstraint { element, .. }) = behind {
-            let message = format!("`{element}` prescribes a position behind a curve, which is not written in symbols");
-            let help = "prescribe the end that drives the curve, or look at the equations without --symbolic";
+            let message =
+                format!("`{element}` prescribes a position behind a curve, for which there is no symbolic form");
+            let help = "prescribe the end that drives the curve, or print the equations without --symbolic";
             return Err(vec![Diagnostic::error("symbolic::curve", message).help(help)]);
         }
         if let Some(group) = reduced.redundant_groups().first() {
             let all = quoted(group.iter().map(String::as_str));
             let message = format!(
-                "the constraints {all} hold the same motion, so their torques are not unique and have no formulas"
+                "the constraints {all} restrict the same motion, so their torques are not unique and have no formulas"
             );
-            let help = "take one of them out, or look at the equations without --symbolic";
+            let help = "remove one of them, or print the equations without --symbolic";
             return Err(vec![Diagnostic::error("symbolic::redundant", message).help(help)]);
         }
         let start = &variant.scenario.position;
         let (meanings, functions) = (named.meanings.clone(), &named.functions);
         let motion = SymbolicMotion::new(&named.terms, meanings, functions, &reduced, start).ok_or_else(|| {
             let message = "written in symbols, one entry of the equations has thousands of terms";
-            let help = "look at the numbers without --symbolic, or at a part of the model";
+            let help = "print the numbers without --symbolic, or use a part of the model";
             vec![Diagnostic::error("symbolic::size", message).help(help)]
         })?;
         Ok((variant, found(&named, &reduced, &motion), diagnostics))
     }
 }
 
-/// What is shown of the equations.
+/// The displayed equations.
 fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> SymbolicEquations {
     let used = motion.letters.used_in(motion.all());
     let names = Names::new(&motion.letters, &used, &reduced.equations, &named.values);
@@ -175,7 +176,7 @@ fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> Symb
     }
 }
 
-/// Values of letters, of what stands in laws and modes as it is written, and of what these follow from.
+/// Values of letters, of the texts of laws and modes, and of their sources.
 fn values(named: &NamedTerms, reduced: &Reduced, names: &Names<'_>, used: &[Letter]) -> Vec<SymbolOfValue> {
     let value = |letter: &Letter| {
         let Symbol::Value(of) = names.letters.symbol(*letter) else { return None };
@@ -214,7 +215,7 @@ fn values(named: &NamedTerms, reduced: &Reduced, names: &Names<'_>, used: &[Lett
             out.push(symbol_of(of, &symbol_value.value, symbol_value.dimension));
         }
     }
-    // What a value follows from stands behind it as it is written.
+    // The source of a value follows it as text.
     let mut open = 0;
     while let Some(one) = out.get(open) {
         let read = one.derived_from.as_deref().and_then(|text| Expression::parse(text).ok());
@@ -258,7 +259,7 @@ fn constraint_torques(names: &Names<'_>, reduced: &Reduced, motion: &SymbolicMot
     linear.chain(curves).zip(&motion.multipliers).map(one).collect()
 }
 
-/// What must not be zero: of a product each value in it.
+/// Values that must not be zero: every factor of a product.
 fn divisors(names: &Names<'_>, motion: &SymbolicMotion) -> Vec<SymbolicText> {
     let mut out: Vec<SymbolicText> = Vec::new();
     for divisor in &motion.divisors {
