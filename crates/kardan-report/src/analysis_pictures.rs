@@ -142,7 +142,7 @@ pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> Option<Picture> {
         return None;
     }
     let plane = Plane::new(poles.iter().chain(&circles).map(|point| point.at));
-    let mut body = plane.frame("eigenvalues here grow");
+    let mut body = plane.frame("unstable half-plane");
     for point in &circles {
         let title = format!("zero at {}", phrases::pair(point.at));
         body += &mark(plane.place(point.at), "zero", &title, point);
@@ -150,9 +150,9 @@ pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> Option<Picture> {
     for point in &poles {
         let fails = match (point.unreached, point.unobservable) {
             (false, false) => "",
-            (true, false) => ", not reached",
-            (false, true) => ", not seen",
-            (true, true) => ", neither reached nor seen",
+            (true, false) => ", not controllable",
+            (false, true) => ", not observable",
+            (true, true) => ", neither controllable nor observable",
         };
         let title = format!("eigenvalue {}{fails}", phrases::pair(point.at));
         body += &mark(plane.place(point.at), "pole", &title, point);
@@ -163,15 +163,19 @@ pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> Option<Picture> {
     for (kind, sample, label) in [
         ("pole", sample(false, false), "eigenvalue"),
         ("zero", sample(false, false), "invariant zero"),
-        ("pole", sample(true, false), "inputs do not reach it"),
-        ("pole", sample(false, true), "outputs do not show it"),
+        ("pole", sample(true, false), "not controllable"),
+        ("pole", sample(false, true), "not observable"),
     ] {
         body += &mark((at + 8.0, below - 4.0), kind, label, &sample);
         body += &text(at + 28.0, below, "", label);
         at += 50.0 + 6.2 * label.len() as f64;
     }
     let drawn = drawing(Plane::FULL_WIDTH, below + 12.0, "poles and zeros in the complex plane", &body);
-    Some(figure_of("Poles and zeros", &drawn, &format!("{} In the shaded half-plane motions grow.", plane.caption())))
+    Some(figure_of(
+        "Poles and zeros",
+        &drawn,
+        &format!("{} Modes in the shaded half-plane are unstable.", plane.caption()),
+    ))
 }
 
 /// The complex plane with its axes.
@@ -340,7 +344,7 @@ pub(super) fn energies(modes: &[Mode]) -> Option<Picture> {
         if names.is_empty() { String::new() } else { format!("{word}: {entries}<br/>") }
     };
     let caption = format!(
-        "{}{}The upper bar shows where the energy of a mode is stored, the lower one where it is lost.",
+        "{}{}Upper bar: where a mode stores energy; lower bar: where it loses energy.",
         legend(0, "Kinetic"),
         legend(1, "Potential")
     );
@@ -407,7 +411,7 @@ pub(super) fn ranking(search: &PlacementSearch) -> Option<Picture> {
     }
     body += &line((left, 0.0), (left, row * sets.len() as f64), "axis");
     let room = CHARACTER * (10 + search.unit.chars().count()) as f64;
-    let drawn = drawing(left + width + room, row * sets.len() as f64 + 2.0, "scores of the sets of places", &body);
+    let drawn = drawing(left + width + room, row * sets.len() as f64 + 2.0, "scores of the placements", &body);
     Some(figure_of("", &drawn, if logarithmic { "The bars are logarithmic." } else { "" }))
 }
 

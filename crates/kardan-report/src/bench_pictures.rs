@@ -43,8 +43,8 @@ fn plot(experiment: &Experiment, response: &Response) -> Plot {
     Plot {
         id: format!("{}-{}", experiment.name, response.output),
         title: format!("{}: {}", experiment.name, response.output),
-        caption: "Simulation: the controller in continuous time on the model that it was designed on, without friction. Bench: as it \
-                  runs on the plant of the bench; noise of sensors is not drawn."
+        caption: "Simulation: the continuous-time controller on its design model, without friction. Bench: the \
+                  controller as it runs on the bench plant; sensor noise is not drawn."
             .into(),
         signals: vec![response.signal.clone()],
         references: vec![PlottedReference { signal: response.reference.clone(), opposite: false }],

@@ -91,8 +91,8 @@ pub(super) fn curves<'a>(study: &'a Study, plot: &'a Plot) -> Curves<'a> {
     let mut note: Vec<&str> = logarithmic.iter().map(String::as_str).collect();
     if coincident {
         note.push(
-            "Curves that coincide to within the width of a line are drawn in one another, the first of them widest; the legend \
-             says which.",
+            "Curves that coincide within a line width are drawn over each other, the first one widest; the legend \
+             names them.",
         );
     }
     let moves = all.iter().any(|curve| span(&curve.values).is_some_and(|(low, high)| high > low));
@@ -100,7 +100,7 @@ pub(super) fn curves<'a>(study: &'a Study, plot: &'a Plot) -> Curves<'a> {
         && moves
         && all.iter().all(|curve| span(&curve.values).is_some_and(|(low, high)| high - low < least_span))
     {
-        note.push("What moves here is less than a billionth of what these signals do in other runs: rounding.");
+        note.push("The changes here are less than a billionth of these signals' range in other runs: rounding.");
     }
     Curves { all, least_span, note: note.join(" ") }
 }
@@ -140,7 +140,7 @@ fn in_unit<'a>(plot: &'a Plot, signal: &Signal) -> (f64, &'a str) {
 fn on_axes<'a>(study: &Study, plot: &Plot, curves: Vec<Curve<'a>>) -> (Vec<Curve<'a>>, Vec<String>) {
     let mut notes = Vec::new();
     if plot.spectrum {
-        notes.push("Amplitudes with a window of Hann, without the mean: a sine shows its amplitude.".to_string());
+        notes.push("Amplitudes with a Hann window, mean removed: a sine shows its amplitude.".to_string());
         let missing = study.spectra.iter().filter(|spectrum| spectrum.plot == plot.id);
         for (name, why) in missing.filter_map(|spectrum| Some((&spectrum.signal, spectrum.missing.as_ref()?))) {
             notes.push(format!("No spectrum of {name}: {why}."));
@@ -162,7 +162,7 @@ fn on_axes<'a>(study: &Study, plot: &Plot, curves: Vec<Curve<'a>>) -> (Vec<Curve
         out.push(curve);
     }
     if excluded > 0 {
-        notes.push(format!("{excluded} points are not above zero and have no place on a logarithmic axis."));
+        notes.push(format!("{excluded} points are not above zero; a logarithmic axis cannot show them."));
     }
     (out, notes)
 }

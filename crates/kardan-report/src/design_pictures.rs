@@ -28,7 +28,7 @@ pub(super) fn plane(design: &Design) -> Option<Picture> {
     }
     let all = poles.iter().map(|(pole, _)| *pole).chain(zeros.iter().copied());
     let plane = Plane::new(all);
-    let mut body = plane.frame("poles here grow");
+    let mut body = plane.frame("unstable half-plane");
     let both =
         |pole: Pole| [Some(pole), (pole.im != 0.0).then_some(Complex::new(pole.re, -pole.im))].into_iter().flatten();
     for &(pole, times) in &poles {
@@ -52,10 +52,11 @@ pub(super) fn plane(design: &Design) -> Option<Picture> {
     body += &text(left + 20.0, below, "", "pole of the closed loop");
     if !zeros.is_empty() {
         body += &ring((next, below - 4.0), true, "zero dynamics");
-        body += &text(next + 20.0, below, "", "zero dynamics: no output shows it");
+        body += &text(next + 20.0, below, "", "zero dynamics: not observable");
     }
     let drawn = drawing(Plane::FULL_WIDTH, below + 12.0, "poles of the closed loop in the complex plane", &body);
-    let caption = format!("{} In the shaded half-plane motions grow; what does not decay is red.", plane.caption());
+    let caption =
+        format!("{} Modes in the shaded half-plane are unstable; modes that do not decay are red.", plane.caption());
     Some(figure_of("Pole map", &drawn, &caption))
 }
 
@@ -118,7 +119,7 @@ pub(super) fn couplings(design: &Design) -> Option<Picture> {
     let mut caption = String::from(
         "Largest deviation of each output (row) after a step of each reference (column). \
          <span class=\"entry\"><span class=\"swatch c0\"></span>own channel</span><span class=\"entry\"><span \
-         class=\"swatch coupled\"></span>another channel, stronger the more it moves</span><span class=\"entry\"><span \
+         class=\"swatch coupled\"></span>another channel, darker for larger deviations</span><span class=\"entry\"><span \
          class=\"swatch proven\"></span>framed: exactly zero in the linear loop</span>",
     );
     if rows.len() > CELLS || columns.len() > CELLS {
@@ -135,7 +136,8 @@ fn cell(design: &Design, found: Option<&CrossCoupling>, (x, y, width, height): (
             let peak =
                 format!("{} {}", figure(found.peak.unwrap_or(f64::NAN), 3), unit(&found.unit)).trim_end().to_owned();
             let share = design_phrases::relative(found, &design.cross_coupling);
-            let second = share.map_or(String::new(), |share| format!("{} of its own", design_phrases::share(share, 2)));
+            let second =
+                share.map_or(String::new(), |share| format!("{} of own step", design_phrases::share(share, 2)));
             match (found.own, share) {
                 (true, _) => ("own", 1.0, peak, "own channel".into()),
                 (false, Some(share)) => ("coupled", strength(share), peak, second),
@@ -150,7 +152,7 @@ fn cell(design: &Design, found: Option<&CrossCoupling>, (x, y, width, height): (
             format!("{} → {}; linear loop: {}", found.reference, found.output, design_phrases::transfer(entry))
         }
         (Some(found), None) => format!("{} → {}", found.reference, found.output),
-        _ => "no step was made".into(),
+        _ => "no step was run".into(),
     };
     let centre = x + 0.5 * width;
     let on = if kind == "own" { " on" } else { "" };

@@ -331,9 +331,9 @@ pub(super) fn loops(found: &LoopResponses, margins: &[ChannelMargin], readings: 
     }
     let at = if readings { "a reading" } else { "a motor" };
     let caption = format!(
-        "Loop gain L with the loop broken at {at} alone, all others closed. Dots: where a factor (upper plot) or a turn of the \
-         phase (lower plot) makes the loop unstable, with the way to it. {}<br>{}",
-        if found.nyquist.is_some() { "Sampling, hold, delay and lag are in it." } else { "Lags are in it." },
+        "Loop gain L with the loop broken only at {at}, all others closed. Dots: where a factor (upper plot) or a \
+         phase rotation (lower plot) makes the loop unstable, with the margin to it. {}<br>{}",
+        if found.nyquist.is_some() { "L includes sampling, hold, delay and lag." } else { "L includes lags." },
         legend(curves.iter().map(|one| (one.colour, one.legend())))
     );
     let title = format!("Bode plot of the loop at {}", if readings { "each reading" } else { "each motor" });
@@ -433,18 +433,18 @@ fn nyquist(found: &LoopResponses, curves: &[Drawn<'_>], at: &str) -> Picture {
     let encirclements = |one: &Drawn<'_>| {
         let gain = found.loops.iter().find(|gain| gain.name == one.name && !gain.open);
         match gain.and_then(|gain| gain.unstable_poles) {
-            Some(0) => format!("{}: no pole of the broken loop grows, so L must not go around −1", one.name),
-            Some(1) => format!("{}: one pole of the broken loop grows, so L must go around −1 once", one.name),
+            Some(0) => format!("{}: the broken loop has no unstable pole, so L must not encircle −1", one.name),
+            Some(1) => format!("{}: the broken loop has one unstable pole, so L must encircle −1 once", one.name),
             Some(count) => {
-                format!("{}: {count} poles of the broken loop grow, so L must go around −1 {count} times", one.name)
+                format!("{}: the broken loop has {count} unstable poles, so L must encircle −1 {count} times", one.name)
             }
             None => one.name.clone(),
         }
     };
     let caption = format!(
-        "Loop gain L with the loop broken at {at} alone, for positive frequencies (numbers: rad/s) and, thin, negative ones; it \
-         goes on beyond the frame. The red cross is −1, the dashed circle has the radius one. Dotted: the disk that L must stay out of, by \
-         the disk margin of its colour.<br>{}",
+        "Loop gain L with the loop broken only at {at}, for positive frequencies (numbers: rad/s) and, thin, \
+         negative ones; L continues outside the frame. Red cross: −1. Dashed: the unit circle. Dotted: the disk, \
+         from the disk margin of the same colour, that L must not enter.<br>{}",
         legend(curves.iter().map(|one| (one.colour, encirclements(one))))
     );
     let drawn = drawing(LEFT + SQUARE + RIGHT, TOP + SQUARE + 44.0, "loop gain in the complex plane", &body);
@@ -516,7 +516,7 @@ fn nichols(found: &LoopResponses, curves: &[Drawn<'_>], at: &str) -> Picture {
         }
     }
     let caption = format!(
-        "Loop gain L with the loop broken at {at} alone. Grey: where |L/(1 + L)| is that many dB. Red crosses: −1. Dots: gain and \
+        "Loop gain L with the loop broken only at {at}. Grey: |L/(1 + L)| constant, in dB. Red crosses: −1. Dots: gain and \
          phase margins.<br>{}",
         legend(curves.iter().map(|one| (one.colour, one.name.clone())))
     );
@@ -629,19 +629,19 @@ fn sigma(found: &LoopResponses, title: &str, all: &[&SingularValues]) -> Option<
     }
     let entry = |(colour, one): (usize, &&SingularValues)| {
         let largest = one.largest.map_or(String::new(), |largest| {
-            let at = largest.frequency.map_or("without end".into(), |at| format!("at {} rad/s", figure(at, 4)));
+            let at = largest.frequency.map_or("unbounded".into(), |at| format!("at {} rad/s", figure(at, 4)));
             let unit = if one.unit.is_empty() { String::new() } else { format!(" {}", unit(&one.unit)) };
             format!(": at most {}{unit} ({} dB), {at}", figure(largest.value, 4), figure(decibels(largest.value), 3))
         });
         (colour, name(one) + &largest)
     };
     let mixed = if mixed {
-        " The readings have different units: these are numbers in SI units, and other units would give others."
+        " The readings have different units: these values are in SI units; other units give other values."
     } else {
         ""
     };
     let caption = format!(
-        "The largest singular value, and thin the others, with all channels at once.{mixed}<br>{}",
+        "Thick: the largest singular value; thin: the others; with all channels at once.{mixed}<br>{}",
         legend(all.iter().enumerate().map(entry))
     );
     let drawn = drawing(LEFT + WIDTH + RIGHT, TOP + 1.5 * HEIGHT + 44.0, title, &body);
@@ -678,10 +678,10 @@ pub(super) fn references(found: &LoopResponses) -> Option<Picture> {
     let none = if none.is_empty() {
         String::new()
     } else {
-        format!("Not drawn, as nothing comes through but rounding: {}. ", escape(&none.join(", ")))
+        format!("Not drawn, as the transfer is only rounding: {}. ", escape(&none.join(", ")))
     };
     let caption = format!(
-        "Closed loop, in dB over one SI unit each. {none}{}<br>{}",
+        "Closed loop, in dB relative to one SI unit each. {none}{}<br>{}",
         if found.nyquist.is_some() { "Outputs at the sample instants." } else { "" },
         legend(curves.iter().map(|one| (one.colour, one.name.clone())))
     );
@@ -708,7 +708,7 @@ pub(super) fn over_positions(found: &MarginsOverPositions) -> Option<Picture> {
     let across = Axis::by(&[15.0, 30.0, 45.0, 90.0, 180.0, 360.0], low, high, 9.0);
     let panel =
         Panel { x: LEFT, y: TOP, width: WIDTH, height: HEIGHT, across, up: Axis::fitting(disks.chain([0.0]), 0.06, 5) };
-    let mut body = panel.frame("angle of the joints [°]", "disk margin");
+    let mut body = panel.frame("joint angle [°]", "disk margin");
     for (colour, name) in names.iter().enumerate() {
         let of = |one: &PositionMargins| {
             let motor = one.motors.iter().find(|motor| motor.name == *name);
@@ -720,12 +720,12 @@ pub(super) fn over_positions(found: &MarginsOverPositions) -> Option<Picture> {
         }
     }
     let caption = format!(
-        "Of the linear loop where {} stand; a gap is a loop that is not stable.<br>{}",
+        "Linear loop with {} at this angle; a gap is a loop that is not stable.<br>{}",
         escape(&found.coordinates),
         legend(names.iter().enumerate().map(|(colour, name)| (colour, name.to_string())))
     );
-    let drawn = drawing(LEFT + WIDTH + RIGHT, TOP + HEIGHT + 44.0, "disk margins over the angle of the joints", &body);
-    Some(figure_of("Disk margins over the angle of the joints", &drawn, &caption))
+    let drawn = drawing(LEFT + WIDTH + RIGHT, TOP + HEIGHT + 44.0, "disk margins over the joint angle", &body);
+    Some(figure_of("Disk margins over the joint angle", &drawn, &caption))
 }
 
 /// What follows a step of each reference.
@@ -762,7 +762,7 @@ fn step(found: &StepResponse) -> Option<Picture> {
             own.iter().flat_map(|(_, one)| one.values.iter().map(|value| without_rounding(*value))).chain([0.0]);
         let height = 0.8 * HEIGHT;
         let panel = Panel { x: LEFT, y, width: WIDTH, height, across, up: Axis::fitting(values, 0.06, 5) };
-        let what = if *motor { "torques told" } else { "outputs" };
+        let what = if *motor { "commanded torques" } else { "outputs" };
         let below = if k == last { format!("time [{}]", clock.unit) } else { String::new() };
         body += &panel.frame(&below, &format!("{what} [{}]", unit(shown)));
         for (colour, one) in own {
@@ -778,7 +778,7 @@ fn step(found: &StepResponse) -> Option<Picture> {
     }
     let rounded =
         found.signals.iter().flat_map(|one| &one.values).any(|value| *value != 0.0 && without_rounding(*value) == 0.0);
-    let rounding = if rounded { " What is below 1e-12 is rounding, and drawn as zero." } else { "" };
+    let rounding = if rounded { " Values below 1e-12 are rounding and drawn as zero." } else { "" };
     let caption = format!(
         "The linear loop from rest, without limits and friction, after a step of {} by {} {}.{rounding}<br>{}",
         escape(&found.reference),
@@ -786,7 +786,7 @@ fn step(found: &StepResponse) -> Option<Picture> {
         escape(&unit(&found.unit)),
         legend(entries.into_iter())
     );
-    let drawn = drawing(LEFT + WIDTH + RIGHT, y - BETWEEN + 44.0, "answers to a step", &body);
+    let drawn = drawing(LEFT + WIDTH + RIGHT, y - BETWEEN + 44.0, "step responses", &body);
     Some(figure_of(&format!("Step of {}", found.reference), &drawn, &caption))
 }
 

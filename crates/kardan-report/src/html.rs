@@ -21,8 +21,7 @@ const ROWS: usize = 100;
 const ACROSS: usize = 10;
 /// How to use charts; `still`: whether some of them cannot be zoomed.
 fn charts(still: bool) -> String {
-    let chart_note =
-        if still { "the charts over the time follow, the others stand still" } else { "all charts follow" };
+    let chart_note = if still { "the charts over time follow, the others do not" } else { "all charts follow" };
     format!(
         "<p class=\"hint\">Drag across a chart to zoom in time, double-click to return; {chart_note}. Click a name in a legend to hide or \
          show its curve.</p>\n"
@@ -324,6 +323,6 @@ mod tests {
         assert!(page(&[false]).contains("all charts follow"));
         assert!(!page(&[true]).contains("zoom"));
         let both = page(&[true, false]);
-        assert!(both.contains("the others stand still") && !both.contains("all charts follow"), "{both}");
+        assert!(both.contains("the others do not") && !both.contains("all charts follow"), "{both}");
     }
 }

@@ -134,19 +134,19 @@ fn caption(modes: &[Mode], rows: &[Row<'_>]) -> String {
     let mut out = String::new();
     if energies {
         out += "Scaled by energy: the lengths of all bars of a mode add up to the energy stored in it. The bar of a shaft is its \
-                share of kinetic energy (inertia times speed squared), on the side to which it turns: ";
+                share of kinetic energy (inertia times speed squared), in the direction in which it rotates: ";
     }
     if bare && !energies {
         out += "Motion of each shaft relative to the largest: ";
     }
-    out += "<span class=\"swatch c0\"></span>in step, <span class=\"swatch c1\"></span>a quarter of a period ahead. ";
+    out += "<span class=\"swatch c0\"></span>in phase, <span class=\"swatch c1\"></span>a quarter of a period ahead. ";
     if rows.iter().any(|row| row.potential) {
         out += "<span class=\"swatch c2 potential\"></span>Springs: their share of potential energy. ";
     }
     if bare && energies {
-        out += "In modes without stored energy bars are the motion relative to the largest. ";
+        out += "In modes without stored energy, bars show the motion relative to the largest. ";
     }
-    out += "Modes that inputs do not reach or outputs do not show are red.";
+    out += "Modes that are not controllable or not observable are red.";
     let count = |potential: bool| rows.iter().filter(|row| row.potential == potential).count();
     if modes.len() > MODES || count(false) >= ROWS || count(true) >= ROWS {
         out +=

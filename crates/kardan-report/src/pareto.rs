@@ -66,7 +66,11 @@ pub(super) fn pareto(found: &Exploration) -> Option<Picture> {
         LEFT + WIDTH / 2.0,
         TOP + HEIGHT + 38.0,
         "middle",
-        if found.limited { "largest torque asked, over the motor's limit" } else { "largest torque asked, N m" },
+        if found.limited {
+            "largest requested torque, over the motor's limit"
+        } else {
+            "largest requested torque, N m"
+        },
     );
     let mut times: Vec<f64> = all.iter().map(|one| one.sample_time).collect();
     times.sort_by(|a, b| b.total_cmp(a));
@@ -126,9 +130,9 @@ pub(super) fn pareto(found: &Exploration) -> Option<Picture> {
     let label = format!("{} over torque", found.interaction);
     let drawn = drawing(LEFT + WIDTH + 16.0, below + 12.0, &label, &body);
     let caption = format!(
-        "{} in {}, over the largest torque. Joined: the same rate, bandwidth and sensors, with more effort from the upper end to the \
-         lower. Filled: no design with the same sensors, at no higher rate and no smaller bandwidth, is better in both. \
-         Ringed: the design of the file. What each is appears under the pointer.",
+        "{} in {}, over the largest torque. Lines join designs with the same rate, bandwidth and sensors; the effort \
+         grows from the upper end to the lower. Filled: no design with the same sensors, at no higher rate and no smaller bandwidth, is better in both. \
+         Ringed: the design of the file. Point at a design for its data.",
         escape(&found.interaction),
         unit(&found.unit)
     );

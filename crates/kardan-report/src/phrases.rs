@@ -151,8 +151,8 @@ pub fn elimination(elimination: &Elimination, structure: &Structure) -> Vec<Stri
     let remain = if states == 1 { "remains" } else { "remain" };
     let mut sentences = vec![format!("{motion}: of {before} states {states} {remain}.")];
     if !removed.is_empty() {
-        let follow = if removed.len() == 1 { "is no state: it follows" } else { "are no states: they follow" };
-        sentences.push(format!("{} {follow} from the others and the inputs at once.", list(removed, 12)));
+        let follow = if removed.len() == 1 { "is not a state: it follows" } else { "are not states: they follow" };
+        sentences.push(format!("{} {follow} algebraically from the other states and the inputs.", list(removed, 12)));
     }
     let defined: Vec<String> =
         definitions.iter().map(|Definition { state: name, is: what }| format!("{name} = {what}")).collect();
@@ -251,7 +251,7 @@ pub fn failing(mode: &FailingMode) -> String {
 /// `rank 4 of 4: every state`; a rank that is not decided is a lower bound.
 pub fn rank(rank: usize, states: usize, decided: bool) -> String {
     if !decided {
-        return format!("rank at least {rank} of {states}: no proof that it is not more was found");
+        return format!("rank at least {rank} of {states}: equality is not proven");
     }
     match states.saturating_sub(rank) {
         0 => format!("rank {rank} of {states}: every state"),
@@ -264,7 +264,7 @@ pub fn rank(rank: usize, states: usize, decided: bool) -> String {
 pub fn least(what: &str, number: usize, proof: Option<&Count>) -> String {
     let some = if number == 1 { format!("1 {what} is") } else { format!("{number} {what}s are") };
     match proof {
-        None => format!("{some} needed and enough; this is not proven (see the certificate)."),
+        None => format!("{some} necessary and sufficient; this is not proven (see the certificate)."),
         Some(_) if number == 1 => format!("{some} enough: proven."),
         Some(proof) if proof.common_factor.is_empty() && proof.rows.is_empty() => format!("{some} enough: proven."),
         Some(_) => format!("{some} enough, and fewer are not: proven."),
@@ -279,19 +279,22 @@ pub fn why_least(what: &str, number: usize, proof: Option<&Count>) -> Vec<String
     let mut sentences = Vec::new();
     if order > 0 {
         sentences.push(format!(
-            "{number} {what}{plural} can do it: some {what} matrix of whole numbers with {number} {line}{plural} gives {matrix} \
-             matrix with a minor of order {order} that does not vanish modulo the prime {}; so it does not vanish.",
+            "{number} {what}{plural} can be enough: some integer {what} matrix with {number} {line}{plural} gives \
+             {matrix} matrix with a minor of order {order} that is nonzero modulo the prime {}; so it is nonzero.",
             proof.minor.prime
         ));
     }
     if number > 1 && !proof.common_factor.is_empty() {
         sentences.push(format!(
-            "Fewer {what}s cannot: each root of {} has {number} independent eigenvectors, and each needs an {what} of its own.",
+            "Fewer {what}s are not enough: each root of {} has {number} independent eigenvectors, and each needs an {what} of its own.",
             polynomial(&proof.common_factor)
         ));
     } else if number == 1 {
-        let none =
-            if what == "input" { "Without an input nothing is reached." } else { "Without an output nothing is seen." };
+        let none = if what == "input" {
+            "Without an input no state is controllable."
+        } else {
+            "Without an output no state is observable."
+        };
         sentences.push(none.into());
     }
     sentences
@@ -325,7 +328,7 @@ pub fn construction(found: &Construction) -> Vec<String> {
         let added = sum(&mut step.direction.iter());
         let plural = if step.defect == 1 { "motion was" } else { "motions were" };
         let (factor, defect, column) = (&step.factor, step.defect, step.column + 1);
-        format!("For the roots of {factor} ({defect} {plural} not reached): {times}{added} in input {column}.")
+        format!("For the roots of {factor} ({defect} {plural} not controllable): {times}{added} in input {column}.")
     }));
     out
 }
@@ -336,17 +339,15 @@ pub fn half_plane(zeros: &Zeros) -> Option<&'static str> {
         Some(0) => None,
         Some(_) => Some("Some zeros lie in the right half-plane, decided exactly: the model is not minimum phase."),
         None if zeros.values.is_empty() => {
-            Some("Whether zeros lie in the right half-plane is not decided: their polynomial is not written out.")
+            Some("Whether zeros lie in the right half-plane is not decided: their polynomial is not expanded.")
         }
-        None => {
-            Some("Whether zeros lie in the right half-plane is not decided: their digits are those of floating point.")
-        }
+        None => Some("Whether zeros lie in the right half-plane is not decided: they are floating-point numbers."),
     }
 }
 
 /// What the distances of matrices are.
 pub const MATRIX_DISTANCE: &str = "Frobenius norm of the change of A and B (of A and C) that loses a mode; it depends on the \
-units of the states. The smaller number is proven for all changes (0 where rounding hides them), the larger one belongs to a change that is known exactly.";
+units of the states. The smaller number is a proven lower bound (0 where rounding hides it), the larger one belongs to an exactly known change.";
 
 /// A warning where the data do not tell the system from one that has lost a mode.
 pub fn within_last_digit(distances: Option<&MatrixDistances>) -> Option<String> {
@@ -359,7 +360,7 @@ pub fn within_last_digit(distances: Option<&MatrixDistances>) -> Option<String> 
         .collect();
     (!lost.is_empty()).then(|| {
         format!(
-            "But the last digit of the data does not tell it from one that is not {}: see the distance of the matrices.",
+            "But within the last digit of the data there is a model that is not {}: see the distance of the matrices.",
             lost.join(" and not ")
         )
     })
@@ -372,8 +373,8 @@ pub fn nearest_system(what: &str, found: &MatrixDistance) -> String {
     let moved = list(&names, 100);
     match found.below_last_digit {
         true => format!(
-            "Warning: a change of {} makes it {what}, no more than the last digit of the data ({}). The mode {mode} 1/s is lost \
-             there ({moved}); rely on it only if the numbers are meant exactly.",
+            "Warning: a change of {} makes it {what}; that is within the last digit of the data ({}). The mode {mode} 1/s is lost \
+             there ({moved}); rely on the result only if the numbers are exact.",
             number(found.upper),
             number(found.last_digit)
         ),
@@ -387,8 +388,8 @@ pub fn normal_rank(structure: &Structure) -> String {
     let (rank, full) = (structure.zeros.normal_rank, inputs.min(outputs));
     let meaning = match () {
         () if rank >= full => String::new(),
-        () if rank == 0 => ": the inputs do nothing to the outputs".into(),
-        () if inputs <= outputs => ": some combination of the inputs does nothing to the outputs".into(),
+        () if rank == 0 => ": the inputs do not affect the outputs".into(),
+        () if inputs <= outputs => ": some combination of the inputs does not affect the outputs".into(),
         () => ": some combination of the outputs never moves".into(),
     };
     format!("The transfer matrix ({outputs} × {inputs}) has normal rank {rank}{meaning}.")
@@ -483,11 +484,11 @@ fn sampling(sampling: &Sampling) -> String {
 /// Proven, or how likely an error is.
 pub fn certificate(certificate: &Certificate) -> String {
     if certificate.proven {
-        "Every answer is proven over the rationals.".into()
+        "Every result is proven over the rationals.".into()
     } else {
         format!(
-            "What is not called proven was computed modulo primes drawn at random: the probability that any of it is wrong is at \
-             most {}. `kardan analyze --certify` proves it.",
+            "Results not marked as proven are computed modulo random primes: the probability that any of them is \
+             wrong is at most {}. `kardan analyze --certify` proves it.",
             number(certificate.failure_probability)
         )
     }

@@ -273,7 +273,7 @@
   function legend() {
     key.textContent = "";
     const which = Number(colour.value) - 1;
-    const words = which < 0 ? ["fails a requirement or did not end", "holds"] : [`fails ${data.requirements[which].text}`, "holds"];
+    const words = which < 0 ? ["fails a requirement or did not complete", "passes"] : [`fails ${data.requirements[which].text}`, "passes"];
     const entry = (number, text) => {
       const box = make("span", key, "", { className: "entry" });
       make("span", box, "", { className: "swatch c" + number });

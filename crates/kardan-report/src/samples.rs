@@ -13,7 +13,7 @@ const MOST_NUMBERS: usize = 4_000_000;
 const NONE: u8 = 2;
 
 /// Runs that a page draws. Where there are too many it keeps those of least and largest numbers, and of the others as many that fail as that hold, as far as
-/// there are, by lots that follow from the seed and the numbers of samples.
+/// there are, at randoms that follow from the seed and the numbers of samples.
 #[derive(Debug, Clone, Default)]
 pub struct Samples {
     head: SweepHead,
@@ -72,17 +72,17 @@ impl Samples {
         let (drawn, failing) =
             (self.drawn_rows.len(), self.drawn_rows.iter().filter(|row| fails(&row.reason, &row.passed)).count());
         if drawn == self.all {
-            return format!("All {drawn} runs, {failing} of which fail a requirement or did not come to their end.");
+            return format!("All {drawn} runs, {failing} of which fail a requirement or did not complete.");
         }
         let fate = if failing == self.failing {
             format!("all {failing} that fail")
         } else {
-            format!("{failing} of {} that fail, by lot", self.failing)
+            format!("{failing} of {} that fail, at random", self.failing)
         };
         let passing = drawn - failing;
         format!(
-            "{drawn} of {} runs are drawn: {fate}, and {passing} of {} others, by lot; those of least and largest numbers are among them. \
-             Where points lie close does not tell how likely failures are: the tables count all runs.",
+            "{drawn} of {} runs are drawn: {fate}, and {passing} of {} others, at random; those of least and largest numbers are among them. \
+             The density of points does not show how likely failures are: the tables count all runs.",
             self.all,
             self.all - self.failing
         )
@@ -405,7 +405,7 @@ mod tests {
         assert_eq!(decoded(strings(&data, "sample")[0]), [0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]);
     }
 
-    /// Too many rows: what is told stays, then as many that fail as that hold, as far as there are, by lots, in whatever order they come.
+    /// Too many rows: what is told stays, then as many that fail as that hold, as far as there are, at randoms, in whatever order they come.
     #[test]
     fn too_many_runs_are_thinned_openly() {
         let of = |seed: u64, order: &dyn Fn(u64) -> u64, failing: u64| {
@@ -420,14 +420,17 @@ mod tests {
         assert_ne!(numbers(&one), numbers(&of(4, &|k| k, 5)));
         let text = one.describe();
         assert!(
-            text.starts_with("100 of 1000 runs are drawn: all 5 that fail, and 95 of 995 others, by lot"),
+            text.starts_with("100 of 1000 runs are drawn: all 5 that fail, and 95 of 995 others, at random"),
             "{text}"
         );
         // Sample 7, which is told of, is one that fails, and one of 50.
         let text = of(3, &|k| k, 600).describe();
-        assert!(text.starts_with("100 of 1000 runs are drawn: 51 of 600 that fail, by lot, and 49 of 400"), "{text}");
+        assert!(
+            text.starts_with("100 of 1000 runs are drawn: 51 of 600 that fail, at random, and 49 of 400"),
+            "{text}"
+        );
         let text = of(3, &|k| k, 990).describe();
-        assert!(text.starts_with("100 of 1000 runs are drawn: 90 of 990 that fail, by lot, and 10 of 10"), "{text}");
+        assert!(text.starts_with("100 of 1000 runs are drawn: 90 of 990 that fail, at random, and 10 of 10"), "{text}");
     }
 
     #[test]

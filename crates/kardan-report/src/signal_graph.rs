@@ -146,11 +146,11 @@ fn picture(nodes: &[SignalNode]) -> Option<Picture> {
         }
     }
     let height = low + LANE * lanes + MARGIN;
-    let label = format!("{} blocks and what they read", nodes.len());
+    let label = format!("{} blocks and their inputs", nodes.len());
     let drawn = drawing(right + MARGIN, height, &label, &(lines + &boxes));
     let drawn = drawn.replacen("class=\"drawing\"", "class=\"drawing signals\"", 1);
-    let caption = "Blocks, from left to right as signals go: the kind of each, and when it computes. On the left what they read from outside; \
-                   dashed what leads back to a block that computes before.";
+    let caption = "Blocks, from left to right in signal order: the kind of each, and when it computes. On the left \
+                   their external inputs; dashed: feedback to a block that computes earlier.";
     Some(figure_of("", &drawn, caption))
 }
 

@@ -150,7 +150,7 @@ fn a_missing_term_is_suggested() {
     assert!(page.contains("Terms suggested") && !page.contains("NaN"));
     let said = words(&kardan(&at, &line).stdout);
     for part in [
-        "With axle.friction_sense unseen segments",
+        "With axle.friction_sense, the fit on left-out segments",
         "take it",
         "kind = \"sense\"",
         "which of the two it is they do not tell",

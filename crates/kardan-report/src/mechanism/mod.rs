@@ -137,8 +137,8 @@ fn caption(mechanism: &Mechanism, scene: &Scene) -> String {
         (symbol(Symbol::StrainWaveGear), "WG: wave generator; CS: circular spline; FS: flexspline"),
         (losses, "hatched: bearings with losses"),
         (symbol(Symbol::Motor) || symbol(Symbol::Machine), "M: motors"),
-        (play, "two flanks across an end: play"),
-        (symbol(Symbol::Torque), "arrows: torques and forces from outside"),
+        (play, "two flanks across an end: backlash"),
+        (symbol(Symbol::Torque), "arrows: external torques and forces"),
         (symbol(Symbol::Sensor), "flags: sensors (φ angle, ω speed, τ torque; of masses s, v, F)"),
     ];
     let remarks: Vec<&str> = remarks.iter().filter(|(applies, _)| *applies).map(|(_, text)| *text).collect();

@@ -37,11 +37,11 @@ pub(super) fn exploration(found: &Exploration) -> Body {
         .list(found_designs(found))
         .pictures(pareto(found))
         .part(
-            "With the bandwidth of the file, designs that none at no higher rate beats in both interaction and torque",
+            "Designs with the bandwidth of the file; no design at the same or a lower rate is better in both interaction and torque",
             Body::default().table_of(DESIGNS, &headers, designs),
         )
         .part(
-            "With one more sensor, the best first",
+            "Designs with one more sensor, the best first",
             Body::default().table(&["sensor", "#interaction", "#noise", "#spectral radius"], sensors),
         )
 }
@@ -54,7 +54,7 @@ fn found_designs(found: &Exploration) -> Vec<String> {
         found.failed,
         match found.not_judged {
             0 => String::new(),
-            count => format!(", {count} are not judged, as their sample times have no short common period"),
+            count => format!(", {count} are not assessed, as their sample times have no short common period"),
         },
         found.interaction,
         found.unit,
@@ -81,9 +81,9 @@ pub(super) fn robustness(found: &Robustness) -> Body {
     };
     Body::default()
         .list(stability(found))
-        .part("What a step does to other channels", table("signal", &found.interactions))
-        .part("What a step asks of the motors", table("motor", &found.peaks))
-        .part("How wrong one motor may be before the loop is unstable", margins(found))
+        .part("Coupling of a step into other channels", table("signal", &found.interactions))
+        .part("Motor torques after a step", table("motor", &found.peaks))
+        .part("Stability margins of one motor", margins(found))
 }
 
 /// The least margins over some plants of the box.
@@ -100,7 +100,7 @@ fn margins(found: &Robustness) -> Body {
     };
     let headers = ["torque of", "factor", "phase", "#least disk margin", "#nominal disk margin"];
     Body::default().table(&headers, found.margins.iter().map(row)).hint(format!(
-        "The least of {} plants: the worst corners found and some of the samples. Others of the box may have less.{unstable}",
+        "Minimum over {} plants: the worst corners found and some of the samples. Other plants of the box may have less.{unstable}",
         first.plants
     ))
 }

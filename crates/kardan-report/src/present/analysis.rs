@@ -50,7 +50,7 @@ fn page_with(analysis: &Analysis, drawn: bool) -> Page {
             ("modes", "Modes", modes(analysis, drawn)),
             ("structure", "Controllability and observability", ranks(structure)),
             ("properties", "Stability and indices", properties(analysis)),
-            ("opposite-side", "The other side of the kink", opposite_side(analysis)),
+            ("opposite-side", "Opposite side of the kink", opposite_side(analysis)),
             ("transfer", "Relative degrees and zeros", transfer(structure, analysis.discrete.is_some())),
             ("least", "Least numbers of inputs and outputs", least(structure)),
             ("placement", "Placement", placement(analysis)),
@@ -97,7 +97,7 @@ fn rank_verdict(analysis: &Analysis) -> Option<Verdict> {
             None => format!("whether {what} is not decided (rank at least {rank} of {states})"),
         };
         let text = format!(
-            "Not everything could be proven: {}; {}.",
+            "Not all results are proven: {}; {}.",
             word(structure.controllability(), "controllable", structure.controllable_rank),
             word(structure.observability(), "observable", structure.observable_rank)
         );
@@ -110,18 +110,18 @@ fn rank_verdict(analysis: &Analysis) -> Option<Verdict> {
         _ if but != [false; 2] && counts_only => {
             let names = counting.map_or(&[][..], |found| &found.charges[..]);
             let (what, only) = match names.len() {
-                1 => ("a charge that only counts", "is"),
-                _ => ("charges that only count", "are"),
+                1 => ("a charge without effect", "is"),
+                _ => ("charges without effect", "are"),
             };
             let names = phrases::list(names, 12);
             match but {
                 [true, true] => {
-                    format!("Controllable and observable but for {names}, {what} what has flowed: all motions are.")
+                    format!("Controllable and observable except {names}, {what}: all motions are.")
                 }
                 [true, false] => {
-                    format!("Controllable but for {names}, {what} what has flowed: all motions are; observable.")
+                    format!("Controllable except {names}, {what}: all motions are; observable.")
                 }
-                _ => format!("Controllable; observable but for {names}, which {only} {what} what has flowed."),
+                _ => format!("Controllable; observable except {names}, which {only} {what}."),
             }
         }
         (true, true) => format!("Controllable and observable: all {states} states."),
@@ -204,7 +204,7 @@ fn distances(distances: &MatrixDistances) -> Body {
 
 fn class(class: &Class) -> Body {
     let assumptions = class.assumptions.iter().map(|one| {
-        let word = if one.satisfied { "holds" } else { "broken" };
+        let word = if one.satisfied { "satisfied" } else { "broken" };
         row![&one.statement, Cell::Mark(one.satisfied, word.into())]
     });
     let broken = class.assumptions.iter().filter(|one| !one.satisfied);
@@ -235,7 +235,7 @@ fn class(class: &Class) -> Body {
         .table(&["constraint", "equation", "kind"], constraints)
         .list(reasons)
         .paragraph(if point.angles.is_empty() { String::new() } else { format!("Operating point: {at}.") })
-        .paragraph(if motion.is_empty() { String::new() } else { format!("It moves there: {}.", motion.join(", ")) })
+        .paragraph(if motion.is_empty() { String::new() } else { format!("Motion there: {}.", motion.join(", ")) })
         .table(&["friction", "#Coulomb torque [N m]", "state"], friction)
 }
 
@@ -254,8 +254,9 @@ fn opposite_side(analysis: &Analysis) -> Body {
     let judged = |what: &str, decided: Option<bool>| row![what, decision(decided, decided == Some(true))];
     Body::default()
         .paragraph(format!(
-            "A torque has a kink at the operating point. All else on this page is about the side where {own}; this is the side where {side}. A motion \
-             passes through both sides, and that each is stable does not prove that it is."
+            "A torque has a kink at the operating point. All other results on this page are for the side where \
+             {own}; these are for the side where {side}. A motion passes through both sides: stability on each side \
+             does not prove that it is stable."
         ))
         .table(
             &["", ""],
@@ -335,8 +336,8 @@ fn ranks(structure: &Structure) -> Body {
         "roots [1/s]",
         "#multiplicity",
         "#eigenvectors",
-        "#not reached",
-        "#not seen",
+        "#not controllable",
+        "#not observable",
     ];
     let factors = Body::default().table(&headers, structure.factors.iter().map(factor));
     let invariant = &structure.invariant_factors;
@@ -356,8 +357,8 @@ fn ranks(structure: &Structure) -> Body {
         .names("States", &structure.states)
         .names("Inputs", &structure.inputs)
         .names("Outputs", &structure.outputs)
-        .part("Modes that the inputs do not reach", failing(&structure.uncontrollable))
-        .part("Modes that the outputs do not show", failing(&structure.unobservable))
+        .part("Uncontrollable modes", failing(&structure.uncontrollable))
+        .part("Unobservable modes", failing(&structure.unobservable))
         .detail(Body::default().part("Factors", factors.and(invariant)))
 }
 
@@ -376,7 +377,7 @@ fn transfer(structure: &Structure, discrete: bool) -> Body {
     let degrees = structure.relative_degrees.iter().zip(&structure.outputs).filter(with);
     let degrees = Body::default().table(&headers, degrees.filter(|(all, _)| !all.is_empty()).map(row));
     let never = structure.relative_degrees.iter().flatten().any(Option::is_none);
-    let hint = if never { "– where the input never reaches the output." } else { "" };
+    let hint = if never { "–: the input does not affect the output." } else { "" };
     let zeros = &structure.zeros;
     let half_plane = if discrete { String::new() } else { phrases::half_plane(zeros).unwrap_or_default().into() };
     let found = match (zeros.values.is_empty(), zeros.growing) {
@@ -542,7 +543,7 @@ fn certificate(structure: &Structure) -> Body {
     }
     let primes: Vec<String> = certificate.primes.iter().map(u64::to_string).collect();
     let primes = if primes.is_empty() { String::new() } else { format!("Primes: {}", phrases::list(&primes, 12)) };
-    let hint = "The exported data hold the certificate itself, for a check by another program.";
+    let hint = "The exported data contain the certificate, so that another program can check it.";
     let statements = Body::default().list(certificate.statements.iter().cloned()).detail(Body::default().hint(primes));
     proof(
         Body::default().paragraph(phrases::certificate(certificate)),
@@ -580,19 +581,19 @@ mod tests {
                 [3, 4],
                 Some([true, false]),
                 true,
-                "Controllable but for M.q, a charge that only counts what has flowed: all motions are; observable.",
+                "Controllable except M.q, a charge without effect: all motions are; observable.",
             ),
             (
                 [3, 3],
                 Some([true, true]),
                 true,
-                "Controllable and observable but for M.q, a charge that only counts what has flowed: all motions are.",
+                "Controllable and observable except M.q, a charge without effect: all motions are.",
             ),
             (
                 [4, 3],
                 Some([false, true]),
                 true,
-                "Controllable; observable but for M.q, which is a charge that only counts what has flowed.",
+                "Controllable; observable except M.q, which is a charge without effect.",
             ),
             // What is not seen besides stays a mistake.
             ([3, 2], Some([true, false]), false, "Neither controllable (rank 3 of 4) nor observable (rank 2 of 4)."),

@@ -16,8 +16,8 @@ const POLES: usize = 40;
 /// More names in a sentence are counted.
 const NAMES: usize = 12;
 /// How far poles are to be trusted that are no roots of an exact polynomial.
-const FLOATING: &str = "These poles are eigenvalues in floating point; whether a motion within a millionth of the fastest \
-                        one around the axis decays is not decided.";
+const FLOATING: &str = "These poles are eigenvalues in floating point; whether a motion decays whose pole is within \
+                        a millionth of the fastest one around the axis is not decided.";
 
 /// The page of a design.
 pub fn page(design: &Design) -> Page {
@@ -97,7 +97,9 @@ fn head(design: &Design) -> Body {
     }
     let hidden = match list(&pairs(&design.hidden), NAMES).as_str() {
         "" => String::new(),
-        values => format!("The outputs do not show the motions at {values} 1/s; the law leaves them."),
+        values => {
+            format!("The motions at {values} 1/s are not observable in the outputs; the law leaves them unchanged.")
+        }
     };
     let definitions = design.definitions.iter().map(|one| row![&one.state, &one.is]);
     Body::default()
@@ -105,7 +107,7 @@ fn head(design: &Design) -> Body {
         .names("States", &design.states)
         .names("Inputs", &design.inputs)
         .names("Outputs", &design.outputs)
-        .part("States that stand for combinations of coordinates", Body::default().table(&["state", "is"], definitions))
+        .part("States that are combinations of coordinates", Body::default().table(&["state", "is"], definitions))
         .paragraph(hidden)
 }
 
@@ -120,7 +122,7 @@ fn what_is_designed(design: &Design) -> Vec<String> {
     }
     if !design.other_controllers.is_empty() {
         out.push(format!(
-            "In the loop too, for the closed-loop poles and the simulation: {}. Transfer functions are without.",
+            "Closed-loop poles and simulation also include: {}. Transfer functions do not.",
             list(&design.other_controllers, NAMES)
         ));
     }
@@ -236,11 +238,11 @@ fn counters(charges: &[String]) -> String {
     match charges.len() {
         0 => String::new(),
         1 => format!(
-            "The charge {of} only counts what has flowed: nothing depends on it and no law holds it. Its pole is exactly at zero; it \
+            "The charge {of} is an integrator without effect: nothing depends on it and no law controls it. Its pole is exactly at zero; it \
              is not listed."
         ),
         _ => format!(
-            "The charges {of} only count what has flowed: nothing depends on them and no law holds them. Their poles are exactly at \
+            "The charges {of} are integrators without effect: nothing depends on them and no law controls them. Their poles are exactly at \
              zero; they are not listed."
         ),
     }
@@ -250,7 +252,7 @@ fn zero_dynamics(design: &Design) -> Body {
     let found = &design.zero_dynamics;
     let row = |mode: &ZeroMode| {
         let word = match &mode.warning {
-            None => Cell::Mark(true, "dies out".into()),
+            None => Cell::Mark(true, "decays".into()),
             Some(_) => Cell::Mark(false, "warning".into()),
         };
         row![
@@ -274,16 +276,16 @@ fn zero_dynamics(design: &Design) -> Body {
 fn hidden_motions(found: &ZeroDynamics) -> Vec<String> {
     match found.kind() {
         HiddenMotion::Unknown => vec![],
-        HiddenMotion::None => vec!["There are none: while the outputs are held still, nothing moves.".into()],
+        HiddenMotion::None => vec!["There are none: with constant outputs nothing moves.".into()],
         HiddenMotion::Some => {
             let of =
                 if found.polynomial.is_empty() { String::new() } else { format!(": roots of {}", found.polynomial) };
             let verdict = match found.stability.word {
-                Stability::Stable => "They are stable, decided exactly: what excites them dies out.".to_string(),
+                Stability::Stable => "They are stable, decided exactly: excited motions decay.".to_string(),
                 Stability::Undecided => format!("Whether they are stable is {}.", found.stability),
-                _ => format!("They are NOT stable: {}. What excites them does not die out.", found.stability),
+                _ => format!("They are NOT stable: {}. Excited motions do not decay.", found.stability),
             };
-            vec![format!("Motions that go on while the outputs are held still{of}."), verdict]
+            vec![format!("Motions that remain while the outputs are constant{of}."), verdict]
         }
     }
 }
@@ -305,8 +307,8 @@ fn estimates(found: &ObserverResult) -> Vec<String> {
     };
     let torques = match &found.disturbances[..] {
         [] => String::new(),
-        [one] => format!(", among them the torque along {one}"),
-        names => format!(", among them the torques along {}", list(names, NAMES)),
+        [one] => format!(", among them the torque on {one}"),
+        names => format!(", among them the torques on {}", list(names, NAMES)),
     };
     let mut out = vec![format!(
         "Estimates {} state{}{torques}, from {}; designed by {method}.",
@@ -404,30 +406,30 @@ fn loop_along_path(found: &LoopAlongPath) -> Vec<String> {
     let at = |angle: f64| if found.coordinates.is_empty() { String::new() } else { format!(" at {}", degrees(angle)) };
     let mut out = vec![
         if found.coordinates.is_empty() {
-            "The loop is looked at with the parameters of the variant, which are not those of the design, in linear approximation."
+            "kardan analyses the linearised loop with the parameters of the variant, which are not those of the design."
                 .into()
         } else {
             format!(
-                "The loop is looked at with the parameters of the variant, in linear approximation at {} positions: {} turned from \
-                 {} to {}.",
+                "kardan analyses the linearised loop with the parameters of the variant at {} positions: {} rotated \
+                 from {} to {}.",
                 found.positions,
                 found.coordinates,
                 degrees(found.range.from),
                 degrees(found.range.until)
             )
         },
-        "Law, observer and plant are linearised there in floating point, without Coulomb friction and limits of the motors; all \
-         controllers are in the loop."
+        "Law, observer and plant are linearised there in floating point, without Coulomb friction and motor limits; \
+         all controllers are in the loop."
             .into(),
     ];
     out.push(match (found.stable, found.growth < -1e30) {
         (true, _) if found.stability == Stability::Undecided => {
-            "Not decided: somewhere a motion is as near to the border of stability as floating point may be off.".into()
+            "Not decided: at some position the distance of a motion from the stability limit is within the floating-point error.".into()
         }
-        (true, true) => "Nothing grows.".into(),
+        (true, true) => "No motion grows.".into(),
         (true, false) => {
             format!(
-                "Nothing grows; the slowest motion decays with {} 1/s{}.",
+                "No motion grows; the slowest motion decays with {} 1/s{}.",
                 number(-found.growth),
                 at(found.growth_at)
             )
@@ -511,7 +513,7 @@ fn controller(design: &Design) -> Body {
     let reads = Body::default().table(&["signal read", "unit"], reads);
     Body::default()
         .list(texts)
-        .hint("`kardan design --controller FILE` writes it with every bit of its numbers.")
+        .hint("`kardan design --controller FILE` writes it with all bits of its numbers.")
         .detail(Body::default().fold("Signals in their order", reads))
 }
 

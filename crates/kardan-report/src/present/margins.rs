@@ -10,22 +10,22 @@ pub(super) fn margins(found: &Margins) -> Body {
     Body::default()
         .paragraph(&found.verdict)
         .part("Limits of the linear loop", limits(found))
-        .part("How wrong one channel may be before the loop is unstable", channels(&found.channels))
-        .part("The same with backlash in contact", contacts(found))
-        .part("Torques that steps ask for", peaks(&found.peaks))
+        .part("Stability margins of one channel", channels(&found.channels))
+        .part("Stability margins with backlash in contact", contacts(found))
+        .part("Torques requested by steps", peaks(&found.peaks))
 }
 
 /// The same on the other side of where the loop bends.
 pub(super) fn opposite_side(found: &OppositeSide) -> Body {
     let OppositeSide { own, side, margins: other_side } = found;
     let text = format!(
-        "The loop bends at its operating point. All else on this page is about the side where {own}. Where {side}: {}",
+        "The loop has a kink at its operating point. All other results on this page are for the side where {own}. Where {side}: {}",
         other_side.verdict
     );
     Body::default()
         .paragraph(&text)
         .part("Limits of the linear loop there", limits(other_side))
-        .part("How wrong one channel may be there before the loop is unstable", channels(&other_side.channels))
+        .part("Stability margins of one channel there", channels(&other_side.channels))
 }
 
 /// What the loop tolerates, and the motion that grows beyond it.
@@ -59,7 +59,7 @@ fn limits(margins: &Margins) -> Body {
             out.push(row![what, value, &limit.motion]);
         }
     }
-    Body::default().table(&["the loop tolerates", "#limit", "beyond it grows"], out)
+    Body::default().table(&["the loop tolerates", "#limit", "unstable motion beyond it"], out)
 }
 
 /// How wrong each channel of the loop may be alone; with the frequencies in rad/s.
@@ -86,7 +86,7 @@ fn channels(channels: &[ChannelMargin]) -> Body {
         row![what, format!("{low} to {high}"), phase, delay, disk, disk_range]
     };
     let headers =
-        ["error of", "factor (rad/s)", "phase (rad/s)", "delay (rad/s)", "disk margin (rad/s)", "which holds"];
+        ["error of", "factor (rad/s)", "phase (rad/s)", "delay (rad/s)", "disk margin (rad/s)", "guaranteed range"];
     Body::default().table(&headers, channels.iter().map(row))
 }
 
@@ -145,7 +145,7 @@ fn peaks(peaks: &[TorquePeak]) -> Body {
         let value = if too_much { Cell::Mark(false, value) } else { Cell::Text(value) };
         row![step, &peak.input, value, limit]
     });
-    Body::default().table(&["step of", "motor", "#asked of it", "#limit"], rows)
+    Body::default().table(&["step of", "motor", "#requested", "#limit"], rows)
 }
 
 /// What runs of variants asked of motors with limits: variant, motor, length of the run in s. Empty if there are none.
@@ -167,5 +167,5 @@ pub(super) fn motor_loads<'a>(all: impl Iterator<Item = (String, &'a MotorLoad, 
         let times = if motor_load.at_limit() { Cell::Mark(false, times) } else { Cell::Text(times) };
         row![&motor_load.motor, variant, format!("{} {}", number(motor_load.demand), motor_load.unit), limits, times]
     });
-    Body::default().table(&["motor", "variant", "#largest asked", "#limit", "#time at the limit"], rows)
+    Body::default().table(&["motor", "variant", "#largest requested", "#limit", "#time at the limit"], rows)
 }

@@ -14,7 +14,7 @@ pub fn parity(analysis: &Analysis) -> Body {
     let Some(found) = &analysis.parity else { return Body::default() };
     let unknown = match found.unknown.is_empty() {
         true => "no other input acts".to_string(),
-        false => format!("of {} nothing is known", phrases::list(&found.unknown, NAMES)),
+        false => format!("nothing is known of {}", phrases::list(&found.unknown, NAMES)),
     };
     let commands = match found.commands.is_empty() {
         true => "no input is known".to_string(),
@@ -48,14 +48,14 @@ fn sum(terms: &[ParityTerm]) -> String {
 fn residuals(found: &Parity) -> Body {
     if found.residuals.is_empty() {
         return Body::default().paragraph(
-            "None: at one instant the readings are independent of each other, so only their course in time can show a fault.",
+            "None: at one instant the readings are independent of each other, so only their trajectories can show a fault.",
         );
     }
     let count = found.residuals.len();
     let plural = if count == 1 { "" } else { "s" };
     let all = match found.all_listed {
         true => format!(
-            "{count} minimal residual{plural}, {} of them independent; these are all. Each is constant whatever the model does, and without one of its readings nothing is left of it.",
+            "{count} minimal residual{plural}, {} of them independent; these are all. Each is constant for every motion of the model, and needs all of its readings.",
             found.independent
         ),
         false => {
@@ -75,7 +75,7 @@ fn residuals(found: &Parity) -> Body {
         .paragraph(all)
         .table_of(RESIDUALS, &["", "residual", "#is", "holds"], rows)
         .hint(if angles {
-            "How angle and torsion sensors are mounted adds a constant to a residual: take it from the start. An offset that is there from the start is then not seen."
+            "The mounting of angle and torsion sensors adds a constant to a residual: subtract its initial value. An offset present from the start is then not detected."
         } else {
             ""
         })
@@ -107,16 +107,16 @@ fn limits(k: usize, one: &Residual, limit: &Threshold) -> Option<String> {
     };
     let samples = if limit.debounce == 1 { "one sample".into() } else { format!("{} samples", limit.debounce) };
     let late = match limit.sample_time > 0.0 {
-        true => format!("{samples} beyond it are an alarm, after {} s at the latest", number(limit.detection_time)),
-        false => "it is read at every instant".into(),
+        true => format!("{samples} beyond it raise an alarm, after {} s at the latest", number(limit.detection_time)),
+        false => "it is evaluated at every instant".into(),
     };
     let times = if limit.different_times {
-        " Its sensors have different sample times: add how far it moves within one."
+        " Its sensors have different sample times: add its change within one sample time."
     } else {
         ""
     };
     Some(format!(
-        "r{}: threshold {} {} (noise {}, steps up to {}): {alarms}; {late}. Changes that are seen with 99.9 %: {}.{times}",
+        "r{}: threshold {} {} (noise {}, steps up to {}): {alarms}; {late}. Changes detected with 99.9 %: {}.{times}",
         k + 1,
         number(limit.threshold),
         one.unit,
@@ -139,13 +139,13 @@ fn in_time(one: &FaultVerdict, limit: &Threshold) -> Option<String> {
     };
     let samples = if limit.debounce == 1 { "one sample".into() } else { format!("{} samples", limit.debounce) };
     let time_note = if limit.different_times {
-        " Its sensors have different sample times: add how far it moves within one."
+        " Its sensors have different sample times: add its change within one sample time."
     } else {
         ""
     };
     Some(format!(
         "{}: the relation behind 1/({filter} s + 1){times}, by the bilinear rule at {} s: threshold {} {} (noise {}, steps up to {}): {alarms}. A change by {} {} \
-         is seen with 99.9 % after {} s, {samples} beyond it.{time_note}",
+         is detected with 99.9 % after {} s, {samples} beyond the threshold.{time_note}",
         place(one),
         number(limit.sample_time),
         number(limit.threshold),
@@ -169,7 +169,7 @@ fn tolerances(name: &str, terms: &[ParityTerm]) -> Option<String> {
 
 fn faults(found: &Parity) -> Body {
     let friction = found.faults.iter().any(|one| one.despite_friction.is_some());
-    let mut columns = vec!["something added to", "is shown", "while it stays", "cannot be told from", "#derivatives"];
+    let mut columns = vec!["additive fault of", "detectable", "while constant", "not isolable from", "#derivatives"];
     if friction {
         columns.insert(2, "with friction unknown");
     }
@@ -208,12 +208,12 @@ fn faults(found: &Parity) -> Body {
         .list(sentences(found))
         .table(&columns, rows)
         .hint(format!(
-            "{decided} One fault at a time, of any course; `no` while it stays: a fault of one value looks like another start or disturbance and is seen only as it changes."
+            "{decided} One fault at a time, with any time function; `no` while constant: a constant fault looks like another initial state or disturbance and is detected only while it changes."
         ))
         .fold(
-            "Relations that the faults break",
+            "Relations that the faults violate",
             Body::default()
-                .table(&["fault of", "relation (a dash: a derivative)", ""], relations)
+                .table(&["fault of", "relation (a prime: a derivative)", ""], relations)
                 .list(delay_lines)
                 .list(moved),
         )
@@ -243,15 +243,18 @@ fn sentences(found: &Parity) -> Vec<String> {
     let mut out = Vec::new();
     if !silent.is_empty() {
         out.push(format!(
-            "No residual at all shows a fault of {}: what is unknown explains every course of it.",
+            "No residual detects a fault of {}: the unknowns explain every time function of it.",
             phrases::list(&silent, NAMES)
         ));
     }
     if !isolable.is_empty() {
-        out.push(format!("Shown, and told from every other single fault: {}.", phrases::list(&isolable, NAMES)));
+        out.push(format!(
+            "Detectable, and isolable from every other single fault: {}.",
+            phrases::list(&isolable, NAMES)
+        ));
     }
     for group in groups {
-        out.push(format!("Shown, but not told from each other: {}.", phrases::list(&group, NAMES)));
+        out.push(format!("Detectable, but not isolable from each other: {}.", phrases::list(&group, NAMES)));
     }
     out
 }
@@ -268,6 +271,6 @@ fn sets(found: &[SensorSets]) -> Body {
     };
     let candidates = found.first().map(|sets| phrases::list(&sets.candidates, NAMES)).unwrap_or_default();
     Body::default()
-        .table(&["so that", "at least"], found.iter().map(row))
-        .hint(format!("Candidates: {candidates}. All smaller sets were tried, modulo random primes; other places are named by `[[analysis.sensor]]`."))
+        .table(&["goal", "smallest sets"], found.iter().map(row))
+        .hint(format!("Candidates: {candidates}. All smaller sets were tried, modulo random primes; `[[analysis.sensor]]` adds other locations."))
 }

@@ -164,9 +164,9 @@ fn doubtful_runs(study: &Study) -> String {
         let text = match (&found.unreliable, &found.undecided) {
             (Some(one), _) => format!("the estimated error of {} reaches its first digit", one.signal),
             (None, Some(first)) => {
-                format!("counts of `{}` decide from {} on", first.sensor, clock(study).time(first.time))
+                format!("the quantisation of `{}` decides from {} on", first.sensor, clock(study).time(first.time))
             }
-            (None, None) if !found.same_events => "a second run comes through other events".into(),
+            (None, None) if !found.same_events => "a second run has other events".into(),
             _ => return None,
         };
         Some(about(study, &text, &[run]))
@@ -195,9 +195,9 @@ fn ended(study: &Study) -> String {
     if let [run] = &study.runs[..] {
         let text = match run.verdict() {
             RunVerdict::Completed => "The run completed",
-            RunVerdict::Doubtful => "The run reached its end, but its numbers are in doubt",
+            RunVerdict::Doubtful => "The run completed, but its numbers are in doubt",
             RunVerdict::Unbalanced => {
-                "The run reached its end, but its energy balance does not close, so that its numbers are wrong"
+                "The run completed, but its energy balance does not close, so that its numbers are wrong"
             }
             RunVerdict::Failed => "The run did not complete",
         };
@@ -240,7 +240,7 @@ fn alerts(study: &Study) -> Vec<Alert> {
         }
         Outcome::Failed { time, cause } => {
             let (at, cause) = (clock(study).time(*time), cause.trim_end_matches('.'));
-            let text = format!("{} stopped at {at}: {cause}. Everything up to that time is shown.", name(run));
+            let text = format!("{} stopped at {at}: {cause}. All results up to that time are shown.", name(run));
             Some(Alert { kind: "Ended early".into(), text })
         }
     };
@@ -261,7 +261,7 @@ fn plots(study: &Study, drawn: &[PlotFile]) -> Body {
     let charts = study.plots.iter().zip(drawn).enumerate();
     let charts: Vec<Block> = charts.map(|(k, (plot, picture))| Block::Chart(charts::chart(k, plot, picture))).collect();
     if study.plots.is_empty() {
-        return Body::default().paragraph("The model file asks for no plots.");
+        return Body::default().paragraph("The model file requests no plots.");
     }
     Body(charts)
 }
@@ -430,8 +430,9 @@ fn energy(study: &Study) -> Body {
         "#residual / exchanged",
     ];
     or_none(Body::default().table(&headers, rows), "There are no runs.").hint(
-        "input = stored + dissipated + residual. Exchanged is what was stored at the start and what inputs gave and took, each by its \
-         amount. The residual is what the integration did not account for; its size beside what was exchanged certifies the run.",
+        "input = stored + dissipated + residual. Exchanged: the energy stored at the start plus the amounts that \
+         inputs supplied and took. Residual: the energy that the integration did not account for; its ratio to the \
+         exchanged energy certifies the run.",
     )
 }
 
@@ -464,12 +465,13 @@ fn accuracy(study: &Study) -> Body {
     let rounded = match rounded.is_empty() {
         true => String::new(),
         false => format!(
-            " Three times the difference where rounding decides about the error, or samples make the steps of both: {rounded}."
+            " Three times the difference where rounding dominates the error, or samples set the steps of both runs: {rounded}."
         ),
     };
     let body = Body::default().table(&headers, estimated().map(row_of)).hint(format!(
-        "How far the integration is estimated to be off, over all rows, in the signal where that is most (readings of sensors are not \
-         compared). Not proven: a third of the difference to a second run at the tolerance {} instead of {}.{rounded}",
+        "Estimated integration error over all rows, in the signal with the largest one (readings of sensors are not \
+         compared). Not proven: a third of the difference to a second run at the tolerance {} instead of \
+         {}.{rounded}",
         figure(first.looser, 2),
         figure(first.tolerance, 2)
     ));
@@ -481,7 +483,7 @@ fn accuracy(study: &Study) -> Body {
     body.judge(
         false,
         format!(
-            "{changed_events}: the second run came through other events, or in another order; a smaller `tolerance` tells which are right"
+            "{changed_events}: the second run had other events, or another order; a smaller `tolerance` shows which are right"
         ),
     )
 }
@@ -499,10 +501,11 @@ fn counts(body: Body, study: &Study) -> Body {
         return body;
     }
     body.table(&["variant", &format!("#from [{}] on", clock.unit), "sensor"], rows).hint(
-        "In these runs a controller reads a sensor nearer to the boundary between two counts than the run is known, for the first time then. Until \
-         then the errors are far smaller. From then on a reading may as well be one count more or less, and the loop goes another way with it, of \
-         which no `tolerance` tells which is right: events may come in another order, too. Told is ten times the difference to runs that went other \
-         ways; it is an estimate of how far such ways lie apart, no bound.",
+        "In these runs a controller reads a sensor closer to a quantisation boundary than the accuracy of the run, \
+         first at the time given. Until then the errors are far smaller. From then on a reading may be one count \
+         more or less, and the trajectory changes with it; no `tolerance` shows which one is right, and the order of \
+         events may change. The error given is ten times the difference to runs on other trajectories: an estimate \
+         of their spread, not a bound.",
     )
 }
 
@@ -561,7 +564,7 @@ fn model(model: &ModelSummary) -> Body {
     };
     let matrices = match model.matrices.is_empty() && !model.coordinates.is_empty() {
         true => Body::default().hint(format!(
-            "Matrices and poles of {} coordinates are too many to be read here: `kardan linearise` writes the matrices, `kardan analyze` the \
+            "Matrices and poles of {} coordinates are too large to show here: `kardan linearise` writes the matrices, `kardan analyze` the \
              poles.",
             model.coordinates.len()
         )),

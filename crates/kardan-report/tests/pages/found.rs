@@ -55,7 +55,9 @@ fn where_samples_fail() {
     let rule = &found.requirements[0].rules[0];
     let page = kardan_report::sweep(&found).markdown();
     let reported = format!("a.inertia ≥ 2 kg m^2: {0} of {0} samples there fail", rule.inside);
-    for said in ["Where they fail", "fails where:", &reported, "100 % of all failures", "one half of the samples"] {
+    for said in
+        ["Where requirements fail", "fails where:", &reported, "100 % of all failures", "one half of the samples"]
+    {
         assert!(page.contains(said), "{said}: {page}");
     }
 }
@@ -80,7 +82,7 @@ fn runs_without_a_value_are_counted() {
     assert!((rise.runs, rise.ended) == (80, 20) && (10..60).contains(&rise.count), "{rise:?}");
     let none = 60 - rise.count;
     let reported =
-        format!("rise: {} of 80 runs have a value: 20 did not come to their end and are left out, {none}", rise.count);
+        format!("rise: {} of 80 runs have a value: 20 did not complete and are left out, {none}", rise.count);
     assert!(page.contains(&reported) && page.contains("final a.w \\> 2 rad/s: 60 of 80 runs have a value"), "{page}");
 }
 
