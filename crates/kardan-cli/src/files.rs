@@ -35,7 +35,7 @@ pub fn expect_plain(path: &Path, name: &str) -> Result<(), Diagnostic> {
     Err(match kind {
         "a directory" => Diagnostic::error("file::directory", message).help("name a file inside it"),
         _ => Diagnostic::error("file::not-plain", message).help(
-            "write what it gives to a file first, and name that; a model may also come through standard input: `-`",
+            "write its output to a file first, and name that file; a model may also come from standard input: `-`",
         ),
     })
 }

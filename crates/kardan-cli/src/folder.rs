@@ -83,7 +83,7 @@ impl Folder {
         done.map_err(|error| {
             let message = format!("cannot move `{}` of an earlier run to `{}`", from.display(), folder.display());
             Diagnostic::error("output::earlier", format!("{message}: {}", reason(&error)))
-                .help("the new files are complete; take the old one away, or name another folder with --out DIR")
+                .help("the new files are complete; remove the old one, or name another folder with --out DIR")
         })
     }
 }
@@ -93,7 +93,7 @@ pub fn note_moved_files(gone: &[String], quiet: bool) {
     if let (false, Some(first)) = (quiet, gone.first()) {
         let folder = Path::new(first).with_file_name(EARLIER);
         let names = quoted(gone.iter().map(String::as_str));
-        note(&format!("this run has not written {names} of an earlier one: moved to `{}`", folder.display()));
+        note(&format!("this run did not write {names} of an earlier run: moved to `{}`", folder.display()));
     }
 }
 

@@ -70,7 +70,7 @@ pub fn read(model: &Path, quiet: bool) -> Result<Source, Diagnostic> {
         // Which of two is meant is said only where there are two.
         let beside = [name.clone(), format!("{name}.toml")].into_iter().find(|file| Path::new(file).exists());
         if let (false, Some(file)) = (quiet, beside) {
-            render::note(&format!("taking the built-in model {name}; the file of that name is ./{file}"));
+            render::note(&format!("using the built-in model {name}; the file of that name is ./{file}"));
         }
         return Ok(Source::new(name, builtin.source.to_owned(), Origin::Builtin));
     }
@@ -99,7 +99,9 @@ pub fn read_matrices(path: &Path) -> Result<(String, Vec<u8>), Diagnostic> {
         (name, bytes)
     };
     if bytes.is_empty() {
-        return Err(Diagnostic::error("file::empty", format!("`{name}` is empty")).help("it should hold A, B, C and D"));
+        return Err(
+            Diagnostic::error("file::empty", format!("`{name}` is empty")).help("it should contain A, B, C and D")
+        );
     }
     Ok((name, bytes))
 }
@@ -123,7 +125,7 @@ pub fn builtin_hint(name: &str) -> String {
     let begin_so = || BUILTIN.iter().map(|builtin| builtin.name).filter(|known| known.starts_with(name));
     if name.chars().count() > 1 && begin_so().next().is_some() {
         let list = begin_so().collect::<Vec<_>>().join(", ");
-        return format!("built-in models that begin with `{name}`: {list}");
+        return format!("built-in models that start with `{name}`: {list}");
     }
     let list = format!("built-in models: {}", builtin_names());
     match nearest(name, BUILTIN.iter().map(|builtin| builtin.name)) {
@@ -158,12 +160,12 @@ fn bounded(name: &str, from: impl Read, limit: u64) -> Result<Vec<u8>, Diagnosti
 
 fn too_large(name: &str, limit: u64) -> Diagnostic {
     let message = format!("`{name}` is larger than {} MiB, too large to be read", limit >> 20);
-    Diagnostic::error("file::too-large", message).help("is it the file that you meant?")
+    Diagnostic::error("file::too-large", message).help("is this the intended file?")
 }
 
 fn decode(name: &str, bytes: &[u8]) -> Result<String, Diagnostic> {
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
-        return Err(Diagnostic::error("file::utf-16", format!("`{name}` is UTF-16 text, and has to be UTF-8"))
+        return Err(Diagnostic::error("file::utf-16", format!("`{name}` is UTF-16 text; kardan reads UTF-8"))
             .help("save it as UTF-8, or convert it: iconv -f UTF-16 -t UTF-8 OLD > NEW"));
     }
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
@@ -172,7 +174,7 @@ fn decode(name: &str, bytes: &[u8]) -> Result<String, Diagnostic> {
         let line = bytes[..at].iter().filter(|&&byte| byte == b'\n').count() + 1;
         let byte = bytes[at];
         let message = format!("`{name}` is not UTF-8 text: byte 0x{byte:02X} at offset {at} (line {line})");
-        Diagnostic::error("file::not-utf-8", message).help("it is read as text; save it as UTF-8")
+        Diagnostic::error("file::not-utf-8", message).help("kardan reads it as text; save it as UTF-8")
     })?;
     if text.trim().is_empty() {
         return Err(Diagnostic::error("file::empty", format!("`{name}` is empty")).help(format!(

@@ -60,7 +60,7 @@ fn locked(folder: &Path, name: &str, shared: bool) -> Result<File, Diagnostic> {
     match if shared { file.try_lock_shared() } else { file.try_lock() } {
         Err(TryLockError::WouldBlock) => {
             let message = format!("another sweep is running in the folder `{}`", folder.display());
-            let help = "wait until it has ended, or name another folder with --out DIR";
+            let help = "wait until it ends, or name another folder with --out DIR";
             Err(Diagnostic::error("output::locked", message).help(help))
         }
         Ok(()) | Err(TryLockError::Error(_)) => Ok(file),

@@ -155,7 +155,7 @@ pub fn stays(folder: &Path, path: &Path) -> Result<(), Diagnostic> {
         return Ok(());
     }
     let message = format!(
-        "`{}` is not written: it is a symbolic link to `{}`, out of the folder `{}`",
+        "`{}` is not written: it is a symbolic link to `{}`, outside the folder `{}`",
         path.display(),
         target.display(),
         folder.display()
@@ -192,7 +192,7 @@ pub fn prepare_files(paths: &[&Path], own: Option<&Path>) -> Result<(), Diagnost
         let place =
             fs::canonicalize(folder_of(&target)).unwrap_or_default().join(target.file_name().unwrap_or_default());
         if places.contains(&place) {
-            let message = format!("two results would go to the same file, `{}`", path.display());
+            let message = format!("two results would be written to the same file, `{}`", path.display());
             return Err(Diagnostic::error("file::same", message).help("give them different names"));
         }
         places.push(place);
@@ -236,11 +236,11 @@ fn place(path: &Path, own: Option<&Path>) -> Result<Place, Diagnostic> {
                 let next = fs::read_link(&target).map_err(unwritable)?;
                 target = folder_of(&target).join(next);
                 if links >= LINKS {
-                    return Err(refused("file::unwritable", "too many symbolic links lead to one another".into()));
+                    return Err(refused("file::unwritable", "too many symbolic links in a chain".into()));
                 }
             }
             Ok(metadata) if metadata.is_dir() => {
-                return Err(refused("file::unwritable", "a directory of that name is there".into()));
+                return Err(refused("file::unwritable", "a directory of that name exists".into()));
             }
             Ok(metadata) if !metadata.is_file() => {
                 if is_block_device(&metadata) {
@@ -477,7 +477,8 @@ fn resemble(file: &File, old: &fs::Metadata) -> io::Result<()> {
     let own = file.metadata()?;
     if (own.uid(), own.gid()) != (old.uid(), old.gid()) {
         fchown(file, Some(old.uid()), Some(old.gid())).map_err(|_| {
-            let why = format!("the file belongs to user {} and group {}, and would not any more", old.uid(), old.gid());
+            let why =
+                format!("the file belongs to user {} and group {}, and would change its owner", old.uid(), old.gid());
             io::Error::other(why)
         })?;
     }

@@ -18,7 +18,7 @@ pub fn answer(json: bool) {
     std::panic::set_hook(Box::new(move |panic| match log::decoding() {
         Some(why) => {
             let diagnostic = Diagnostic::error("log::damaged", why.to_string())
-                .help("this build of kardan cannot go on behind such a place; one with `panic = \"unwind\"` uses the rows before it");
+                .help("this build of kardan cannot continue after such an error; one with `panic = \"unwind\"` uses the rows before it");
             let code = exit_code(Err(Failure { source: None, diagnostics: vec![diagnostic] }), json);
             std::process::exit(code.into());
         }

@@ -122,11 +122,11 @@ fn request(reason: String) {
     let reason = REASON.get().map_or("", String::as_str);
     if FINISHING.load(Ordering::SeqCst) {
         stderr(&format!(
-            "note: {reason}; the block of runs that is begun is finished and written (a second signal ends at once, and that block is lost)\n"
+            "note: {reason}; kardan finishes and writes the current block of runs (a second signal ends at once and loses that block)\n"
         ));
         return;
     }
-    stderr(&format!("note: {reason}; what is there is kept (a second signal ends at once)\n"));
+    stderr(&format!("note: {reason}; kardan keeps the results until then (a second signal ends at once)\n"));
     thread::spawn(move || {
         thread::sleep(GRACE);
         end(reason, true);
@@ -146,8 +146,7 @@ fn end(reason: &str, wait: bool) {
         Some(show) => show(reason),
         None if wait && SIGNALLED.load(Ordering::SeqCst) => return,
         None => {
-            let message =
-                format!("{reason}: this command has no partial results; files that are there already are complete");
+            let message = format!("{reason}: this command has no partial results; existing files are complete");
             if JSON.load(Ordering::Relaxed) {
                 let _ = print(&(kardan::export::json_error(&message, "", &[]) + "\n"));
             }

@@ -20,7 +20,7 @@ const PAUSE: Duration = Duration::from_millis(100);
 pub fn again_and_again(model: &Path, quiet: bool, json: bool, mut work: impl FnMut() -> u8) -> u8 {
     let name = model.display();
     let what = match model.to_str() {
-        Some("-") => Some("standard input is read once: there is nothing to watch".to_string()),
+        Some("-") => Some("standard input is read once: `--watch` cannot watch it".to_string()),
         Some(name) if builtin(name).is_some() => Some(format!("the built-in model `{name}` does not change")),
         _ => None,
     };

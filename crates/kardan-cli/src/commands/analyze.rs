@@ -59,8 +59,8 @@ fn report_result(analysis: &Analysis, args: &AnalyzeArgs, origin: &str, quiet: b
 /// The forms to take along; after the name of the file in JSON or as a MAT file.
 fn save_forms(path: &Path, analysis: &Analysis) -> Result<(), Failure> {
     let Some(forms) = &analysis.realisations else {
-        let message = "there is nothing to export: no exact forms were found";
-        let help = "they are found for few states: 64 of short numbers, 12 of floating point; the analysis itself has no such limit";
+        let message = "there is no result to export: no exact forms were found";
+        let help = "kardan computes them for few states: 64 with short numbers, 12 with floating-point numbers; the analysis itself has no such limit";
         return Err(Diagnostic::error("analysis::forms", message).help(help).into());
     };
     let bytes = match is_mat(path) {

@@ -107,7 +107,7 @@ fn true_values(path: &Path) -> Result<Named, Failure> {
 /// A study that ended early.
 fn missing(reason: &str) -> Diagnostic {
     Diagnostic::error("bench::study", format!("{reason}: the study is not complete, its report is not written"))
-        .help("the files named are complete; `kardan identify` and `kardan design` take it up from there")
+        .help("the files named are complete; continue with `kardan identify` and `kardan design`")
 }
 
 /// What was found as an object of JSON, or as text.
@@ -195,8 +195,8 @@ impl Output {
             next = until;
         }
         if let (true, Some(reason)) = (next < all, stop::reason()) {
-            let message = format!("{reason}: {next} of {all} logs are there");
-            self.problems.push(Diagnostic::error("bench::logs", message).help("those are complete"));
+            let message = format!("{reason}: {next} of {all} logs are complete");
+            self.problems.push(Diagnostic::error("bench::logs", message).help("they are usable"));
         }
         bars.finish();
         logs
@@ -256,7 +256,7 @@ impl Output {
         notes.extend(
             omissions.iter().map(|why| format!("Not in the model that the controller was designed on: {why}.")),
         );
-        let Some(plan) = bench.plan().cloned() else { unreachable!("a study begins with an excitation") };
+        let Some(plan) = bench.plan().cloned() else { unreachable!("a study starts with an excitation") };
         let found = BenchStudy {
             model: bench.name().into(),
             description: found.description.clone(),

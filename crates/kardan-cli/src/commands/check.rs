@@ -33,6 +33,6 @@ pub fn check(args: &CheckArgs, quiet: bool) -> Result<u8, Failure> {
     let notes: String = rounded.iter().map(|note| format!("note: {note}\n")).collect();
     let blocks = project.prepared().variants.first().map(|variant| listed_blocks(&variant.model)).unwrap_or_default();
     let blocks: String = blocks.iter().map(|line| format!("{line}\n")).collect();
-    print(&visible(&format!("{source}: no mistakes{warnings}\n{blocks}{notes}")))?;
+    print(&visible(&format!("{source}: no errors{warnings}\n{blocks}{notes}")))?;
     Ok(DONE)
 }

@@ -96,7 +96,7 @@ fn point(text: &str) -> Result<(String, String), Failure> {
     match parts.filter(|(signal, value)| !signal.is_empty() && !value.is_empty()) {
         Some((signal, value)) => Ok((signal.into(), value.into())),
         None => {
-            let message = format!("`--at {text}` is no signal with its value");
+            let message = format!("`--at {text}` is not a signal with a value");
             let diagnostic = Diagnostic::error("arguments::at", message).help("write `--at arm.phi=\"60 deg\"`");
             Err(Failure { source: None, diagnostics: vec![diagnostic] })
         }
@@ -111,9 +111,9 @@ fn tolerance(text: &str) -> Result<ToleranceBox, Failure> {
     match number(text.trim().trim_end_matches('%')) {
         Some(percent) if percent > 0.0 && percent < 100.0 => Ok(ToleranceBox::Part(percent / 100.0)),
         _ => {
-            let message = format!("`--tolerance {text}` is no percentage above 0 and below 100");
-            let help = "write `--tolerance 20%`; without a number the tolerances of the file are taken. \
-                        The model comes before the option";
+            let message = format!("`--tolerance {text}` is not a percentage above 0 and below 100");
+            let help = "write `--tolerance 20%`; without a number kardan uses the tolerances of the file. The model \
+                        comes before the option";
             let diagnostic = Diagnostic::error("arguments::tolerance", message).help(help);
             Err(Failure { source: None, diagnostics: vec![diagnostic] })
         }

@@ -109,9 +109,9 @@ pub(super) fn logs(paths: &[PathBuf]) -> Result<Vec<LogFile>, Diagnostic> {
     if let Some(path) =
         paths.iter().enumerate().find_map(|(k, path)| paths[..k].iter().find(|candidate| same(candidate, path)))
     {
-        let message = format!("the log `{}` is named twice", path.display());
+        let message = format!("the log `{}` is repeated", path.display());
         return Err(Diagnostic::error("log::twice", message)
-            .help("name it once: what is read twice would look more certain than it is"));
+            .help("name it once: repeated data would make the results look more certain than they are"));
     }
     paths.iter().map(|path| log(path)).collect()
 }
@@ -145,7 +145,7 @@ fn log(path: &Path) -> Result<LogFile, Diagnostic> {
 fn window(text: &str) -> Result<f64, Diagnostic> {
     match parse_quantity(text) {
         Ok((value, Dimension::TIME | Dimension::NONE)) if value.signum() > 0 => Ok(value.to_f64()),
-        _ => Err(Diagnostic::error("arguments::window", format!("`--window {text}` is no time above zero"))
+        _ => Err(Diagnostic::error("arguments::window", format!("`--window {text}` is not a time above zero"))
             .help("write it like `--window \"50 ms\"`")),
     }
 }
@@ -156,8 +156,8 @@ fn write(path: &Path, model: &Path, source: &Source, found: &Identification) -> 
         let mut diagnostics = diagnostics;
         diagnostics.insert(
             0,
-            Diagnostic::error("identify::write", "with the values found the model file would not be valid")
-                .help("nothing was written; leave out `--write`, or the parameters named"),
+            Diagnostic::error("identify::write", "with the identified values the model file would not be valid")
+                .help("no file was written; omit `--write`, or the parameters named"),
         );
         Failure { source: None, diagnostics }
     })?;

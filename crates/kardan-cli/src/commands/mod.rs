@@ -76,8 +76,8 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
 fn unwatchable(command: &Command) -> Option<Diagnostic> {
     let Command::Sweep(args) = command else { return None };
     let keeps = args.changes.watch && args.out.is_some() && !args.force;
-    let message = "`--watch` with `--out`: when the file changes, the rows that are there are of another sweep";
-    let help = "add `--force`, so that each pass replaces the rows of the one before, or leave `--out` away";
+    let message = "`--watch` with `--out`: when the file changes, the existing rows are of another sweep";
+    let help = "add `--force`, so that each pass replaces the rows of the previous one, or omit `--out`";
     keeps.then(|| Diagnostic::error("arguments::watch", message).help(help))
 }
 
@@ -89,8 +89,8 @@ fn limit_threads(command: &Command) -> Result<(), Diagnostic> {
     }
     let count = usize::try_from(*threads).unwrap_or(usize::MAX);
     rayon::ThreadPoolBuilder::new().num_threads(count).build_global().map_err(|error| {
-        let message = format!("`--threads {threads}`: they cannot be started: {error}");
-        Diagnostic::error("arguments::threads", message).help("ask for fewer, or leave `--threads` out")
+        let message = format!("`--threads {threads}`: the threads cannot be started: {error}");
+        Diagnostic::error("arguments::threads", message).help("request fewer, or omit `--threads`")
     })
 }
 

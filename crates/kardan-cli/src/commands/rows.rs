@@ -142,7 +142,7 @@ pub fn rows_of(project: &Project, plan: &SweepPlan, block: u64, path: &Path) -> 
     let own = found.iter().filter(|row| samples.contains(&row.sample)).count();
     match own == found.len() && own == samples.count() * plan.head.variants.len() {
         true => Ok(found),
-        false => Err(Unusable::Damaged("it does not hold all rows of its block".into())),
+        false => Err(Unusable::Damaged("it does not contain all rows of its block".into())),
     }
 }
 
@@ -165,13 +165,13 @@ pub fn rows_before(
             return Ok(SweepRows::default());
         }
         if !files.is_empty() {
-            let message = format!("the folder `{shown}` holds rows of a sweep already");
-            let help = "go on with `--resume`, replace them with `--force`, or name another folder with --out DIR";
+            let message = format!("the folder `{shown}` already contains rows of a sweep");
+            let help = "continue with `--resume`, replace them with `--force`, or name another folder with --out DIR";
             return Err(Diagnostic::error("output::folder", message).help(help));
         }
         let page = out.join("sweep.html");
         if plan.shard.is_none() && page.exists() {
-            let message = format!("`{}` is there already, without rows of a sweep", page.display());
+            let message = format!("`{}` already exists, without rows of a sweep", page.display());
             let help = "replace it with `--force`, or name another folder with --out DIR";
             return Err(Diagnostic::error("output::folder", message).help(help));
         }
@@ -182,11 +182,11 @@ pub fn rows_before(
         match rows_of(project, plan, block, &path) {
             Ok(found) => rows.extend(found),
             Err(Unusable::Damaged(why)) if plan.own_blocks().contains(&block) => {
-                note(&format!("`{}`: {why}; its rows are computed again", path.display()));
+                note(&format!("`{}`: {why}; kardan recomputes its rows", path.display()));
             }
             Err(unusable) => {
-                let message = format!("`{}` cannot be gone on with: {}", path.display(), unusable.why());
-                let help = "run with the model and the options that made it, remove it to run its samples again, or start anew with `--force`";
+                let message = format!("kardan cannot resume `{}`: {}", path.display(), unusable.why());
+                let help = "run with its original model and options, remove it to rerun its samples, or restart with `--force`";
                 return Err(Diagnostic::error("sweep::resume", message).help(help));
             }
         }
@@ -208,9 +208,9 @@ pub fn own_files(out: &Path) -> Result<Vec<PathBuf>, Diagnostic> {
     let rows = files_of_rows(out).into_iter().map(|(_, path)| (is_rows(&path), path));
     let all = rows.chain(manifests.map(|path| (is_manifest(&path), path)));
     let foreign = |path: &Path| {
-        let message = format!("`{}` has the name of a file of a sweep, but kardan has not written it", path.display());
+        let message = format!("`{}` has the name of a sweep file, but kardan did not write it", path.display());
         let help =
-            "move it away, or name another folder with --out DIR: `--force` removes only what kardan has written";
+            "move it away, or name another folder with --out DIR: `--force` removes only files that kardan wrote";
         Diagnostic::error("output::foreign", message).help(help)
     };
     let mut own =
@@ -228,23 +228,23 @@ fn is_rows(path: &Path) -> bool {
 /// Removes files of rows behind those of a sweep that is complete: they are of another one, whose others were replaced.
 pub fn put_away(out: &Path, blocks: u64) -> Result<(), Diagnostic> {
     let mut behind = files_of_rows(out).into_iter().filter(|(block, path)| *block >= blocks && is_rows(path));
-    behind.try_for_each(|(_, path)| removed(&path, "it holds rows of another sweep"))
+    behind.try_for_each(|(_, path)| removed(&path, "it contains rows of another sweep"))
 }
 
 /// Removes rows of another sweep once this one has written its first block: where it is ended early, what is there is of one sweep. Of a shard its own part, and
 /// what no shard of this sweep has.
 fn start_anew(out: &Path, plan: &SweepPlan, saved_block: u64) -> Result<(), Diagnostic> {
     if let Some(shard) = plan.shard {
-        removed(&path_of_manifest(out, shard), "it is of a sweep before this one")?;
+        removed(&path_of_manifest(out, shard), "it is of an earlier sweep")?;
     }
     if plan.shard.is_none() {
         let own = path_of_model(out, &plan.head.identity);
         let mut old = models_of(out).into_iter().filter(|path| *path != own);
-        old.try_for_each(|path| removed(&path, "it is the model of a sweep before this one"))?;
+        old.try_for_each(|path| removed(&path, "it is the model of an earlier sweep"))?;
     }
     let own = |block: u64| block != saved_block && (plan.own_blocks().contains(&block) || block >= plan.blocks());
     let mut old = files_of_rows(out).into_iter().filter(|(block, _)| own(*block));
-    old.try_for_each(|(_, path)| removed(&path, "it holds rows of another sweep"))
+    old.try_for_each(|(_, path)| removed(&path, "it contains rows of another sweep"))
 }
 
 /// Removes a file, if it is there.

@@ -78,7 +78,7 @@ fn rows_again(project: &Project, path: &Path, args: &RunArgs, settings: &Setting
     })?;
     let was = path.parent().and_then(|folder| stored_model(folder, &identity));
     if let Some(difference) = project.other_model(&identity, was.as_deref()) {
-        let help = "run with the model, its `--set`, and the version of kardan that made them";
+        let help = "run with their original model, `--set`, and version of kardan";
         let message = format!("the rows of `{shown}` are of another sweep: {difference}");
         return Err(vec![Diagnostic::error("sweep::again", message).help(help)]);
     }
@@ -87,7 +87,7 @@ fn rows_again(project: &Project, path: &Path, args: &RunArgs, settings: &Setting
     if let Some(missing) = samples.iter().find(|sample| !has_row(sample)) {
         let ends = rows.iter().map(|row| row.sample);
         let (first, last) = (ends.clone().min().unwrap_or(0), ends.max().unwrap_or(0));
-        let message = format!("`{shown}` holds no sample {missing}: it holds those from {first} to {last}");
+        let message = format!("`{shown}` has no sample {missing}: it has those from {first} to {last}");
         return Err(vec![
             Diagnostic::error("sweep::again", message).help("name another sample, or another file of rows"),
         ]);
@@ -179,8 +179,8 @@ pub(super) fn table(model: &str, run: &Run, format: Format) -> Result<(&'static 
         }),
         Format::Mat => export::mat(&run.series).map(|bytes| ("mat", bytes)).ok_or_else(|| {
             let message =
-                format!("`{}` is too long for a MAT file of version 5, which holds 2 GiB a variable", run.name);
-            Diagnostic::error("export::mat", message).help("take another format, such as parquet")
+                format!("`{}` is too long for a MAT file of version 5, which allows 2 GiB per variable", run.name);
+            Diagnostic::error("export::mat", message).help("use another format, such as parquet")
         }),
         Format::Mdf => Ok(("mf4", export::mdf(&[(&run.name, &run.series)]))),
     }

@@ -80,8 +80,7 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
     let found = project.sweep(&plan, &settings.run, &mut rows, &bars, &mut write);
     bars.finish();
     if let Some(diagnostic) = failed {
-        let help =
-            "the rows that were written before are complete: once that is put right, `--resume` makes the others";
+        let help = "the rows written before are complete: after fixing the cause, `--resume` computes the others";
         return Err(diagnostic.help(help).into());
     }
     let mut found = found.map_err(refused)?;
@@ -128,11 +127,11 @@ pub fn prepared_folder(out: &Path, shard: Option<Shard>) -> Result<Lock, Diagnos
 fn how_to_go_on(args: &SweepArgs, out: &Path, rows: u64) -> String {
     let out = out.display();
     if args.force && rows == 0 {
-        return format!("No row was made: what is in `{out}` is that of the sweep before.");
+        return format!("No row was computed: `{out}` contains the earlier sweep.");
     }
     // What is replaced anew would be lost again.
     let instead = if args.force { " in place of `--force`" } else { "" };
-    format!("The rows that are there stay: the same command with `--resume`{instead} makes the others in `{out}`.")
+    format!("Existing rows stay: the same command with `--resume`{instead} computes the others in `{out}`.")
 }
 
 /// Files of rows, by blocks.
@@ -211,7 +210,7 @@ fn full_page(
     bars.finish();
     match &made {
         Some(Ok(page)) => save_in(out, FULL, shown(page, false).1.as_bytes()).map(|_| ())?,
-        _ => removed(&path, "it is of a sweep before this one")?,
+        _ => removed(&path, "it is of an earlier sweep")?,
     }
     Ok(made.map(|made| made.map(|_| FULL.into())))
 }
@@ -235,7 +234,7 @@ fn full_runs(
     };
     let rows: Vec<RowAgain> = worst_cases(found).into_iter().filter_map(again).collect();
     if rows.is_empty() {
-        return Err("no run has a number of what a requirement measures".into());
+        return Err("no run has a value that a requirement measures".into());
     }
     let settings = Settings { runs_only: true, ..settings.clone() };
     let first = |diagnostics: Vec<Diagnostic>| {
@@ -270,14 +269,14 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
     if let Some(part) = args.parts.iter().find(|part| !part.is_dir()) {
         let message = format!("there is no folder `{}`", part.display());
-        let help = "name the folders that `kardan sweep --shard I/N --out DIR` has filled";
+        let help = "name the folders that `kardan sweep --shard I/N --out DIR` wrote";
         return Err(Diagnostic::error("sweep::merge", message).help(help).into());
     }
     let files: Vec<(u64, PathBuf)> = args.parts.iter().flat_map(|part| files_of_rows(part)).collect();
     let Some((_, first)) = files.first() else {
         let parts: Vec<String> = args.parts.iter().map(|part| format!("`{}`", part.display())).collect();
         let message = format!("there are no rows in {}", parts.join(", "));
-        let help = "name the folders that `kardan sweep --shard I/N --out DIR` has filled";
+        let help = "name the folders that `kardan sweep --shard I/N --out DIR` wrote";
         return Err(Diagnostic::error("sweep::merge", message).help(help).into());
     };
     let bytes = files::read(first).map_err(|error| reason(&error));
@@ -325,8 +324,8 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
 }
 
 /// What to do about a file of rows that cannot be merged: that is of another sweep, or was damaged.
-const OTHER: &str = "name the model, its `--set`, `--method`, `--tolerance`, `--max-steps` and `--variant` that all shards were run with, and their folders alone";
-const DAMAGED: &str = "run its shard again with `--resume`, which computes its rows again, and merge then";
+const OTHER: &str = "name the model, its `--set`, `--method`, `--tolerance`, `--max-steps` and `--variant` of all shards, and only their folders";
+const DAMAGED: &str = "rerun its shard with `--resume`, which recomputes its rows, then merge";
 
 fn unmerged(path: &Path, why: &str, help: &str) -> Diagnostic {
     Diagnostic::error("sweep::merge", format!("`{}` cannot be merged: {why}", path.display())).help(help)
@@ -348,7 +347,7 @@ fn merged_rows(
         let found = read(&path)?;
         match blocks.get(&block) {
             Some(other) if !same(&read(other)?, &found) => {
-                let why = format!("`{}` has other numbers in the same rows", other.display());
+                let why = format!("`{}` has different numbers in the same rows", other.display());
                 return Err(unmerged(&path, &why, OTHER));
             }
             Some(_) => {}

@@ -73,7 +73,7 @@ fn residuals(found: &Parity) -> Body {
     let angles = found.residuals.iter().any(|one| one.up_to_constant);
     Body::default()
         .paragraph(all)
-        .table_of(RESIDUALS, &["", "residual", "#is", "holds"], rows)
+        .table_of(RESIDUALS, &["", "residual", "#is", "valid"], rows)
         .hint(if angles {
             "The mounting of angle and torsion sensors adds a constant to a residual: subtract its initial value. An offset present from the start is then not detected."
         } else {

@@ -116,7 +116,8 @@ fn runs_of_a_sweep_are_drawn() {
     let (still, data) = page.split_once("id=\"samples-data\">").expect("data of the runs");
     assert!(data.contains("\"across\":0,\"up\":1,") && data.contains("\"above\":2.0"), "{}", &data[..400]);
     let still = still.split("class=\"unscripted\"").nth(1).expect("a picture that stands still");
-    for said in ["final a.w [rad/s] over a.inertia [kg m²]", "class=\"bound\"", "fails final a.w &gt; 2 rad/s", "holds"]
+    for said in
+        ["final a.w [rad/s] over a.inertia [kg m²]", "class=\"bound\"", "fails final a.w &gt; 2 rad/s", "passes"]
     {
         assert!(still.contains(said), "{said}: {}", &still[..2000.min(still.len())]);
     }

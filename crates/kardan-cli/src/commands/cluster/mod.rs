@@ -70,7 +70,7 @@ pub fn sweep(args: &SweepArgs, target: Target, quiet: bool) -> Result<u8, Failur
     if args.on.dry_run {
         let (path, text) = work.write_job(&missing)?;
         print(&text)?;
-        work.message(&format!("wrote {}; nothing is submitted: `{}` does", path.display(), work.by_hand(&path)));
+        work.message(&format!("wrote {}; not submitted: run `{}` to submit it", path.display(), work.by_hand(&path)));
         return Ok(DONE);
     }
     if let Some(job) = work.jobs.last().cloned().filter(|_| !missing.is_empty()) {
@@ -85,7 +85,7 @@ pub fn sweep(args: &SweepArgs, target: Target, quiet: bool) -> Result<u8, Failur
         if again > 0 {
             let (which, why) = (ranges(&missing), work.why(missing[0]));
             work.message(&format!(
-                "{} of {} shards have failed ({which}; {why}): submitted again, {again} of {tries}",
+                "{} of {} shards have failed ({which}; {why}): resubmitted, {again} of {tries}",
                 missing.len(),
                 work.shards
             ));
@@ -129,7 +129,7 @@ impl<'a> Work<'a> {
     fn prepare(args: &'a SweepArgs, queue: &'static Queue, quiet: bool) -> Result<Self, Failure> {
         let model = args.model.clone().unwrap_or_default();
         if model.as_os_str() == "-" {
-            let message = "`--on` cannot give the model of the standard input to its shards";
+            let message = "`--on` cannot pass a model from standard input to its shards";
             return Err(Diagnostic::error("sweep::on", message)
                 .help("write it to a file that all machines see")
                 .into());
@@ -149,7 +149,7 @@ impl<'a> Work<'a> {
         let shards = args.on.shards.unwrap_or(default_shards.min(plan.blocks()).min(MOST_SHARDS));
         if shards > plan.blocks() {
             let message = format!(
-                "{shards} shards: {} samples are {} blocks, and {} shards would have none",
+                "{shards} shards: {} samples are only {} blocks; {} shards would have none",
                 plan.head.samples,
                 plan.blocks(),
                 shards - plan.blocks()
@@ -163,10 +163,8 @@ impl<'a> Work<'a> {
         // All words are known and all paths can be told, before a file is written.
         let job = fill(&work.template.0, &work.template.1, &work.values(&[1])?)?;
         if queue.name == "kubernetes" && job.contains("mountPath: \"/\"") {
-            let message = format!(
-                "model and `{}` have no folder above them but `/`, which no volume can take",
-                work.out.display()
-            );
+            let message =
+                format!("model and `{}` share no folder but `/`, which no volume can mount", work.out.display());
             let help = "put the model and the folder of `--out` into one folder, that of the claim";
             return Err(Diagnostic::error("sweep::on", message).help(help).into());
         }
@@ -192,20 +190,19 @@ impl<'a> Work<'a> {
         let (path, shown) = (self.out.join(RECORD), self.out.display());
         let rows = files_of_rows(&self.out);
         if !rows.is_empty() && !self.args.force {
-            let message = format!("the folder `{shown}` holds rows of a sweep already");
-            let help =
-                "they were made without `--on`: replace them with `--force`, or name another folder with --out DIR";
+            let message = format!("the folder `{shown}` already contains rows of a sweep");
+            let help = "they come from a sweep without `--on`: replace them with `--force`, or name another folder with --out DIR";
             return Err(Diagnostic::error("output::folder", message).help(help));
         }
         let refusal = |what: String, help: &str| {
-            let message = format!("`{}` cannot be gone on with: {what}", path.display());
+            let message = format!("kardan cannot resume `{}`: {what}", path.display());
             Err(Diagnostic::error("sweep::resume", message).help(help))
         };
         let record = match files::read(&path) {
             Ok(bytes) => match Record::read(&bytes) {
                 Ok(record) => record,
                 Err(why) => {
-                    let help = "kardan has not written it, or it was damaged: name another folder with --out DIR, or, if it is of this sweep, remove it and go on with `--resume`";
+                    let help = "kardan did not write it, or it is damaged: name another folder with --out DIR, or, if it is of this sweep, remove it and continue with `--resume`";
                     return refusal(why, help);
                 }
             },
@@ -220,19 +217,19 @@ impl<'a> Work<'a> {
             return Ok(());
         }
         if !self.args.resume {
-            let message = format!("the folder `{shown}` holds rows of a sweep already");
-            let help = "go on with `--resume`, replace them with `--force`, or name another folder with --out DIR";
+            let message = format!("the folder `{shown}` already contains rows of a sweep");
+            let help = "continue with `--resume`, replace them with `--force`, or name another folder with --out DIR";
             return Err(Diagnostic::error("output::folder", message).help(help));
         }
         if record.sweep != self.identity {
-            let help = "run with the model and the options that made it, or start anew with `--force`";
+            let help = "run with its original model and options, or restart with `--force`";
             let was = stored_model(&self.out, &record.sweep);
             let difference = project.sweep_mismatch(&self.identity, &record.sweep, was.as_deref());
             return refusal(format!("it is of another sweep: {difference}"), help);
         }
         if self.args.on.shards.is_some_and(|requested| requested != record.shards) {
-            let help = "leave `--shards` out to go on with those, or start anew with `--force`";
-            return refusal(format!("its sweep is in {} shards, not {}", record.shards, self.shards), help);
+            let help = "omit `--shards` to continue with those, or restart with `--force`";
+            return refusal(format!("its sweep has {} shards, not {}", record.shards, self.shards), help);
         }
         (self.shards, self.jobs) = (record.shards, record.jobs);
         Ok(())
@@ -251,12 +248,12 @@ impl<'a> Work<'a> {
         let names = ["shard.sh", self.queue.file, "parts", "logs"];
         if let Some(found) = names.map(|name| self.out.join(name)).iter().find(|path| path.symlink_metadata().is_ok()) {
             let message = format!(
-                "`{}` is in the way: no `{RECORD}` in `{}` says that kardan has written it",
+                "`{}` is in the way: no `{RECORD}` in `{}` shows that kardan wrote it",
                 found.display(),
                 self.out.display()
             );
             let help =
-                "move it away, or name another folder with --out DIR; if it is of this sweep, go on with `--resume`";
+                "move it away, or name another folder with --out DIR; if it is of this sweep, continue with `--resume`";
             return Err(Diagnostic::error("output::foreign", message).help(help));
         }
         if self.args.force { self.start_anew(0) } else { Ok(()) }
@@ -264,7 +261,7 @@ impl<'a> Work<'a> {
 
     /// Removes what is there of a sweep before this one, in so many shards: files that kardan has written, and the folders that are empty then.
     fn start_anew(&self, shards: u64) -> Result<(), Diagnostic> {
-        let why = "it is of a sweep before this one";
+        let why = "it is of an earlier sweep";
         ["parts", "logs"].iter().try_for_each(|name| stays(&self.out, &self.out.join(name)))?;
         let mut files = own_files(&self.out)?;
         let mut locks = Vec::new();
@@ -294,7 +291,7 @@ impl<'a> Work<'a> {
             let manifest = path_of_manifest(&part, shard);
             if manifest.symlink_metadata().is_ok() && !is_whole(project, plan, &part, shard) {
                 note(&format!(
-                    "shard {number}: manifest or rows in `{}` are damaged or gone: it runs again",
+                    "shard {number}: manifest or rows in `{}` are damaged or missing: it runs again",
                     part.display()
                 ));
                 removed(&manifest, "the shard is not done")?;
@@ -391,7 +388,7 @@ impl<'a> Work<'a> {
             (false, _) => Ok(format!("\"{root}\"")),
             (true, false) => Ok(format!("'{root}'")),
             (true, true) => {
-                let message = format!("`{root}` has quotes that YAML and a shell do not read alike");
+                let message = format!("`{root}` has quotes that YAML and a shell read differently");
                 Err(Diagnostic::error("sweep::on", message).help("give that folder another name"))
             }
         }
@@ -447,9 +444,10 @@ impl<'a> Work<'a> {
     fn run(&mut self, shards: &[u64]) -> Result<(), Diagnostic> {
         let (path, text) = self.write_job(shards)?;
         if let Some(program) = self.queue.missing(&text) {
-            let message = format!("`{program}` is not there: `{}` is written, not submitted", path.display());
+            let message =
+                format!("`{program}` is not installed: kardan wrote `{}` but did not submit it", path.display());
             let help = format!(
-                "install {}; or submit it elsewhere with `{}`, and when its shards have ended give the same command with `--resume`",
+                "install {}; or submit it elsewhere with `{}`, and repeat the command with `--resume` when its shards have ended",
                 self.queue.install,
                 self.by_hand(&path)
             );
@@ -482,7 +480,7 @@ impl<'a> Work<'a> {
         if self.queue.missing("").is_some() || self.queue.contains(job) == Ok(false) {
             return Ok(());
         }
-        self.message(&format!("job {job} of {} is followed, {} shards are missing", self.queue.name, missing.len()));
+        self.message(&format!("kardan follows job {job} of {}, {} shards are missing", self.queue.name, missing.len()));
         self.follow(missing, &mut || self.queue.contains(job), false)
     }
 
@@ -524,11 +522,11 @@ impl<'a> Work<'a> {
                 Err(why) => {
                     silent += 1;
                     if silent == 1 {
-                        self.message(&format!("{} does not answer ({why}): asked again", self.queue.name));
+                        self.message(&format!("{} does not answer ({why}): kardan retries", self.queue.name));
                     }
                     if silent > SILENCE {
-                        let message = format!("{} does not answer any more: {why}", self.queue.name);
-                        let help = "its jobs are left as they are; the same command with `--resume` follows them";
+                        let message = format!("{} no longer answers: {why}", self.queue.name);
+                        let help = "its jobs continue; the same command with `--resume` follows them";
                         return Err(Diagnostic::error("sweep::queue", message).help(help));
                     }
                 }
@@ -546,7 +544,9 @@ impl<'a> Work<'a> {
                 "job {job} stays in the queue (`{} {job}` ends it); the same command with `--resume` follows it",
                 self.queue.cancel
             ),
-            _ => "its processes are told to end; the same command with `--resume` goes on with what is missing".into(),
+            _ => {
+                "kardan stops its processes; the same command with `--resume` continues with the missing shards".into()
+            }
         };
         Diagnostic::error("sweep::left", format!("{missing} of {} shards are missing", self.shards)).help(help)
     }
@@ -558,7 +558,7 @@ impl<'a> Work<'a> {
             let _ = write!(message, "; shard {number}: {}", self.why(*number));
         });
         Diagnostic::error("sweep::shards", message).help(format!(
-            "their last words are in `{}`; when that is put right, the same command with `--resume` runs them again, and the others stay as they are",
+            "their last messages are in `{}`; after fixing the cause, the same command with `--resume` reruns only them",
             self.out.join("logs").display()
         ))
     }
@@ -580,8 +580,8 @@ impl<'a> Work<'a> {
                 .map(|error_line| error_line.chars().take(300).collect())
         });
         error_line.unwrap_or_else(|| match logs[0].exists() {
-            true => "it ended without a word: killed, or never through".into(),
-            false => "it has not begun".into(),
+            true => "it ended without a message: killed or not finished".into(),
+            false => "it has not started".into(),
         })
     }
 }
@@ -589,7 +589,7 @@ impl<'a> Work<'a> {
 /// An empty file is told by what a template needs, not a model.
 fn empty(diagnostic: Diagnostic) -> Diagnostic {
     match diagnostic.code {
-        "file::empty" => diagnostic.help("begin with a template of kardan: `kardan sweep template slurm` prints one"),
+        "file::empty" => diagnostic.help("start from kardan's template: `kardan sweep template slurm` prints one"),
         _ => diagnostic,
     }
 }

@@ -106,9 +106,9 @@ impl Queue {
     pub fn submit(&self, file: &Path) -> Result<String, Diagnostic> {
         let shown = file.display();
         let refused = |why: String| {
-            let message = format!("`{}` has not taken `{shown}`: {why}", self.submit.join(" "));
+            let message = format!("`{}` rejected `{shown}`: {why}", self.submit.join(" "));
             Diagnostic::error("sweep::submit", message)
-                .help("put that right and give the same command with `--resume`; `--template` changes the job")
+                .help("fix this and repeat the command with `--resume`; `--template` changes the job")
         };
         let mut command: Vec<&str> = self.submit.to_vec();
         let file = file.to_string_lossy();
@@ -117,7 +117,7 @@ impl Queue {
         // `41;cluster` of Slurm.
         let number = reply.lines().last().unwrap_or_default().split(';').next().unwrap_or_default().trim();
         match number.is_empty() || number.contains(char::is_whitespace) {
-            true => Err(refused(format!("it answers `{}`, which is no number of a job", reply.trim()))),
+            true => Err(refused(format!("it answers `{}`, which is not a job number", reply.trim()))),
             false => Ok(number.into()),
         }
     }

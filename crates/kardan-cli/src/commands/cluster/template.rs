@@ -42,12 +42,12 @@ pub fn fill(name: &str, text: &str, values: &Values<'_>) -> Result<String, Diagn
 pub fn check(name: &str, text: &str) -> Result<(), Diagnostic> {
     let has = |word: &str| text.split("{{").skip(1).any(|rest| rest.split("}}").next().map(str::trim) == Some(word));
     let missing = match (has("shard"), has("array") || has("list")) {
-        (false, _) => "`{{shard}}`, the command that runs a shard whose number comes behind it",
-        (true, false) => "`{{array}}` or `{{list}}`, the numbers of the shards that are to run: 1-3,7 or 1 2 3 7",
+        (false, _) => "`{{shard}}`, the command that runs a shard, followed by its number",
+        (true, false) => "`{{array}}` or `{{list}}`, the numbers of the shards to run: 1-3,7 or 1 2 3 7",
         (true, true) => return Ok(()),
     };
     let message = format!("the template `{name}` has no {missing}");
-    let help = "begin with a template of kardan: `kardan sweep template slurm` prints one";
+    let help = "start from kardan's template: `kardan sweep template slurm` prints one";
     Err(Diagnostic::error("sweep::template", message).help(help))
 }
 
