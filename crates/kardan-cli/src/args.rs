@@ -1,4 +1,4 @@
-//! What can be asked for on the command line.
+//! The options of the command line.
 
 use std::path::PathBuf;
 
@@ -393,7 +393,7 @@ pub struct IdentifyArgs {
 /// A percentage from 1 to below 100.
 fn confidence(text: &str) -> Result<f64, String> {
     match number(text.trim().trim_end_matches('%')) {
-        // Nobody wants an interval that is right once in a hundred times.
+        // An interval with a confidence below 1 % has no use.
         Some(x) if x > 0.0 && x < 1.0 => Err(format!("in percent: did you mean {}?", 100.0 * x)),
         Some(x) if (1.0..100.0).contains(&x) => Ok(x),
         _ => Err("not from 1 to below 100: write 95".into()),
@@ -891,7 +891,7 @@ mod tests {
         assert_eq!((args.inputs.len(), args.outputs.len(), args.model.to_str()), (2, 2, Some("sia-steering")));
     }
 
-    /// Arguments that nobody meant: known words, values, parts of them and noise, in any order. Each list is taken or refused in words.
+    /// Random arguments: known words, values, parts of them and noise, in any order. Each list is accepted, or rejected with a message.
     #[test]
     fn any_arguments_are_taken_or_refused() {
         let command = Cli::command();

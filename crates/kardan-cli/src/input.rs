@@ -1,4 +1,4 @@
-//! Where a model comes from: a built-in one, a file or standard input; every way that can fail is said kindly.
+//! Where a model comes from: a built-in one, a file or standard input; with a message for every failure.
 
 use std::io::Read;
 use std::path::Path;
@@ -38,7 +38,7 @@ pub fn open(model: &Path, changes: &Changes, quiet: bool) -> Result<(Source, Pro
     Ok((source, project))
 }
 
-/// The bytes of a file that a model names, from the folder of the model; why there are none, else.
+/// The bytes of a file that a model names, from the folder of the model, or the reason of the failure.
 fn beside(model: &Path, source: &Source, name: &str) -> FileBytes {
     let folder = match source.origin {
         Origin::File => model.parent().unwrap_or_else(|| Path::new("")),
@@ -50,7 +50,7 @@ fn beside(model: &Path, source: &Source, name: &str) -> FileBytes {
     file(&path, &shown, LIMIT, &missing).map(Into::into).map_err(|diagnostic| diagnostic.message)
 }
 
-/// The same, prepared: a bar tells how far that is where it takes long.
+/// The same, prepared: a bar shows the progress if it takes long.
 pub fn prepared(model: &Path, changes: &Changes, quiet: bool) -> Result<(Source, Project), Failure> {
     let opened = open(model, changes, quiet)?;
     let bars = Bars::new(quiet);
@@ -67,7 +67,7 @@ pub fn read(model: &Path, quiet: bool) -> Result<Source, Diagnostic> {
     }
     if let Some(builtin) = BUILTIN.iter().find(|builtin| model.as_os_str() == builtin.name) {
         let name = builtin.name.to_owned();
-        // Which of two is meant is said only where there are two.
+        // The note on which of two models is used appears only if there are two.
         let beside = [name.clone(), format!("{name}.toml")].into_iter().find(|file| Path::new(file).exists());
         if let (false, Some(file)) = (quiet, beside) {
             render::note(&format!("using the built-in model {name}; the file of that name is ./{file}"));
@@ -84,7 +84,7 @@ pub fn read(model: &Path, quiet: bool) -> Result<Source, Diagnostic> {
     Ok(Source::new(name, text, Origin::File))
 }
 
-/// Reads plain matrices as they are, and what to call them.
+/// Reads plain matrices, and returns their name.
 pub fn read_matrices(path: &Path) -> Result<(String, Vec<u8>), Diagnostic> {
     let (name, bytes) = if path.as_os_str() == "-" {
         let name = "standard input".to_owned();
@@ -106,7 +106,7 @@ pub fn read_matrices(path: &Path) -> Result<(String, Vec<u8>), Diagnostic> {
     Ok((name, bytes))
 }
 
-/// Reads a file of text that is no model.
+/// Reads a text file that is not a model.
 pub fn read_text(path: &Path) -> Result<String, Diagnostic> {
     let name = path.display().to_string();
     let bytes = file(path, &name, LIMIT, &|name| {
@@ -134,7 +134,7 @@ pub fn builtin_hint(name: &str) -> String {
     }
 }
 
-/// Reads a file; `missing` says that it is not there.
+/// Reads a file; `missing` is the error if it does not exist.
 fn file(path: &Path, name: &str, limit: u64, missing: &dyn Fn(&str) -> Diagnostic) -> Result<Vec<u8>, Diagnostic> {
     let unreadable = |error: std::io::Error| match error.kind() {
         std::io::ErrorKind::NotFound => missing(name),
@@ -149,7 +149,7 @@ fn file(path: &Path, name: &str, limit: u64, missing: &dyn Fn(&str) -> Diagnosti
     bounded(name, file, limit)
 }
 
-/// Reads to the end, but never much more than a limit: standard input does not tell its size.
+/// Reads to the end, but never much more than a limit: the size of standard input is unknown.
 fn bounded(name: &str, from: impl Read, limit: u64) -> Result<Vec<u8>, Diagnostic> {
     let mut bytes = Vec::new();
     from.take(limit + 1)

@@ -1,4 +1,4 @@
-//! The runs of a sweep as a picture that stands still: where there is no script.
+//! The runs of a sweep as a static picture, for pages without scripts.
 
 use super::analysis_pictures::{drawing, line};
 use super::frame::Frame;

@@ -1,4 +1,4 @@
-//! `kardan bench`: the virtual test bench, its logs, plan and true values, and the study that goes the whole way.
+//! `kardan bench`: the virtual test bench, its logs, plan and true values, and the complete study.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -57,7 +57,7 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
             Failure { source: Some(source), diagnostics }
         }
     };
-    // What would stop the study in its middle is told before it begins.
+    // Errors that would stop the study midway are reported before it starts.
     let tried = args
         .study
         .then(|| study::bench_controller(&project, args.control.as_deref(), args.variant.as_deref()))
@@ -72,7 +72,7 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
     let found = match tried.filter(|_| all_logged) {
         Some(control) if stop::reason().is_none() => {
             let settings = BenchSettings {
-                // Drawn true values lie around those of this file, not of the one that is written.
+                // Random true values lie around those of this file, not of the written one.
                 truth: Some(study::truth_table(bench.truth())),
                 run: BenchRun::Control(control),
                 ..settings
@@ -86,7 +86,7 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
     }
     print(&printed(&bench, &logs, found.as_ref(), &output.files, args.json))?;
     let Output { folder, mut problems, .. } = output;
-    // Where something could not be written, what an earlier run has left may be all there is.
+    // If a file could not be written, files of an earlier run may be the only ones.
     let finished = if problems.is_empty() { folder.finish("bench") } else { Ok(Vec::new()) };
     let gone = finished.map_err(|problem| problems.push(problem)).unwrap_or_default();
     note_moved_files(&gone, quiet);
@@ -110,7 +110,7 @@ fn missing(reason: &str) -> Diagnostic {
         .help("the files named are complete; continue with `kardan identify` and `kardan design`")
 }
 
-/// What was found as an object of JSON, or as text.
+/// The results as a JSON object, or as text.
 fn printed(
     bench: &PreparedBench,
     logs: &[LogFiles],
@@ -140,7 +140,7 @@ fn printed(
     out
 }
 
-/// What is written, and what could not be.
+/// The files written, and those that could not be written.
 struct Output {
     folder: Folder,
     files: Vec<String>,
@@ -164,7 +164,7 @@ impl Output {
         }
     }
 
-    /// Runs the bench and writes all that can be written.
+    /// Runs the bench and writes all files that can be written.
     fn logs(
         &mut self,
         bench: &PreparedBench,
@@ -202,7 +202,7 @@ impl Output {
         logs
     }
 
-    /// Should what is computed now end early, the files are named that are there.
+    /// If the current computation ends early, the command lists the files written so far.
     fn print_on_stop(&self, bench: &PreparedBench, logs: &[LogFiles], json: bool) {
         let (text, mut problems) = (printed(bench, logs, None, &self.files, json), self.problems.clone());
         stop::store_partial(Some(Box::new(move |reason| {
@@ -213,7 +213,7 @@ impl Output {
         })));
     }
 
-    /// From the logs on: identify, write the model, design on it, run in simulation and on the bench, report; nothing if it was to
+    /// Steps after the logs: identify, write the model, design on it, run in simulation and on the bench, report; `None` if it had to
     /// end before.
     #[allow(clippy::too_many_arguments)]
     fn study(
@@ -228,7 +228,7 @@ impl Output {
         quiet: bool,
     ) -> Result<Option<BenchStudy>, Failure> {
         let failed = |diagnostics| Failure { source: Some(source.clone()), diagnostics };
-        // One file of each log: the formats hold the same.
+        // One file of each log: all formats contain the same data.
         let paths: Vec<PathBuf> = logs.iter().filter_map(|log| log.files.first()).map(PathBuf::from).collect();
         let options = IdentifySettings { variant: settings.variant.clone(), ..IdentifySettings::default() };
         let bars = Bars::new(quiet);

@@ -22,7 +22,7 @@ pub fn check(args: &CheckArgs, quiet: bool) -> Result<u8, Failure> {
         print(&(export::check_json(&source.to_string(), &source.text, &graph, &diagnostics) + "\n"))?;
         return Ok(DONE);
     }
-    // What is shown above must not be contradicted below.
+    // The summary must not contradict the diagnostics above it.
     let warnings = match diagnostics.iter().filter(|d| d.severity == Severity::Warning).count() {
         0 => String::new(),
         1 => ", 1 warning".into(),

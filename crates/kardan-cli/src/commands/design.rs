@@ -1,4 +1,4 @@
-//! `kardan design`: one controller, designed, proven and tried.
+//! `kardan design`: design, proof and simulation of one controller.
 
 use std::path::{Path, PathBuf};
 
@@ -24,7 +24,7 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
     let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
     let outputs: Vec<&Path> = args.report.iter().chain(&args.controller).map(PathBuf::as_path).collect();
     prepare_files(&outputs, None)?;
-    // Only the design knows which mistakes stop it; of the others the warnings are said.
+    // Only the design knows which errors stop it; the command reports the warnings.
     let mut warnings = project.diagnostics().to_vec();
     if args.force {
         study::overrule(&mut warnings);
@@ -51,7 +51,7 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
     report_result(&design, args, &origin, quiet)
 }
 
-/// Writes and prints what was designed, all of it or not.
+/// Writes and prints the design, complete or partial.
 fn report_result(design: &Design, args: &DesignArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
     let page = report::design(design);
     if let Some(path) = &args.report {

@@ -99,7 +99,7 @@ fn rows_again(project: &Project, path: &Path, args: &RunArgs, settings: &Setting
     project.rows_again(&identity, &rows, settings)
 }
 
-/// Writes and prints what was computed, all of it or not.
+/// Writes and prints the results, complete or partial.
 fn report_result(
     study: &Study,
     folder: &Mutex<Folder>,
@@ -113,7 +113,7 @@ fn report_result(
         true => report::study_text(study),
     };
     let (files, mut problems) = write(study, &page, &mut folder, args);
-    // Where something could not be written, what an earlier run has left may be all there is.
+    // If a file could not be written, files of an earlier run may be the only ones.
     let finished = if problems.is_empty() { folder.finish("run") } else { Ok(Vec::new()) };
     let gone = finished.map_err(|problem| problems.push(problem)).unwrap_or_default();
     render::show(None, &problems);
@@ -126,14 +126,14 @@ fn report_result(
         print(&(render_text(&page, origin) + "\n" + &render::visible(&paths)))?;
     }
     note_moved_files(&gone, quiet);
-    // What comes while all is there and written changes nothing.
+    // A signal after all files are written has no effect.
     let early = |warning: &&String| stop::reason().is_some_and(|why| warning.starts_with(&why));
     let missing: Vec<&String> = study.warnings.iter().filter(early).collect();
     missing.iter().for_each(|warning| render::note(warning));
     Ok(if problems.is_empty() && missing.is_empty() { verdict(&study.runs, args.strict) } else { ERROR })
 }
 
-/// Writes everything that can be written, tables first; gives what could not.
+/// Writes all files that can be written, tables first; returns those that could not.
 fn write(study: &Study, page: &report::Page, folder: &mut Folder, args: &RunArgs) -> (Files, Vec<Diagnostic>) {
     let mut files = Files::default();
     let mut problems = Vec::new();

@@ -1,5 +1,5 @@
-//! The record of what was submitted from a folder, `jobs.txt`: the sweep, in how many shards, the jobs. Its last line is a checksum of those before it, so
-//! that no number of it is believed that kardan has not written.
+//! The record of the jobs submitted from a folder, `jobs.txt`: the sweep, the number of shards, the jobs. Its last line is a checksum of those before it, so
+//! that kardan accepts only numbers that it wrote.
 
 use std::fmt::Write as _;
 
@@ -8,10 +8,10 @@ use kardan::num::Random;
 /// Shards of a sweep, at most.
 pub const MOST_SHARDS: u64 = 1000;
 
-/// What was submitted.
+/// The submitted jobs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Record {
-    /// What is swept, in words.
+    /// Description of the sweep.
     pub sweep: String,
     pub shards: u64,
     /// Jobs in queues: name of the queue, and number.
@@ -29,10 +29,10 @@ impl Record {
         text + &sum
     }
 
-    /// Reads it again.
+    /// Parses the text of the file.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The error in the text.
     pub fn read(bytes: &[u8]) -> Result<Self, String> {
         let text = std::str::from_utf8(bytes).map_err(|_| "it is not text")?;
         if !text.starts_with("sweep kardan ") {

@@ -2,13 +2,13 @@
 
 use kardan::diagnostics::{Diagnostic, nearest};
 
-/// What words in double braces stand for.
+/// The values of words in double braces.
 pub type Values<'a> = [(&'a str, String)];
 
 /// The text with all words replaced.
 ///
 /// # Errors
-/// A word that there is not, or braces that do not close, with their line in `name`.
+/// An unknown word, or braces that do not close, with their line in `name`.
 pub fn fill(name: &str, text: &str, values: &Values<'_>) -> Result<String, Diagnostic> {
     let (mut out, mut rest) = (String::with_capacity(text.len()), text);
     let known = || values.iter().map(|(word, _)| *word);
@@ -35,10 +35,10 @@ pub fn fill(name: &str, text: &str, values: &Values<'_>) -> Result<String, Diagn
     Ok(out)
 }
 
-/// Whether the template names what no job does without: the command of a shard, and which shards.
+/// Whether the template has the words that every job needs: the command of a shard, and which shards.
 ///
 /// # Errors
-/// What is missing.
+/// The missing words.
 pub fn check(name: &str, text: &str) -> Result<(), Diagnostic> {
     let has = |word: &str| text.split("{{").skip(1).any(|rest| rest.split("}}").next().map(str::trim) == Some(word));
     let missing = match (has("shard"), has("array") || has("list")) {
