@@ -1,4 +1,4 @@
-//! The pictures of a design: poles of the closed loop, and what steps of one channel do to the others.
+//! The pictures of a design: poles of the closed loop, and coupling of steps between channels.
 
 use super::analysis_pictures::{CHARACTER, Plane, cut, drawing, figure_of, text};
 use super::model::Picture;
@@ -11,7 +11,7 @@ use kardan_rt::functions::log10;
 const NAME: usize = 24;
 /// More rows or columns are in the table only.
 const CELLS: usize = 10;
-/// Coupling below this share of the own step looks like none.
+/// Coupling below this share of the own step is drawn as none.
 const FAINTEST: f64 = 1e-6;
 
 fn finite(pole: Pole) -> bool {
@@ -35,7 +35,7 @@ pub(super) fn plane(design: &Design) -> Option<Picture> {
         let owner = design_phrases::owner(pole, design);
         let of = if owner.is_empty() { owner } else { format!(" ({owner})") };
         let title = format!("pole {}{of}", phrases::pair(pole));
-        // Of a pair close to the real axis the two counts would lie upon each other.
+        // The two counts of a pair close to the real axis would overlap.
         for (at, times) in both(pole).zip([times, 1]) {
             body += &cross(plane.place(at), at.re < 0.0, times, &title);
         }
@@ -88,7 +88,7 @@ fn names<'a>(all: impl Iterator<Item = &'a String>) -> Vec<&'a str> {
     names
 }
 
-/// What a step of each reference (column) does to each output (row).
+/// The effect of a step of each reference (column) on each output (row).
 pub(super) fn couplings(design: &Design) -> Option<Picture> {
     let found = &design.cross_coupling;
     if found.is_empty() {
@@ -177,7 +177,7 @@ fn cell(design: &Design, found: Option<&CrossCoupling>, (x, y, width, height): (
     )
 }
 
-/// How strong the colour of a cell is: by powers of ten of the share, from 0 to 0.55.
+/// Opacity of the colour of a cell: by powers of ten of the share, from 0 to 0.55.
 fn strength(share: f64) -> f64 {
     if share <= FAINTEST { 0.0 } else { 0.05 + 0.5 * (1.0 - log10(share.min(1.0)) / log10(FAINTEST)) }
 }

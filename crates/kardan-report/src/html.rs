@@ -1,4 +1,4 @@
-//! A page as one HTML file that fetches nothing.
+//! A page as one HTML file without external resources.
 
 use super::curves::{ON_DARK, ON_WHITE};
 use super::model::{Alert, Block, Body, Cell, Chart, Matrix, Page, Picture, Section, Tone};
@@ -83,7 +83,7 @@ fn escape(text: &str) -> String {
     escaped(&powers(text))
 }
 
-/// The same with what stands between backticks as code, and long fractions as decimals with what they stand for.
+/// The same with text between backticks as code, and long fractions as decimals with the exact value.
 fn prose(text: &str) -> String {
     let markup = |piece: &Piece| match piece {
         Piece::Plain(text) => escape(text),
@@ -93,7 +93,7 @@ fn prose(text: &str) -> String {
     pieces(text).iter().map(markup).collect()
 }
 
-/// A box that nobody overlooks.
+/// A prominent box.
 fn alert(alert: &Alert) -> String {
     let (kind, text) = (escape(&alert.kind), prose(&alert.text));
     format!("<div class=\"failure\" role=\"alert\"><strong>{kind}:</strong> {text}</div>\n")
@@ -110,7 +110,7 @@ fn section(one: &Section) -> String {
     let (anchor, title) = (escape(&one.anchor), escape(&one.title));
     let all = &one.body.0;
     let parts: Vec<&Section> = all.iter().filter_map(anchored).collect();
-    // Contents of its own stand before the first of its parts.
+    // Its own contents precede the first of its parts.
     let (before, after) = all.split_at(all.iter().position(|block| anchored(block).is_some()).unwrap_or(all.len()));
     let contents = if parts.is_empty() { String::new() } else { contents(parts) };
     let (before, after) = (blocks(before, 3), blocks(after, 3));
@@ -119,7 +119,7 @@ fn section(one: &Section) -> String {
     format!("<section id=\"{anchor}\">\n<h2>{title}</h2>\n{hint}{before}{contents}{after}</section>\n")
 }
 
-/// A part that links may lead to.
+/// A part that may be a link target.
 fn anchored(block: &Block) -> Option<&Section> {
     match block {
         Block::Part(part) if !part.anchor.is_empty() => Some(part),
@@ -267,7 +267,7 @@ fn figure(picture: &Picture, level: usize) -> String {
     )
 }
 
-/// A chart, with the picture that stands for it on paper and without scripts.
+/// A chart, with the picture that replaces it on paper and without scripts.
 fn chart(chart: &Chart, level: usize) -> String {
     let Chart { anchor, title, index, still, svg, caption } = chart;
     let caption =
@@ -283,7 +283,7 @@ fn chart(chart: &Chart, level: usize) -> String {
         class = if *still { " class=\"still\"" } else { "" },
         anchor = escaped(anchor),
         title = escape(title),
-        // Inside HTML the namespace goes without saying.
+        // Inside HTML the namespace is implied.
         svg = svg.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1),
     )
 }
@@ -313,7 +313,7 @@ fn palette() -> String {
 mod tests {
     use super::*;
 
-    /// The hint is there where something can be zoomed, and names what does not follow.
+    /// The hint appears if a chart can be zoomed, and names charts that do not follow.
     #[test]
     fn the_hint_distinguishes_zoomable_from_static_charts() {
         let page = |still: &[bool]| {

@@ -8,17 +8,17 @@ use kardan::results::{FrictionPoint, Identification, IdentifiedParameter, Interv
 
 const WIDTH: f64 = 640.0;
 const HEIGHT: f64 = 240.0;
-/// Logs that are drawn apart.
+/// Logs that are drawn separately.
 const LOGS: usize = 6;
 /// Parameters in the picture of correlations.
 const CELLS: usize = 24;
 
-/// What has such a unit.
+/// The quantity of such a unit.
 fn effort(unit: &str) -> &'static str {
     if unit == "N" { "force" } else { "torque" }
 }
 
-/// Torque measured and predicted without having seen it, over time, for each row and the first logs.
+/// Torque measured, and predicted by a fit without it, over time, for each row and the first logs.
 pub(super) fn traces(found: &Identification) -> Vec<Picture> {
     let mut out = Vec::new();
     let several = found.logs.len() > 1;
@@ -68,7 +68,7 @@ pub(super) fn curves(found: &Identification) -> Vec<Picture> {
     found.curves.iter().filter(|curve| !curve.points.is_empty()).map(one).collect()
 }
 
-/// What is left over, over time.
+/// The residuals over time.
 pub(super) fn residuals(found: &Identification) -> Vec<Picture> {
     let one = |trace: &kardan::results::Trace| {
         let points: Vec<(f64, f64)> =
@@ -86,7 +86,7 @@ pub(super) fn residuals(found: &Identification) -> Vec<Picture> {
     found.traces.iter().filter_map(one).collect()
 }
 
-/// The intervals, each by the value found; marks for the file's and the published value.
+/// The intervals, each relative to the identified value; marks for the file's and the published value.
 pub(super) fn intervals(found: &Identification) -> Option<Picture> {
     let drawn = |one: &'_ IdentifiedParameter| one.value.filter(|value| *value != 0.0).zip(one.interval);
     let rows: Vec<(&IdentifiedParameter, f64, Interval)> =

@@ -17,10 +17,10 @@ const ROWS: usize = 40;
 /// Length of a whole, px.
 const WHOLE: f64 = 40.0;
 
-/// What one shaft or spring has of a mode.
+/// The share of one shaft or spring in a mode.
 #[derive(Debug, Clone, PartialEq)]
 struct Bar {
-    /// In step, and a quarter of a period ahead; lengths as parts of the whole, with the sign of the motion.
+    /// In phase, and a quarter of a period ahead; lengths as parts of the whole, with the sign of the motion.
     parts: [f64; 2],
     /// Of springs.
     potential: bool,
@@ -59,7 +59,7 @@ fn share(mode: &Mode, row: &Row<'_>) -> f64 {
     own.filter(|one| (one.energy == EnergyKind::Potential) == row.potential).map(|one| one.share).sum()
 }
 
-/// The bar of a row in a mode. Kinetic energy goes with the square of the speed, so its parts in step and ahead add up to it. Without
+/// The bar of a row in a mode. Kinetic energy goes with the square of the speed, so its parts in phase and ahead add up to it. Without
 /// energies (after an elimination) the motion itself, relative to the largest.
 fn bar_of(mode: &Mode, row: &Row<'_>) -> Option<Bar> {
     let motion = mode.shape.iter().filter(|_| !row.potential).find(|part| part.name == row.name).map(|part| part.value);

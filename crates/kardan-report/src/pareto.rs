@@ -10,7 +10,7 @@ const LEFT: f64 = 92.0;
 const TOP: f64 = 14.0;
 const WIDTH: f64 = 600.0;
 const HEIGHT: f64 = 340.0;
-/// Curves have so many colours.
+/// Number of curve colours.
 const COLOURS: usize = 6;
 
 /// A logarithmic axis over whole powers of ten, or parts of one.
@@ -79,7 +79,7 @@ pub(super) fn pareto(found: &Exploration) -> Option<Picture> {
         let number = times.iter().position(|time| *time == one.sample_time).unwrap_or(0);
         format!("var(--curve-{})", number % COLOURS)
     };
-    // What differs in effort only lies on one curve.
+    // Designs that differ only in effort lie on one curve.
     let mut sorted = all.clone();
     sorted.sort_by(|a, b| a.effort.total_cmp(&b.effort));
     while let Some(first) = sorted.first().copied() {

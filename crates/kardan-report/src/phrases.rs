@@ -18,7 +18,7 @@ use kardan_rt::functions::{atan2, hypot};
 const SMALL_MOTION: f64 = 0.05;
 /// Shares of the energy below this are not named.
 const SMALL_SHARE: f64 = 0.03;
-/// So many parts of a motion are named.
+/// Number of parts of a motion that are named.
 const NAMED: usize = 3;
 
 /// `a, b, c and 5 more`.
@@ -44,7 +44,7 @@ pub fn joined(values: &[Pole]) -> Vec<(Pole, usize)> {
         if value.im < 0.0 && values.iter().any(|&candidate| near(mirrored, candidate)) {
             continue;
         }
-        // Equal ones are counted, not those that lie near each other.
+        // Equal poles are counted, close ones are not.
         match out.iter_mut().find(|(known, _)| *known == value || *known == mirrored) {
             Some((_, times)) => *times += 1,
             None => out.push((value, 1)),
@@ -112,7 +112,7 @@ pub fn class(class: &Class) -> String {
     }
 }
 
-/// What breaks an assumption, elements with the same reason together.
+/// The causes that violate an assumption, elements with the same reason together.
 pub fn breaches(assumption: &Assumption) -> Vec<(Vec<&str>, &str)> {
     let mut out: Vec<(Vec<&str>, &str)> = Vec::new();
     for Breach { element, why } in &assumption.breaches {
@@ -137,7 +137,7 @@ pub fn constraint_kind(constraint: &kardan::results::ConstraintClass) -> String 
     .join(", ")
 }
 
-/// What was eliminated because it has no inertia, and what stands for it: one sentence each.
+/// Eliminated motions without inertia, and their replacement: one sentence each.
 pub fn elimination(elimination: &Elimination, structure: &Structure) -> Vec<String> {
     let Elimination { motions, direction, removed, definitions } = elimination;
     let states = structure.states.len();
@@ -170,7 +170,7 @@ pub fn discs(bounds: &EigenvalueBounds) -> String {
     if low <= high { format!("{} … {}", number(low), number(high)) } else { "–".into() }
 }
 
-/// The shafts that move most: `rack 1, wheel -0.5`, with a phase where they do not move in step (`wheel 0.5 at 30°`).
+/// The shafts that move most: `rack 1, wheel -0.5`, with a phase where they do not move in phase (`wheel 0.5 at 30°`).
 pub fn motion(shape: &[ShapePart]) -> String {
     let size = |part: &&ShapePart| part.value.abs();
     let mut parts: Vec<_> = shape.iter().filter(|part| size(part) >= SMALL_MOTION).collect();
@@ -186,7 +186,7 @@ pub fn motion(shape: &[ShapePart]) -> String {
     first(parts.len(), parts.iter().map(one))
 }
 
-/// The first ones, and how many more there are of so many.
+/// The first entries, and the number of the others.
 fn first(count: usize, texts: impl Iterator<Item = String>) -> String {
     let shown = texts.take(NAMED).collect::<Vec<_>>().join(", ");
     if count > NAMED { format!("{shown} and {} more", count - NAMED) } else { shown }
@@ -232,7 +232,7 @@ fn round(value: f64) -> f64 {
     (100.0 * value).round() / 100.0
 }
 
-/// A mode that inputs do not reach: `The mode at -1 1/s (root of s + 1): body_2 moves; spring 50 % of the energy.`
+/// An uncontrollable mode: `The mode at -1 1/s (root of s + 1): body_2 moves; spring 50 % of the energy.`
 pub fn failing(mode: &FailingMode) -> String {
     let count = if mode.defect > 1 { format!(", {} independent motions", mode.defect) } else { String::new() };
     let mut text = format!("the mode at {} 1/s (root of {}{count})", pair(mode.eigenvalue), mode.factor);
@@ -271,7 +271,7 @@ pub fn least(what: &str, number: usize, proof: Option<&Count>) -> String {
     }
 }
 
-/// Why the least number is what it is; empty where there is no proof.
+/// The proof of the least number; empty if there is none.
 pub fn why_least(what: &str, number: usize, proof: Option<&Count>) -> Vec<String> {
     let Some(proof) = proof else { return Vec::new() };
     let (matrix, line) = if what == "input" { ("a controllability", "column") } else { ("an observability", "row") };
@@ -345,11 +345,11 @@ pub fn half_plane(zeros: &Zeros) -> Option<&'static str> {
     }
 }
 
-/// What the distances of matrices are.
+/// Definition of the distances of matrices.
 pub const MATRIX_DISTANCE: &str = "Frobenius norm of the change of A and B (of A and C) that loses a mode; it depends on the \
 units of the states. The smaller number is a proven lower bound (0 where rounding hides it), the larger one belongs to an exactly known change.";
 
-/// A warning where the data do not tell the system from one that has lost a mode.
+/// A warning if the data do not distinguish the system from one that has lost a mode.
 pub fn within_last_digit(distances: Option<&MatrixDistances>) -> Option<String> {
     let distances = distances?;
     let both = [("controllable", &distances.controllability), ("observable", &distances.observability)];
@@ -395,7 +395,7 @@ pub fn normal_rank(structure: &Structure) -> String {
     format!("The transfer matrix ({outputs} × {inputs}) has normal rank {rank}{meaning}.")
 }
 
-/// How the sets were found and what their score is.
+/// The search of the sets and the definition of their score.
 pub fn search(search: &PlacementSearch) -> String {
     let gap = if search.exhaustive {
         String::new()
@@ -481,7 +481,7 @@ fn sampling(sampling: &Sampling) -> String {
     )
 }
 
-/// Proven, or how likely an error is.
+/// Proven, or the probability of an error.
 pub fn certificate(certificate: &Certificate) -> String {
     if certificate.proven {
         "Every result is proven over the rationals.".into()
@@ -503,7 +503,7 @@ pub fn together(list: &str) -> String {
     list.split(", ").map(entry).collect::<Vec<_>>().join(", ")
 }
 
-/// Why some sets of places are marked.
+/// The meaning of marked placements.
 pub const EFFICIENT: &str = "Marked sets are efficient: every better set costs more.";
 
 pub fn capital(text: &str) -> String {
@@ -511,10 +511,10 @@ pub fn capital(text: &str) -> String {
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// Beyond it a factor says nothing but how numbers round.
+/// A larger factor is only rounding.
 const FARTHEST: f64 = 1e9;
 
-/// The factors between which something holds, in words; `write` is given the side and the number.
+/// The range of factors, as text; `write` gets the side and the number.
 pub(crate) fn factors([low, high]: [f64; 2], write: impl Fn(usize, f64) -> String) -> [String; 2] {
     let low = if low > 0.0 && low * FARTHEST < 1.0 { "less than 1e-9".into() } else { write(0, low) };
     let high = match high {

@@ -165,7 +165,7 @@ impl Samples {
         )
     }
 
-    /// What a requirement measures; all of it where another one measures the same.
+    /// The quantity that a requirement measures; the full text if another one measures the same.
     fn name<'s>(&self, one: &'s SweepRequirement) -> &'s str {
         let same = self.head.requirements.iter().filter(|candidate| candidate.measured == one.measured).count();
         if same > 1 { &one.text } else { &one.measured }
@@ -367,7 +367,7 @@ mod tests {
         out
     }
 
-    /// What stands behind each `"key":"`.
+    /// The value after each `"key":"`.
     fn strings<'t>(json: &'t str, key: &str) -> Vec<&'t str> {
         json.split(&format!("\"{key}\":\"")).skip(1).map(|rest| rest.split('"').next().unwrap()).collect()
     }

@@ -1,4 +1,4 @@
-//! The mechanism of a model as a picture: shafts, what joins them, what drives, disturbs and measures them.
+//! The mechanism of a model as a picture: shafts, elements, sources, disturbances and sensors.
 
 mod cells;
 mod graph;
@@ -120,7 +120,7 @@ fn describe(mechanism: &Mechanism) -> String {
     both.map(|(number, one)| count(number, one)).collect::<Vec<_>>().join(", ")
 }
 
-/// What the symbols mean that are there.
+/// The meaning of the symbols in the drawing.
 fn caption(mechanism: &Mechanism, scene: &Scene) -> String {
     let parts = &mechanism.parts;
     let symbol = |symbol: Symbol| parts.iter().any(|part| part.symbol == symbol);

@@ -265,7 +265,7 @@ fn a_drawing_does_not_change() {
     assert_eq!(picture(&Mechanism::default()), None);
 }
 
-/// Teeth with play have two flanks more than those without, and the caption says what they are.
+/// Gears with backlash have two more flanks than those without, and the caption explains them.
 #[test]
 fn play_is_drawn_and_reported() {
     let gear = |laws: &[&str]| {

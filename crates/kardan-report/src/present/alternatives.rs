@@ -1,4 +1,4 @@
-//! Designs beside the one of the file, and the loop over a box of plants.
+//! Alternatives to the design of the file, and the loop over a box of plants.
 
 use crate::model::{Body, row};
 use crate::pareto::pareto;
@@ -8,10 +8,10 @@ use kardan::results::{
     Alternative, BoxMargin, Exploration, Interaction, Interval, Robustness, Spread, VariedParameter, WithSensor,
 };
 
-/// More designs are counted where there is little room.
+/// More designs are counted where space is limited.
 const DESIGNS: usize = 40;
 
-/// The designs beside the one of the file.
+/// The alternatives to the design of the file.
 pub(super) fn exploration(found: &Exploration) -> Body {
     let mut best: Vec<&Alternative> = found.designs.iter().filter(|one| one.best).collect();
     best.retain(|one| one.bandwidth == 1.0);
@@ -46,7 +46,7 @@ pub(super) fn exploration(found: &Exploration) -> Body {
         )
 }
 
-/// How many designs were found, and what to take from them.
+/// The number of designs found, and how to read them.
 fn found_designs(found: &Exploration) -> Vec<String> {
     let mut out = vec![format!(
         "{} designs were found, {} combinations have no stable one{}. Interaction: {}, in {}. Torque and noise are {}.",
@@ -105,7 +105,7 @@ fn margins(found: &Robustness) -> Body {
     ))
 }
 
-/// What of the box of plants is stable, and where it is worst.
+/// Stability over the box of plants, and the worst case.
 fn stability(found: &Robustness) -> Vec<String> {
     let varied = found
         .parameters

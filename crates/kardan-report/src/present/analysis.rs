@@ -14,9 +14,9 @@ use kardan::results::{
     PolynomialRoots, Sensitivity, Structure, UncontrollablePoint, Undecided, Verdict,
 };
 
-/// More modes are counted where there is little room.
+/// More modes are counted where space is limited.
 const MODES: usize = 40;
-/// More sets of places are counted where there is little room.
+/// More placements are counted where space is limited.
 const SETS: usize = 8;
 /// More eigenvalues are shown by the first and the last.
 const VALUES: usize = 6;
@@ -71,7 +71,7 @@ fn page_with(analysis: &Analysis, drawn: bool) -> Page {
     }
 }
 
-/// One sentence on the ranks; `true` if nothing is missing.
+/// One sentence on the ranks; `true` if both are full.
 fn verdict(analysis: &Analysis) -> Option<Verdict> {
     let of_ranks = rank_verdict(analysis);
     let Some((sound, text)) = analysis.descriptor.as_ref().map(sentence) else { return of_ranks };
@@ -281,7 +281,7 @@ fn modes(analysis: &Analysis, drawn: bool) -> Body {
         .pictures(pictures::energies(&analysis.modes))
 }
 
-/// The modes, and whether each is reached and seen where that is decided.
+/// The modes, and whether each is controllable and observable if that is decided.
 fn modes_table(modes: &[Mode], (reached, observable): (Option<bool>, Option<bool>), eigenvalue: &str) -> Body {
     let energy = modes.iter().any(|mode| !mode.stored.is_empty());
     let row = |(k, mode): (usize, &Mode)| {
@@ -418,7 +418,7 @@ fn least(structure: &Structure) -> Body {
         .fold("How these inputs were built", Body::default().list(built))
 }
 
-/// A proof is folded away, and where there is little room shown only if it was asked for.
+/// A folded proof; where space is limited it is shown only on request.
 fn proof(body: Body, requested: bool, proof: Body) -> Body {
     if requested { body.and(proof) } else { body.detail(proof) }
 }
@@ -557,7 +557,7 @@ mod tests {
     use super::*;
     use kardan::results::{Counting, Structure};
 
-    /// A charge that only counts is told apart from a motion that is not reached, and is nothing bad.
+    /// A charge without effect is distinguished from an uncontrollable motion, and is not an error.
     #[test]
     fn the_headline_names_charges_that_only_count() {
         let headline = |ranks: [usize; 2], counting: Option<[bool; 2]>| {
@@ -595,7 +595,7 @@ mod tests {
                 true,
                 "Controllable; observable except M.q, which is a charge without effect.",
             ),
-            // What is not seen besides stays a mistake.
+            // Other unobservable states stay an error.
             ([3, 2], Some([true, false]), false, "Neither controllable (rank 3 of 4) nor observable (rank 2 of 4)."),
         ] {
             assert_eq!(headline(ranks, counting), (sound, text.to_string()));

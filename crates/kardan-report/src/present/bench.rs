@@ -11,9 +11,9 @@ use kardan::results::{
 
 use super::{design, identification};
 
-/// Differences that make less than this part of the largest one are not named in a sentence.
+/// Differences with less than this fraction of the largest effect are not named in a sentence.
 const SMALL: f64 = 0.1;
-/// Distances below this part of what the output does elsewhere are those of rounding.
+/// Distances below this fraction of the output's size elsewhere are rounding.
 const ROUNDING: f64 = 1e-6;
 
 /// The page of a study.
@@ -56,7 +56,7 @@ pub fn page(study: &BenchStudy) -> Page {
     }
 }
 
-/// The plan of an experiment, without what the plant has, and what is to be noted.
+/// The plan of an experiment, without the true plant, and notes.
 pub fn plan(model: &str, plan: Option<&BenchPlan>, notes: &[String]) -> Page {
     Page {
         name: format!("Bench of {model}"),
@@ -68,7 +68,7 @@ pub fn plan(model: &str, plan: Option<&BenchPlan>, notes: &[String]) -> Page {
     }
 }
 
-/// What came of it in one sentence; `true` if every run completed and every interval holds the true value.
+/// The result in one sentence; `true` if every run completed and every interval contains the true value.
 fn verdict(study: &BenchStudy) -> Verdict {
     let compared = compared(study);
     let covered = compared.iter().filter(|(found, truth)| inside(found, truth.value)).count();
@@ -82,7 +82,7 @@ fn verdict(study: &BenchStudy) -> Verdict {
     Verdict { sound: whole && covered == compared.len(), text }
 }
 
-/// Parameters that were found and whose true values are known.
+/// Identified parameters with known true values.
 fn compared(study: &BenchStudy) -> Vec<(&IdentifiedParameter, &TrueValue)> {
     let truth = |found: &IdentifiedParameter| {
         study.truth.iter().find(|one| one.name == found.name && found.combination.is_empty())
@@ -90,7 +90,7 @@ fn compared(study: &BenchStudy) -> Vec<(&IdentifiedParameter, &TrueValue)> {
     study.identification.parameters.iter().filter_map(|found| Some((found, truth(found)?))).collect()
 }
 
-/// Whether the interval of a parameter holds a value.
+/// Whether the interval of a parameter contains a value.
 fn inside(found: &IdentifiedParameter, value: f64) -> bool {
     found.interval.is_some_and(|it| (it.lower..=it.upper).contains(&value))
 }
@@ -123,7 +123,7 @@ fn pair(experiment: &Experiment) -> Body {
     Body::default().table_of(usize::MAX, &headers, rows)
 }
 
-/// What makes the bench differ from the simulation, a sentence for each output that does.
+/// Causes of the differences between bench and simulation, a sentence for each output that differs.
 fn causes(found: &ClosedLoop) -> Vec<String> {
     let mut out = Vec::new();
     let everywhere = || found.experiments.iter().flat_map(|experiment| &experiment.responses);

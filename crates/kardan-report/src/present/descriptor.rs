@@ -1,4 +1,4 @@
-//! A descriptor system: what a singular E means.
+//! A descriptor system: the effects of a singular E.
 
 use crate::model::{Body, Cell, row};
 use crate::phrases;
@@ -27,7 +27,7 @@ pub fn descriptor(analysis: &Analysis) -> Body {
         .hint("What follows is about the equivalent state space.")
 }
 
-/// What is added to the sentence on the ranks, and whether nothing is missing.
+/// Addition to the sentence on the ranks, and whether the system is complete.
 pub fn sentence(found: &DescriptorSystem) -> (bool, String) {
     let sides = [(&found.controllability, "controllable"), (&found.observability, "observable")];
     let word = |side: &DescriptorVerdicts, what: &str| match (side.complete, side.impulse) {

@@ -11,11 +11,11 @@ use kardan::results::{
     ZeroDynamics, ZeroMode,
 };
 
-/// More poles are counted where there is little room.
+/// More poles are counted where space is limited.
 const POLES: usize = 40;
 /// More names in a sentence are counted.
 const NAMES: usize = 12;
-/// How far poles are to be trusted that are no roots of an exact polynomial.
+/// Accuracy of poles that are not roots of an exact polynomial.
 const FLOATING: &str = "These poles are eigenvalues in floating point; whether a motion decays whose pole is within \
                         a millionth of the fastest one around the axis is not decided.";
 
@@ -111,7 +111,7 @@ fn head(design: &Design) -> Body {
         .paragraph(hidden)
 }
 
-/// What was designed, on which model, and what else is in the loop: one sentence each.
+/// The controller, its design model, and other parts of the loop: one sentence each.
 fn what_is_designed(design: &Design) -> Vec<String> {
     let mut out = vec![format!("Controller {}, law {}.", or_dash(&design.controller), or_dash(&design.law))];
     if !design.design_model.is_empty() {
@@ -232,7 +232,7 @@ fn poles(design: &Design) -> Body {
         .pictures(pictures::plane(design))
 }
 
-/// What charges that only count are to the loop; nothing where there are none.
+/// The role of charges without effect in the loop; empty if there are none.
 fn counters(charges: &[String]) -> String {
     let of = list(charges, NAMES);
     match charges.len() {
@@ -272,7 +272,7 @@ fn zero_dynamics(design: &Design) -> Body {
     warnings.fold(body, |body, (mode, text)| body.judge(false, format!("{} 1/s: {text}", phrases::pair(mode.pole))))
 }
 
-/// What goes on while the outputs are held still: one sentence each. Empty if it was not asked.
+/// Motions that remain while the outputs are constant: one sentence each. Empty if not requested.
 fn hidden_motions(found: &ZeroDynamics) -> Vec<String> {
     match found.kind() {
         HiddenMotion::Unknown => vec![],
@@ -298,7 +298,7 @@ fn observer(found: &ObserverResult) -> Body {
         .part("Gain", Body::default().matrices([&found.gain]))
 }
 
-/// What the observer measures and estimates, and what can be told apart: one sentence each.
+/// Measurements and estimates of the observer, and distinguishable torques: one sentence each.
 fn estimates(found: &ObserverResult) -> Vec<String> {
     let method = match found.method.as_str() {
         "poles" => "placed poles",
@@ -354,7 +354,7 @@ fn proof(design: &Design) -> Body {
     Body::default().judge(design.decoupled == Some(true), proven).and(table)
 }
 
-/// How long it was watched: `over 2 s`; `None` if there are several windows or none.
+/// Length of the observation: `over 2 s`; `None` if there are several windows or none.
 fn window(couplings: &[CrossCoupling]) -> Option<String> {
     let first = couplings.first()?.window;
     (first.is_finite() && couplings.iter().all(|candidate| candidate.window == first))
@@ -517,7 +517,7 @@ fn controller(design: &Design) -> Body {
         .detail(Body::default().fold("Signals in their order", reads))
 }
 
-/// What runs in firmware: one sentence each; empty if there is nothing.
+/// The firmware block: one sentence each; empty if there is none.
 fn block(data: &ControllerData) -> Vec<String> {
     if data.block.is_empty() {
         return Vec::new();

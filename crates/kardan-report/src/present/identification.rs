@@ -6,7 +6,7 @@ use crate::phrases::list;
 use crate::text::number;
 use kardan::results::{Identification, LogRead, NamedMatrix, ResidualTest, Span, Suggestion, Suggestions};
 
-/// More rows are counted where there is little room.
+/// More rows are counted where space is limited.
 const ROWS: usize = 40;
 
 /// The page of an identification.
@@ -41,7 +41,7 @@ pub fn page(found: &Identification) -> Page {
 
 fn parameters(found: &Identification) -> Body {
     let published = found.parameters.iter().any(|one| one.published.is_some());
-    // Why there is no interval; what else is to be told of one stands below.
+    // Why there is no interval; further notes on it are below.
     let reasons = found.parameters.iter().any(|one| one.interval.is_none() && !one.remark.is_empty());
     let rows = found.parameters.iter().map(|one| {
         let name = format!("{}{}", one.name, one.combination);
@@ -60,7 +60,7 @@ fn parameters(found: &Identification) -> Body {
     table.list(remarks).pictures(pictures::intervals(found))
 }
 
-/// How it was found, a sentence each.
+/// The identification method, a sentence each.
 fn head(found: &Identification) -> Vec<String> {
     let windows = &found.windows;
     let method = match found.method.as_str() {
@@ -117,7 +117,7 @@ fn likelihood(probability: f64) -> String {
     if probability >= 1e-4 { format!("{probability:.4}") } else { "below 0.0001".into() }
 }
 
-/// Tests of what is left over.
+/// Residual tests.
 fn tests(all: &[ResidualTest]) -> Body {
     let rows = all.iter().map(|test| {
         row![&test.what, likelihood(test.probability), if test.meaning.is_empty() { "passes" } else { &test.meaning }]
@@ -167,7 +167,7 @@ fn candidates(found: &Identification) -> Body {
         .table_of(ROWS, &["model", "parameters", "#error", ""], rows)
 }
 
-/// `86.47 %`, one less the residual over the torque.
+/// `86.47 %`, one minus the residual over the torque.
 fn percent(torque: f64, residual: Option<f64>) -> String {
     let explained = residual.filter(|residual| torque > 0.0 && residual.is_finite());
     explained.map_or("–".into(), |residual| format!("{:.2} %", 100.0 * (1.0 - residual / torque)))
@@ -240,7 +240,7 @@ fn suggestions(found: &Identification) -> Body {
     )
 }
 
-/// What was tried and cannot be told from zero.
+/// Terms that were tried and are not significantly different from zero.
 fn silent(suggested: &Suggestions) -> String {
     let mut names: Vec<String> = Vec::new();
     for one in &suggested.tried {
@@ -268,7 +268,7 @@ fn silent(suggested: &Suggestions) -> String {
     format!("{silent}{orders}{not_tried}")
 }
 
-/// What is found with the terms that are suggested, and what is left over then.
+/// The identification with the suggested terms, and its residuals.
 fn extended(suggested: &Suggestions, confidence: f64) -> Body {
     let rows = suggested.parameters.iter().map(|one| {
         let interval = one.interval.map_or("–".into(), |it| format!("{} … {}", number(it.lower), number(it.upper)));

@@ -1,11 +1,11 @@
-//! How far a loop is from instability, and what it asks of its motors.
+//! Stability margins of a loop, and the torques that it requests.
 
 use crate::model::{Body, Cell, row};
 use crate::phrases;
 use crate::text::number;
 use kardan::results::{ChannelMargin, Margins, MotorLoad, OppositeSide, TogetherMargin, TorquePeak};
 
-/// What sampling, delay, lag and limits leave of a loop.
+/// Limits of a loop with sampling, delay, lag and saturation.
 pub(super) fn margins(found: &Margins) -> Body {
     Body::default()
         .paragraph(&found.verdict)
@@ -15,7 +15,7 @@ pub(super) fn margins(found: &Margins) -> Body {
         .part("Torques requested by steps", peaks(&found.peaks))
 }
 
-/// The same on the other side of where the loop bends.
+/// The same on the other side of the kink.
 pub(super) fn opposite_side(found: &OppositeSide) -> Body {
     let OppositeSide { own, side, margins: other_side } = found;
     let text = format!(
@@ -28,7 +28,7 @@ pub(super) fn opposite_side(found: &OppositeSide) -> Body {
         .part("Stability margins of one channel there", channels(&other_side.channels))
 }
 
-/// What the loop tolerates, and the motion that grows beyond it.
+/// The limits of the loop, and the unstable motion beyond each.
 fn limits(margins: &Margins) -> Body {
     let mut out = Vec::new();
     for rate in &margins.rates {
@@ -44,7 +44,7 @@ fn limits(margins: &Margins) -> Body {
         };
         out.push(row![format!("slowest stable rate {delay}"), limit, &rate.motion]);
     }
-    // No more was looked at.
+    // Larger values were not searched.
     let seconds = |value: f64, most: &str| if value.is_finite() { format!("{} s", number(value)) } else { most.into() };
     let times = [
         ("longest delay", &margins.longest_delay, "10 samples and more"),
@@ -62,7 +62,7 @@ fn limits(margins: &Margins) -> Body {
     Body::default().table(&["the loop tolerates", "#limit", "unstable motion beyond it"], out)
 }
 
-/// How wrong each channel of the loop may be alone; with the frequencies in rad/s.
+/// The margins of each single channel of the loop; with the frequencies in rad/s.
 fn channels(channels: &[ChannelMargin]) -> Body {
     let at = |frequency: Option<f64>| match frequency {
         Some(frequency) if frequency.is_finite() => format!(" ({})", number(frequency)),
@@ -90,7 +90,7 @@ fn channels(channels: &[ChannelMargin]) -> Body {
     Body::default().table(&headers, channels.iter().map(row))
 }
 
-/// What the loop tolerates with backlash in contact, beside that where it is open; the least of its channels first, all of them behind it.
+/// The margins of the loop with backlash in contact, beside those with open backlash; the smallest of its channels first, then all of them.
 fn contacts(margins: &Margins) -> Body {
     let least = |channels: &[ChannelMargin]| -> [String; 2] {
         let found = channels.iter().min_by(|a, b| a.disk.total_cmp(&b.disk));
@@ -148,7 +148,7 @@ fn peaks(peaks: &[TorquePeak]) -> Body {
     Body::default().table(&["step of", "motor", "#requested", "#limit"], rows)
 }
 
-/// What runs of variants asked of motors with limits: variant, motor, length of the run in s. Empty if there are none.
+/// Torques that runs of variants requested from motors with limits: variant, motor, length of the run in s. Empty if there are none.
 pub(super) fn motor_loads<'a>(all: impl Iterator<Item = (String, &'a MotorLoad, f64)>) -> Body {
     let rows = all.map(|(variant, motor_load, length)| {
         let limits = [(motor_load.torque_limit, ""), (motor_load.rate_limit, "/s")];

@@ -1,11 +1,11 @@
-//! Which faults sensors can tell, and by which relations.
+//! Faults that sensors can detect and isolate, and the relations that do it.
 
 use crate::model::{Body, Cell, Entry, row};
 use crate::phrases;
 use crate::text::number;
 use kardan::results::{Analysis, FaultPlace, FaultVerdict, Parity, ParityTerm, Residual, SensorSets, Threshold};
 
-/// More names, residuals or sets are counted where there is little room.
+/// More names, residuals or sets are counted where space is limited.
 const NAMES: usize = 12;
 const RESIDUALS: usize = 12;
 
@@ -27,7 +27,7 @@ pub fn parity(analysis: &Analysis) -> Body {
         .part("Smallest sets of sensors", sets(&found.sets))
 }
 
-/// `wg_encoder − 51 cs_encoder`; derivatives have dashes.
+/// `wg_encoder − 51 cs_encoder`; derivatives have primes.
 fn sum(terms: &[ParityTerm]) -> String {
     let mut out = String::new();
     for (k, term) in terms.iter().enumerate() {
@@ -126,7 +126,7 @@ fn limits(k: usize, one: &Residual, limit: &Threshold) -> Option<String> {
     ))
 }
 
-/// The threshold of a residual in time, behind its filter.
+/// The threshold of a residual in time, after its filter.
 fn in_time(one: &FaultVerdict, limit: &Threshold) -> Option<String> {
     let filter = number(limit.filter?);
     let times = match one.order? {
@@ -226,7 +226,7 @@ fn place(one: &FaultVerdict) -> String {
     }
 }
 
-/// What matters most, in words.
+/// The main results, as text.
 fn sentences(found: &Parity) -> Vec<String> {
     let named =
         |which: &dyn Fn(&&FaultVerdict) -> bool| found.faults.iter().filter(which).map(place).collect::<Vec<_>>();

@@ -1,4 +1,4 @@
-//! What a loop answers to sines and to steps.
+//! Frequency and step responses of a loop.
 
 use crate::frequency_pictures as pictures;
 use crate::model::{Body, row};
@@ -24,7 +24,7 @@ pub(super) fn responses(found: &LoopResponses, margins: &[ChannelMargin]) -> Bod
         .fold("Bode, Nyquist and Nichols plots of the loop at the readings", readings)
 }
 
-/// What it is that is shown, and what is not.
+/// The shown loop, and what is not shown.
 fn sentences(found: &LoopResponses) -> Vec<String> {
     let mut out = Vec::new();
     match (found.frequencies.first(), found.frequencies.last(), found.nyquist) {

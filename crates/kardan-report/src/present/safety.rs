@@ -6,7 +6,7 @@ use kardan::results::{DisplayUnit, EffectMeasured, Safety, SafetyEffect, SafetyR
 
 /// Digits of an effect.
 const DIGITS: usize = 3;
-/// What stands in the place of a fault in a run without one.
+/// The text for a fault in a run without one.
 const NO_FAULT: &str = "none";
 
 /// The page of a table.
@@ -56,7 +56,7 @@ fn kinds(table: &Safety) -> String {
     counts.join(", ")
 }
 
-/// What stands before the numbers of a row.
+/// The cells before the numbers of a row.
 fn head(row: &SafetyRow, several: bool) -> Vec<Cell> {
     let faults = if row.faults.is_empty() { NO_FAULT.to_string() } else { row.faults.join(" + ") };
     let mut cells = row![faults];
@@ -125,7 +125,7 @@ fn in_unit(value: f64, effect: &SafetyEffect) -> String {
     }
 }
 
-/// What is not to be broken into lines.
+/// Text without line breaks.
 fn without_breaks(text: &str) -> String {
     text.replace(' ', "\u{a0}")
 }

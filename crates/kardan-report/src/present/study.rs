@@ -25,7 +25,7 @@ pub fn page(study: &Study) -> Page {
     Page { data: Some(data), ..with_plots(study, &plots) }
 }
 
-/// The page of a study for those who read its words alone: nothing is drawn, which takes most of the time.
+/// The page of a study as text only: without drawings, which take most of the time.
 pub fn text_page(study: &Study) -> Page {
     with_plots(study, &[])
 }
@@ -66,7 +66,7 @@ fn with_plots(study: &Study, drawn: &[PlotFile]) -> Page {
     }
 }
 
-/// What the inputs reach and the outputs show.
+/// Controllability from the inputs and observability from the outputs.
 fn structure(structure: &Structure) -> String {
     let states = structure.states.len();
     let part = |satisfied: bool, what: &str, rank: usize, names: &[String], none: &str| match (satisfied, names) {
@@ -82,7 +82,7 @@ fn structure(structure: &Structure) -> String {
     format!("structure: {controllable}; {observable}")
 }
 
-/// Whose analysis the report shows, and what is in it.
+/// The variant of the analysis in the report, and its contents.
 fn whose(study: &Study) -> String {
     let found = study.analysis.as_ref().map_or(String::new(), |found| structure(&found.structure));
     let open = format!("Without the laws, linearised at the operating point; {found}.");
@@ -94,7 +94,7 @@ fn whose(study: &Study) -> String {
     }
 }
 
-/// One sentence: did all variants run to the end, do the requirements hold? `true` if nothing is wrong.
+/// One sentence: did all variants complete, are the requirements met? `true` if so.
 fn verdict(study: &Study) -> Verdict {
     if study.runs.is_empty() {
         return Verdict { sound: true, text: "No runs.".into() };
@@ -127,7 +127,7 @@ fn verdict(study: &Study) -> Verdict {
     Verdict { sound, text: format!("{}{doubtful_runs}; {requirements}{failed}{loops}{at_limit}.", ended(study)) }
 }
 
-/// Names behind a sentence: `: first; second; and 3 more`.
+/// Names after a sentence: `: first; second; and 3 more`.
 fn behind(names: &[String]) -> String {
     let listed: Vec<&str> = names.iter().take(NAMED).map(String::as_str).collect();
     match (names.len(), names.len().saturating_sub(NAMED)) {
@@ -157,7 +157,7 @@ fn failed(study: &Study) -> String {
     behind(&all.iter().map(|(text, runs)| about(study, text, runs)).collect::<Vec<_>>())
 }
 
-/// What the comparison with a second run speaks against numbers.
+/// Doubts about numbers from the comparison with a second run.
 fn doubtful_runs(study: &Study) -> String {
     let reason = |run: &Run| {
         let found = run.accuracy.as_ref()?;
@@ -227,7 +227,7 @@ fn ended(study: &Study) -> String {
     parts.fold(format!("{completed} of {all} variants completed"), |text, (_, part)| format!("{text}, {part}"))
 }
 
-/// An alert for each run whose numbers are not those of a whole run, and for each warning.
+/// An alert for each run with incomplete numbers, and for each warning.
 fn alerts(study: &Study) -> Vec<Alert> {
     let name = |run: &Run| {
         let label = variant_label(study, run);
@@ -252,7 +252,7 @@ fn alerts(study: &Study) -> Vec<Alert> {
     study.runs.iter().filter_map(alert).chain(warned.map(warning)).collect()
 }
 
-/// What says that there is nothing.
+/// The note that there are none.
 fn or_none(body: Body, none: &str) -> Body {
     if body.0.is_empty() { body.paragraph(none) } else { body }
 }
@@ -349,7 +349,7 @@ fn extremes(time: &[f64], values: &[f64], unit: Option<&DisplayUnit>, clock: Clo
     [low, low_time, high, high_time, last.copied().map(in_unit).into()]
 }
 
-/// Motors with limits: what was asked of them, and how long they were there. Empty if there are none.
+/// Motors with limits: the requested torques, and the time at the limit. Empty if there are none.
 fn motors(study: &Study) -> Body {
     let motor_loads = study.runs.iter().flat_map(|run| run.motor_loads.iter().map(move |motor_load| (run, motor_load)));
     super::margins::motor_loads(
@@ -381,7 +381,7 @@ fn figures(study: &Study) -> Body {
     }
 }
 
-/// A number in the unit that is asked for, if there is one.
+/// A number in the requested unit, if there is one.
 fn measured(value: Option<f64>, display: Option<&DisplayUnit>, unit: &str) -> String {
     match (value.filter(|value| value.is_finite()), display) {
         (Some(value), Some(display)) => format!("{} {}", number(display.of(value)), display.unit),
@@ -436,7 +436,7 @@ fn energy(study: &Study) -> Body {
     )
 }
 
-/// How far the integration may be wrong, if that is known.
+/// The estimated integration error, if known.
 fn accuracy(study: &Study) -> Body {
     let estimated = || study.runs.iter().filter_map(|run| Some((run, run.accuracy.as_ref()?)));
     let Some((_, first)) = estimated().next() else { return Body::default() };
@@ -488,7 +488,7 @@ fn accuracy(study: &Study) -> Body {
     )
 }
 
-/// Of which runs counts of sensors decide, and from when on.
+/// Runs in which sensor quantisation decides, and from which time on.
 fn counts(body: Body, study: &Study) -> Body {
     let undecided = study.runs.iter().filter_map(|run| Some((run, run.accuracy.as_ref()?.undecided.as_ref()?)));
     let clock = clock(study);
@@ -509,7 +509,7 @@ fn counts(body: Body, study: &Study) -> Body {
     )
 }
 
-/// What happened, run by run, folded away.
+/// Events of each run, folded.
 fn events(study: &Study) -> Body {
     let body = study.runs.iter().fold(Body::default(), |body, run| {
         let name = variant_label(study, run);

@@ -1,4 +1,4 @@
-//! What a sweep found, as a page.
+//! The results of a sweep as a page.
 
 use crate::model::{Body, Cell, Page, Picture, row, warnings};
 use crate::sample_pictures::still;
@@ -15,10 +15,10 @@ const DIGITS: usize = 4;
 const BOUND_DIGITS: usize = 15;
 /// Decimals of hundredths.
 const MOST_DECIMALS: i32 = 12;
-/// Parameters that are told of a figure.
+/// Number of parameters named for a figure.
 const MOST_SHARES: usize = 4;
 
-/// The page of a sweep with its runs to look into, and how each is made again.
+/// The page of a sweep with its runs, and how to rerun each.
 pub fn page_with(found: &Sweep, samples: &Samples, again: &Again) -> Page {
     let mut page = page(found);
     let explored = if samples.is_empty() { Body::default() } else { explored(samples, found) };
@@ -30,14 +30,14 @@ pub fn page_with(found: &Sweep, samples: &Samples, again: &Again) -> Page {
     page
 }
 
-/// Where the script of the page draws, and what stands there without it.
+/// The area where the page's script draws, and its content without the script.
 fn explored(samples: &Samples, found: &Sweep) -> Body {
     let drawing = "<div class=\"samples\" id=\"samples-plots\"></div>\n";
     let picture = Picture { drawing: drawing.into(), ..Picture::default() };
     Body::default().hint(samples.describe()).pictures([picture]).pictures(still(samples, found))
 }
 
-/// The commands that run the samples of least and largest numbers again.
+/// The commands that rerun the samples of least and largest numbers.
 fn cases(found: &Sweep, again: &Again) -> Body {
     let columns = titles(found, "of", &["", "#value", "#sample", "command for the full run"]);
     let requirements = found.requirements.iter().map(|one| {
@@ -174,7 +174,7 @@ fn percent(part: f64) -> String {
     format!("{} %", share(part, DIGITS))
 }
 
-/// A part of all in hundredths, without their sign: as many digits, and near all of it those that tell two of what is missing.
+/// A part of all in hundredths, without their sign: with this many digits, or near 100 % enough to show two digits of the complement.
 fn share(part: f64, digits: usize) -> String {
     let missing = 100.0 * (1.0 - part);
     if !(missing > 0.0 && missing < 1.0) {
@@ -191,7 +191,7 @@ fn at_most(probability: f64) -> String {
         return figure(probability, 2);
     }
     let size = powi(10.0, 1 - log10(probability).floor() as i32);
-    // What two digits tell exactly stays.
+    // Exact values of two digits stay.
     figure((probability * size - 1e-9).ceil() / size, 2)
 }
 
@@ -270,7 +270,7 @@ fn numbers(values: &SweptValues, unit: &str, display: Option<&DisplayUnit>) -> V
     [values.mean, values.deviation, quantile(0), quantile(1), quantile(3), quantile(5), quantile(6)].map(text).to_vec()
 }
 
-/// Which parameters matter.
+/// Parameters by their effect.
 fn shares(values: &SweptValues) -> String {
     let main_shares = values.shares.iter().take(MOST_SHARES).filter(|share| share.slope.abs() > 0.05);
     let main_shares: Vec<String> =
@@ -492,7 +492,7 @@ fn varied(found: &Sweep) -> Body {
 mod tests {
     use super::*;
 
-    /// What is missing to all of it is not rounded away.
+    /// The complement to 100 % is not rounded to zero.
     #[test]
     fn parts_near_all_are_no_whole() {
         for (part, expected) in [
