@@ -533,7 +533,7 @@ pub struct SweepArgs {
     #[arg(long = "variant", value_name = "NAME")]
     pub variants: Vec<String>,
     /// Folder for the rows, a Parquet file for each block of samples, written as soon as it is complete, and for the report; created if missing.
-    /// Left out: nothing is written.
+    /// Without it no file is written.
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Continue with the rows in the folder: complete blocks are not run again.
@@ -642,7 +642,7 @@ pub struct MergeArgs {
     /// The variants of `--variant`, if it was given.
     #[arg(long = "variant", value_name = "NAME")]
     pub variants: Vec<String>,
-    /// Folder for the page and the results as JSON; created if missing. Left out: nothing is written.
+    /// Folder for the page and the results as JSON; created if missing. Without it no file is written.
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Print one JSON object instead of the text; `kardan schema` lists its keys.

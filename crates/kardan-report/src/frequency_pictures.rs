@@ -42,7 +42,7 @@ struct Axis {
     low: f64,
     high: f64,
     logarithmic: bool,
-    /// Distance of ticks; of a logarithmic axis nothing.
+    /// Distance of ticks; unused for a logarithmic axis.
     step: f64,
 }
 

@@ -78,7 +78,7 @@ pub(super) fn html(page: &Page) -> String {
     )
 }
 
-/// Plain text with its powers raised, and with nothing that HTML would interpret.
+/// Plain text with superscript powers, escaped for HTML.
 fn escape(text: &str) -> String {
     escaped(&powers(text))
 }
@@ -288,7 +288,7 @@ fn chart(chart: &Chart, level: usize) -> String {
     )
 }
 
-/// The library without the first comment, whose address has no place in a page that names none; the licence stands
+/// The library without the first comment, whose address the page must not contain; the licence is
 /// before it instead.
 fn without_banner(library: &str) -> &str {
     match library.strip_prefix("/*!").and_then(|rest| rest.split_once("*/")) {

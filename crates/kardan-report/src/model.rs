@@ -15,7 +15,7 @@ pub struct Page {
     pub description: String,
     /// The verdict: good or bad, and why.
     pub verdict: Option<Verdict>,
-    /// What nobody may overlook.
+    /// Prominent warnings.
     pub alerts: Vec<Alert>,
     /// The sections, in order.
     pub sections: Vec<Section>,
@@ -65,7 +65,7 @@ pub enum Block {
     Text(Tone, String),
     /// A verdict.
     Verdict(Verdict),
-    /// What nobody may overlook.
+    /// Prominent warnings.
     Alert(Alert),
     /// Sentences, each with its own mark.
     List(Vec<String>),
@@ -87,10 +87,10 @@ pub enum Block {
     Detail(Body),
 }
 
-/// A table whose first column names the rows unless it holds numbers.
+/// A table whose first column names the rows unless it contains numbers.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Table {
-    /// Titles of the columns; numbers stand below those that start with `#`.
+    /// Titles of the columns; columns of titles that start with `#` contain numbers.
     pub columns: Vec<String>,
     /// As many cells in each row as there are columns.
     pub rows: Vec<Vec<Cell>>,
@@ -117,7 +117,7 @@ pub enum Cell {
     Entry(Entry),
 }
 
-/// A number and the fraction that it stands for, if it is known.
+/// A number and its exact fraction, if known.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Entry {
     /// Its value; NaN where there is none.
@@ -304,7 +304,7 @@ impl Body {
         self.with(Block::Names(what.into(), names.to_vec()), true)
     }
 
-    /// A table; numbers stand below titles that start with `#`.
+    /// A table; columns of titles that start with `#` contain numbers.
     pub fn table(self, columns: &[impl AsRef<str>], rows: impl IntoIterator<Item = Vec<Cell>>) -> Self {
         self.table_of(BRIEF, columns, rows)
     }

@@ -35,7 +35,7 @@ pub fn pair(value: Pole) -> String {
     if value.im == 0.0 { number(value.re) } else { format!("{} ± {} j", number(value.re), number(value.im.abs())) }
 }
 
-/// Poles with conjugate pairs joined (the upper one stands for both) and equal ones counted.
+/// Poles with conjugate pairs joined (the upper one represents both) and equal ones counted.
 pub fn joined(values: &[Pole]) -> Vec<(Pole, usize)> {
     let near = |a: Pole, b: Pole| hypot(a.re - b.re, a.im - b.im) <= 1e-9 * hypot(a.re, a.im);
     let mut out: Vec<(Pole, usize)> = Vec::new();
@@ -333,7 +333,7 @@ pub fn construction(found: &Construction) -> Vec<String> {
     out
 }
 
-/// Whether zeros lie in the right half-plane, if there is something to say.
+/// Whether zeros lie in the right half-plane; `None` if there is no statement.
 pub fn half_plane(zeros: &Zeros) -> Option<&'static str> {
     match zeros.growing {
         Some(0) => None,

@@ -143,7 +143,7 @@ pub(super) fn json_numbers(values: impl IntoIterator<Item = f64>) -> String {
         let fraction = mantissa[1..].trim_start_matches('.').trim_end_matches('0');
         let (first, places) = (&mantissa[..1], exponent.parse::<i32>().unwrap_or(0));
         out.push_str(sign);
-        // The digits begin before the point, end behind it, or stand on both sides.
+        // The digits begin before the point, end after it, or are on both sides.
         let (count, shift) = (fraction.len(), places.unsigned_abs() as usize);
         let scientific = 1 + usize::from(count > 0) + count + 1 + exponent.len();
         let plain = match places {

@@ -67,7 +67,7 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
     let folder = Folder::prepare(&args.out)?;
     let mut output = Output { folder, files: Vec::new(), problems: Vec::new() };
     let logs = output.logs(&bench, &formats, u64::from(args.repetitions), args.limits, quiet);
-    // Without one of its logs a study would look like one of fewer logs.
+    // A study that lacks one of its logs would look like a study with fewer logs.
     let all_logged = logs.iter().all(|log| !log.files.is_empty());
     let found = match tried.filter(|_| all_logged) {
         Some(control) if stop::reason().is_none() => {

@@ -1,4 +1,4 @@
-//! `kardan check`: the diagnostics of a model file and nothing else.
+//! `kardan check`: only the diagnostics of a model file.
 
 use kardan::diagnostics::Severity;
 use kardan::export;

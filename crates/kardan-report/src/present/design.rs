@@ -145,8 +145,8 @@ fn decoupling(design: &Design) -> Body {
         .matrices([&design.decoupling_matrix])
 }
 
-/// Whether static, block or dynamic feedback decouples the outputs, and why: one sentence each. Empty if it was not
-/// asked.
+/// Whether static, block or dynamic feedback decouples the outputs, and why: one sentence each. Empty if not
+/// requested.
 fn decouplability(design: &Design) -> Vec<String> {
     let found = &design.decouplability;
     let Decouplability { rank, normal_rank, possible, integrators, reasons, .. } = found;

@@ -103,7 +103,7 @@ fn largest(found: &LoopResponses) -> Body {
         .hint(hint)
 }
 
-/// The least margins of each motor along the motions of the joints.
+/// The least margins of each motor over the motions of the joints.
 fn over_positions(found: &LoopResponses) -> Body {
     let Some(over_positions) = &found.over_positions else { return Body::default() };
     let stable = over_positions.positions.iter().filter(|one| !one.motors.is_empty()).count();

@@ -294,7 +294,7 @@ fn variants(study: &Study) -> Body {
     or_none(Body::default().table(&headers, rows), "There are no runs.")
 }
 
-/// The name of the first of several rows, which stands for all of them.
+/// The name of the first of several rows, which represents all of them.
 fn span(text: impl Into<String>, index: usize, rows: usize) -> Cell {
     if index == 0 { Cell::Span(text.into(), rows) } else { Cell::Under }
 }

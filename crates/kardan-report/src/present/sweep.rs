@@ -196,7 +196,7 @@ fn at_most(probability: f64) -> String {
 }
 
 fn requirements(found: &Sweep) -> Body {
-    // Intervals of samples until they are narrow are wider, and hold together with that confidence.
+    // Intervals of sequential sampling are wider, and valid simultaneously with that confidence.
     let interval = format!("#{} % interval", number(100.0 * found.confidence));
     let columns = titles(found, "requirement", &["#met in", "#fails in", "#probability", &interval, "#fails at most"]);
     let one = |one: &SweptRequirement| {

@@ -379,7 +379,7 @@ impl<'a> Work<'a> {
         ])
     }
 
-    /// The folder above model and results as a word of a script; for Kubernetes one that YAML and a shell read alike.
+    /// The folder above model and results as a word of a script; for Kubernetes one that YAML and a shell read the same way.
     fn quoted_root(&self, root: &str) -> Result<String, Diagnostic> {
         if self.queue.name != "kubernetes" {
             return Ok(quoted_for_shell(root));
