@@ -387,7 +387,7 @@ fn a_sweep_that_starts_anew_leaves_no_rows_of_another() {
     let ended = sweep("2", &["--force", "--time-limit", "1e-9"]);
     let object = printed(&ended.stdout);
     assert!(ended.status.code() == Some(2) && rows() == 8, "{object}");
-    assert!(object["notes"].to_string().contains("what is in `o` is that of the sweep before"), "{object}");
+    assert!(object["notes"].to_string().contains("`o` contains the earlier sweep"), "{object}");
     // Behind it the rows are of one sweep, which goes on.
     if cfg!(debug_assertions) {
         let own = ["sweep", "m.toml", "--samples", "450", "--out", "o", "--seed", "2", "--force"];
