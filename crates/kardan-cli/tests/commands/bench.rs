@@ -105,16 +105,20 @@ fn a_study_goes_the_whole_way() {
         assert!(one["differences"].as_array().unwrap().len() >= 3);
     }
     let page = fs::read_to_string(at.join("s/report.html")).unwrap();
-    for part in
-        ["Simulation and bench: position", "What makes them differ", "Found and true", "Excitation", "Design of drive"]
-    {
+    for part in [
+        "Simulation and bench: position",
+        "Causes of the differences",
+        "Identified and true values",
+        "Excitation",
+        "Design of drive",
+    ] {
         assert!(page.contains(part), "{part}");
     }
     assert!(!page.contains("NaN") && !page.contains("http://") && !page.contains("https://"));
     // The text says the same.
     let got = bench(&at, &["m.toml", "--study", "--out", "t", "-q"]);
     let said = String::from_utf8(got.stdout).unwrap();
-    assert!(said.contains("Found and true") && said.contains("Simulation and bench: torque"), "{said}");
+    assert!(said.contains("Identified and true values") && said.contains("Simulation and bench: torque"), "{said}");
 }
 
 #[test]

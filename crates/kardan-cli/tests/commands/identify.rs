@@ -150,7 +150,7 @@ fn a_missing_term_is_suggested() {
     assert!(page.contains("Terms suggested") && !page.contains("NaN"));
     let said = words(&kardan(&at, &line).stdout);
     for part in [
-        "With axle.friction_sense unseen segments",
+        "With axle.friction_sense, the fit on left-out segments",
         "take it",
         "kind = \"sense\"",
         "the logs do not distinguish the two",
@@ -179,8 +179,8 @@ fn what_cannot_be_is_reported() {
         (vec!["identify", "axle.toml", "page.csv"], vec!["page.csv"]),
         (vec!["identify", "axle.toml", "axle.toml"], vec!["axle.toml"]),
         (vec!["identify", "axle.toml"], vec!["LOG"]),
-        (vec!["identify", "axle.toml", "bench.csv", "--window", "long"], vec!["no time above zero", "50 ms"]),
-        (vec!["identify", "axle.toml", "bench.csv", "./bench.csv"], vec!["named twice"]),
+        (vec!["identify", "axle.toml", "bench.csv", "--window", "long"], vec!["not a time above zero", "50 ms"]),
+        (vec!["identify", "axle.toml", "bench.csv", "./bench.csv"], vec!["is repeated"]),
         (vec!["identify", "axle.toml", "bench.csv", "--confidence", "0.95"], vec!["did you mean 95?"]),
         (vec!["identify", "axle.toml", "bench.csv", "--parameters", "axle.damping,,"], vec!["no name"]),
         (vec!["identify", "axle.toml", "bench.csv", "--confidence", "100"], vec!["95"]),

@@ -113,7 +113,7 @@ fn a_signal_ends_a_run_with_what_it_has() {
         signal(&child, name);
         let out = ended(child);
         is_marked(&at, &out, "stopped by a signal");
-        assert!(String::from_utf8_lossy(&out.stderr).contains("what is there is kept"));
+        assert!(String::from_utf8_lossy(&out.stderr).contains("kardan keeps the results until then"));
     }
 }
 
@@ -131,7 +131,7 @@ fn a_signal_lets_a_sweep_finish_its_block() {
     signal(&child, "-INT");
     let out = ended(child);
     let reported = String::from_utf8_lossy(&out.stderr);
-    assert!(out.status.code() == Some(2) && reported.contains("is finished and written"), "{reported}");
+    assert!(out.status.code() == Some(2) && reported.contains("kardan finishes and writes"), "{reported}");
     let json = printed(&out.stdout);
     let files = fs::read_dir(at.join("out")).unwrap().filter_map(Result::ok);
     let blocks = files.filter(|file| file.path().extension().is_some_and(|end| end == "parquet")).count();

@@ -1,4 +1,4 @@
-//! What results say, as pages.
+//! Results as pages.
 
 mod alternatives;
 pub mod analysis;

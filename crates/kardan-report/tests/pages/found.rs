@@ -55,7 +55,8 @@ fn where_samples_fail() {
     let rule = &found.requirements[0].rules[0];
     let page = kardan_report::sweep(&found).markdown();
     let reported = format!("a.inertia ≥ 2 kg m^2: {0} of {0} samples there fail", rule.inside);
-    for said in ["Where they fail", "fails where:", &reported, "100 % of all failures", "a random half of the samples"]
+    for said in
+        ["Where requirements fail", "fails where:", &reported, "100 % of all failures", "one half of the samples"]
     {
         assert!(page.contains(said), "{said}: {page}");
     }
@@ -81,7 +82,7 @@ fn runs_without_a_value_are_counted() {
     assert!((rise.runs, rise.invalid_runs) == (80, 20) && (10..60).contains(&rise.count), "{rise:?}");
     let none = 60 - rise.count;
     let reported =
-        format!("rise: {} of 80 runs have a value: 20 did not come to their end and are left out, {none}", rise.count);
+        format!("rise: {} of 80 runs have a value: 20 did not complete and are left out, {none}", rise.count);
     assert!(page.contains(&reported) && page.contains("final a.w \\> 2 rad/s: 60 of 80 runs have a value"), "{page}");
 }
 
@@ -115,7 +116,8 @@ fn runs_of_a_sweep_are_drawn() {
     let (still, data) = page.split_once("id=\"samples-data\">").expect("data of the runs");
     assert!(data.contains("\"across\":0,\"up\":1,") && data.contains("\"above\":2.0"), "{}", &data[..400]);
     let still = still.split("class=\"unscripted\"").nth(1).expect("a picture that stands still");
-    for said in ["final a.w [rad/s] over a.inertia [kg m²]", "class=\"bound\"", "fails final a.w &gt; 2 rad/s", "holds"]
+    for said in
+        ["final a.w [rad/s] over a.inertia [kg m²]", "class=\"bound\"", "fails final a.w &gt; 2 rad/s", "passes"]
     {
         assert!(still.contains(said), "{said}: {}", &still[..2000.min(still.len())]);
     }

@@ -441,7 +441,7 @@ fn the_page_of_a_design_shows_what_was_designed() {
         "wg.phi - 51 rk.phi + 50 fs.phi",
         "−3 ± 4 j, 0 1/s",
         "every 0.001 s",
-        "The charge V.q only counts what has flowed: nothing depends on it and no law holds it.",
+        "The charge V.q is an integrator without effect: nothing depends on it and no law controls it.",
     ] {
         assert!(train.contains(text), "{text:?} is missing");
     }
