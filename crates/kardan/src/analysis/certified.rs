@@ -99,7 +99,7 @@ const ATTEMPTS: usize = 4;
 pub(super) struct Facts {
     /// The primes used.
     pub primes: Vec<u64>,
-    /// Invariant factors: of the system, of what no input reaches, of what no output shows.
+    /// Invariant factors: of the system, of its uncontrollable part, of its unobservable part.
     lists: [Vec<Polynomial>; 3],
     pieces: Vec<(Pattern, Polynomial)>,
     pub relative_degrees: Vec<Vec<Option<usize>>>,
@@ -377,7 +377,7 @@ fn attempt(
     let group = largest(&gathered.spectra).expect("there is a prime that does not divide det E");
     facts.take_spectrum(group, &gathered.characteristic.integers());
     if facts.unlucky {
-        facts.open_zeros.push("not looked for".into());
+        facts.open_zeros.push("not searched".into());
         return Ok(facts);
     }
     let pencils = [Some(without_ports(system)), actions[0].map(pencil_of), actions[1].map(pencil_of)];
@@ -459,7 +459,7 @@ impl Facts {
         primes: &mut dyn FnMut() -> u64,
         progress: &dyn Fn(f64),
     ) {
-        let what = ["invariant factors", "what no input reaches", "what no output shows"][number];
+        let what = ["invariant factors", "uncontrollable part", "unobservable part"][number];
         let list = self.lists[number].clone();
         if list.len() == 1 {
             return self.record(&format!("{what}: one invariant factor, its degree does not drop modulo a prime"));
@@ -491,9 +491,7 @@ impl Facts {
         self.zero_count = degrees.iter().sum();
         if *rank < self.rank {
             self.unlucky = true;
-            return self
-                .open_zeros
-                .push("invariant zeros: the normal rank was the largest one modulo few primes only".into());
+            return self.open_zeros.push("invariant zeros: only few primes gave the largest normal rank".into());
         }
         if degrees.is_empty() {
             self.zeros = Some(Polynomial::new(vec![Rational::ONE]));
@@ -539,7 +537,7 @@ impl Facts {
         let more = needed.saturating_sub(have);
         let work = (more / 60) as f64 * powi(states as f64, 3);
         if work > MOST_WORK {
-            return Err(format!("a proof takes {} primes, which is not attempted", needed / 60 + 1));
+            return Err(format!("a proof needs {} primes and is not attempted", needed / 60 + 1));
         }
         let (mut found, mut failed) = (0, 0);
         while found < more {
@@ -551,7 +549,7 @@ impl Facts {
             }
             if failed > needed + 600 {
                 self.unlucky = true;
-                return Err("the structure is another one modulo many primes".into());
+                return Err("the structure differs modulo many primes".into());
             }
         }
         Ok(needed.div_ceil(60).max(1))
@@ -793,7 +791,7 @@ mod tests {
         let refused = facts.repeat(1 << 50, 0, 1000, &mut descending(), &|_| (), |_| Some(()));
         assert!(refused.unwrap_err().contains("not attempted"));
         let other = facts.repeat(1000, 0, 1, &mut descending(), &|_| (), |_| None);
-        assert!(other.unwrap_err().contains("another one"));
+        assert!(other.unwrap_err().contains("differs"));
     }
 
     /// The bounds bound: det(s − A) of a matrix with the largest possible determinant (Hadamard), and its nullities.

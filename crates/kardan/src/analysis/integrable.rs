@@ -394,9 +394,9 @@ pub(super) fn integrable(reduced: &Reduced) -> Integrals {
         }
         match points.iter().find(|(_, point)| !point.satisfied[row]) {
             None if accident < MOST_ACCIDENTAL => Integrable::AtAllPoints(points.len(), accident),
-            None => Integrable::NotDecided("a function in it has no value at the points drawn, or too many sides"),
+            None => Integrable::NotDecided("a function in it has no value at the random points, or too many branches"),
             Some((trajectory, _)) if trajectory.loose => {
-                Integrable::NotDecided("a function in it is no algebraic one of coordinates, sines and cosines")
+                Integrable::NotDecided("a function in it is not algebraic in coordinates, sines and cosines")
             }
             Some(_) if rows.rounded => Integrable::NotDecided("a number in it is rounded to 16 digits"),
             Some(_) => Integrable::No(display.describe(&rows, row)),

@@ -24,8 +24,8 @@ pub struct Eliminated {
 pub enum MasslessError {
     /// Along the direction (angles, or speeds where it ends in `.w`) the equations determine no motion.
     #[error(
-        "the motion along {} is not determined by the equations: it has no inertia, and neither damping nor stiffness make \
-         up for it",
+        "the motion along {} is not determined by the equations: it has no inertia, and neither damping nor stiffness \
+         determine it",
         combination(direction)
     )]
     Undetermined {
@@ -49,7 +49,7 @@ pub enum MasslessError {
         direction: Combination,
     },
     /// Nothing moves by itself: all outputs follow the inputs at once.
-    #[error("no motion is left: without inertia and damping everything follows the inputs at once")]
+    #[error("no motion is left: without inertia and damping all outputs follow the inputs without delay")]
     Static,
 }
 

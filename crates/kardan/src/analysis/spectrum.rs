@@ -21,7 +21,7 @@ pub(super) type Layout = ([Vec<usize>; 3], Vec<(Pattern, usize)>);
 /// Eigenvalues modulo a prime; polynomials are monic with coefficients of 1, s, s², …
 #[derive(Debug, Clone)]
 pub(super) struct Spectrum {
-    /// Non-trivial invariant factors of the system, of what no input reaches, of what no output shows.
+    /// Non-trivial invariant factors of the system, of its uncontrollable part, of its unobservable part.
     pub lists: [Vec<Vec<Residue>>; 3],
     /// Coprime square-free factors of the characteristic polynomial, one for each pattern, and s of its own.
     pub pieces: Vec<(Pattern, Vec<Residue>)>,

@@ -139,7 +139,7 @@ pub fn stability_of_roots(polynomial: &Polynomial, plane: Plane) -> StabilityVer
     let found = Sides::of(polynomial, plane);
     let border = motions(&found.on_border, plane, |_, _| 0);
     if found.outside == 0 && found.on_border.iter().any(|(_, times)| *times > 1) {
-        let why = "a root on the border is one several times, and how many motions it has is not known";
+        let why = "a root on the stability boundary is repeated, and the number of its motions is unknown";
         return StabilityVerdict { border, ..StabilityVerdict::undecided(why) };
     }
     StabilityVerdict::exact(found.outside > 0, border)
@@ -162,5 +162,5 @@ pub fn despite_rounding(
         };
         return StabilityVerdict { evidence, ..found };
     }
-    StabilityVerdict::undecided("it hangs on the last digits of rounded numbers")
+    StabilityVerdict::undecided("it depends on the last digits of rounded numbers")
 }

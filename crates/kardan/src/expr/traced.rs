@@ -50,7 +50,7 @@ impl<'g> Traced<'g> {
     fn fraction(self) -> (i64, i64) {
         match self {
             Self::Fraction(numerator, denominator) => (numerator, denominator),
-            Self::Of(..) => unreachable!("asked of fractions alone"),
+            Self::Of(..) => unreachable!("used with fractions only"),
         }
     }
 }

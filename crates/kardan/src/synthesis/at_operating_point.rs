@@ -217,8 +217,8 @@ impl Law for AtOperatingPoint {
             .collect();
         data.numbers.extend(numbers);
         design.notes.push(
-            "the block reads what its signals are beside those at the operating point, and its torques come on top of those that hold it \
-             there: `<signal> at rest` among its numbers"
+            "the block reads the deviations of its signals from the operating point, and its torques are added to the \
+             equilibrium torques there: `<signal> at rest` among its numbers"
                 .into(),
         );
         design

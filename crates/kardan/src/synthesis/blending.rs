@@ -14,7 +14,7 @@ use crate::units::Dimension;
 
 /// The signal that multiplies the commands of a controller, if there is one.
 pub fn fade(values: &Values) -> Option<Reference> {
-    let description = "share of its commands that a controller gives".to_string();
+    let description = "share of the controller's commands that is applied".to_string();
     Some(Reference {
         name: values.word("fade")?.into(),
         physical: Physical::of_unit(&Dimension::NONE.si()),

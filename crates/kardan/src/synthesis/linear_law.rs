@@ -122,8 +122,8 @@ impl Linear {
             bounds.filter_map(|(input, limit)| Some(DataNumber::new(format!("{input} torque_limit"), (*limit)?))),
         );
         self.design.notes.push(
-            "the law's states do not wind up: `<motor>.excess` is what the torque limit leaves of the command, less the \
-             command, and moves them"
+            "anti-windup of the law's states: `<motor>.excess`, the command after the torque limit minus the command, \
+             acts on them"
                 .into(),
         );
         self

@@ -365,12 +365,15 @@ impl TaskLaw {
         let beside = |(k, name): (usize, &String)| {
             let (commanded, trim) = (memory[self.plan.place(k)], plant.trim_torque(name));
             let unit = plant.effort_of(name).unit;
-            ((commanded - trim).abs() > SAME * trim.abs().max(1.0))
-                .then(|| format!("`{name}` is commanded {commanded:.6} {unit} there, and {trim:.6} {unit} hold it"))
+            ((commanded - trim).abs() > SAME * trim.abs().max(1.0)).then(|| {
+                format!(
+                    "the law commands `{name}` with {commanded:.6} {unit} there, and equilibrium needs {trim:.6} {unit}"
+                )
+            })
         };
         let beside: Vec<String> = self.outputs.iter().enumerate().filter_map(beside).collect();
         self.point_note = (!beside.is_empty())
-            .then(|| format!("The operating point is no rest of the loop itself: {}.", beside.join("; ")));
+            .then(|| format!("The operating point is not an equilibrium of the closed loop: {}.", beside.join("; ")));
         self.point = Some(point);
         self
     }
@@ -791,16 +794,16 @@ impl Law for TaskLaw {
             notes.push(format!("Its blocks compute in this order: {}.", blocks.join(", ")));
         }
         notes.push(format!(
-            "A sample is {} operations on {} numbers that it remembers.",
+            "One sample takes {} operations on {} state variables.",
             self.plan.operations(),
             task.memory.len()
         ));
         if !self.affine {
             let place = match self.point {
-                Some(_) => "around what it reads at the operating point, with signals as they begin",
-                None => "where all that it reads is zero",
+                Some(_) => "at the operating point, with signals at their initial values",
+                None => "where all its inputs are zero",
             };
-            notes.push(format!("It bends: what is said of its loop is said of small motions {place}."));
+            notes.push(format!("Nonlinear law: the statements about its loop are those of its linearisation {place}."));
         }
         notes.extend(self.point_note.clone());
         Design {

@@ -62,7 +62,7 @@ const LISTED: &[(Evidence, &[&str])] = &[
     ),
     (
         Test("kardan/tests/analysis/constraints.rs", "functions_that_are_not_rational_are_not_guessed_at"),
-        &["the derivatives of its coefficients are equal crosswise, exactly"],
+        &["the cross derivatives of its coefficients are equal, exactly"],
     ),
     (
         Test("kardan/tests/analysis/box_proof.rs", "a_loss_in_the_box_is_never_overlooked"),
@@ -147,7 +147,7 @@ const LISTED: &[(Evidence, &[&str])] = &[
             "no proof",
             "neither proven nor found",
             "Not everything could be proven",
-            "which is not attempted",
+            "and is not attempted",
             "was rounded to",
             "exact answers of larger systems would take too long",
             "too large to be taken apart exactly",
@@ -155,7 +155,7 @@ const LISTED: &[(Evidence, &[&str])] = &[
             "wrong with a probability",
             "What is not called proven was computed modulo primes",
             "the proof is for this controller alone",
-            "what is proven of the loop holds",
+            "what is proven of the loop applies",
             "the exact loop is as said, the one that runs",
             "what is designed and proven is about small motions",
             "what is decided exactly is so of the rounded rows",

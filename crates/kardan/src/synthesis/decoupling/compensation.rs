@@ -41,7 +41,7 @@ pub enum CompensationError {
         poles: usize,
     },
     /// A complex pole without its conjugate (as often as the pole itself).
-    #[error("the pole {real} + {imaginary} j stands without its conjugate")]
+    #[error("the conjugate of the pole {real} + {imaginary} j is missing")]
     NoConjugate {
         /// Real part.
         real: Rational,

@@ -41,7 +41,7 @@ law_keys! {
         }
         optional {
             feedback: Choice(&["static", "block", "dynamic"]) = "static",
-                "`static`: state feedback alone; `block`: outputs that static feedback cannot part stay together; \
+                "`static`: state feedback only; `block`: outputs that static feedback cannot decouple form one block; \
                  `dynamic`: integrators before motors where static feedback does not suffice.";
         }
     }
@@ -197,14 +197,15 @@ impl Observable<'_> {
             .map(|(input, count)| format!("{count} integrator{} before {input}", if count == 1 { "" } else { "s" }))
             .collect();
         let mut reasons =
-            vec![format!("dynamic feedback does, with {}: `feedback = \"dynamic\"`", before.join(" and "))];
+            vec![format!("dynamic feedback decouples them, with {}: `feedback = \"dynamic\"`", before.join(" and "))];
         if let Some(blocks) = finest_blocks(&self.system).filter(|blocks| blocks.len() > 1) {
             let block = |block: &Vec<usize>| {
                 let names: Vec<&str> = block.iter().map(|&i| self.task.names[i].as_str()).collect();
                 format!("{{{}}}", names.join(", "))
             };
             let blocks: Vec<String> = blocks.iter().map(block).collect();
-            reasons.push(format!("static feedback parts the blocks {}: `feedback = \"block\"`", blocks.join(" and ")));
+            reasons
+                .push(format!("static feedback decouples the blocks {}: `feedback = \"block\"`", blocks.join(" and ")));
         }
         SynthesisError::NotStatic { outputs: self.task.names.clone(), error: Box::new(error), reasons }
     }

@@ -31,7 +31,7 @@ keys! {
             input: Element(&["motor"]), "The motor of this channel; any pairing gives the same law.";
             kind: Choice(&["position", "torque"]),
                 "`position`: the output follows an angle; `torque`: the reference is a torque that acts along the \
-                 output (force feedback), on top of what others apply there.";
+                 output (force feedback), in addition to external torques there.";
             reference: Name, "Name of the reference signal, set by the scenario.";
         }
         optional {

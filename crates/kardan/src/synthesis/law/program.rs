@@ -22,7 +22,7 @@ law_keys! {
     /// A law as it is written: what each motor is told is an expression of measurements, signals and blocks.
     law Program("program") {
         required {
-            commands: Expressions, "What each motor or source is told: an expression of sensors, angles and speeds, references, signals and blocks.";
+            commands: Expressions, "Command of each motor or source: an expression of sensors, angles and speeds, references, signals and blocks.";
         }
         optional {
             references: Tables(ProgramReference),

@@ -42,21 +42,21 @@ keys! {
         optional {
             kind: Choice(&["position", "torque"]) = "position",
                 "Of an angle: `position`: it follows a reference; `torque`: the reference is a torque that acts along \
-                 it, on top of what others apply there, as if the shaft carried its effective inertia alone. A speed, \
+                 it, in addition to external torques there, as if the shaft carried only its effective inertia. A speed, \
                  and a sensor of a torque, follow a reference.";
             bandwidth: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) = "30 rad/s",
                 "Corner of the reference model, critically damped of second order.";
             acceptable_angle: Quantity(Dimension::ANGLE, Sign::Positive) = "0.01 rad",
-                "Error of an angle that is acceptable, against which changes of torques are weighed.";
+                "Acceptable error of an angle; changes of torques are weighed against it.";
             acceptable_speed: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) = "0.3 rad/s",
-                "Error of a speed that is acceptable.";
+                "Acceptable error of a speed.";
             acceptable_torque: Quantity(Dimension::TORQUE, Sign::Positive) = "0.02 N m",
-                "Error of a torque that is acceptable.";
+                "Acceptable error of a torque.";
             torque_rate: Quantity(Dimension::TORQUE_RATE, Sign::Positive),
-                "Rate of the motor's torque that is acceptable; left out: 80 times its torque limit in a second, 100 \
+                "Acceptable rate of the motor's torque; left out: 80 times its torque limit in a second, 100 \
                  N m/s for a motor without a limit.";
             coasting_time: Quantity(Dimension::TIME, Sign::Positive) = "1 s",
-                "Time constant with which a shaft under a torque channel comes to rest, if nobody turns it. Its own \
+                "Time constant with which a shaft under a torque channel comes to rest if nothing drives it. Its own \
                  damping is compensated up to that; errors of the model must not overcompensate it.";
         }
     }
@@ -71,14 +71,14 @@ law_keys! {
         }
         optional {
             effort: Number(Sign::Positive) = "1",
-                "Factor of all acceptable rates of torques: the larger, the smaller the interaction, and the more the \
-                 loop asks of motors and model.";
+                "Factor of all acceptable rates of torques: a larger one reduces the interaction and demands more of \
+                 motors and model.";
             governor: Choice(&["on", "off"]),
-                "Whether references are held back that would drive a motor beyond its torque limit; left out: on.";
+                "Whether the law limits references that would drive a motor over its torque limit; left out: on.";
             schedule: Number(Sign::Positive),
-                "At how many positions over half a turn of the joints the law is designed, from 1 to 256; it follows \
-                 where they stand. 1: it is designed straight ahead alone. Left out: 16 where a joint is bent, as far \
-                 as its joints turn with one coordinate and no spring acts through them.";
+                "Number of positions over half a turn of the joints at which the law is designed, from 1 to 256; it \
+                 follows their position. 1: it is designed straight ahead only. Left out: 16 where a joint is bent, if \
+                 its joints turn with one coordinate and no spring acts through them.";
         }
     }
 }
@@ -88,8 +88,8 @@ law_keys! {
 pub const SAMPLED_NONINTERACTING: LawKind = LawKind {
     keyword: SampledNoninteracting::KEYWORD,
     summary: "Noninteracting control designed for its sample time: the exactly sampled plant with delay and lag of the \
-              motors, reference models, and a quadratic cost on the interaction itself, what is left between each output \
-              and the ideal decoupled loop. Observer, torque limits and a reference governor are part of the law.",
+              motors, reference models, and a quadratic cost on the interaction itself, the residual between each \
+              output and the ideal decoupled loop. Observer, torque limits and a reference governor are part of the law.",
     fields: SampledNoninteracting::FIELDS,
     example: "\
 [control.column]
@@ -273,9 +273,9 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     };
     let mut design = describe(request, &straight, schedule.as_ref(), &inputs, &names, &references);
     if let Follows::Cannot(reason) = &follows {
-        design
-            .notes
-            .push(format!("the law is designed straight ahead and does not follow where its joints stand: {reason}"));
+        design.notes.push(format!(
+            "the law is designed straight ahead and does not follow the position of its joints: {reason}"
+        ));
     }
     let Designed { observed, data, .. } = straight;
     let zeros =
@@ -840,15 +840,16 @@ fn notes(
     if let Some(schedule) = schedule {
         let coordinate = &request.plant.linear.coordinates[schedule.coordinate];
         notes.push(format!(
-            "its numbers follow the estimated {coordinate}.phi through {} positions over half a turn, linear between them (the feedback \
-             then differs from a design there by about {:.1e} of the motor's largest gain); readings and the forces of speeds are \
-             those of the joint where it stands",
+            "its numbers follow the estimated {coordinate}.phi through {} positions over half a turn, linear between \
+             them (the feedback then differs from a design there by about {:.1e} of the motor's largest gain); \
+             readings and velocity-dependent forces are those at the actual joint position",
             schedule.points.len(),
             schedule.interpolation_error()
         ));
         notes.push(format!(
-            "gains, observer, sampled loop, margins and tolerances that are listed are those with {coordinate}.phi = 0; the loop at \
-             other positions is looked at one by one, each at rest there, which is no proof for a column that turns"
+            "the listed gains, observer, sampled loop, margins and tolerances are those at {coordinate}.phi = 0; \
+             kardan evaluates the loop at other positions one by one, each at rest there, which is no proof for a \
+             rotating column"
         ));
     }
     if observed.result.is_none() {

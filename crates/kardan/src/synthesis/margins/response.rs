@@ -43,16 +43,16 @@ pub struct LargestGain {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum FrequencyError {
     /// It is negative, infinite or no number.
-    #[error("{0} rad/s is no frequency: take a finite number from 0 rad/s on")]
+    #[error("{0} rad/s is not a frequency: give a finite number of at least 0 rad/s")]
     Negative(f64),
     /// The samples do not show it.
     #[error(
-        "{0} rad/s is beyond the Nyquist frequency of {1} rad/s (half the sample rate): the samples show it as a slower one"
+        "{0} rad/s is above the Nyquist frequency of {1} rad/s (half the sample rate): the samples show it as a lower frequency"
     )]
     BeyondNyquist(f64, f64),
     /// A sine of this frequency grows without bounds.
     #[error(
-        "at {0} rad/s the system has a pole on the axis, so that its answer is infinite: take a frequency beside it"
+        "at {0} rad/s the system has a pole on the axis, so its response is infinite: choose a frequency next to it"
     )]
     Pole(f64),
 }

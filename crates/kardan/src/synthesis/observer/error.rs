@@ -26,7 +26,7 @@ pub enum ObserverError {
     },
     /// Neither as many poles as the longest chain has, nor as many as there are states.
     #[error(
-        "{actual} pole{} given; {longest} (for every sensor alike) or {states} (for the sensors one after the other) are \
+        "{actual} pole{} given; {longest} (the same for every sensor) or {states} (for the sensors one after the other) are \
          needed", if *actual == 1 { " is" } else { "s are" }
     )]
     WrongNumber {
@@ -38,7 +38,7 @@ pub enum ObserverError {
         states: usize,
     },
     /// The poles that fall to a sensor are not self-conjugate.
-    #[error("of the poles, {sensor} takes {}: they are not self-conjugate", format_poles(poles))]
+    #[error("the poles {} for {sensor} are not self-conjugate", format_poles(poles))]
     NotSelfConjugate {
         /// The sensor.
         sensor: String,
@@ -77,7 +77,7 @@ pub enum ObserverError {
         hidden: Vec<String>,
     },
     /// Combinations of states that no noise moves and that do not decay: the filter would stop listening to the sensors.
-    #[error("no noise acts on {}: the filter would cease to correct it; give it a noise intensity", combinations.join("; "))]
+    #[error("no noise acts on {}: the filter would stop correcting it; give it a noise intensity", combinations.join("; "))]
     Noiseless {
         /// In words.
         combinations: Vec<String>,
@@ -91,6 +91,6 @@ fn only(observable: &[String]) -> String {
     if observable.is_empty() {
         String::new()
     } else {
-        format!(" (of the constant torques only {})", listed(observable))
+        format!(" (observable constant torques: only {})", listed(observable))
     }
 }

@@ -138,7 +138,7 @@ fn notes(sensors: &[String], indices: &[usize], channels: &[String]) -> Vec<Stri
     let mut out = Vec::new();
     for ((sensor, index), channel) in sensors.iter().zip(indices).zip(channels) {
         if *index == 0 {
-            out.push(format!("{sensor} shows nothing that the sensors before it do not show; its gain is zero."));
+            out.push(format!("{sensor} adds no information to the sensors before it; its gain is zero."));
         } else if channel != sensor {
             out.push(format!(
                 "The error of {sensor} is not decoupled from the others, as its chain is shorter ({index} states); that of \

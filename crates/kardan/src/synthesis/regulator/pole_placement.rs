@@ -42,14 +42,14 @@ pub enum PlacementError {
         states: usize,
     },
     /// A complex pole without its conjugate.
-    #[error("the pole {} needs its conjugate as often as itself", format_pole(pole))]
+    #[error("the pole {} and its conjugate must occur equally often", format_pole(pole))]
     NotSelfConjugate {
         /// The pole, 1/s.
         pole: Pole,
     },
     /// A pole more often than there are independent inputs.
     #[error(
-        "the pole {} is wished for {times} times; {rank} independent inputs allow at most as many",
+        "the pole {} is requested {times} times; {rank} independent inputs allow at most {rank}",
         format_pole(pole)
     )]
     TooOften {
@@ -63,7 +63,7 @@ pub enum PlacementError {
     /// Repeated poles that the chains of the inputs allow only with dependent eigenvectors (Rosenbrock).
     #[error(
         "poles repeated that often need dependent eigenvectors: the {inputs} strongest inputs move chains of {needed} \
-         states, but the wishes have only {actual} different poles in as many sets without repetition"
+         states, but the request has only {actual} different poles in as many sets without repetition"
     )]
     Repeated {
         /// How many inputs.

@@ -61,7 +61,7 @@ pub enum RiccatiError {
     #[error("the weight of the {0} is not symmetric")]
     NotSymmetric(&'static str),
     /// R is not positive definite.
-    #[error("the weight of the inputs is not positive definite: {direction} costs nothing or less")]
+    #[error("the weight of the inputs is not positive definite: {direction} has a cost of zero or less")]
     InputWeight {
         /// Inputs uᵀRu ≤ 0, in words.
         direction: String,
@@ -86,7 +86,7 @@ pub enum RiccatiError {
         combinations: Vec<String>,
     },
     /// Modes on the imaginary axis that cost nothing: the optimal feedback would leave them alone.
-    #[error("the modes {} of {} cost nothing and do not decay", format_poles(modes), motions.join("; "))]
+    #[error("the modes {} of {} have no cost and do not decay", format_poles(modes), motions.join("; "))]
     NotDetectable {
         /// The modes, 1/s.
         modes: Vec<Pole>,
@@ -95,7 +95,7 @@ pub enum RiccatiError {
     },
     /// Floating point found no stabilising solution.
     #[error(
-        "no stabilising solution is found: modes are too close to what the inputs cannot reach or the cost cannot see"
+        "the solver finds no stabilising solution: modes are too close to ones that no input reaches or that have no cost"
     )]
     NotSolved,
 }

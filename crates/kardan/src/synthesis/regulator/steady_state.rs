@@ -15,7 +15,7 @@ pub struct SteadyState {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SteadyStateError {
     /// There are not as many outputs as inputs.
-    #[error("{outputs} outputs cannot be held by {inputs} inputs; as many are needed")]
+    #[error("{outputs} outputs cannot be held constant by {inputs} inputs; as many inputs as outputs are needed")]
     NotSquare {
         /// Their number.
         outputs: usize,
@@ -100,6 +100,6 @@ fn reason(system: &LinearSystem, whole: &Matrix<Rational>) -> String {
             .collect();
         return unreachable.join("; ");
     }
-    let list: Vec<String> = outputs.iter().map(|notation| format!("{notation} is zero at every rest")).collect();
+    let list: Vec<String> = outputs.iter().map(|notation| format!("{notation} is zero at every equilibrium")).collect();
     list.join("; ")
 }

@@ -49,17 +49,20 @@ pub(in crate::synthesis) fn turning(reduced: &Reduced) -> Result<usize, String> 
             let name = &reduced.equations.coordinates[*shaft];
             if !curve.repeats_each_half_turn() {
                 return Err(format!(
-                    "the transmission that gives the angle of `{name}` is another one half a turn later"
+                    "the transmission that gives the angle of `{name}` does not repeat after half a turn"
                 ));
             }
             for column in (0..r).filter(|k| own[*k]) {
                 let before = *found.get_or_insert(column);
                 if before != column {
-                    return Err(format!("its joints turn with `{}` and with `{}`", names[before], names[column]));
+                    return Err(format!(
+                        "its joints turn with two coordinates, `{}` and `{}`",
+                        names[before], names[column]
+                    ));
                 }
                 if *own_turns[column].denominator() != UBig::ONE {
                     return Err(format!(
-                        "the joint of `{name}` turns with `{}` through a gear that is not whole",
+                        "the joint of `{name}` turns with `{}` through a gear whose ratio is not a whole number",
                         names[column]
                     ));
                 }
@@ -74,7 +77,7 @@ pub(in crate::synthesis) fn turning(reduced: &Reduced) -> Result<usize, String> 
     if let Some(spring) = bent {
         return Err(format!("the spring of `{}` acts through a joint", spring.element));
     }
-    found.ok_or_else(|| "nothing bends it".into())
+    found.ok_or_else(|| "it has no bent joint".into())
 }
 
 impl ScheduleData {
