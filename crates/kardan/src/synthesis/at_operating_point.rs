@@ -1,4 +1,4 @@
-//! A law around an operating point: designed for deviations, it is told them and commands what is beside the torques that hold it there.
+//! A law around an operating point: it is designed for deviations, reads deviations, and its commands are added to the equilibrium torques.
 
 use std::sync::Arc;
 
@@ -33,7 +33,7 @@ struct AtOperatingPoint {
 }
 
 impl AtOperatingPoint {
-    /// What a signal that the law is told is at rest, if it is not zero.
+    /// Value at the operating point of a signal that the law reads, if it is not zero.
     fn rest_value(&self, signal: &str) -> Option<f64> {
         let angle = || {
             let name = SignalName::new(signal).angle_of()?;
@@ -90,11 +90,11 @@ pub(super) fn at_operating_point(
     Ok(Arc::new(AtOperatingPoint { law, rest, shafts: plant.coordinates().to_vec() }))
 }
 
-/// A block that is told deviations.
+/// A block that reads deviations.
 struct DeviationBlock {
     block: Box<dyn Block>,
     rest: Rest,
-    /// What it is told: angles, readings, references, torques.
+    /// Its inputs: angles, readings, references, torques.
     deviations: Rest,
 }
 

@@ -6,8 +6,8 @@ use super::{Law, Plant, linear_combination};
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Rational, Scalar, echelon, rational_from_f64};
 
-/// Directions of charges along which nothing changes: the charge through a source or a motor, or of several the sum that flows past a capacitor. They
-/// count what has flowed, and no law holds them. Exact.
+/// Directions of charges that change nothing: the charge through a source or a motor, or of several the sum that flows past a capacitor. They
+/// are integrators without effect, and no law controls them. Exact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Counters {
     /// One column for each, a row for each reduced coordinate.
@@ -96,7 +96,7 @@ impl ReducedStates {
     }
 }
 
-/// Charges among these states that act on nothing, in words, whether no output shows them, and the system of all others. None where there are none,
+/// Charges among these states that act on nothing, as text, whether no output shows them, and the system of all other states. None where there are none,
 /// or where E is singular.
 pub fn without_counting(system: &LinearSystem, charges: &[usize]) -> Option<(Vec<String>, bool, LinearSystem)> {
     let states = system.states.len();

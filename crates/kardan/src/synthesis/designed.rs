@@ -9,13 +9,13 @@ use crate::num::Rational;
 use crate::program::Task;
 use crate::results::{Design, Physical};
 
-/// Of each of some expressions the guards at which it bends, and those at which it jumps.
+/// For each of some expressions the guards at which it has kinks, and those at which it jumps.
 pub type Kinks = Vec<[Vec<String>; 2]>;
 
 /// How the names of states begin that are estimates.
 const ESTIMATE: &str = "estimate of ";
 
-/// A designed law. Measures angles and speeds of shafts, commands inputs; it holds nothing of any run.
+/// A designed law. It measures angles and speeds of shafts and commands inputs; it has no state of any run.
 pub trait Law: Send + Sync {
     /// Names of the inputs that it commands, in the order of `out` of [`Block::command`].
     fn inputs(&self) -> &[String];
@@ -63,7 +63,7 @@ pub trait Law: Send + Sync {
     fn friction_width(&self) -> Option<f64> {
         None
     }
-    /// The linear part: of a law that bends that at the design point, of a law with a clock that between its samples.
+    /// The linear part: of a nonlinear law that at the design point, of a law with a clock that between its samples.
     fn linear(&self) -> LinearLaw;
     /// The linear part at a sample time, `ξ⁺ = A ξ + Bφ φ + Bω ω + Bδ δ + Bτ τ`, `u = C ξ + …`, with the torques τ commanded, within
     /// the motors' torque limits, on average until the next sample; lag and rate limit are not in it. `None` if a number overflows
@@ -85,11 +85,11 @@ pub trait Law: Send + Sync {
             None => Some(self.linear()),
         }
     }
-    /// Of each command, then of each state, where it bends and where it jumps at the design point.
+    /// For each command, then for each state, its kinks and its jumps at the design point.
     fn kinks(&self) -> Kinks {
         Kinks::new()
     }
-    /// The same law, linearised on a side of where it bends; `None`: it is the same on all.
+    /// The same law, linearised on one side of its kinks; `None`: it is the same on all sides.
     fn on_side(&self, _side: &Side) -> Option<Arc<dyn Law>> {
         None
     }
@@ -97,7 +97,7 @@ pub trait Law: Send + Sync {
     fn sensors(&self) -> &[OutputSignal] {
         &[]
     }
-    /// The task whose answers its commands are at every instant, where its expressions can stand among those of the loop.
+    /// The task whose outputs its commands are at every instant, where its expressions can be part of those of the loop.
     fn task(&self) -> Option<&Arc<Task>> {
         None
     }
@@ -113,7 +113,7 @@ pub trait Law: Send + Sync {
     fn keeps(&self) -> Frozen {
         Frozen::Estimate
     }
-    /// What was designed, for a reader: everything that is known without the other controllers and without a run.
+    /// The design as a result: all that is known without the other controllers and without a run.
     fn describe(&self) -> Design;
 }
 
@@ -123,7 +123,7 @@ impl std::fmt::Debug for dyn Law {
     }
 }
 
-/// Where something stands that a sampled law tells.
+/// Location of a signal that a sampled law exports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ExportedSignal {
     /// Among its states, as they are at its next sample.

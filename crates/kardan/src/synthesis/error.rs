@@ -38,7 +38,7 @@ pub enum SynthesisError {
         /// The output.
         output: String,
     },
-    /// An output that moves without inertia, for a law that asks for accelerations.
+    /// An output that moves without inertia, for a law that needs accelerations.
     #[error("`{output}` moves without inertia, so it has no acceleration that a motor acts on")]
     NoAcceleration {
         /// The output.
@@ -53,7 +53,7 @@ pub enum SynthesisError {
         /// The coordinates.
         coordinates: Vec<String>,
     },
-    /// A sensor of an angle or a speed without the end that tells so.
+    /// A sensor of an angle or a speed whose name lacks the ending of its reading.
     #[error("`{signal}` measures no torque; write `{full}`")]
     SensorKind {
         /// As written.
@@ -81,7 +81,7 @@ pub enum SynthesisError {
         /// The key.
         key: &'static str,
     },
-    /// The motors do not act on the acceleration or the torque that is asked.
+    /// The motors do not act on the required acceleration or torque.
     #[error(
         "the motors {} do not act on `{output}` directly{}",
         list(inputs),
@@ -125,7 +125,7 @@ pub enum SynthesisError {
     /// The Riccati equation cannot be solved.
     #[error("{0}")]
     Riccati(#[from] regulator::RiccatiError),
-    /// The outputs cannot be held at any values.
+    /// No values of the outputs can be kept constant.
     #[error("{error}")]
     SteadyState {
         /// The outputs.
@@ -165,7 +165,7 @@ pub enum SynthesisError {
         /// The name.
         name: String,
     },
-    /// A gain that no number holds.
+    /// A gain that is too large for a number.
     #[error("a gain is too large for a number")]
     TooLarge,
     /// A sample time that no controller has.
@@ -290,7 +290,7 @@ pub enum SynthesisError {
         /// The signal.
         signal: String,
     },
-    /// A law that cannot follow where the joints of its plant stand.
+    /// A law that cannot follow the position of the joints of its plant.
     #[error("the law cannot follow the position of its joints: {reason}")]
     NoSchedule {
         /// Why, as the end of a sentence.
@@ -302,7 +302,7 @@ pub enum SynthesisError {
         /// The real part.
         real: f64,
     },
-    /// Two keys that say the same.
+    /// Two keys that set the same value.
     #[error("the channel of `{output}` has both `{}` and `{}`", keys[0], keys[1])]
     Contradiction {
         /// The output.
@@ -310,7 +310,7 @@ pub enum SynthesisError {
         /// The keys.
         keys: [&'static str; 2],
     },
-    /// The dynamics asked for a channel cannot be had.
+    /// The requested dynamics of a channel are impossible.
     #[error("the channel of `{output}`: {error}")]
     Compensation {
         /// The output.
@@ -325,10 +325,10 @@ pub enum SynthesisError {
         outputs: Vec<String>,
         /// The exact reason.
         error: Box<decoupling::NotDecouplable>,
-        /// What can be done instead, or why nothing can.
+        /// Alternatives, or why there are none.
         reasons: Vec<String>,
     },
-    /// Nothing decouples the outputs.
+    /// No feedback decouples the outputs.
     #[error("no feedback at all decouples the outputs {}: {}", list(outputs), reasons.join("; "))]
     Impossible {
         /// The outputs.
@@ -352,7 +352,7 @@ pub enum SynthesisError {
         /// The zeros that are not stable.
         poles: Vec<Pole>,
     },
-    /// The same input or output twice.
+    /// A duplicate input or output.
     #[error("`{name}` is used by two channels; every channel needs its own {what}")]
     Duplicate {
         /// The name.
@@ -379,12 +379,12 @@ fn unreached(names: &[String]) -> String {
     }
 }
 
-/// What to show and say beside a [`SynthesisError`].
+/// Label and help for a [`SynthesisError`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Advice {
     /// Words of the controller's table that are to blame.
     pub named: Vec<String>,
-    /// What is to be seen there.
+    /// The label there.
     pub label: &'static str,
     /// What to do.
     pub help: String,

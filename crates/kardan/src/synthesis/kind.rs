@@ -46,6 +46,6 @@ pub struct Request<'a> {
     pub values: &'a Values,
     /// The model to design on.
     pub plant: &'a Plant,
-    /// Numbers of the shafts on which a disturbance torque is estimated, to be fed forward; empty if nobody estimates.
+    /// Numbers of the shafts on which a disturbance torque is estimated, to be fed forward; empty if no observer estimates.
     pub disturbances: &'a [usize],
 }

@@ -25,7 +25,7 @@ pub trait Block: Send {
 /// A designed law in the loop of a run. It has memory, and belongs to that run.
 ///
 /// Where the block has no finite answer, a law at every instant gives what is no number: the step of the run shrinks, or the run
-/// ends. A law with a clock commands and remembers what it did at the sample before, and says so in its [`health`](Self::health).
+/// ends. A law with a clock repeats the commands and states of its last sample, and reports this in its [`health`](Self::health).
 pub struct LawRuntime {
     block: Box<dyn Block>,
     clock: Option<Clock>,
@@ -105,9 +105,9 @@ pub struct Observation<'a> {
     pub speeds: &'a [f64],
     /// Disturbance torques on the shafts of [`Request::disturbances`](super::Request::disturbances), N m.
     pub disturbances: &'a [f64],
-    /// What the scenario tells it, in the order of [`Law::references`](super::Law::references).
+    /// The references of the scenario, in the order of [`Law::references`](super::Law::references).
     pub references: &'a [f64],
-    /// What its sensors read, in the order of [`Law::sensors`](super::Law::sensors); in continuous time nothing, and sensors are ideal.
+    /// What its sensors read, in the order of [`Law::sensors`](super::Law::sensors); empty in continuous time, where sensors are ideal.
     pub readings: &'a [f64],
     /// Its own states.
     pub states: &'a [f64],
@@ -117,7 +117,7 @@ pub struct Observation<'a> {
 mod tests {
     use super::*;
 
-    /// Twice the reference; no answer where that is no number.
+    /// Doubles the reference; no result where that is not a number.
     struct Doubler;
 
     impl Block for Doubler {

@@ -39,7 +39,7 @@ pub struct LinearLaw<S = f64> {
 }
 
 impl<S: Scalar> LinearLaw<S> {
-    /// A law without states that is told no disturbances.
+    /// A law without states and without disturbance inputs.
     pub fn gains(on_angles: Matrix<S>, on_speeds: Matrix<S>, on_references: Matrix<S>) -> Self {
         let (inputs, shafts) = (on_angles.rows(), on_angles.columns());
         Self {
@@ -155,7 +155,7 @@ impl LinearLaw {
         self.map(&mut |x| x.abs())
     }
 
-    /// The law with its states at a sample time, its signals held in between; `None` if a number overflows.
+    /// The law discretised at a sample time, with zero-order hold of its signals; `None` if a number overflows.
     pub(super) fn sampled(&self, period: f64) -> Option<Self> {
         if self.states.rows() == 0 {
             return Some(self.clone());

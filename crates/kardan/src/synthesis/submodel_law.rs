@@ -1,4 +1,4 @@
-//! A law that was designed on a part of the model: it is told the angles of that part, and knows nothing of the rest.
+//! A law that was designed on a submodel: its inputs are the angles of the submodel, and it does not know the rest.
 
 use std::sync::Arc;
 
@@ -29,7 +29,7 @@ struct Part {
     whole: usize,
 }
 
-/// A law of a part of a model as a law of the whole; `excluded` says what is left out.
+/// A law of a part of a model as a law of the whole; `excluded` names what is left out.
 ///
 /// # Panics
 /// If the part has a coordinate that the whole has not, or reduced coordinates of its own.
@@ -75,7 +75,7 @@ impl Part {
     }
 }
 
-/// A block that is told the angles of a part.
+/// A block whose inputs are the angles of a submodel.
 struct SubmodelBlock {
     block: Box<dyn Block>,
     part: Part,

@@ -30,10 +30,10 @@ enum Comes {
     Time,
 }
 
-/// What stands for a law where a task only answers.
+/// The name of the law where a task only has outputs.
 const BLOCKS: &str = "blocks";
 
-/// What an ideal sensor reads: rows over angles and speeds, and what it reads at zero angles; of a signal the reference that is told of it.
+/// What an ideal sensor reads: rows over angles and speeds, and its reading at zero angles; for a signal the reference that supplies it.
 #[derive(Debug, Clone, Default)]
 struct Ideal {
     angles: Vec<(usize, f64)>,
@@ -59,7 +59,7 @@ impl Ideal {
                 }
                 Self::of_rows([row, SparseRow::new()], offset)
             }
-            // Its spring and its damper read in a run; small motions see nothing of it. A signal is told.
+            // Its spring and its damper read it in a run; it has no effect on small motions. A signal is an input.
             Measured::ComplianceTorque(..)
             | Measured::ConstraintTorque(..)
             | Measured::NetTorque(_)
@@ -80,7 +80,7 @@ impl Ideal {
     }
 }
 
-/// A task as a law: its answers stand in the place of commands.
+/// A task as a law: its outputs take the place of commands.
 pub struct TaskLaw {
     task: Arc<Task>,
     law: &'static str,
@@ -94,11 +94,11 @@ pub struct TaskLaw {
     affine: bool,
     /// Answers, then what is remembered next, from what is read, then what is remembered.
     plan: Arc<Plan>,
-    /// What is read, then what is remembered, where its linear part is taken; nothing: zero, and what is remembered behind the first samples there.
+    /// The inputs, then the states, of its linearisation; `None`: zero inputs, and the states after the first samples there.
     point: Option<Vec<f64>>,
-    /// What there is to tell of that point.
+    /// A note on that point.
     point_note: Option<String>,
-    /// The side on which it is linearised, where it bends.
+    /// The side of a kink on which it is linearised.
     side: Side,
     /// Slopes of some rows alone; `None`: of all.
     slopes_of_rows: Option<Vec<usize>>,
@@ -148,7 +148,7 @@ impl Place for Inputs<'_> {
         Interval { low: value - half_width, high: value + half_width }
     }
 
-    /// Sensors move with what they measure, everything else by itself.
+    /// Sensors move with what they measure, all other signals by themselves.
     fn moves(&self, symbol: Symbol) -> SparseRow {
         let (law, Some(place)) = (self.law, self.place(symbol)) else { return SparseRow::new() };
         if !law.task.moving.contains(&symbol) {
@@ -240,7 +240,7 @@ impl TaskLaw {
         }
     }
 
-    /// The same, linearised on a side of where it bends.
+    /// The same, linearised on one side of its kinks.
     #[must_use]
     pub fn on(self, side: &Side) -> Self {
         Self {
@@ -258,7 +258,7 @@ impl TaskLaw {
         Self { slopes_of_rows: Some(rows.to_vec()), ..self }
     }
 
-    /// What it is on the sides of its design point, to first order: nothing where no guard vanishes there.
+    /// Its forms on the sides of its design point, to first order: empty where no guard vanishes there.
     fn sides(&self) -> &[SidesOf] {
         self.sides_at_design_point.get_or_init(|| self.sides_among(&self.all_rows(), &self.design_point()))
     }
@@ -327,7 +327,7 @@ impl TaskLaw {
         [rest.into_iter().filter(|row| has_kink(row)).collect(), jumping]
     }
 
-    /// Of each answer, then of each number that is remembered, where it bends and where it jumps at a place.
+    /// For each output, then for each state, its kinks and its jumps at a point.
     fn kinks_among(&self, inputs: &[f64], sides: &[SidesOf]) -> Kinks {
         let mut out = vec![[Vec::new(), Vec::new()]; self.outputs.len() + self.task.memory.len()];
         for SidesOf { exprs, guards, sides, all } in sides {
@@ -347,7 +347,7 @@ impl TaskLaw {
         out
     }
 
-    /// The same with its linear part where a plant stands: it reads what is true there, and signals as they begin.
+    /// The same, linearised at the operating point of a plant: it reads the actual values there, and signals at their initial values.
     #[must_use]
     pub fn at_operating_point(mut self, plant: &Plant) -> Self {
         let (angles, speeds) = (plant.true_angles(), plant.speeds_at_rest());
@@ -404,7 +404,7 @@ impl TaskLaw {
         remembered
     }
 
-    /// Where its linear part is taken: its operating point, or everything that is read zero and all remembered as behind the first samples there.
+    /// The point of its linearisation: its operating point, or zero inputs and the states after the first samples there.
     fn design_point(&self) -> Vec<f64> {
         self.point.clone().unwrap_or_else(|| {
             let nothing = vec![0.0; self.comes.len()];
@@ -589,7 +589,7 @@ struct TaskBlock<T> {
     /// The last good readings; no numbers before the first.
     good: Vec<f64>,
     sampled: bool,
-    /// Answers and entries that were kept at the last sample.
+    /// Outputs and states of the last sample.
     frozen: usize,
     bad_readings: usize,
 }
@@ -614,7 +614,7 @@ impl<T: Float> TaskBlock<T> {
         }
         let first = self.comes.len();
         T::narrow(observation.states, &mut self.memory[first..]);
-        // What is no number is seen where it is used.
+        // A value that is not a number is detected where it is used.
         let _ = self.plan.block_of(&self.constants, &self.numbers).evaluate(&mut self.memory);
     }
 
@@ -631,7 +631,7 @@ impl<T: Float> Block for TaskBlock<T> {
             return out.iter().all(|x| x.is_finite());
         }
         self.bad_readings = observation.readings.iter().filter(|reading| !reading.is_finite()).count();
-        // What is no number is kept as it was, each for itself.
+        // A state that is not a number keeps its last value, each for itself.
         self.next.copy_from_slice(observation.states);
         self.frozen = 0;
         for k in 0..self.outputs.len() + self.next.len() {
@@ -705,7 +705,7 @@ impl Law for TaskLaw {
         !self.affine
     }
 
-    /// Slopes at its operating point; without one where everything that is read is zero, and all is remembered as behind the first samples there.
+    /// Slopes at its operating point; without one at zero inputs and the states after the first samples there.
     fn linear(&self) -> LinearLaw {
         let linear = || {
             let inputs = self.design_point();

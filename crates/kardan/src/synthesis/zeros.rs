@@ -5,7 +5,7 @@ use crate::analysis::LinearSystem;
 use crate::num::Polynomial;
 use crate::results::Pole;
 
-/// Refuses outputs whose zero dynamics grow: the law would hide a motion that nothing stops.
+/// Rejects outputs with unstable zero dynamics: the law would hide a motion that grows without bounds.
 ///
 /// Zeros on the imaginary axis pass; the design warns of them.
 pub(super) fn check_zeros(system: &LinearSystem, outputs: &[String]) -> Result<(), SynthesisError> {

@@ -1,6 +1,6 @@
 use crate::num::{Polynomial, Rational, Scalar};
 
-/// What a channel is asked to do: its output follows the reference with the poles of a polynomial p_i,
+/// The required dynamics of a channel: its output follows the reference with the poles of a polynomial p_i,
 /// `p_i(d/dt) y_i = p_i(0) r_i` \[diss. (6.91), (6.94)\].
 #[derive(Debug, Clone, PartialEq)]
 pub enum Compensation {

@@ -5,10 +5,10 @@ use super::rows::{difference, stack};
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Polynomial, Rational, echelon};
 
-/// What goes on while all outputs are held at zero.
+/// The dynamics that remain while all outputs are zero (zero dynamics).
 #[derive(Debug, Clone, PartialEq)]
 pub struct ZeroDynamicsMatrix {
-    /// V, states × k: a basis of the states from which the outputs can be held at zero.
+    /// V, states × k: a basis of the states from which the inputs can keep the outputs at zero.
     pub basis: Matrix<Rational>,
     /// Z, k × k: `x = V ξ`, `ξ̇ = Z ξ`.
     pub matrix: Matrix<Rational>,

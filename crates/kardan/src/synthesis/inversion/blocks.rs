@@ -42,7 +42,7 @@ pub enum BlockError {
         /// Number of outputs.
         outputs: usize,
     },
-    /// The polynomial asked for is not monic of the order of its output.
+    /// The required polynomial is not monic of the order of its output.
     #[error("the polynomial of output number {output} must be monic of degree {order}")]
     Polynomial {
         /// The output.

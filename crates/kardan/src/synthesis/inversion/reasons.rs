@@ -12,8 +12,8 @@ use crate::synthesis::notation::listed;
 /// Method: outputs that are angles, speeds or torques of springs make a relation a row `a(s)ᵀ q = 0` over the shafts. With
 /// `M(s) = Hs² + Ds + S`, it follows from the equations of motion as `a = M K η + Cᵀ μ`, `(KᵀMK) η = Kᵀ a`: the parts
 /// of the constraints with μ ≠ 0 and the springs and dampers along which the virtual motion K η goes are the reason; inputs
-/// do not act along it. What vanishes is found to vanish at more numbers s than its degree. Where this names no element, the
-/// relation stands alone.
+/// do not act along it. What vanishes is found to vanish at more numbers s than its degree. Where this names no element, only the
+/// relation is reported.
 ///
 /// ```
 /// use kardan::analysis::{ConstrainedSystem, OutputSignal};

@@ -80,7 +80,7 @@ poles = [\"-14 ± 14.3j\"]
     design,
 };
 
-/// What is asked of the part of the plant that the outputs show.
+/// The specification for the part of the plant that the outputs show.
 struct Observable<'a> {
     request: &'a Request<'a>,
     task: &'a Task,
@@ -110,7 +110,7 @@ impl Observable<'_> {
 
     fn polynomials(&self, system: &LinearSystem) -> Result<Vec<Polynomial>, SynthesisError> {
         let degrees = relative_degrees(system).degrees.into_iter().enumerate();
-        // Of an output that no input reaches the decoupling matrix tells.
+        // The decoupling matrix shows an output that no input reaches.
         degrees
             .map(|(output, degree)| match degree {
                 Some(degree) => self.polynomial(output, degree),
@@ -146,7 +146,7 @@ impl Observable<'_> {
         Ok(Gains { system, k: found.k, l: found.l, m: found.m, from_state, from_input, behind: None })
     }
 
-    /// Outputs that static feedback cannot part stay together.
+    /// Outputs that static feedback cannot decouple form one block.
     fn in_blocks(&self) -> Result<Gains, SynthesisError> {
         let Some(blocks) = finest_blocks(&self.system) else {
             let why =

@@ -132,11 +132,11 @@ pub struct ChannelDesign {
 pub struct NoninteractingDesign {
     /// Kx, one row per channel's input, columns: reduced coordinates, then their speeds.
     pub state_gain: Matrix<Rational>,
-    /// Ku = (C H⁻¹ F)⁻¹, columns: accelerations asked of the outputs.
+    /// Ku = (C H⁻¹ F)⁻¹, columns: required accelerations of the outputs.
     pub acceleration_gain: Matrix<Rational>,
     /// The decoupling matrix C H⁻¹ F.
     pub decoupling_matrix: Matrix<Rational>,
-    /// Inertia felt along each output, kg m².
+    /// Effective inertia along each output, kg m².
     pub effective_inertia: Vec<Rational>,
 }
 
@@ -194,7 +194,7 @@ pub fn design_noninteracting(
     Ok(NoninteractingDesign { state_gain, acceleration_gain, decoupling_matrix, effective_inertia })
 }
 
-/// What is asked of a channel, exact.
+/// The specification of a channel, exact.
 #[derive(Debug, Clone)]
 enum ChannelSpec {
     Position { natural_frequency: Rational, damping_ratio: Rational },
@@ -347,7 +347,7 @@ fn chosen_channels(request: &Request<'_>) -> Result<ChosenChannels, SynthesisErr
     Ok((designs, inputs, outputs))
 }
 
-/// What computes a channel, and what is asked of it.
+/// The block that computes a channel, and its specification.
 fn channel_block(channel: &Values, inverse_inertia: f64) -> (Channel<f64>, ChannelSpec) {
     if !is_position(channel) {
         return (Channel::Torque { inverse_inertia }, ChannelSpec::Torque);

@@ -19,7 +19,7 @@ keys! {
 }
 
 law_keys! {
-    /// A law as it is written: what each motor is told is an expression of measurements, signals and blocks.
+    /// A law written as expressions: the command of each motor is an expression of measurements, signals and blocks.
     law Program("program") {
         required {
             commands: Expressions, "Command of each motor or source: an expression of sensors, angles and speeds, references, signals and blocks.";

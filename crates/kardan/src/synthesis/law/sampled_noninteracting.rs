@@ -133,7 +133,7 @@ const RATE_OVER_LIMIT: f64 = 80.0;
 const RATE: f64 = 100.0;
 /// Share of a torque limit that the governor uses; the rest is for what it does not foresee.
 const GOVERNED: f64 = 0.9;
-/// Instants at which the governor looks ahead, and how far, in time constants of the slowest reference model.
+/// Instants at which the governor predicts, and how far ahead, in time constants of the slowest reference model.
 const INSTANTS: usize = 24;
 /// Positions over half a turn of the joints at which the law is designed.
 const POINTS: f64 = 16.0;
@@ -149,7 +149,7 @@ const HORIZON: f64 = 4.0;
 enum Task {
     Position,
     Speed,
-    /// A torque along a shaft, on top of what others apply there.
+    /// A torque along a shaft, in addition to external torques there.
     Torque(usize),
     /// All that accelerates a shaft's own inertia.
     NetTorque(usize),
@@ -200,7 +200,7 @@ struct Sampled {
     design: Design,
 }
 
-/// What is asked of the law, wherever the joints stand.
+/// The specification of the law, at any position of the joints.
 struct DesignSpec<'a> {
     inputs: &'a [String],
     tasks: &'a [Task],
@@ -301,7 +301,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     }))
 }
 
-/// Names of the states: estimates, commands on their way, reference models, and what is kept from the last sample.
+/// Names of the states: estimates, delayed commands, reference models, and values of the last sample.
 fn state_names(observed: &Observer, spec: &DesignSpec<'_>, references: &[Reference]) -> Vec<String> {
     let DesignSpec { inputs, lags, clock, .. } = spec;
     let mut states: Vec<String> = observed.states.iter().map(|state| format!("estimate of {state}")).collect();
@@ -326,9 +326,9 @@ fn position(task: &Task, output: &OutputSignal, plant: &Plant) -> Option<usize> 
     }
 }
 
-/// Whether the law follows where its joints stand.
+/// Whether the law follows the position of its joints.
 enum Follows {
-    /// There is nothing to follow, or it is not wished.
+    /// The law has no joint to follow, or the model file switches it off.
     Nothing,
     /// A joint is bent, but cannot be followed, for this reason.
     Cannot(String),
@@ -397,7 +397,7 @@ fn schedule(
     Ok(all(points))
 }
 
-/// The design at the position of the plant. `forces`: with what the law makes of forces on the coordinates that it is told.
+/// The design at the position of the plant. `forces`: including the response of the law to forces on the coordinates that it gets as inputs.
 fn designed(request: &Request<'_>, spec: &DesignSpec<'_>, forces: bool) -> Result<Designed, SynthesisError> {
     let (plant, values) = (request.plant, request.values);
     let DesignSpec { inputs, tasks, outputs, lags, clock, .. } = *spec;
@@ -456,7 +456,7 @@ fn designed(request: &Request<'_>, spec: &DesignSpec<'_>, forces: bool) -> Resul
     Ok(Designed { problem, solution, observed, data, definitions: quotient.definitions })
 }
 
-/// What a torque of 1 N m along each of these shafts, held over a sample, makes of the plant's states, those of lagging motors
+/// The effect of a torque of 1 N m along each of these shafts, constant over a sample, on the plant's states, those of lagging motors
 /// included.
 fn pushed(
     request: &Request<'_>,
@@ -529,7 +529,7 @@ struct Observer {
     result: Option<ObserverResult>,
 }
 
-/// What the keys of an observer say of the noise of states and sensors.
+/// The noise of states and sensors from the keys of an observer.
 fn noise(keys: &Values, states: &[String], sensors: usize) -> Noise {
     let number = |key: &str, otherwise: f64| powi(keys.number(key).unwrap_or(otherwise), 2);
     let intensity = |name: &String| match SignalName::new(name) {
@@ -701,8 +701,8 @@ fn unit_torque_responses(
 
 /// Predicted commands for constant references, at instants that lie the closer the sooner; `None` without limits.
 ///
-/// A shaft under a torque channel is held by somebody (the driver's hands): where the law has no estimate of them, what it gives
-/// to the shaft is taken as balanced. A shaft that ran away freely would seem to need ever more torque.
+/// An external torque (the driver's hands) balances a shaft under a torque channel: where the law has no estimate of it, its torque
+/// on the shaft is taken as balanced. A freely accelerating shaft would seem to need ever more torque.
 fn governor(data: &RegulatorData, problem: &Problem, responses: &[(usize, Vec<f64>)]) -> Option<GovernorData> {
     let [n, k, r, _, m] = data.sizes();
     let limited: Vec<(usize, f64)> =
@@ -732,7 +732,7 @@ fn governor(data: &RegulatorData, problem: &Problem, responses: &[(usize, Vec<f6
     for (channel, torque) in responses {
         torque.iter().enumerate().for_each(|(i, x)| closed[(i, n + 2 * channel)] -= x);
     }
-    // Squares of it, as far as they are needed: a slow reference model looks at millions of samples.
+    // Squares of it, as far as they are needed: a slow reference model takes millions of samples.
     let mut squares = vec![closed];
     let mut rows: Vec<Vec<f64>> = Vec::new();
     let mut bounds = Vec::new();
@@ -1030,7 +1030,7 @@ impl Law for Sampled {
             *state = angles[shaft];
         }
         let [_, models, readings, governed, _] = self.places();
-        // Reference models begin where their outputs stand.
+        // Reference models begin at the values of their outputs.
         for (k, shaft) in self.positions.iter().enumerate() {
             if let Some(shaft) = *shaft {
                 (out[models + 2 * k], out[models + 2 * k + 1]) = (angles[shaft], speeds[shaft]);

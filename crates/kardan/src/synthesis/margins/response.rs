@@ -17,12 +17,12 @@ const SQUARINGS: usize = 20;
 /// Roundings that an eigenvalue may suffer in each row, and the part of its distance from the axis by which they may move it.
 const ROUNDINGS: f64 = 10.0;
 const CERTAIN: f64 = 1e-4;
-/// Part of its size by which a pole is beyond the axis, if it is not on it.
+/// Relative distance of a pole from the axis above which it is not on the axis.
 const NEXT_TO_AXIS: f64 = 1e-6;
 /// Places in a decade that are looked at, and beside a pole, in distances from the axis.
 const PER_DECADE: f64 = 25.0;
 const BESIDE: [f64; 7] = [0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
-/// Decades that are looked at beyond the slowest and the fastest pole.
+/// Decades that are evaluated below the slowest and above the fastest pole.
 const BEYOND: f64 = 100.0;
 /// Widest range of places.
 const WIDEST: f64 = 1e300;
@@ -182,7 +182,7 @@ impl Response {
         if all { Ok(found) } else { Err(FrequencyError::Pole(frequency)) }
     }
 
-    /// π/T, rad/s, beyond which the samples show nothing new; `None` in continuous time.
+    /// The Nyquist frequency π/T, rad/s; `None` in continuous time.
     pub fn nyquist(&self) -> Option<f64> {
         self.sample_time.map(|time| std::f64::consts::PI / time)
     }
@@ -299,7 +299,7 @@ impl Response {
         largest_singular(&self.at(place))
     }
 
-    /// Places at which nothing is missed but what is narrower than every pole: evenly spaced, beyond the slowest and the fastest pole, and beside each pole
+    /// Frequencies that miss only peaks narrower than every pole: evenly spaced, beyond the slowest and the fastest pole, and next to each pole
     /// as far from each other as it is from the axis. Zero comes first, infinity last.
     pub(super) fn places(&self) -> Vec<f64> {
         let moving = self.poles.iter().map(|(re, im)| hypot(*re, *im)).filter(|size| *size > 0.0 && size.is_finite());
@@ -345,9 +345,9 @@ impl Response {
         self.poles.iter().map(|(re, im)| if im.abs() > re.abs() { im.abs() } else { hypot(*re, *im) }).collect()
     }
 
-    /// Whether the balanced disk of the only channel is no smaller than α. `false` says nothing: it may be all the same.
+    /// Whether the balanced disk of the only channel is no smaller than α. `false` decides nothing: it may be no smaller all the same.
     ///
-    /// Where it is at least twice as large beside every pole and in between, the exact test is left out.
+    /// Where it is at least twice as large next to every pole and in between, the exact test is skipped.
     pub fn satisfies_disk(&self, alpha: f64) -> bool {
         if self.channels() != 1 {
             return false;
@@ -395,7 +395,7 @@ pub(super) fn largest_between(places: &[f64], size: &dyn Fn(f64) -> f64) -> (f64
         if !(1..all.len().saturating_sub(2)).contains(&k) || places[k - 1] == 0.0 || !all[k].is_finite() {
             return (all[k], places[k]);
         }
-        // In the logarithm, in which peaks are alike.
+        // In the logarithm, in which peaks have the same shape.
         let at = |x: f64| places[k] * powf(places[k + 1] / places[k - 1], x);
         let ends = [places[k - 1], places[k + 1]].map(|place| {
             kardan_rt::functions::ln(place / places[k]) / kardan_rt::functions::ln(places[k + 1] / places[k - 1])

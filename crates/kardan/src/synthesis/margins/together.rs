@@ -32,11 +32,11 @@ pub struct Together {
 pub fn together(response: &Response) -> Option<Together> {
     let half = response.balanced();
     let places = half.places();
-    // What scaling rows and columns alike leaves is no less than the best: most places need no search.
+    // Balancing rows and columns gives no less than the best scaling: most frequencies need no search.
     let mut rough: Vec<(f64, f64)> = places.iter().map(|place| (osborne_scaling(&half.at(*place)).0, *place)).collect();
     rough.sort_by(|a, b| b.0.total_cmp(&a.0));
     if let Some((_, place)) = rough.first().filter(|(bound, _)| !bound.is_finite()) {
-        // A motion that nobody holds moves with every error.
+        // An uncontrolled rigid-body mode moves with every error.
         let frequency = response.frequency(*place);
         return Some(Together { disk: [0.0; 2], frequency, worst: vec![(1.0, 0.0); response.channels()] });
     }
@@ -87,7 +87,7 @@ pub fn structured_singular_value(matrix: &Mat<c64>) -> [f64; 2] {
     [worst_turns(matrix).0, best_scaling(matrix)]
 }
 
-/// The largest singular value of `D M D⁻¹` with rows and columns alike in size (Osborne), and log D.
+/// The largest singular value of `D M D⁻¹` with rows and columns balanced (Osborne), and log D.
 fn osborne_scaling(matrix: &Mat<c64>) -> (f64, Vec<f64>) {
     let m = matrix.nrows();
     let mut d = vec![0.0f64; m];
@@ -113,7 +113,7 @@ fn scaled(matrix: &Mat<c64>, d: &[f64]) -> f64 {
 
 /// The largest singular value of `D M D⁻¹` with the best diagonal D.
 ///
-/// From rows and columns alike in size by line searches in log D, in which the value is convex.
+/// From balanced rows and columns by line searches in log D, in which the value is convex.
 fn best_scaling(matrix: &Mat<c64>) -> f64 {
     let m = matrix.nrows();
     let (mut best, mut d) = osborne_scaling(matrix);

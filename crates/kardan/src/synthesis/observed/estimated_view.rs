@@ -70,7 +70,7 @@ impl EstimatedView {
         self.retained.len() + self.disturbances.len()
     }
 
-    /// What a snapshot keeps of it.
+    /// Its part of a snapshot.
     pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         archive.numbers(&mut self.values);
         archive.count(&mut self.invalid_readings);

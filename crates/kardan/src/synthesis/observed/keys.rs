@@ -44,7 +44,7 @@ keys! {
 /// Numbers of the shafts on which the observer of a controller estimates torques; none without an observer.
 ///
 /// # Errors
-/// If a name is no shaft or stands twice.
+/// If a name is no shaft or is a duplicate.
 pub(in crate::synthesis) fn disturbances(values: &Values, plant: &Plant) -> Result<Vec<usize>, SynthesisError> {
     let Some(observer) = values.table("observer") else { return Ok(Vec::new()) };
     let moves = |k: &usize| plant.reduced.equations.domain(*k) != Domain::Charge;

@@ -94,7 +94,7 @@ impl FullModel<f64> {
         };
         let mut slopes = Matrix::zeros(n, at.len());
         for j in 0..at.len() {
-            // Angles bend the model, and friction bends over its width; all else is linear.
+            // The model is nonlinear in angles and, over the width of friction, in speeds; all else is linear.
             let step = match (j, self.friction_width) {
                 (j, Some(width)) if j >= r => (SLOPE_STEP * width).min(SLOPE_STEP),
                 _ => SLOPE_STEP,
@@ -240,8 +240,7 @@ impl<T: Float> LinearModelBlock<T> {
         self.rest.as_ref()
     }
 
-    /// `A x̂ + B [u; y]`; the readings are those that the view has taken. Returns whether these are numbers; if not, nothing is
-    /// written.
+    /// `A x̂ + B [u; y]`; the readings are those that the view has taken. Returns whether these are numbers; if not, it writes nothing.
     fn states(&mut self, states: &[f64], torques: &[f64], view: &EstimatedView, out: &mut [f64]) -> bool {
         let (inputs, readings) = self.signals.split_at_mut(torques.len());
         T::narrow(torques, inputs);

@@ -1,9 +1,9 @@
-//! Which unknown torques sensors tell apart: the answer, and how it is said.
+//! Which unknown torques sensors can distinguish: the result, and its text.
 
 use crate::num::{Matrix, Rational, Scalar};
 use crate::synthesis::notation::{linear_combination, listed};
 
-/// What a set of sensors can tell about unknown constant torques.
+/// Which unknown constant torques a set of sensors can observe.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Distinguishable {
     /// The sensors.
@@ -14,11 +14,11 @@ pub struct Distinguishable {
     pub rank: usize,
     /// Number of its states.
     pub states: usize,
-    /// How many combinations of the torques can be told apart.
+    /// How many combinations of the torques can be observed.
     pub independent: usize,
     /// These combinations, one per row, in reduced echelon form: torques early in the list come first.
     pub combinations: Matrix<Rational>,
-    /// Torques, one set per row, that show in no sensor: they cannot be told from none.
+    /// Torques, one set per row, that no sensor shows: they cannot be distinguished from zero.
     pub hidden: Matrix<Rational>,
     /// Torques that can be estimated by themselves, by number.
     pub individual: Vec<usize>,
@@ -31,7 +31,7 @@ pub struct Distinguishable {
     pub sentences: Vec<String>,
 }
 
-/// What the sensors can tell, for a reader: the combinations (6.42), what stays hidden, what would resolve it (6.43).
+/// The text of the result: the observable combinations (6.42), the hidden ones, the measurements that would resolve them (6.43).
 pub(super) fn sentences(found: &Distinguishable) -> Vec<String> {
     let names = &found.disturbances;
     let sensors = listed(&found.sensors);

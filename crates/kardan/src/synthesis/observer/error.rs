@@ -21,7 +21,7 @@ pub enum ObserverError {
         states: usize,
         /// States and torques, in words, that show in no sensor: `T_wg : T_cs : T_fs = 1 : -51 : 50`.
         hidden: Vec<String>,
-        /// What of the constant torques can be seen, in words, if not all: `T_wg - 1/50 T_fs`.
+        /// The observable combinations of the constant torques as text, if not all are: `T_wg - 1/50 T_fs`.
         observable: Vec<String>,
     },
     /// Neither as many poles as the longest chain has, nor as many as there are states.
@@ -76,7 +76,7 @@ pub enum ObserverError {
         /// In words.
         hidden: Vec<String>,
     },
-    /// Combinations of states that no noise moves and that do not decay: the filter would stop listening to the sensors.
+    /// Combinations of states that no noise moves and that do not decay: the filter would ignore the sensors.
     #[error("no noise acts on {}: the filter would stop correcting it; give it a noise intensity", combinations.join("; "))]
     Noiseless {
         /// In words.

@@ -13,7 +13,7 @@ use crate::synthesis::regulator::{Chains, ExactPole, chains};
 pub struct ObserverGain {
     /// L, states × sensors.
     pub gain: Matrix<Rational>,
-    /// Observability index κ of each sensor, in their order: how many states its chain takes. Zero: the sensor adds nothing.
+    /// Observability index κ of each sensor, in their order: how many states its chain takes. Zero: the sensor adds no information.
     pub indices: Vec<usize>,
     /// p_i(s) of each sensor, degree κ_i; the characteristic polynomial of A − LC is their product.
     pub polynomials: Vec<Polynomial>,
@@ -25,7 +25,7 @@ pub struct ObserverGain {
     pub decoupled: bool,
     /// Poles of the error, 1/s, sensor by sensor.
     pub poles: Vec<Pole>,
-    /// What must be known: sensors that add nothing, errors that are not decoupled. One sentence each.
+    /// Notes: sensors that add no information, errors that are not decoupled. One sentence each.
     pub notes: Vec<String>,
 }
 

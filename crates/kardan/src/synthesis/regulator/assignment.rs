@@ -24,7 +24,7 @@ struct Part {
     at: usize,
 }
 
-/// Rounds through all poles; the determinant hardly grows after a few.
+/// Rounds through all poles; after a few the determinant grows only a little.
 const MOST_ROUNDS: usize = 30;
 
 /// Eigenvectors as independent as they can be made, and the gain that has them.

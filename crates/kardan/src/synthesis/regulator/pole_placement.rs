@@ -19,7 +19,7 @@ pub struct Placement {
     pub gain: Matrix<f64>,
     /// Eigenvalues of A − BK as they are found, 1/s, by size.
     pub poles: Vec<Pole>,
-    /// Certificate: largest distance of an eigenvalue from its wish, relative to the size of the wish; wishes below 1e-3 of
+    /// Certificate: largest distance of an eigenvalue from its requested pole, relative to the size of the pole; poles below 1e-3 of
     /// the largest one count as that large.
     pub residual: f64,
     /// Condition number of the eigenvectors of the reached part, in balanced coordinates: how much the poles move with
@@ -192,7 +192,7 @@ fn eigenvectors(
     Ok(best)
 }
 
-/// Largest distance of an achieved pole from its wish, relative to the wish.
+/// Largest distance of an achieved pole from the requested one, relative to that.
 fn mismatch(achieved: &[Pole], wishes: &[Pole]) -> f64 {
     let size = |p: &Pole| hypot(p.re, p.im);
     let largest = wishes.iter().map(size).fold(0.0, f64::max);

@@ -85,12 +85,12 @@ pub enum RiccatiError {
         /// Combinations of states that no input reaches.
         combinations: Vec<String>,
     },
-    /// Modes on the imaginary axis that cost nothing: the optimal feedback would leave them alone.
+    /// Modes on the imaginary axis without cost: the optimal feedback would not move them.
     #[error("the modes {} of {} have no cost and do not decay", format_poles(modes), motions.join("; "))]
     NotDetectable {
         /// The modes, 1/s.
         modes: Vec<Pole>,
-        /// Motions that cost nothing, in words.
+        /// Motions without cost, as text.
         motions: Vec<String>,
     },
     /// Floating point found no stabilising solution.

@@ -63,7 +63,7 @@ pub struct Unreached {
     pub modes: Vec<Pole>,
     /// Combinations of states that no input reaches, in words, one for each mode.
     pub combinations: Vec<String>,
-    /// States that stand for the reached part, by number: it is x of these once `x_rest = rest · x_reached` is taken out.
+    /// States that represent the reached part, by number: it is x of these once `x_rest = rest · x_reached` is taken out.
     pub reached: Vec<usize>,
     /// A on the reached part.
     pub a: Matrix<Rational>,

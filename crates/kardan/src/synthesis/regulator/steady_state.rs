@@ -11,7 +11,7 @@ pub struct SteadyState {
     pub inputs: Matrix<Rational>,
 }
 
-/// Why outputs cannot be held at any values.
+/// Why no values of the outputs can be kept constant.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SteadyStateError {
     /// There are not as many outputs as inputs.
@@ -25,7 +25,7 @@ pub enum SteadyStateError {
     /// The system has an invariant zero at s = 0.
     #[error("the system has a zero at s = 0: {unheld}")]
     Zero {
-        /// What of the outputs cannot be held, or which rest shows nothing, in words.
+        /// The combinations of outputs that cannot be kept constant, or the equilibria that no output shows, as text.
         unheld: String,
     },
 }

@@ -1,4 +1,4 @@
-//! What happens over the period after which all clocks of a loop begin anew.
+//! The event sequence over the common period of all clocks of a loop.
 
 use super::SampledPart;
 use super::jump::Jump;
@@ -7,13 +7,13 @@ use crate::num::{Matrix, Rational};
 
 /// Parts of the shortest sample time within which two instants are one.
 pub(super) const SAME: f64 = 1e-9;
-/// Samples, of controllers and slow sensors, within the period after which all clocks begin anew.
+/// Samples, of controllers and slow sensors, within the common period of all clocks.
 const MOST_SAMPLES: usize = 1000;
 
 /// What happens in a period, one after the other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum LoopEvent {
-    /// The end of an interval: somebody computes next.
+    /// The end of an interval: a controller or sensor computes next.
     Look,
     /// The error at a place of z is another one from here on.
     Fresh(usize),
@@ -40,7 +40,7 @@ pub enum SampledLoopError {
 /// Times of a loop, s.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Periods {
-    /// After which all clocks begin anew.
+    /// The common period of all clocks.
     pub period: f64,
     /// The shortest sample time.
     pub shortest: f64,
@@ -107,7 +107,7 @@ impl<S: Number> EventSequence<S> {
         Self { events, jumps, intervals, scheduled, applied: vec![Vec::new(); laws] }
     }
 
-    /// What happens over the period of these parts, one after the other; `exponential` makes the jump over a time in which nothing happens.
+    /// The events over the period of these parts, one after the other; `exponential` gives the map over a time without events.
     pub fn over(
         parts: &[SampledPart],
         &Periods { period, shortest }: &Periods,
@@ -231,7 +231,7 @@ fn schedule(parts: &[SampledPart], period: f64, shortest: f64) -> Vec<(f64, Vec<
     out
 }
 
-/// The period after which all clocks begin anew, s.
+/// The common period of all clocks, s.
 fn common_period(periods: &[f64], shortest: f64) -> Option<f64> {
     let longest = periods.iter().copied().fold(0.0, f64::max);
     let fits = |period: &f64| {

@@ -200,7 +200,7 @@ impl Problem {
 mod tests {
     use super::*;
 
-    /// Where every error vanishes at rest, nothing is to be changed: u = −K [z; p; d; ξ; r] is the command before. Here the error
+    /// Where every error vanishes at rest, the command does not change: u = −K [z; p; d; ξ; r] is the command before. Here the error
     /// is τ + d + z/2 − ξ with a decaying z, for delays with and without a share of the command in its own sample.
     #[test]
     fn at_rest_the_command_stays() {

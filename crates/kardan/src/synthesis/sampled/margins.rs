@@ -61,7 +61,7 @@ pub struct Change {
 pub struct Limit {
     /// The value that the loop just tolerates; infinite if all that was looked at is tolerated.
     pub value: f64,
-    /// The angular frequency of the motion that grows beyond it, rad/s; zero if it is none.
+    /// The angular frequency of the motion that grows beyond the limit, rad/s; zero if it does not oscillate.
     pub frequency: f64,
 }
 
@@ -118,23 +118,23 @@ impl Survey<'_> {
         !self.blocks.is_empty() && (self.blocks.is_continuous() || !self.moves(change))
     }
 
-    /// The motion of the changed loop that grows most, but for those that nobody holds; `None` if it cannot be computed.
+    /// The motion of the changed loop that grows most, but for uncontrolled rigid-body modes; `None` if it cannot be computed.
     pub fn slowest(&self, change: Change) -> Option<Slowest> {
         self.slowest_of(change, (0, true))
     }
 
-    /// The same of at least so many motions less, and with a word of its own only if that is asked for.
+    /// The same without at least so many motions, and with a name only on request.
     fn slowest_of(&self, change: Change, (excluded, judged): (usize, bool)) -> Option<Slowest> {
         let (parts, plant) = self.changed(change)?;
         if parts.iter().all(|part| part.clock.is_none()) {
             return Slowest::continuous(&plant, &parts, (excluded, judged));
         }
-        // What nobody holds in continuous time, sampling may move a little: that makes no held motion of it.
+        // Sampling may move uncontrolled rigid-body modes of continuous time a little: they stay uncontrolled.
         let free = self.free_motions(change).map_or(0, |free| free.columns());
         SampledLoop::new(&plant, &parts).ok()?.slowest_of((excluded.max(free), judged))
     }
 
-    /// The motions of the changed loop in continuous time that nobody holds, columns whose first entries are `[q_r; q̇_r]`; `None`
+    /// The uncontrolled rigid-body modes of the changed loop in continuous time, columns whose first entries are `[q_r; q̇_r]`; `None`
     /// if a law has no such form.
     pub fn free_motions(&self, change: Change) -> Option<Matrix<f64>> {
         if self.laws.iter().any(|law| law.clock().is_some()) || self.has_blocks(change) {
@@ -147,7 +147,7 @@ impl Survey<'_> {
         Some(SampledLoop::at_zero_of(&plant, &parts)?.motions)
     }
 
-    /// The motions of the loop as it is that nobody holds, columns whose first entries are `[q_r; q̇_r]`; `None` if they cannot be computed.
+    /// The uncontrolled rigid-body modes of the unchanged loop, columns whose first entries are `[q_r; q̇_r]`; `None` if they cannot be computed.
     pub fn free(&self) -> Option<Matrix<f64>> {
         let (parts, plant) = self.parts()?;
         if parts.iter().all(|part| part.clock.is_none()) {
@@ -208,8 +208,8 @@ impl Survey<'_> {
         before[1].map(|_| Limit { value: f64::INFINITY, frequency: 0.0 })
     }
 
-    /// Sample times that are looked at: in steps, and closely where half turns of a motion of the plant fill one, in which the motion is not seen
-    /// to turn and may grow within a narrow band.
+    /// Sample times that are tried: in steps, and finely where half periods of a motion of the plant fill one, in which the samples do not show the motion
+    /// and it may grow within a narrow band.
     fn periods(&self) -> Vec<f64> {
         let mut all: Vec<f64> = path(RANGE[0], RANGE[1]).collect();
         let poles = eigenvalues(&self.plant.first_order().a).unwrap_or_default();
@@ -272,7 +272,7 @@ impl Survey<'_> {
 
     /// The factors of the controller's torques, below and above one, that the loop tolerates; `None` if it is unstable.
     ///
-    /// A motion that nobody holds, at zero because the law balances a torque exactly, moves with the factor; as many as there are
+    /// An uncontrolled mode, at zero because the law balances a torque exactly, moves with the factor; as many as there are
     /// are left out, those next to zero.
     pub fn gain_margin(&self) -> Option<[Limit; 2]> {
         self.factors(None)

@@ -16,7 +16,7 @@ pub(in crate::synthesis) struct RegulatorData {
     pub feedback: Matrix<f64>,
     pub bounds: Vec<Bounds<f64>>,
     pub governor: Option<GovernorData>,
-    /// K_f and G of forces that the linear model leaves out; empty columns where nobody tells of them.
+    /// K_f and G of forces that the linear model leaves out; empty columns where the law does not get them.
     pub on_forces: Matrix<f64>,
     pub force_input: Matrix<f64>,
 }

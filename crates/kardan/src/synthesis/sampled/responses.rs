@@ -36,7 +36,7 @@ pub struct Readings {
 }
 
 impl ControlLoop<'_> {
-    /// The loop as errors of the motors' torques see it, a channel for each motor of the controller; motions that nobody holds are
+    /// The loop for errors of the motors' torques, a channel for each motor of the controller; uncontrolled rigid-body modes are
     /// left out. `None` if the loop has several clocks, or cannot be computed.
     pub fn motors(&self) -> Option<Response> {
         let part = &self.parts[self.number];
@@ -87,7 +87,7 @@ impl ControlLoop<'_> {
 
     /// The same for errors of what the controller reads.
     ///
-    /// A law with sensors reads these, `sensors` tells each one's row over `[q_r; q̇_r]`; another one reads the angles and speeds of
+    /// A law with sensors reads these, `sensors` has each one's row over `[q_r; q̇_r]`; another one reads the angles and speeds of
     /// the coordinates that it uses; `motions` has the names of angle and speed of each.
     ///
     /// # Panics
@@ -200,10 +200,10 @@ fn reading<S: Scalar>(law: &LinearLaw<S>, all: &[(bool, usize)]) -> LinearLaw<S>
     LinearLaw { errors: pick(&law.angles, &law.speeds), on_errors: pick(&law.on_angles, &law.on_speeds), ..law.clone() }
 }
 
-/// Part of what adds up to it below which a motion is not seen, or not driven.
+/// Relative size below which a motion is not observed, or not driven.
 const NEGLIGIBLE: f64 = 1e-12;
 
-/// The loop for errors that enter by B and signals `C z + D w`, without the motions that nobody holds, as far as these are not driven or not seen: those that
+/// The loop for errors that enter by B and signals `C z + D w`, without the uncontrolled rigid-body modes that are not driven or not observed: those that
 /// are stay as integrators. `entries`: sizes to whose rounding the entries of the matrix are known.
 fn response_without_free(
     matrix: &Matrix<f64>,
@@ -223,7 +223,7 @@ fn response_without_free(
     Response::state_space([&a, &b, &c, d], period)
 }
 
-/// A system with what it has at zero as integrators, where that is driven and seen.
+/// A system with its modes at zero as integrators, where these are driven and observed.
 ///
 /// With V spanning the motions at zero, `A V = V N`, all else in R and `A R = V G + R A₂`, the rows `Wᵀ = V⁺ + X R⁺` with `X A₂ = N X − G` have
 /// `Wᵀ A = N Wᵀ` and `Wᵀ V = 1`: as powers of N end at zero, X is found in as many steps as there are motions. These add `C V N^k Wᵀ B / s^(k+1)`; the rest is
@@ -341,7 +341,7 @@ mod tests {
     use super::*;
     use crate::num::Random;
 
-    /// States that stand apart, before what enters, behind what is seen, or beside both, change no answer.
+    /// States that are not driven, not observed, or neither, change no response.
     #[test]
     fn states_without_a_part_change_no_answer() {
         let mut random = Random::new(9);

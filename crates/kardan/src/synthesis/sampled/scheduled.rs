@@ -1,4 +1,4 @@
-//! A law that follows where the joints of its plant stand: the same design at points over half a turn.
+//! A law that follows the position of the joints of its plant: the same design at points over half a turn.
 
 use dashu_int::UBig;
 use kardan_rt::{Bounds, Gain, Health, RegulatorMemory, Schedule, ScheduledRegulator, Sensor};
