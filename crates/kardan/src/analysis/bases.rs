@@ -146,14 +146,14 @@ fn combination(shares: &Mat<f64>, lengths: &[f64], k: usize) -> Vec<f64> {
 ///
 /// As many of the shafts `preferred` become coordinates as are independent, then others by number. Each basis comes with its
 /// reduced matrices (4.38), (4.39), and with Geršgorin's discs of inertia, damping and stiffness, `centre_i = ⟨M bᵢ, bᵢ⟩`,
-/// `radius_i = Σ_{j≠i} |⟨M bᵢ, bⱼ⟩|`, beside the true eigenvalues; see [`EigenvalueBounds`] for what they say (the bounds
-/// (4.43), (4.45), (4.46) one by one do not hold). Units are those of angles and torques.
+/// `radius_i = Σ_{j≠i} |⟨M bᵢ, bⱼ⟩|`, beside the true eigenvalues; see [`EigenvalueBounds`] for their meaning (the bounds
+/// (4.43), (4.45), (4.46) one by one are not valid). Units are those of angles and torques.
 ///
 /// # Errors
 /// [`BasisError::InertiaNotDefinite`] if a motion that the constraints allow has no kinetic energy.
 ///
 /// # Panics
-/// If `preferred` names a shaft that does not exist, or one twice.
+/// If `preferred` names a shaft that does not exist, or a duplicate.
 pub fn bases(system: &ConstrainedSystem, preferred: &[usize]) -> Result<Vec<Basis>, BasisError> {
     let reduced = reduction(system, preferred);
     let n = system.coordinates.len();

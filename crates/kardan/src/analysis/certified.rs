@@ -43,13 +43,13 @@
 //!                                   ≤ k deg b_k + Σ_{j>k} deg a_j ≤ k deg b_k + Σ_{j>k} deg b_j      (by U),
 //! ```
 //!
-//! so equality holds throughout: b_k divides a_j for all j ≤ k, and the sums of the degrees over j > k agree, for every
+//! so they are equal throughout: b_k divides a_j for all j ≤ k, and the sums of the degrees over j > k agree, for every
 //! k ≥ 2. Hence deg a_j = deg b_j and a_j = b_j for j ≥ 3; b_2 divides a_2 and by (U) with k = 1 has no smaller degree:
-//! a_2 = b_2; and a_1 = b_1 = χ divided by the others. With one factor nothing is to be done: (U) alone says it.
+//! a_2 = b_2; and a_1 = b_1 = χ divided by the others. With one factor (U) alone suffices.
 //!
 //! **6. What is not reached.** Exact rows Y with `Y A = M Y E`, `Y B = 0` (independent, as many as n minus the rank modulo a
-//! prime) and that rank show what is not reached: the invariant factors of `[sE − A, B]` are those of sI − M, found as in
-//! 1 to 5 (its characteristic polynomial divides χ, so 2 bounds it). The same for what is not seen, with the transposed
+//! prime) and that rank show the uncontrollable part: the invariant factors of `[sE − A, B]` are those of sI − M, found as in
+//! 1 to 5 (its characteristic polynomial divides χ, so 2 bounds it). The same for the unobservable part, with the transposed
 //! system.
 //!
 //! **7. Square-free factors.** Polynomials q_i, whose product is square-free modulo a prime and hence over ℚ, with
@@ -69,8 +69,8 @@
 //! k = 0 is no longer known beforehand, so (L) is used for k = 1 too. Of the primes whose images the b_j were made from, those
 //! count for 4 modulo which the b_j are the factors found; the degrees are the same modulo all of them.
 //!
-//! **10. Wrong guesses.** What 5, 7 and 9 start from is the structure modulo most primes. If it cannot be confirmed, all is
-//! begun anew with other primes; after a few attempts it is left open.
+//! **10. Wrong guesses.** 5, 7 and 9 start from the structure modulo most primes. If it cannot be confirmed, the computation is
+//! repeated with other primes; after a few attempts it is left open.
 
 use std::sync::Arc;
 
@@ -92,7 +92,7 @@ use crate::results::Zeros;
 /// Most primes times states³ that are spent on one statement.
 const MOST_WORK: f64 = 1e13;
 
-/// How often a structure that cannot be confirmed is looked for anew.
+/// How often the search repeats for a structure that cannot be confirmed.
 const ATTEMPTS: usize = 4;
 
 /// What is proven.
@@ -254,11 +254,11 @@ fn bits(prime: u64) -> u64 {
     u64::from(63 - prime.leading_zeros())
 }
 
-/// Proves everything about a system. `actions` are M of [`structure`](super::structure)'s exact rows for what no input
-/// reaches and no output shows; the primes must differ from each other.
+/// Proves all facts about a system. `actions` are M of [`structure`](super::structure)'s exact rows for the uncontrollable and
+/// the unobservable part; the primes must differ from each other.
 ///
 /// # Errors
-/// Why nothing but the ranks can be proven.
+/// Why only the ranks can be proven.
 pub(super) fn prove(
     system: &LinearSystem,
     actions: [Option<&Matrix<Rational>>; 2],
@@ -305,7 +305,7 @@ impl Gathered {
         let mut out = Self { characteristic, determinant, ..Self::default() };
         loop {
             let full = out.is_regular(system);
-            // Whole multiples are not at hand for zeros, fractions need twice the bits.
+            // There are no whole multiples for zeros; fractions need double the bits.
             let for_zeros = match largest(&out.zeros) {
                 Some(group) if !full && !group.key.1.is_empty() => 2 * (for_minors + n as u64) + 2,
                 _ => for_minors,
@@ -644,7 +644,7 @@ fn squares(matrix: &Matrix<Rational>, row: usize) -> UBig {
     matrix.row(row).iter().map(square).fold(UBig::ZERO, |sum, x| sum + x)
 }
 
-/// Twice log₂ of a norm given its square, rounded up.
+/// Two times log₂ of a norm given its square, rounded up.
 fn half_bits(square: &UBig) -> u64 {
     square.bit_len() as u64
 }
@@ -777,13 +777,13 @@ mod tests {
         assert_eq!(facts.pieces.len(), 2);
         assert_eq!(facts.relative_degrees, [[Some(3)]]);
         assert_eq!((facts.rank, facts.zero_count), (4, 0));
-        // Modulo each bad prime alone the system looks different.
+        // Modulo each bad prime alone the system has another structure.
         let image = Evidence::of(&whole(&system), [None, None], 101).unwrap();
         assert_eq!((image.spectrum.lists[0].len(), image.relative_degrees), (2, vec![vec![None]]));
         assert_eq!(image.zeros.rank, 3);
     }
 
-    /// What takes too long is said and not claimed; so is a structure that does not come again.
+    /// A proof that takes too long is reported as not attempted; a structure that does not repeat is not claimed.
     #[test]
     fn impossible_proofs_are_refused() {
         let system = LinearSystem::state_space(integers(&[&[1]]), integers(&[&[1]]), integers(&[&[1]]));

@@ -13,7 +13,7 @@ use crate::units::Exact;
 /// Whether a model is a constant linear constrained mechanical system \[diss. Definition 4.4\], which element breaks which
 /// assumption, the class of every constraint \[diss. Tables 4.1, 4.2\], and where it is linearised.
 ///
-/// `position` is the reduced position in rad; elements in `stuck` hold by their Coulomb friction.
+/// `position` is the reduced position in rad; elements in `stuck` stick by their Coulomb friction.
 ///
 /// # Panics
 /// If `position` has not one entry per coordinate.
@@ -148,7 +148,7 @@ fn constraints(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<ConstraintCla
     linear.chain(redundant).chain(curves).chain(sticking).chain(unilaterals).collect()
 }
 
-/// What an analysis makes of what holds one way or at times.
+/// How an analysis treats a unilateral or switched constraint.
 fn describe_contact_state(contact: Option<&Contact>) -> &'static str {
     match contact {
         Some(one) if one.soft && one.is_passed() => {
@@ -159,7 +159,7 @@ fn describe_contact_state(contact: Option<&Contact>) -> &'static str {
     }
 }
 
-/// The class of what holds one way or at times; nothing of a torque that only presses or slips.
+/// The class of a unilateral or switched constraint; `None` for a pure friction or contact torque.
 fn unilateral_class(
     unilateral: &DirectionalTerm<UnilateralConstraint>,
     shafts: &[String],
@@ -192,7 +192,7 @@ fn unilateral_class(
     })
 }
 
-/// What a constraint that a run keeps breaks of (4.31) of the source, if anything.
+/// Which part of (4.31) of the source a constraint enforced by a multiplier violates, if any.
 fn multiplier_breach(class: &ConstraintClass, value_at_zero: Option<&Rational>) -> Option<String> {
     let scope_note = "the analysis describes small motions around the operating point, with its row evaluated there";
     match class {
@@ -206,7 +206,7 @@ fn multiplier_breach(class: &ConstraintClass, value_at_zero: Option<&Rational>) 
     }
 }
 
-/// The classes of constraints that a run keeps with their multipliers, how they were decided, and what each breaks of (4.31) of the source.
+/// The classes of constraints that a simulation enforces by multipliers, how they were decided, and which part of (4.31) of the source each violates.
 pub fn multiplier_constraint_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
     let again = &reduced.equations.dependent_constraints;
     if again.is_empty() {
@@ -301,7 +301,7 @@ fn multiplier_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>
     equations.multiplier_constraints.iter().enumerate().map(one).collect()
 }
 
-/// Of a longer law the beginning is told.
+/// Longer expressions are truncated.
 const MOST_OF_LAW: usize = 160;
 
 /// Whether a row of speeds is a relation of positions, if that is decided, and how.
@@ -339,7 +339,7 @@ fn judged(test: &Integrable, linear: bool, together: &str) -> (Option<bool>, Str
     }
 }
 
-/// What several rows say together: how many relations of positions there are in them, and those that are simple.
+/// What several rows imply together: how many relations between positions, and the simple ones.
 fn together(reduced: &Reduced, tests: &Integrals, motion: &Motion) -> String {
     let multiplier_constraints = &reduced.equations.multiplier_constraints;
     let Some(relations) = tests.relations.filter(|_| multiplier_constraints.len() > 1) else { return String::new() };
@@ -373,7 +373,7 @@ fn describe_law(law: &Formula) -> String {
     )
 }
 
-/// Where it is looked at: angles (rad) and which frictions hold.
+/// The operating point: angles (rad) and which frictions stick.
 fn operating_point(equations: &Equations, angles: &[f64], stuck: &BTreeSet<String>) -> OperatingPoint {
     OperatingPoint {
         angles: (0..equations.coordinates.len())

@@ -19,7 +19,7 @@ pub struct Mechanics<'a> {
 /// Which eigenvalues fail and how often is taken from the exact factors; floating point only shapes the motion: the null
 /// vectors v of `[λ²H + λD + S; Fᵀ]` (of `[…; C]`), since the matrices are symmetric \[diss. (5.15), corrected\]. Shares are
 /// relative to the largest, independent of the basis chosen in the null space. Without mechanics the states are named.
-/// Also sets `factor`, `controllable` and `observable` of modes that have no `factor` yet. Of what is not decided nothing is
+/// Also sets `factor`, `controllable` and `observable` of modes that have no `factor` yet. What is not decided is not
 /// listed.
 pub fn failing_modes(
     structure: &mut Structure,

@@ -1,8 +1,8 @@
-//! Functions along a generic motion that no algebraic relation describes, and those with several pieces.
+//! Functions along a generic motion that satisfy no algebraic relation, and those with several pieces.
 //!
 //! Of a function that is given by a differential equation, as e^u by `E′ = E u′`, any solution is taken: where it begins is drawn, the same for the
 //! same argument. A root is one modulo the prime, of either sign. Of a table one piece is taken, as if u were on it. What vanishes for all of these
-//! vanishes for the function itself; what does not may do so all the same (`GenericTrajectory::loose`). What bends is no part of rows.
+//! vanishes for the function itself; what does not may do so all the same (`GenericTrajectory::loose`). Non-smooth functions are no part of rows.
 
 use kardan_rt::Operator;
 
@@ -60,7 +60,7 @@ impl GenericTrajectory {
     /// A function of one or two numbers.
     pub(super) fn function(&mut self, operator: Operator, x: &[&Value]) -> Option<Value> {
         self.loose = true;
-        // Nothing is known of speeds before the motion is.
+        // Speeds are unknown before the motion is.
         if x.iter().any(|x| x.series.is_empty()) {
             return None;
         }

@@ -1,11 +1,11 @@
 //! Frobenius' test, exact: which rows of speeds are derivatives of relations between positions.
 //!
-//! Rows ω_k = Σ g_ki dq_i + h_k dt span a system of Pfaff; what is integrable in it is its last derived system, I ⊇ I′ ⊇ I″ ⊇ … until nothing
-//! falls away (Frobenius, J. reine angew. Math. 82, 1877; Cartan). A row lies in it if and only if it belongs to relations of positions. Its
-//! covectors Σ λ_k ω_k are those that go on along a generic motion on the rows by `λ̇_k ω_k + λ_k dω_k(q̇, ·) = 0`: of these equations those
-//! across the pivots give λ̇, the others, `λᵀC = 0`, and their derivatives `λᵀ(Ċ − MC) = 0`, … say which λ go on. One derivative for each row
-//! is enough: as long as anything falls away, each takes one more. All of it is tried along generic motions (`generic_motion`) from points that are
-//! drawn, each modulo a prime that is drawn: nobody can write a model that vanishes there and not elsewhere.
+//! Rows ω_k = Σ g_ki dq_i + h_k dt span a system of Pfaff; its integrable part is its last derived system, I ⊇ I′ ⊇ I″ ⊇ … until no row
+//! is removed (Frobenius, J. reine angew. Math. 82, 1877; Cartan). A row lies in it if and only if it belongs to relations of positions. Its covectors Σ
+//! λ_k ω_k are those that continue along a generic motion on the rows by `λ̇_k ω_k + λ_k dω_k(q̇, ·) = 0`: of these equations those
+//! across the pivots give λ̇, the others, `λᵀC = 0`, and their derivatives `λᵀ(Ċ − MC) = 0`, … determine which λ continue. One derivative for each row
+//! is enough: as long as a row is removed, each takes one more. The test runs along generic motions (`generic_motion`) from points that are
+//! drawn, each modulo a prime that is drawn: so no model can be written to vanish there and not elsewhere.
 //!
 //! **What falls away there falls away**, where all functions are algebraic in coordinates, sines and cosines, and all numbers exact. **What stays
 //! there stays**, but for an accident whose probability is bounded. A row with exact derivatives `∂g_i/∂q_j = ∂g_j/∂q_i` is that of a relation
@@ -40,7 +40,7 @@ pub(super) enum Integrable {
 pub(super) struct Integrals {
     /// Of each row.
     pub rows: Vec<Integrable>,
-    /// How many independent relations of positions are in them, as far as the points tell.
+    /// How many independent relations between positions are in them, by the points.
     pub relations: Option<usize>,
     /// Sums of several rows whose coefficients are constant: factors of the rows, coefficients over the reduced coordinates.
     pub sums: Vec<Sum>,
@@ -51,7 +51,7 @@ const POINTS: usize = 3;
 /// Points that are drawn for each of several sides of functions, and for all at most.
 const POINTS_OF_SIDES: usize = 40;
 const MOST_POINTS: usize = 640;
-/// Points that can be told, of which one is looked for at which a row does not vanish.
+/// Points that a message can show; the search is for one at which a row does not vanish.
 const DISPLAY_POINTS: i64 = 3;
 /// How often the angles of sines may turn out to need smaller parts.
 const MOST_SUBDIVISIONS: usize = 8;
@@ -130,7 +130,7 @@ impl Rows {
     /// A bound of the probability that what is tested vanishes at so many points though it does not vanish.
     ///
     /// c rows times their common denominators are polynomials of degree d at most, with sums of sizes below 2^h; a derivative adds e at most to
-    /// a degree. Pivots are minors of degree c d, so the speeds along the motion have degree c d + 1, what falls away at once
+    /// a degree. Pivots are minors of degree c d, so the speeds along the motion have degree c d + 1, what is removed at once
     /// (2c + 1) d + e + 1, after k derivatives no more than (k + 1)(3c + 2)(d + e + 2), and minors of c of them c times that, all over powers of
     /// the pivots, which are not zero there. A polynomial of degree N vanishes at a point drawn modulo p with a probability of N / p (Schwartz,
     /// J. ACM 27, 1980); modulo a prime all its coefficients vanish only if the prime divides one of them, which is so of few.
@@ -364,7 +364,7 @@ pub(super) fn drawn_field(random: &mut Random) -> PrimeField {
     PrimeField::new(primes.find(|prime| prime % 4 == 3).unwrap_or(3))
 }
 
-/// The test of the kept rows of a model, all together; the time is one of the variables.
+/// The test of the multiplier constraints of a model, all together; the time is one of the variables.
 pub(super) fn integrable(reduced: &Reduced) -> Integrals {
     let mut rows = Rows::of(reduced);
     if rows.count == 0 {
@@ -383,7 +383,7 @@ pub(super) fn integrable(reduced: &Reduced) -> Integrals {
         }
     }
     let complete = points.len() >= needed;
-    // Where fewer rows are independent than elsewhere nothing is decided.
+    // Where fewer rows are independent than elsewhere the test is not decided.
     let rank = points.iter().map(|(_, point)| point.rank).max().unwrap_or(0);
     points.retain(|(_, point)| point.rank == rank);
     let accident = if complete { rows.accident(points.len(), sides as f64) } else { 1.0 };
@@ -444,7 +444,7 @@ fn drawn_point(rows: &Rows, random: &mut Random) -> Option<(GenericTrajectory, F
     (0..MOST_DRAWN).find_map(|_| at_point(rows, field, Point::Drawn(random.next_u64())))
 }
 
-/// Points that can be told, once one is asked for.
+/// Points that a message can show, on request.
 struct DisplayPoints {
     field: PrimeField,
     rank: usize,

@@ -48,7 +48,7 @@ pub enum MasslessError {
         /// What follows the derivative of the input, with factors.
         direction: Combination,
     },
-    /// Nothing moves by itself: all outputs follow the inputs at once.
+    /// There are no dynamics: all outputs follow the inputs without delay.
     #[error("no motion is left: without inertia and damping all outputs follow the inputs without delay")]
     Static,
 }
@@ -153,7 +153,7 @@ pub fn eliminate_massless(
     let b = Matrix::from_fn(n, m, |i, j| if i < r { Rational::ZERO } else { f[(i - r, j)].clone() });
     let c = beside(c_pos, c_vel);
 
-    // Common kernel of H, D, S: named first because it says most.
+    // Common kernel of H, D, S: named first because it is the most informative.
     let all = beside(&beside(&h.transpose(), &d.transpose()), &s.transpose()).transpose();
     let free = null_space(&all);
     if free.columns() > 0 {

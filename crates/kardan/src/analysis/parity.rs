@@ -1,4 +1,4 @@
-//! Relations between what sensors read that hold whatever the model does.
+//! Relations between sensor readings that are true for every motion of the model.
 
 use super::LinearSystem;
 use crate::num::{Matrix, Rational, Scalar, echelon, exact_rank};
@@ -71,7 +71,7 @@ pub fn static_relations(system: &LinearSystem, known: &[usize]) -> StaticRelatio
     StaticRelations { relations: circuits.into_iter().map(relation).collect(), all, independent }
 }
 
-/// Whether a static relation holds for a system with the same signals.
+/// Whether a static relation is true for a system with the same signals.
 pub fn relation_is_satisfied(system: &LinearSystem, relation: &Relation) -> bool {
     let mut sum = vec![Rational::ZERO; system.states.len() + system.inputs.len()];
     for (signal, _, factor) in &relation.terms {
@@ -169,7 +169,7 @@ pub(super) fn subsets(of: usize, size: usize) -> impl Iterator<Item = Vec<usize>
     })
 }
 
-/// A fault that adds something of any course to a signal.
+/// A fault that adds an arbitrary time function to a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
     /// To what a sensor reads.
@@ -357,7 +357,7 @@ mod tests {
         let found: Vec<Option<Relation>> = found.into_iter().map(|one| Some(one?.relation)).collect();
         assert_eq!(found[0], of(&[(y, 1, 1), (v, 0, -1)]));
         assert_eq!(found[2], of(&[(v, 1, 1), (u, 0, -1)]));
-        // With the input unknown its own fault is nowhere seen.
+        // With the input unknown no relation shows its own fault.
         let found = relations(&system, &[Fault::Output(1), Fault::Input(0)], &[], &[0]);
         let found: Vec<Option<Relation>> = found.into_iter().map(|one| Some(one?.relation)).collect();
         assert_eq!(found, [of(&[(y, 1, 1), (v, 0, -1)]), None]);

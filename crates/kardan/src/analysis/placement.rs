@@ -35,7 +35,7 @@ const MOST_LISTED: usize = 50;
 
 /// All smallest sets of candidates that make `E ẋ = A x` controllable (observable), ranked by a measure, then by cost.
 ///
-/// Whether a set is enough is decided modulo random primes, two where the first one says no (a set that is listed is proven
+/// Whether a set is enough is decided modulo random primes, two where the first one rejects it (a set that is listed is proven
 /// to be enough). From the least
 /// number upwards all sets of one size are tried; if these are more than 20 000, candidates are added one by one, each the
 /// one that reaches most, and superfluous ones taken out again: then `gap` compares its cost with that of the cheapest
@@ -154,7 +154,7 @@ fn smallest_sets(
     found
 }
 
-/// What a search through all sets says.
+/// The result of a search through all sets.
 fn exhausted(found: usize, size: usize, places: usize) -> String {
     let (all, enough) = (binomial(places, size), if found == 1 { "is" } else { "are" });
     match size {

@@ -15,7 +15,7 @@ pub(super) fn signature(pattern: &Pattern) -> [usize; 4] {
     [pattern[0].iter().sum(), blocks(&pattern[0]), blocks(&pattern[1]), blocks(&pattern[2])]
 }
 
-/// What [`Spectrum`] looks like without its coefficients: degrees of the invariant factors, patterns with degrees.
+/// [`Spectrum`] without its coefficients: degrees of the invariant factors, patterns with degrees.
 pub(super) type Layout = ([Vec<usize>; 3], Vec<(Pattern, usize)>);
 
 /// Eigenvalues modulo a prime; polynomials are monic with coefficients of 1, s, s², …
@@ -55,7 +55,7 @@ impl Spectrum {
         let largest = parts[0].last().map_or(&[][..], Vec::as_slice);
         let radical = largest.iter().fold(vec![field.one()], |all, (part, _)| product(field, &all, part));
         let mut pieces = vec![radical];
-        // The root zero stands alone.
+        // The root zero is separate.
         let zero = (vec![0, field.one()], 1);
         for (splitter, _) in parts.iter().flatten().flatten().chain([&zero]) {
             pieces = pieces

@@ -31,7 +31,7 @@ pub struct ConstrainedSystem {
     pub inputs: Vec<DirectionalTerm<()>>,
 }
 
-/// A torque along a row a that follows linearly from angles and speeds: `a (gᵀq + hᵀq̇)`, so that it adds `−a gᵀ` to the stiffness and
+/// A torque along a row a that depends linearly on angles and speeds: `a (gᵀq + hᵀq̇)`, so that it adds `−a gᵀ` to the stiffness and
 /// `−a hᵀ` to the damping.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LoadSlopes {
@@ -42,10 +42,10 @@ pub struct LoadSlopes {
 }
 
 impl ConstrainedSystem {
-    /// A reduced model at a reduced position (rad), at rest, springs relaxed; friction of the elements in `stuck` holds.
+    /// A reduced model at a reduced position (rad), at rest, springs relaxed; the elements in `stuck` stick.
     ///
-    /// Only the inputs named are kept, in that order. The slope of a transmission that is no fraction is rounded to `f64` once
-    /// and exact from there on ([`slopes`]). A stuck direction that follows from other constraints adds nothing.
+    /// Only the named inputs remain, in that order. The slope of a transmission that is no fraction is rounded to `f64` once
+    /// and exact from there on ([`slopes`]). A stuck direction that follows from other constraints adds no constraint.
     ///
     /// # Panics
     /// If `position` has not one entry per coordinate, gives a slope that is not finite, or an input is not there.
@@ -74,7 +74,7 @@ impl ConstrainedSystem {
         }
     }
 
-    /// The same at an operating point, under the torques that hold it there.
+    /// The same at an operating point, under its equilibrium torques.
     ///
     /// # Panics
     /// As [`Self::at`].
@@ -173,7 +173,7 @@ impl ConstrainedSystem {
         own.fold(Rational::ZERO, |sum, inertia| sum.plus(&inertia))
     }
 
-    /// Keeps the first rows of C that are independent.
+    /// Retains the first rows of C that are independent.
     fn drop_dependent_constraints(&mut self) {
         let rows = self.constraints.len();
         let order: Vec<usize> = (0..self.coordinates.len()).collect();
@@ -335,7 +335,7 @@ impl LinearSystem {
             Matrix::from_fn(m.rows(), columns.len(), |i, j| m[(i, columns[j])].clone())
         };
         let own = rows(&self.a, &eliminated);
-        // −x of the others, over the kept ones and the inputs.
+        // −x of the others, over the retained ones and the inputs.
         let square = columns(&own, &eliminated);
         let (on_retained, on_inputs) =
             (square.solve(&columns(&own, retained))?, square.solve(&rows(&self.b, &eliminated))?);

@@ -47,7 +47,7 @@ impl ZeroStructure {
     }
 }
 
-/// `ẋ = A x + B u`, `y = C x + D u` while states are eliminated; rows hold the states (all of them, those that are gone
+/// `ẋ = A x + B u`, `y = C x + D u` while states are eliminated; rows contain the states (all of them, those that are eliminated
 /// with zeros), then the inputs.
 struct Quad {
     total: usize,
@@ -133,7 +133,7 @@ fn subtract(field: &PrimeField, target: &mut [Residue], factor: Residue, row: &[
     }
 }
 
-/// Replaces the pivot states of `row` by what the other rows, zero, say about them.
+/// Replaces the pivot states of `row` by their values from the other rows, which are zero.
 fn substitute(field: &PrimeField, row: &mut [Residue], zero: &[Vec<Residue>], pivots: &[usize]) {
     for (pivot_row, &pivot) in zero.iter().zip(pivots) {
         let factor = row[pivot];

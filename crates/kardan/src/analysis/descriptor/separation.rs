@@ -5,12 +5,12 @@ use dashu_int::ops::BitTest;
 use crate::analysis::system::LinearSystem;
 use crate::num::{Matrix, Rational, echelon, exact_rank};
 
-/// Bits of all numbers times bits of a mean row, of the given pencil: beyond it not even one inverse is taken.
+/// Bits of all numbers times bits of a mean row, of the given pencil: above this limit not even one inverse is computed.
 const MAX_PENCIL_BITS: usize = 20_000_000_000;
 /// Bits of all numbers of `(s₀E − A)⁻¹E` times its order.
 const MOST_WORK: usize = 50_000_000;
 
-/// Why a pencil is not parted.
+/// Why a pencil is not separated.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum NotSeparated {
     /// Its determinant is zero for all s.

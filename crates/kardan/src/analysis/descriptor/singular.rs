@@ -1,4 +1,4 @@
-//! Why a pencil is singular: equations that say nothing together.
+//! Why a pencil is singular: dependent equations.
 
 use super::separation::{left_kernel, pencil_at};
 use crate::num::{Matrix, Polynomial, Rational, Scalar};

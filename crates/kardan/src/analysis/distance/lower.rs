@@ -15,14 +15,14 @@ const MOST_TESTS: usize = 60_000;
 const OF_SINGULAR_VALUES: usize = 20;
 /// What is tried first, as a share of what is known from above, ...
 const FIRST: f64 = 0.5;
-/// ... what then where that holds, ...
+/// ... the operation then where that condition is true, ...
 const CLOSE: f64 = 0.905;
 /// ... and what where it does not.
 const LOW: f64 = 0.1;
 /// Squares are split no deeper: their corners are exact.
 const DEEPEST: u32 = 50;
 
-/// What `σ_min([A − λI, B])` is not below, for all λ; 0 if nothing is proven. `upper` is its least value known.
+/// A lower bound of `σ_min([A − λI, B])` for all λ; 0 if none is proven. `upper` is its least value known.
 ///
 /// Outside the disc of radius `‖A‖ + upper` the value exceeds `upper`. Inside, for Im λ ≥ 0 (the matrices are real), squares are
 /// split until each of them is proven, or the work is spent.
@@ -57,7 +57,7 @@ struct Plane<'a> {
     gram: Mat<f64>,
     /// Frobenius norms of A and of `[A, B]`, rounded up.
     norms: [f64; 2],
-    /// A power of two beyond the disc.
+    /// A power of two outside the disc.
     side: f64,
     corners: HashMap<(i64, i64), Corner>,
     spent: usize,

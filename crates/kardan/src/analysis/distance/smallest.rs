@@ -41,7 +41,7 @@ pub(super) fn pencil(pair: &ScaledPair, at: c64) -> Mat<c64> {
     })
 }
 
-/// For more states nothing is proven from below, and only the eigenvalues that look worst are followed.
+/// For more states there is no proof from below, and only the apparently worst eigenvalues are followed.
 pub const MOST_FROM_BELOW: usize = 80;
 /// Steps of inverse iteration.
 const ITERATIONS: usize = 4;

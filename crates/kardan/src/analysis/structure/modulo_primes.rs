@@ -1,4 +1,4 @@
-//! What is found modulo random primes where no proof is asked for: factors and zeros.
+//! Computation modulo random primes where no proof is requested: factors and zeros.
 
 use super::limits::Limits;
 use super::ranks::Reach;

@@ -10,7 +10,7 @@ use crate::analysis::images::{Image, Images};
 use crate::num::{PrimeField, Primes, Span, exact_rank, reachable};
 use crate::results::{Minor, MinorColumn};
 
-/// What is reached and seen modulo one prime.
+/// The controllable and the observable part modulo one prime.
 #[derive(Clone)]
 pub(super) struct Look {
     pub image: Arc<Image>,
@@ -51,7 +51,7 @@ impl Look {
         self.reached.rank + self.observable.rank
     }
 
-    /// Whether no rank is below that of another look.
+    /// Whether no rank is below that of another prime.
     fn reaches(&self, other: &Self) -> bool {
         self.reached.rank >= other.reached.rank && self.observable.rank >= other.observable.rank
     }
@@ -147,7 +147,7 @@ impl Ranks {
             {
                 return Ok(Self { found, stated, unreached, unobservable });
             }
-            // What was seen modulo these primes is not so.
+            // The result modulo these primes is wrong.
             images.forget(trials);
             dual_images.forget(trials);
         }
