@@ -121,7 +121,7 @@ pub fn smallest_eigenvalue(gramian: &Gramian, scaling: &[f64]) -> Option<f64> {
     let power = power_near(&scaled);
     let scaled = faer::Scale(powi(2.0, -power)) * scaled;
     let smallest = scaled.singular_values().ok()?.last().copied().unwrap_or(f64::INFINITY);
-    // Zero and infinity are reserved for exact zero and unreachable targets.
+    // Underflow and overflow must not give zero or infinity.
     let smallest = smallest * powi(2.0, power);
     let square = smallest * smallest;
     Some(if smallest > 0.0 { square.clamp(f64::MIN_POSITIVE, f64::MAX) } else { square })

@@ -7,8 +7,8 @@
 //! is enough: as long as a row is removed, each takes one more. The test runs along generic motions (`generic_motion`) from points that are
 //! drawn, each modulo a prime that is drawn: so no model can be written to vanish there and not elsewhere.
 //!
-//! **What falls away there falls away**, where all functions are algebraic in coordinates, sines and cosines, and all numbers exact. **What stays
-//! there stays**, but for an accident whose probability is bounded. A row with exact derivatives `∂g_i/∂q_j = ∂g_j/∂q_i` is that of a relation
+//! **A row that is removed there is removed everywhere**, where all functions are algebraic in coordinates, sines and cosines, and all numbers exact. **A row that stays there
+//! stays everywhere**, but for an accident whose probability is bounded. A row with exact derivatives `∂g_i/∂q_j = ∂g_j/∂q_i` is that of a relation
 //! whatever its functions are. Else it is not decided.
 
 use std::collections::BTreeSet;

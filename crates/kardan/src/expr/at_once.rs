@@ -1,4 +1,4 @@
-//! Whether conditions can hold at once, decided exactly where they compare sums of symbols times constants.
+//! Whether conditions can be true simultaneously, decided exactly where they compare sums of symbols times constants.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
@@ -145,7 +145,7 @@ struct Case {
     value: Affine,
 }
 
-/// Numbers as cases of sums; variables behind those of the symbols stand for what is no such sum.
+/// Numbers as cases of sums; variables after those of the symbols represent what is no such sum.
 struct Cases {
     variables: usize,
 }

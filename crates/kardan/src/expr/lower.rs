@@ -95,7 +95,7 @@ impl<D: Domain> Lowering<'_, D> {
         if let Some(cached) = self.values.get(&expr) {
             return cached.clone();
         }
-        // Not asked for where it stands in a product or a sum, whose constants are rounded together.
+        // Not computed where it is in a product or a sum, whose constants are rounded together.
         let constant = self.constant(expr).unwrap_or(Rational::ZERO);
         self.domain.constant(&constant)
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{Expr, Function, Graph, Lookup};
 use crate::units::{Called, Dimension, Exact, Expression, Kind, Node, UnitError, Value};
 
-/// What a name in an expression stands for.
+/// The meaning of a name in an expression.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Named {
     /// A value known now.
@@ -38,7 +38,7 @@ impl Graph {
         self.scale(value.rational.clone(), power)
     }
 
-    /// What an expression stands for: what follows from constants alone is computed exactly, or to 256 digits and rounded once; the rest are
+    /// The value of an expression: what follows from constants alone is computed exactly, or to 256 digits and rounded once; the rest are
     /// nodes.
     ///
     /// ```

@@ -37,7 +37,7 @@ impl Pieces {
         out
     }
 
-    /// Start and coefficients of the piece that holds from a time on.
+    /// Start and coefficients of the piece that is valid from a time on.
     pub fn piece(&self, time: f64) -> (f64, [f64; 4]) {
         match self.starts.partition_point(|start| *start <= time).checked_sub(1) {
             Some(k) => (self.starts[k], self.coefficients[k]),
@@ -94,7 +94,7 @@ pub struct Part {
     pub dimension: Dimension,
     /// Its pieces, SI.
     pub pieces: Pieces,
-    /// Whether a run tells of each of its breakpoints.
+    /// Whether a run reports each of its breakpoints.
     pub reported: bool,
 }
 
@@ -182,7 +182,7 @@ impl OfTime {
         self.parts.iter().map(|(_, part)| part)
     }
 
-    /// Whether the time itself stands in it.
+    /// Whether it contains the time itself.
     pub fn has_time(&self) -> bool {
         self.graph.symbols(&[self.value]).contains(&self.time)
     }
@@ -256,7 +256,7 @@ impl OfTime {
         printed(&self.graph, self.value, style, name)
     }
 
-    /// Whether it may bend or jump where no part has a breakpoint.
+    /// Whether it may have a kink or a jump where no part has a breakpoint.
     pub fn has_kinks(&self) -> bool {
         let mut graph = self.graph.clone();
         let kinks = graph.kinks(self.value);
@@ -264,7 +264,7 @@ impl OfTime {
         kinks.into_iter().any(varying)
     }
 
-    /// Its expression in another graph, in which the time and each part are what these functions say.
+    /// Its expression in another graph, in which these functions give the time and each part.
     pub fn write_into(
         &self,
         graph: &mut Graph,

@@ -1,4 +1,4 @@
-//! Expressions to first order on the sides of a place at which they bend or jump.
+//! Expressions to first order on the sides of a kink or a jump.
 
 use std::collections::BTreeMap;
 
@@ -28,7 +28,7 @@ impl Number {
         if width.is_finite() { width } else { 0.0 }
     }
 
-    /// Whether two are the same, as far as rounding tells.
+    /// Whether two are the same, to rounding.
     fn is_same(&self, other: &Self, exactly: bool) -> bool {
         let finite = |one: &Self| one.enclosure.low.is_finite() && one.enclosure.high.is_finite();
         match (&self.exact, &other.exact) {
@@ -108,7 +108,7 @@ pub struct SidesOf {
     pub all: bool,
 }
 
-/// Guards of one expression beyond which its sides are too many to be looked at one by one.
+/// Most guards of one expression whose sides are enumerated one by one.
 const MOST_GUARDS: usize = 8;
 /// Guards that are named of more.
 const NAMED: usize = 3;
@@ -174,8 +174,8 @@ fn linear(graph: &mut Graph, own: Vec<Sided>, place: &dyn Place, names: &mut Gua
     own.into_iter().map(linear).collect()
 }
 
-/// Expressions at a place: values, and slopes by the places of symbols. Where `exactly` is set and all is exact, nothing is compared within rounding, and
-/// rounding is not looked for.
+/// Expressions at a place: values, and slopes by the places of symbols. Where `exactly` is set and all is exact, no comparison allows for rounding, and
+/// rounding is not estimated.
 fn to_first_order(
     graph: &mut Graph,
     exprs: &[Expr],

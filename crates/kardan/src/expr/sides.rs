@@ -1,4 +1,4 @@
-//! What expressions are on the sides of a place at which they bend or jump.
+//! Expressions on the sides of a kink or a jump.
 //!
 //! A *guard* is what chooses a piece by its sign: the argument of `abs`, the difference of what `min`, `max` and `if` compare, the distance of a
 //! table's argument from a point. Where it vanishes its derivative is that of one side, and all that has the same guard has to be on the same side:
@@ -20,7 +20,7 @@ pub trait Place {
     fn value(&self, symbol: Symbol) -> f64;
     /// Between which numbers it is.
     fn enclosure(&self, symbol: Symbol) -> Interval;
-    /// How it moves with each of the directions in which the place may be left; nothing where it stands still.
+    /// Its rate in each of the directions in which the place may be left; `None` where it does not change.
     fn moves(&self, symbol: Symbol) -> SparseRow;
     /// Its value just beside the place.
     fn beside(&self, symbol: Symbol, direction: Direction<'_>) -> f64 {
@@ -101,11 +101,11 @@ pub type Direction<'a> = &'a dyn Fn(usize) -> f64;
 /// Gradients of guards at a place, as far as they are computed.
 type Gradients = HashMap<Expr, Option<SparseRow>>;
 
-/// Of each node that may bend at a place its guards, whether each was turned, and the pieces.
+/// For each node that may have a kink at a place its guards, whether each was negated, and the pieces.
 type GuardedKinks = HashMap<Expr, Vec<(Expr, bool, Pieces)>>;
 
 impl Graph {
-    /// A guard as it is named, and whether it was turned for that.
+    /// A guard in its named form, and whether it was negated for that.
     pub fn guard(&mut self, guard: Expr) -> (Expr, bool) {
         match self.node(guard).clone() {
             Node::Group(inner) => self.guard(inner),
@@ -340,7 +340,7 @@ impl Graph {
         visited.into_iter().filter_map(|part| self.symbol_of(part)).collect()
     }
 
-    /// Of symbols that stand for expressions those that [carry](Self::carried) one of some symbols, by way of whatever others; these are among them.
+    /// Of symbols that represent expressions those that [carry](Self::carried) one of some symbols, directly or through others; these are among them.
     pub fn carriers(&self, carried: &[Symbol], stand_for: &[(Symbol, Expr)]) -> HashSet<Symbol> {
         let mut above: HashMap<Expr, Vec<Expr>> = HashMap::new();
         let exprs: Vec<Expr> = stand_for.iter().map(|(_, expr)| *expr).collect();
@@ -396,7 +396,7 @@ impl Graph {
     }
 
     /// Whether a place can be left to below and to above zero of the last of some guards, with the others on their sides; neither where the last one does
-    /// not vanish there, or stands still.
+    /// not vanish there, or does not change.
     fn reachable(&mut self, guards: &[(Expr, bool)], place: &dyn Place, gradients: &mut Gradients) -> [bool; 2] {
         let Some(((last, _), further_guards)) = guards.split_last() else { return [false; 2] };
         let moving = self.symbols(&[*last]).into_iter().any(|symbol| !place.moves(symbol).is_empty());
@@ -410,7 +410,7 @@ impl Graph {
         }
         let Some(row) = gradients[last].clone() else { return [true; 2] };
         if row.is_empty() {
-            // To first order it stands still.
+            // To first order it does not change.
             let opposite = self.negate(*last);
             return [!self.is_never_negative(*last), !self.is_never_negative(opposite)];
         }
@@ -446,7 +446,7 @@ impl Graph {
         Some(out.into_iter().filter(|(_, x)| !Scalar::is_zero(x)).collect())
     }
 
-    /// Whether it is zero or more everywhere, as far as its form tells.
+    /// Whether its form shows that it is zero or more everywhere.
     fn is_never_negative(&self, expr: Expr) -> bool {
         match self.node(expr) {
             Node::Number(value) => *value >= Rational::ZERO,
@@ -465,7 +465,7 @@ impl Graph {
     }
 }
 
-/// Whether there is a direction along which all rows are above zero, exactly (Fourier and Motzkin: unknowns are eliminated one after the other).
+/// Whether there is a direction in which all rows are above zero, exactly (Fourier and Motzkin: unknowns are eliminated one after the other).
 fn is_open(mut rows: Vec<SparseRow>) -> bool {
     while let Some(first) = rows.first() {
         let Some((unknown, _)) = first.first() else { return false };

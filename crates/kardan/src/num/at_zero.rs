@@ -19,7 +19,7 @@ pub struct AtZero {
     pub left: Matrix<f64>,
     /// From them, n × (n − k); `left · right` is the identity.
     pub right: Matrix<f64>,
-    /// Below which size, in balanced coordinates and the unit of the matrix, numbers counted as zero; 0 if nothing was decided.
+    /// The size below which numbers counted as zero, in balanced coordinates and the unit of the matrix; 0 if the test decided nothing.
     pub rounding: f64,
 }
 
@@ -92,7 +92,7 @@ pub fn at_zero_rounded(matrix: &Matrix<f64>, rounding: Rounding<'_>) -> Option<A
     while rest.nrows() > 0 {
         // The smallest singular value is no less than one over the norm of the inverse, which is a tenth of the work.
         let inverse = rest.partial_piv_lu().inverse();
-        // Vectors that were split off are known less well than entries: only the matrix as it is can be told regular by these.
+        // Vectors that were split off are less accurate than entries: only for the original matrix can these decide regularity.
         let whole = sizes.as_ref().filter(|_| motions.ncols() == 0);
         if 1.0 / inverse.norm_l2() > CLEAR * least || whole.is_some_and(|sizes| regular(sizes, &inverse)) {
             break;

@@ -38,7 +38,7 @@ fn balanced(map: &Matrix<Rational>, off: f64) -> (Whole, f64) {
     let floating = map.to_f64();
     let scales = balance(&Mat::from_fn(n, n, |i, j| floating[(i, j)]));
     let power = |scale: f64| log2(scale).round() as isize;
-    // As many digits as are known, and so many that cutting them is next to nothing.
+    // As many digits as are known, and enough that truncation is negligible.
     let digits = 2 * DIGITS + (-off).clamp(0.0, 1e4) as usize;
     let value = |i: usize, j: usize| {
         let x = &map[(i, j)];
@@ -96,7 +96,7 @@ fn sum_of_powers(map: &Mat<f64>) -> Option<Mat<f64>> {
     None
 }
 
-/// A map in coordinates in which what is at one stands first: `[[J, A], [B, rest]]`, with couplings A and B that are next to nothing.
+/// A map in coordinates in which the eigenvalues at one come first: `[[J, A], [B, rest]]`, with negligible couplings A and B.
 struct Split {
     /// J − 1
     chains: Whole,
@@ -121,7 +121,7 @@ impl Split {
             Mat::from_fn(n, n, |i, j| if j < at_one { right.motions[(i, j)] } else { remaining[(i, j - at_one)] });
         let inverse = faer::linalg::solvers::DenseSolveCore::inverse(&basis.partial_piv_lu());
         let (basis, mut inverse) = (Whole::of(&basis, DIGITS)?, Whole::of(&inverse, DIGITS)?);
-        // Newton: twice as many digits each time.
+        // Newton: each step doubles the digits.
         let two = Whole::identity(n).plus(&Whole::identity(n));
         for _ in 0..2 {
             inverse = inverse.times(&two.minus(&basis.times(&inverse))).cut(3 * DIGITS);

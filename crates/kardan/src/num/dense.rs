@@ -72,7 +72,7 @@ pub(crate) fn product(a: &Matrix<f64>, b: &Matrix<f64>, out: &mut Matrix<f64>) {
 
 /// A Cholesky factorisation `M = LLᵀ` with memory of its own, for repeated use without allocation.
 ///
-/// Zeros at the beginning of the rows of M stay zeros of L and cost nothing: a matrix of a chain, numbered along it, is factored and solved
+/// Zeros at the beginning of the rows of M stay zeros of L and cost no time: a matrix of a chain, numbered in its order, is factored and solved
 /// in time proportional to its length.
 #[derive(Debug, Clone)]
 pub struct Cholesky {

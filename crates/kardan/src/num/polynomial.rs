@@ -52,7 +52,7 @@ impl Polynomial {
         self.coefficients.is_empty()
     }
 
-    /// The coefficient of `s^power`, zero beyond the degree.
+    /// The coefficient of `s^power`, zero above the degree.
     pub fn coefficient(&self, power: usize) -> Rational {
         self.coefficients.get(power).cloned().unwrap_or(Rational::ZERO)
     }

@@ -42,7 +42,7 @@ impl Span {
         }
         assert_eq!(self.coordinates.len(), vector.len(), "a vector of another length");
         // How often each basis vector is contained: triangular, as a vector has zeros at the pivots of those before it. Where
-        // nothing is contained yet, nothing is to be summed (vectors of a chain of integrators are units).
+        // none is contained yet, there is no sum (vectors of a chain of integrators are units).
         let mut factors: Vec<Residue> = Vec::with_capacity(self.dimension());
         let mut first = self.dimension();
         for (k, &pivot) in self.pivots.iter().enumerate() {

@@ -10,7 +10,7 @@ pub struct Reconstruction {
 }
 
 impl Reconstruction {
-    /// Nothing is known yet.
+    /// No image is known yet.
     pub fn new() -> Self {
         Self { modulus: UBig::ONE, residues: Vec::new() }
     }
@@ -140,7 +140,7 @@ mod tests {
         assert_eq!(all.integers(), values.map(IBig::from));
     }
 
-    /// One wrong image does not keep a small fraction from being found; it is told from the right ones.
+    /// One wrong image does not prevent finding a small fraction; it is distinguished from the right ones.
     #[test]
     fn wrong_images_are_distinguished() {
         let value = Rational::from_parts(5.into(), 7u32.into());

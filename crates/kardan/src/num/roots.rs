@@ -7,7 +7,7 @@ use kardan_rt::functions::{cos, exp2, log2, sin};
 use super::wide::{Point, Size, Wide, nearest};
 use super::{Matrix, Polynomial, Rational, eigenvalues};
 
-/// Bits that the search begins with, and those beyond which it gives up.
+/// Bits with which the search begins, and the most bits before it gives up.
 const BITS: [usize; 2] = [128, 1 << 16];
 /// Most rounds of the simultaneous iteration for one set of starting points.
 const ROUNDS: usize = 2000;
@@ -120,7 +120,7 @@ impl Value {
     }
 }
 
-/// Holds one root.
+/// Contains one root.
 struct Disc {
     centre: Point,
     radius: Size,
@@ -177,10 +177,10 @@ impl Scaled {
         Value { value, error }
     }
 
-    /// Discs that hold one root each, and are so far from each other that Newton's method converges in each of them.
+    /// Discs that contain one root each, and are so far from each other that Newton's method converges in each of them.
     ///
     /// Method: the simultaneous iteration of Ehrlich and Aberth with as many bits as it takes. The discs around zᵢ with the
-    /// radii `n |p(zᵢ) / (a_n Π (zᵢ − z_j))|` hold as many roots as there are discs in each connected part (Smith 1970); the
+    /// radii `n |p(zᵢ) / (a_n Π (zᵢ − z_j))|` contain as many roots as there are discs in each connected part (Smith 1970); the
     /// radii are rounded up, with the errors of p(zᵢ).
     fn isolated(&self, attempt: usize) -> Option<Vec<Disc>> {
         let n = self.degree();
