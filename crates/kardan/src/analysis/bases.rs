@@ -35,7 +35,7 @@ pub enum BasisError {
 /// The columns of a basis made orthogonal in the inner product `⟨x, y⟩_H = xᵀHy` \[diss. Algorithm 1, (4.47)\].
 ///
 /// Returns the orthogonal basis `u` and the orthonormal basis `e`; both span what the first columns span, for every number
-/// of columns. Method: modified Gram-Schmidt with every column projected twice, which keeps
+/// of columns. Method: modified Gram-Schmidt with two projections of every column, which limits
 /// `|⟨eᵢ, eⱼ⟩_H − δᵢⱼ|` within a few dozen ulp times the largest `Σ |eᵢ||H||eⱼ|` also for columns that are nearly
 /// dependent. `h`: n × n, symmetric; `basis`: n × r. Cost 2 n² r + 4 n r² flops.
 ///
@@ -77,7 +77,7 @@ pub fn gram_schmidt(h: &Mat<f64>, basis: &Mat<f64>) -> Result<(Mat<f64>, Mat<f64
         }
         let hu = times_symmetric(h, &u);
         let energy = dot(&u, &hu);
-        // Rounding of the products of this column, and what is left of the parts taken off it.
+        // Rounding of the products of this column, and the remainder of the parts subtracted from it.
         let rounding = 4.0 * f64::EPSILON * n as f64 * absolute_energy(h, &u);
         let removed: f64 = (0..k).map(|i| shares[(i, k)] * shares[(i, k)]).sum();
         if !(energy > rounding.max(1e-26 * removed)) {
@@ -220,7 +220,7 @@ fn orthogonality(gram: &Mat<f64>) -> f64 {
     worst
 }
 
-/// Geršgorin's discs of a symmetric matrix beside its eigenvalues; see [`EigenvalueBounds`].
+/// Geršgorin's discs of a symmetric matrix with its eigenvalues; see [`EigenvalueBounds`].
 ///
 /// Only the lower triangle is read for the eigenvalues.
 ///

@@ -2,7 +2,7 @@
 //!
 //! # The argument
 //!
-//! **Setting.** Rows of `[E, A, B]` and of `[C, D]` are multiplied by their common denominators, which changes no answer;
+//! **Setting.** Rows of `[E, A, B]` and of `[C, D]` are multiplied by their common denominators, which changes no result;
 //! all entries are whole now. `S(s) = [sE − A, −B; C, D]`, `χ = det(sE − A)`, `G = E⁻¹A`, n states. Primes that divide
 //! det E are left out. Results modulo a prime are certain: no step of the computations below rests on luck.
 //!
@@ -47,7 +47,7 @@
 //! k ≥ 2. Hence deg a_j = deg b_j and a_j = b_j for j ≥ 3; b_2 divides a_2 and by (U) with k = 1 has no smaller degree:
 //! a_2 = b_2; and a_1 = b_1 = χ divided by the others. With one factor (U) alone suffices.
 //!
-//! **6. What is not reached.** Exact rows Y with `Y A = M Y E`, `Y B = 0` (independent, as many as n minus the rank modulo a
+//! **6. Uncontrollable part.** Exact rows Y with `Y A = M Y E`, `Y B = 0` (independent, as many as n minus the rank modulo a
 //! prime) and that rank show the uncontrollable part: the invariant factors of `[sE − A, B]` are those of sI − M, found as in
 //! 1 to 5 (its characteristic polynomial divides χ, so 2 bounds it). The same for the unobservable part, with the transposed
 //! system.
@@ -95,7 +95,7 @@ const MOST_WORK: f64 = 1e13;
 /// How often the search repeats for a structure that cannot be confirmed.
 const ATTEMPTS: usize = 4;
 
-/// What is proven.
+/// The proven facts.
 pub(super) struct Facts {
     /// The primes used.
     pub primes: Vec<u64>,
@@ -119,7 +119,7 @@ pub(super) struct Facts {
 }
 
 impl Facts {
-    /// Eigenvalues in words, if all about them is proven; long polynomials are known but not written out.
+    /// Eigenvalues as text, if all about them is proven; long polynomials are known but not written out.
     pub fn spectrum(&self) -> Option<SpectrumText> {
         let pieces = self.pieces.iter().map(|(pattern, p)| (pattern, Some(p), p.degree()));
         self.open_spectrum.is_empty().then(|| SpectrumText {
@@ -129,7 +129,7 @@ impl Facts {
         })
     }
 
-    /// Zeros in words, if they are proven.
+    /// Zeros as text, if they are proven.
     pub fn zeros(&self) -> Option<Zeros> {
         let zeros = self.zeros.as_ref().filter(|p| p.degree() <= MOST_EXPANDED);
         self.open_zeros.is_empty().then(|| zeros::described(self.rank, self.states, self.zero_count, zeros))
@@ -556,7 +556,7 @@ impl Facts {
     }
 }
 
-/// `modulo … primes with a product above`, in words.
+/// `modulo … primes with a product above`, as text.
 fn modulo(primes: u64) -> String {
     match primes {
         1 => "modulo one prime above".into(),
@@ -736,7 +736,7 @@ mod tests {
         }
     }
 
-    /// With primes so small that eigenvalues meet, minors and det E vanish by chance, the answers are the same.
+    /// With primes so small that eigenvalues meet, minors and det E vanish by chance, the results are the same.
     #[test]
     fn small_primes_prove_the_same() {
         let mut random = Random::new(8);

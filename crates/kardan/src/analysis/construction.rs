@@ -142,7 +142,7 @@ impl Plan<'_> {
         reachable(&self.image.field, &self.image.g, &self.columns()).span.dimension()
     }
 
-    /// Invariant factors of what is not reached.
+    /// Invariant factors of the uncontrollable part.
     fn missed(&self) -> Vec<Vec<Residue>> {
         let (field, g) = (&self.image.field, &self.image.g);
         spectrum::quotient_factors(field, g, &reachable(field, g, &self.columns()).span)

@@ -133,7 +133,7 @@ fn modulo(system: &LinearSystem, prime: u64, point: u64) -> Option<(PrimeField, 
     Some((field, found))
 }
 
-/// Whether a fault that stays at one value goes on being shown: no initial state and no time function of the unknown inputs gives the same
+/// Whether a constant fault remains visible: no initial state and no time function of the unknown inputs gives the same
 /// readings from some time on. Exact; `None` for more states than [`MOST_EXACT`].
 ///
 /// Method: the largest space of states, with the fault as one of them, in which some inputs keep the outputs at zero (the recursion of

@@ -5,7 +5,7 @@ use super::{ConstrainedSystem, LinearSystem};
 use crate::num::{Matrix, Rational, null_vectors, rational_to_f64};
 use crate::results::{Complex, FailingMode, Mode, NamedShare, Pole, Structure, Undecided};
 
-/// A system before reduction, with its basis: what is needed to name shafts and elements.
+/// A system before reduction, with its basis: the data to name shafts and elements.
 #[derive(Debug, Clone, Copy)]
 pub struct Mechanics<'a> {
     /// The terms.

@@ -46,7 +46,7 @@ impl GenericTrajectory {
         out
     }
 
-    /// Sine and cosine of what is no sum of coordinates.
+    /// Sine and cosine of an argument that is no sum of coordinates.
     pub(super) fn any_turn(&mut self, angle: &[Residue]) -> [Option<Value>; 2] {
         self.loose = true;
         if angle.is_empty() {

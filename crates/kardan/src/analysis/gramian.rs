@@ -129,7 +129,7 @@ pub fn smallest_eigenvalue(gramian: &Gramian, scaling: &[f64]) -> Option<f64> {
 
 /// Least `∫ uᵀu dt` that brings the state from rest to `target` within the horizon: `xᵀW⁻¹x`.
 ///
-/// Infinite if the target cannot be reached: where W has (numerically) a null space, the rest of the target beyond the range
+/// Infinite if the target cannot be reached: where W has (numerically) a null space, the part of the target outside the range
 /// of W must be below 1e-9 of it, each state measured by `√W_ii`. Method: QR decomposition of the scaled factor with
 /// pivoting, rank at `n · 2⁻⁵²`, so that energies up to about 1e28 times the smallest one are distinguished from infinity.
 ///

@@ -5,7 +5,7 @@ use super::images::Images;
 use crate::num::{Rational, Scalar, reachable};
 use crate::results::MinorColumn;
 
-/// More states are looked at modulo primes, ...
+/// More states are computed modulo primes, ...
 const MOST_EXACT: usize = 32;
 /// ... or with a full proof: more than these are not.
 const MOST_PROVEN: usize = 64;

@@ -25,7 +25,7 @@ use crate::reduce::{Motion, Reduced};
 /// What the test found of a row.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Integrable {
-    /// It does not vanish at a point: no relation of positions has it as its derivative. The point, in words.
+    /// It does not vanish at a point: no relation between positions has it as its derivative. The point, as text.
     No(String),
     /// Its derivatives are equal crosswise, exactly: it is the derivative of a function of positions.
     Closed,
@@ -85,7 +85,7 @@ impl Rows {
             entries.extend((0..r).map(|i| row.get(&i).copied().unwrap_or(zero)));
             let carried = motion.along_multiplier(k, |motion, shaft| motion.carried[shaft]);
             let by_time = match reduced.equations.multiplier_constraints[k].law {
-                // An integral of what is prescribed, with any speed at the start.
+                // An integral of the prescribed function, with any speed at the start.
                 MultiplierLaw::Acceleration(..) => motion.graph.integer(1),
                 _ => motion.graph.subtract(carried, motion.multiplier_constraints[k].rate),
             };
@@ -127,7 +127,7 @@ impl Rows {
         })
     }
 
-    /// A bound of the probability that what is tested vanishes at so many points though it does not vanish.
+    /// A bound of the probability that a nonzero test value vanishes at so many points.
     ///
     /// c rows times their common denominators are polynomials of degree d at most, with sums of sizes below 2^h; a derivative adds e at most to
     /// a degree. Pivots are minors of degree c d, so the speeds along the motion have degree c d + 1, what is removed at once
@@ -274,7 +274,7 @@ fn values(motion: &Motion, trajectory: &mut GenericTrajectory, exprs: &[Expr]) -
         if Some(symbol) == time {
             return Some(derivatives[r].clone());
         }
-        // A function of time, or what a block answers: any.
+        // A function of time, or the output of a block: any.
         let number = timed.iter().position(|own| *own == symbol)? as u64;
         let mut random = point.random(&format!("function {number}"));
         used_rate.set(true);
@@ -305,11 +305,11 @@ fn subtract(field: SeriesField, from: &mut [Vec<Series>], other: &[Vec<Series>])
     entries.for_each(|(x, y)| *x = field.difference(x, y));
 }
 
-/// What is integrable at a point.
+/// The integrable part at a point.
 struct Found {
     /// A basis of factors of the rows.
     factors: Vec<Vec<Residue>>,
-    /// Whether each row is among what it spans.
+    /// Whether each row is in its span.
     satisfied: Vec<bool>,
     /// How many rows are independent there.
     rank: usize,
@@ -452,7 +452,7 @@ struct DisplayPoints {
 }
 
 impl DisplayPoints {
-    /// Where a row does not vanish, in words.
+    /// Where a row does not vanish, as text.
     fn describe(&mut self, rows: &Rows, row: usize) -> String {
         let at = |number| at_point(rows, self.field, Point::Display(number));
         let points = self.points.get_or_insert_with(|| (0..DISPLAY_POINTS).filter_map(at).collect());

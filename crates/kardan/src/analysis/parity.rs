@@ -3,7 +3,7 @@
 use super::LinearSystem;
 use crate::num::{Matrix, Rational, Scalar, echelon, exact_rank};
 
-/// A signal of a relation: what a sensor reads, or what is commanded.
+/// A signal of a relation: a sensor reading or a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ParitySignal {
     /// An output of the system.
@@ -51,7 +51,7 @@ const MOST_SETS: usize = 20_000;
 
 /// All minimal relations between outputs and known inputs at one instant; `known` are numbers of inputs, all others are unknown.
 ///
-/// Method: the rows `[C, D]` of outputs and `[0, eᵢ]` of known inputs, modulo the rows `[wᵀA, wᵀB]` with `wᵀE = 0` that hold without a
+/// Method: the rows `[C, D]` of outputs and `[0, eᵢ]` of known inputs, modulo the rows `[wᵀA, wᵀB]` with `wᵀE = 0` that are true without a
 /// rate. Minimal dependent sets are the circuits of their matroid: of the relations those whose set of signals is least, found by
 /// demanding zeros until one is left. Exact.
 pub fn static_relations(system: &LinearSystem, known: &[usize]) -> StaticRelations {
@@ -191,7 +191,7 @@ pub struct Broken {
 const MOST_ROWS: usize = 160;
 
 /// For each fault a relation of the least order that it breaks, where there is one with few enough derivatives, and which inputs move it
-/// beside those that are known. The inputs in `unknown` have no part in it.
+/// in addition to those that are known. The inputs in `unknown` have no part in it.
 ///
 /// Method: outputs and equations of motion with their derivatives up to the order; of the rows that cancel all states, rates and unknown
 /// inputs one with few terms that the fault does not leave alone. Exact.

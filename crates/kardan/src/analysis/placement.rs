@@ -12,7 +12,7 @@ use crate::results::{Place, PlacedSet, PlacementSearch};
 pub struct Candidate {
     /// Its name.
     pub name: String,
-    /// What it costs.
+    /// Its cost.
     pub cost: f64,
     /// Its column of B in `E ẋ = A x + B u`; for a sensor, its row of C.
     pub column: Vec<Rational>,
@@ -209,7 +209,7 @@ fn gramians(system: &LinearSystem, side: Side, candidates: &[Candidate], horizon
     (0..candidates.len()).map(|j| gramian(&a, &b.as_ref().subcols(j, 1).to_owned(), horizon)).collect()
 }
 
-/// Adds the candidate that reaches most until all is reached, then takes out what is superfluous.
+/// Adds the candidate that reaches most until all is reached, then removes superfluous ones.
 fn greedy(all: &[usize], n: usize, rank: &impl Fn(&[usize]) -> usize, tried: &mut usize) -> Vec<usize> {
     let mut set: Vec<usize> = Vec::new();
     while rank(&set) < n {

@@ -68,7 +68,7 @@ fn rows(invariant: Option<&Invariant>, count: usize, n: usize) -> Option<Matrix<
     Some(Matrix::from_fn(count, n, |i, j| values[i][j].clone()))
 }
 
-/// Matrices beside each other.
+/// Horizontal concatenation of matrices.
 fn beside(parts: &[&Matrix<Rational>], n: usize) -> Matrix<Rational> {
     let columns: Vec<(usize, usize)> =
         parts.iter().enumerate().flat_map(|(k, part)| (0..part.columns()).map(move |j| (k, j))).collect();

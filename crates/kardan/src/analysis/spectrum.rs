@@ -27,7 +27,7 @@ pub(super) struct Spectrum {
     pub pieces: Vec<(Pattern, Vec<Residue>)>,
 }
 
-/// Eigenvalues in words, and the smallest invariant factor.
+/// Eigenvalues as text, and the smallest invariant factor.
 pub(super) struct SpectrumText {
     pub factors: Vec<Factor>,
     pub invariant_factors: Vec<String>,
@@ -97,7 +97,7 @@ impl Spectrum {
     }
 }
 
-/// A polynomial in words, if it is known and not too long.
+/// A polynomial as text, if it is known and not too long.
 pub(super) fn factor_text(polynomial: Option<&Polynomial>, degree: usize) -> String {
     match polynomial.filter(|p| p.degree() <= MOST_EXPANDED) {
         Some(p) => p.to_string(),

@@ -16,7 +16,7 @@ pub enum Plane {
     Discrete,
 }
 
-/// Poles of an exact system beside the border.
+/// Poles of an exact system relative to the stability boundary.
 struct Sides {
     outside: usize,
     /// Square-free polynomials of those on the border, and how often each root is one; empty where some are outside.

@@ -279,7 +279,7 @@ pub(super) fn minus_loads(
 /// A linear system `E ẋ = A x + B u`, `y = C x + D u` with exact entries; E is regular but for
 /// [`descriptor`](super::descriptor()).
 ///
-/// E stays beside A so that no inverse blows up the fractions.
+/// E is not inverted, so that the fractions stay short.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearSystem {
     /// Names of the states x: `rk.phi`, `rk.w`.

@@ -7,7 +7,7 @@ use super::Family;
 use crate::num::{Random, Rational, rational_to_f64};
 use crate::results::{Complex, NamedShare, ParameterPoint, Pole, UncontrollablePoint};
 
-/// How far the search goes, in tolerances.
+/// The range of the search, in tolerances.
 pub const FARTHEST: f64 = 10.0;
 
 /// Iterations from one start.
@@ -296,7 +296,7 @@ fn descend(family: &Family<'_>, limits: &Limits, lambda: c64, mut y: Vec<f64>, b
         if limits.gauge(&y) > 3.0 * FARTHEST {
             return best;
         }
-        // The least change of v and λ that goes with it.
+        // The corresponding least change of v and λ.
         let mut right = residual.clone();
         for (i, column) in columns_by_parameter.iter().enumerate() {
             right += faer::Scale(number(y[i] - before[i])) * column;

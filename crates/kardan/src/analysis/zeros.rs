@@ -17,7 +17,7 @@ impl ZeroStructure {
     /// Method: states that outputs without direct feedthrough force to vanish are eliminated, which turns their equations
     /// into outputs, until the feedthrough has full row rank; the same for the transposed system makes it square and
     /// regular (Emami-Naeini and Van Dooren 1982). Every step multiplies S by unimodular matrices and drops rows and
-    /// columns of zeros or with a constant pivot. What is left, `[sI − A, −B; C, D]` with a regular D, has the invariant
+    /// columns of zeros or with a constant pivot. The rest, `[sI − A, −B; C, D]` with a regular D, has the invariant
     /// polynomials of `sI − A + BD⁻¹C`.
     pub fn of(image: &Image) -> Self {
         let field = &image.field;
@@ -168,7 +168,7 @@ fn eliminate(field: &PrimeField, rows: &mut [Vec<Residue>], columns: &[usize]) -
     pivots
 }
 
-/// Zeros in words and numbers; `polynomial` is their monic polynomial or `None` if it is not written out.
+/// Zeros as text and numbers; `polynomial` is their monic polynomial or `None` if it is not written out.
 pub(super) fn described(rank: usize, n: usize, degree: usize, polynomial: Option<&Polynomial>) -> Zeros {
     let normal_rank = rank - n;
     let Some(polynomial) = polynomial else {

@@ -190,7 +190,7 @@ impl Cases {
         found.map_or_else(|| self.anything(), Rc::new)
     }
 
-    /// Products and quotients by what is constant.
+    /// Products and quotients by constants.
     fn scaled(&mut self, a: &[Case], b: &[Case], divides: bool) -> Rc<Vec<Case>> {
         let constant = |x: &Affine| x.terms.is_empty();
         let is_constant = |cases: &[Case]| cases.iter().all(|case| constant(&case.value));

@@ -542,7 +542,7 @@ impl Graph {
         self.needed_besides(exprs, |_| false)
     }
 
-    /// The same without what is known already, and what that is made of.
+    /// The same without the given ones and their subexpressions.
     fn needed_besides(&self, exprs: &[Expr], excluded: impl Fn(Expr) -> bool) -> Vec<Expr> {
         // One bit each: most often few of many are needed.
         let mut visited = vec![0u64; self.nodes.len() / 64 + 1];
@@ -755,7 +755,7 @@ impl Graph {
     /// Angles count as numbers where a number is required: the arc length of an angle has no other unit than its radius.
     ///
     /// # Errors
-    /// What does not fit, in words.
+    /// The mismatch, as text.
     pub fn dimension(&self, expr: Expr) -> Result<Dimension, String> {
         let mut found: HashMap<Expr, Dimension> = HashMap::new();
         for part in self.needed(&[expr]) {

@@ -97,7 +97,7 @@ impl Lookup {
         Some(Self { arguments: arguments.to_vec(), dimension, rows, shares, beyond })
     }
 
-    /// What it is over.
+    /// Dimensions of its arguments.
     pub fn arguments(&self) -> &[Dimension] {
         &self.arguments
     }
@@ -116,7 +116,7 @@ impl Lookup {
         self.beyond
     }
 
-    /// What it is of.
+    /// Dimension of its value.
     pub fn dimension(&self) -> Dimension {
         self.dimension
     }

@@ -51,7 +51,7 @@ pub fn lower<D: Domain>(
 struct Lowering<'a, D: Domain> {
     graph: &'a Graph,
     domain: &'a mut D,
-    /// What is no constant.
+    /// Not a constant.
     values: HashMap<Expr, D::Value>,
     /// Sine and cosine of an argument.
     angles: HashMap<Expr, [D::Value; 2]>,

@@ -66,7 +66,7 @@ impl Graph {
         self.expr_of(root, built)
     }
 
-    /// The tables that an expression calls, each with what it is called with.
+    /// The tables that an expression calls, each with its arguments.
     ///
     /// # Errors
     /// As [`lowered`](Self::lowered).

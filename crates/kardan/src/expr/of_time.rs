@@ -88,7 +88,7 @@ pub fn polynomial(coefficients: &[f64; 4], x: f64) -> f64 {
 /// A part of a function of time that is given by pieces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Part {
-    /// What it is called in messages and plans.
+    /// Its name in messages and plans.
     pub name: String,
     /// What it is of.
     pub dimension: Dimension,
@@ -303,7 +303,7 @@ mod tests {
     use super::*;
     use crate::expr::Function;
 
-    /// What is written into another graph is printed as it was, and has its value.
+    /// An expression copied into another graph prints the same, and has the same value.
     #[test]
     fn a_function_is_the_same_in_another_graph() {
         let mut graph = Graph::default();

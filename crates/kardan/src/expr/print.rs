@@ -24,7 +24,7 @@ enum Strength {
     Atom,
 }
 
-/// An expression in words of its symbols' names, `name` writes one.
+/// An expression as text with its symbols' names, `name` writes one.
 ///
 /// ```
 /// use kardan::expr::{Function, Graph, Style, printed};

@@ -10,7 +10,7 @@ use super::graph::{Node, PiecewisePolynomial};
 use super::{Expr, Floating, Function, Graph, Interval, Intervals, Style, Surd, Surds, Symbol, lower, printed};
 use crate::num::{Rational, Scalar, SparseRow, rational_from_f64, rational_to_f64};
 
-/// A place at which expressions are looked at, and how it may be left.
+/// A place at which expressions are evaluated, and how it may be left.
 pub trait Place {
     /// The number by which derivatives by a symbol are listed; `None`: there are none of it.
     fn place(&self, symbol: Symbol) -> Option<usize>;
@@ -22,7 +22,7 @@ pub trait Place {
     fn enclosure(&self, symbol: Symbol) -> Interval;
     /// Its rate in each of the directions in which the place may be left; `None` where it does not change.
     fn moves(&self, symbol: Symbol) -> SparseRow;
-    /// Its value just beside the place.
+    /// Its value next to the place.
     fn beside(&self, symbol: Symbol, direction: Direction<'_>) -> f64 {
         let (value, moves) = (self.value(symbol), self.moves(symbol));
         let step: f64 = moves.iter().map(|(k, x)| rational_to_f64(x) * direction(*k)).sum();
@@ -30,7 +30,7 @@ pub trait Place {
     }
 }
 
-/// How far beside a place it is, relative to its size or to one.
+/// Its distance from a place, relative to its size or to one.
 const BESIDE: f64 = 1e-9;
 
 /// A side of a place, by the guards that are below zero there, as they are written; all others that vanish are above.
@@ -78,7 +78,7 @@ pub fn exactly(graph: &Graph, exprs: &[Expr], place: &dyn Place) -> Vec<Option<R
     values.into_iter().map(|value| value?.to_rational()).collect()
 }
 
-/// Sides of one place that are looked at.
+/// Sides of one place that are evaluated.
 const MOST_SIDES: usize = 64;
 
 /// A node that has another piece on each side of its guard: below, above.
@@ -92,7 +92,7 @@ enum Pieces {
 /// Guards, and whether they are above zero.
 type Chosen = Vec<(Expr, bool)>;
 
-/// Which sides of the last of some guards, below and above, can be reached beside the others.
+/// Which sides of the last of some guards, below and above, can be reached together with the others.
 type Reachable<'a> = dyn FnMut(&mut Graph, &[(Expr, bool)]) -> [bool; 2] + 'a;
 
 /// A direction in which a place is left: its part along each of those in which it may be.

@@ -13,7 +13,7 @@ const CLEAR: f64 = 8.0;
 pub struct AtZero {
     /// Vectors that span what powers of the matrix send to zero, n × k; k is the number of eigenvalues at zero.
     pub motions: Matrix<f64>,
-    /// The matrix on what is left, (n − k) × (n − k): `left · A · right`.
+    /// The matrix on the rest, (n − k) × (n − k): `left · A · right`.
     pub rest: Matrix<f64>,
     /// To the coordinates of the rest, (n − k) × n; zero on the motions.
     pub left: Matrix<f64>,
@@ -26,7 +26,7 @@ pub struct AtZero {
 /// Splits off all eigenvalues of a matrix that are at zero to the rounding of its entries, however long their chains.
 ///
 /// A chain of k rounded zeros otherwise spreads over a circle with the radius of the k-th root of the rounding unit. Method:
-/// null space by singular values in balanced coordinates, the same for what is left without it, and so on (Kublanovskaya's
+/// null space by singular values in balanced coordinates, the same for the rest, and so on (Kublanovskaya's
 /// staircase): the result is exact for a matrix that differs by rounding, 16 n ε ‖A‖ in balanced coordinates. `None` if an
 /// entry is not finite or the iteration fails. Cost O(n³) for each step of the longest chain.
 ///
@@ -58,7 +58,7 @@ pub enum Rounding<'a> {
 
 /// The same of a matrix that is known to a rounding.
 ///
-/// What no errors of the size of single entries make singular has no eigenvalue at zero, however small it is beside the largest entries: a slow motion beside
+/// A matrix that no errors of the size of single entries make singular has no eigenvalue at zero, however small it is against the largest entries: a slow motion beside
 /// a spring of 1e12 N m/rad is not free.
 ///
 /// ```

@@ -12,11 +12,11 @@ const DIGITS: usize = 100;
 const DOUBLINGS: usize = 40;
 
 /// Whether all eigenvalues of a map lie inside the unit circle, but for those that are known to be exactly at one. `false` where that
-/// is not shown, as for slow decays beside large numbers.
+/// is not shown, such as for slow decays next to large numbers.
 ///
 /// The true map differs from `map` by less than 2^`off` in the largest sum of sizes in a row. Method: Stein's inequality. With P from the
-/// sum of `(Φᵀ)ᵏ Φᵏ` in floating point and `M = P − ΦᵀPΦ` in whole numbers, `‖M − 1‖ < 1/2` shows that Φ contracts the norm of P. What is at
-/// one is split off before; what is left of the coupling bounds how far the others may move (Rouché for determinants).
+/// sum of `(Φᵀ)ᵏ Φᵏ` in floating point and `M = P − ΦᵀPΦ` in whole numbers, `‖M − 1‖ < 1/2` shows that Φ contracts the norm of P. The part at
+/// one is split off before; the remaining coupling bounds how far the others may move (Rouché for determinants).
 ///
 /// # Panics
 /// If the matrix is not square.
@@ -144,7 +144,7 @@ impl Split {
         })
     }
 
-    /// Whether a circle inside the unit circle parts what is at one from the rest.
+    /// Whether a circle inside the unit circle separates the eigenvalues at one from the rest.
     ///
     /// On it, of radius r, `z − J` and `z − rest` are regular, and so are both together while the product of their inverses with the couplings is
     /// below one. So as many eigenvalues lie inside as the rest has.

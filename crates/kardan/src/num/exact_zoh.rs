@@ -1,4 +1,4 @@
-//! Sampling of exact systems to many digits: what is rounded once in the end.
+//! Sampling of exact systems to many digits, with one rounding in the end.
 
 use dashu_int::ops::BitTest;
 use dashu_int::{IBig, UBig};

@@ -4,7 +4,7 @@ use super::{ModularMatrix, Operator, PrimeField, Random, Residue, Span, recurren
 
 /// The non-trivial invariant factors of `sI − G`, each dividing the next, monic, coefficients of 1, s, s², …
 ///
-/// The vectors drawn decide about the time only, never about the answer:
+/// The random vectors affect the time only, never the result:
 ///
 /// - If a sequence `uᵀGᵏv` obeys no recurrence shorter than n, the recurrence of degree n is that of the characteristic
 ///   polynomial and there is one factor (the minimal polynomial has degree n).

@@ -7,7 +7,7 @@ use super::{Polynomial, Rational, Scalar, nearby_fraction, roots};
 
 impl Polynomial {
     /// Splits off factors of degree one and two with rational coefficients that are found by way of the roots; each is
-    /// confirmed by an exact division. What is left comes last; it may factor further.
+    /// confirmed by an exact division. The rest comes last; it may factor further.
     ///
     /// # Panics
     /// If the polynomial is zero.

@@ -20,7 +20,7 @@ struct Piece {
     exponent: i64,
 }
 
-/// What is still to be looked at.
+/// The open intervals.
 enum Open {
     Interval(Piece),
     Root(f64),

@@ -199,7 +199,7 @@ impl Random {
     /// Where sums of bytes begin.
     pub const FNV: u64 = 0xcbf2_9ce4_8422_2325;
 
-    /// A sum of bytes that goes on from another one (Fowler, Noll, Vo: FNV-1a).
+    /// A hash of bytes that continues another one (Fowler, Noll, Vo: FNV-1a).
     pub fn fnv(start: u64, bytes: &[u8]) -> u64 {
         bytes.iter().fold(start, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3))
     }
@@ -270,7 +270,7 @@ pub struct Primes {
 }
 
 impl Primes {
-    /// The same for the same seed: for what is proven afterwards whatever the primes are.
+    /// The same for the same seed: for results that are proven afterwards for any primes.
     pub fn new(seed: u64) -> Self {
         Self { random: Random::new(seed), used: HashSet::new(), queued: VecDeque::new() }
     }

@@ -1,10 +1,10 @@
-//! What a matrix makes of vectors over a prime field: spans, reachable subspaces, quotients.
+//! Krylov spaces over a prime field: spans, reachable subspaces, quotients.
 
 use super::{ModularMatrix, Operator, PrimeField, Residue};
 
 /// A growing subspace with a basis in echelon form.
 ///
-/// Every basis vector remembers how it was made of the vectors of the current chain (see [`Span::insert`]).
+/// Every basis vector stores its combination of the vectors of the current chain (see [`Span::insert`]).
 #[derive(Debug, Clone, Default)]
 pub struct Span {
     /// The basis vectors as columns: `coordinates[i][k]` is entry i of vector k. Sums over vectors run through memory in
@@ -168,7 +168,7 @@ mod tests {
         PrimeField::new(random_prime(&mut Random::new(1)))
     }
 
-    /// The reachable part of a double chain with one input, and what is left of it.
+    /// The reachable part of a double chain with one input, and its quotient.
     #[test]
     fn the_quotient_is_what_is_not_reached() {
         let f = field();

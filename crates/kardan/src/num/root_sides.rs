@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 use super::{Polynomial, Rational, Scalar};
 
-/// The roots of a polynomial beside the imaginary axis, each as often as it is one.
+/// The roots of a polynomial on each side of the imaginary axis, with multiplicity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RootSides {
     /// How many lie left of the axis.

@@ -40,14 +40,14 @@ pub(super) fn roots(whole: &[IBig]) -> Option<Vec<(f64, f64)>> {
     Some(out)
 }
 
-/// The roots in plain floating point: what is left where [`roots`] gives up.
+/// The roots in plain floating point: the fallback where [`roots`] gives up.
 pub(super) fn estimates(whole: &[IBig]) -> Vec<(f64, f64)> {
     let part = |x: f64, exponent: i64| nearest(&IBig::from((x * (1i64 << 60) as f64) as i64), exponent - 60);
     let points = Scaled::new(whole).starts(0);
     points.into_iter().map(|z| (part(z.re, z.exponent), part(z.im, z.exponent))).collect()
 }
 
-/// Isolates and refines all roots; `put` makes of each real one and each one above the real axis what is returned.
+/// Isolates and refines all roots; `put` converts each real one and each one above the real axis to the result.
 fn upper_half(whole: &[IBig], both: bool, put: impl Fn(&Point) -> Vec<(f64, f64)>) -> Option<Vec<(f64, f64)>> {
     let polynomial = Scaled::new(whole);
     let discs = (0..3).find_map(|attempt| polynomial.isolated(attempt))?;
@@ -368,7 +368,7 @@ fn stepped(z: &Point, step: Wide, bits: usize) -> Point {
     out
 }
 
-/// What one point sees of the others.
+/// The effect of the other points on one.
 struct Surroundings {
     /// `Π |zᵢ − z_j|`, at most a millionth too large.
     product: Size,

@@ -40,7 +40,7 @@ struct BlendedBlock {
     block: Box<dyn Block>,
 }
 
-/// What a block without a fade sees, and the share of its commands: from 0 to 1, and 0 where that is no number.
+/// The observation of a block without a blending signal, and the share of its commands: from 0 to 1, and 0 where that is not a number.
 fn split_share<'a>(observation: Observation<'a>) -> (Observation<'a>, f64) {
     match observation.references.split_last() {
         Some((share, references)) => {
@@ -71,7 +71,7 @@ impl Block for BlendedBlock {
     }
 }
 
-/// The linear part with all its commands: to first order nothing follows from the share there.
+/// The linear part with all its commands: to first order the share has no effect there.
 fn with_share(law: LinearLaw) -> LinearLaw {
     let wider = |columns: &Matrix<f64>| {
         let last = columns.columns();

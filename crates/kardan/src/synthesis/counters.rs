@@ -42,7 +42,7 @@ impl Counters {
     }
 }
 
-/// What is left of the states of a system without what only counts: `z = P x`, in coordinates in which the counting charges are measured as zero.
+/// The states of a system without its integrators without effect: `z = P x`, in coordinates in which their charges are zero.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ReducedStates {
     /// Numbers of the states that are left.
@@ -71,7 +71,7 @@ impl ReducedStates {
         Self { retained: (0..states).collect(), projection: Matrix::identity(states) }
     }
 
-    /// The system over what is left. E is the identity.
+    /// The system over the remaining states. E is the identity.
     pub fn system(&self, system: &LinearSystem) -> LinearSystem {
         let on_retained = |m: &Matrix<Rational>| {
             Matrix::from_fn(m.rows(), self.retained.len(), |i, j| m[(i, self.retained[j])].clone())
@@ -90,7 +90,7 @@ impl ReducedStates {
         }
     }
 
-    /// Columns over the states as columns over what is left.
+    /// Columns over the states as columns over the remaining ones.
     pub fn columns(&self, columns: &Matrix<Rational>) -> Matrix<Rational> {
         self.projection.multiply(columns)
     }
@@ -139,11 +139,11 @@ pub fn counting_charges(plant: &Plant, laws: &[Arc<dyn Law>]) -> Counters {
     Counters::null_directions(plant, std::iter::once(&plant.linear.stiffness).chain(&acting).flat_map(rows))
 }
 
-/// What a law makes of the reduced coordinates, for its commands and for its states.
+/// The dependence of a law on the reduced coordinates, for its commands and for its states.
 pub(super) fn acts_by(law: &dyn Law, basis: &Matrix<Rational>) -> [Matrix<Rational>; 2] {
     let linear = law.linear();
     [&linear.on_angles, &linear.angles].map(|rows| {
-        // What is no number is no zero either.
+        // NaN is not zero.
         let exact = |i: usize, j: usize| rational_from_f64(rows[(i, j)]).unwrap_or(Rational::ONE);
         Matrix::from_fn(rows.rows(), rows.columns(), exact).multiply(basis)
     })

@@ -35,7 +35,7 @@ pub trait Law: Send + Sync {
         let estimate = |(k, name): (usize, String)| Some((name.strip_prefix(ESTIMATE)?.to_string(), k));
         self.states().into_iter().enumerate().filter_map(estimate).collect()
     }
-    /// All that blocks may read of a law at its samples, by names without its own: what its observer finds, and what it last commanded.
+    /// All that blocks may read of a law at its samples, by names without its own: the estimates of its observer, and its last commands.
     fn exported(&self) -> Vec<(String, ExportedSignal)> {
         let commands = self.inputs().iter().enumerate();
         let commands = commands.map(|(k, input)| (format!("{input}.command"), ExportedSignal::Command(k)));
@@ -135,11 +135,11 @@ pub enum ExportedSignal {
 /// What stays as it was where a sample makes it no number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Frozen {
-    /// What is estimated.
+    /// An estimate.
     Estimate,
-    /// What a program commands, and what its blocks remember.
+    /// A command of a program, or a state of its blocks.
     Command,
-    /// What blocks answer and remember.
+    /// An output or a state of blocks.
     Outputs,
 }
 

@@ -44,7 +44,7 @@ pub enum SynthesisError {
         /// The output.
         output: String,
     },
-    /// The block of the full nonlinear model beside coordinates without inertia.
+    /// The block of the full nonlinear model in a model with coordinates without inertia.
     #[error(
         "the block of the full nonlinear model uses accelerations only, and there are none for {}",
         list(coordinates)
@@ -113,7 +113,7 @@ pub enum SynthesisError {
         /// The key.
         key: &'static str,
     },
-    /// A wished pole that does not decay.
+    /// A requested pole that does not decay.
     #[error("a pole with the real part {real} does not decay")]
     UnstablePole {
         /// The real part, 1/s.
@@ -136,7 +136,7 @@ pub enum SynthesisError {
     /// Not as many outputs as inputs.
     #[error("{reason}")]
     NotSquare {
-        /// In words.
+        /// As text.
         reason: String,
         /// The outputs.
         outputs: Vec<String>,
@@ -275,16 +275,16 @@ pub enum SynthesisError {
     /// More than all of a disturbance.
     #[error("`compensation` is {share}: a law cannot cancel more than the whole disturbance")]
     NotAShare {
-        /// What is given.
+        /// The given value.
         share: f64,
     },
     /// A number of positions that is none.
     #[error("`schedule` is {points}: it must be a whole number of positions from 1 to 256")]
     SchedulePoints {
-        /// What is given.
+        /// The given value.
         points: f64,
     },
-    /// An output of which it is not known what it is at the operating point.
+    /// An output whose value at the operating point is unknown.
     #[error("`{signal}` depends directly on the motor torques, so its value at the operating point is unknown")]
     NotAtRest {
         /// The signal.
@@ -362,7 +362,7 @@ pub enum SynthesisError {
     },
 }
 
-/// A complex number in words: `3`, `3 ± 4 j`.
+/// A complex number as text: `3`, `3 ± 4 j`.
 fn pole_text(Complex { re, im }: Pole) -> String {
     if im == 0.0 { format!("{re:.6}") } else { format!("{re:.6} ± {:.6} j", im.abs()) }
 }

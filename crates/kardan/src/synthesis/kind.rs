@@ -12,7 +12,7 @@ use crate::schema::Field;
 pub struct LawKind {
     /// The word after `law =`, and the name of the file here.
     pub keyword: &'static str,
-    /// What it does, in one sentence.
+    /// Summary in one sentence.
     pub summary: &'static str,
     /// Its keys besides `law`.
     pub fields: &'static [Field],

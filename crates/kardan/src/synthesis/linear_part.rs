@@ -28,7 +28,7 @@ pub struct LinearLaw<S = f64> {
     pub references: Matrix<S>,
     /// Dρ, inputs × references.
     pub on_references: Matrix<S>,
-    /// How errors of the readings of [`Law::sensors`](super::Law::sensors) act on the states beside what follows from true angles and speeds, states ×
+    /// How errors of the readings of [`Law::sensors`](super::Law::sensors) act on the states in addition to true angles and speeds, states ×
     /// sensors.
     pub errors: Matrix<S>,
     /// How they act on the commands, inputs × sensors.
@@ -177,7 +177,7 @@ pub(super) fn sizes(matrix: &Matrix<f64>) -> Matrix<f64> {
     Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| matrix[(i, j)].abs())
 }
 
-/// Matrices with the same number of rows beside each other.
+/// Horizontal concatenation of matrices with the same number of rows.
 pub(super) fn side_by_side(parts: &[&Matrix<f64>]) -> Matrix<f64> {
     let rows = parts.first().map_or(0, |part| part.rows());
     let columns = parts.iter().map(|part| part.columns()).sum();

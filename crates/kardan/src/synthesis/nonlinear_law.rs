@@ -105,7 +105,7 @@ impl<T: Float> Block for ComputedTorqueBlock<T> {
             references: &self.references,
             disturbances: &self.disturbances,
         };
-        // Where the tasks depend on each other there is no answer.
+        // Where the tasks depend on each other there is no result.
         let found = self.law().torques(now, &mut memory, &mut torques);
         T::widen(&torques, out);
         (self.memory, self.torques) = (memory, torques);

@@ -86,7 +86,7 @@ impl Plant {
         if self.frozen.is_some() { "the start of the run" } else { "zero angles" }
     }
 
-    /// Where it is linear, in words.
+    /// Where it is linear, as text.
     pub fn linear_where(&self) -> &'static str {
         if self.is_moved() { "linear, at the operating point" } else { "linear, at zero angles" }
     }
@@ -152,7 +152,7 @@ impl Plant {
         }
     }
 
-    /// An element for a reader: ``the harmonic drive `hd` ``.
+    /// An element as text: ``the harmonic drive `hd` ``.
     pub fn element(&self, name: &str) -> String {
         match self.elements.iter().find(|(_, candidate)| candidate == name) {
             Some((kind, _)) => format!("the {} `{name}`", kind.replace('_', " ")),

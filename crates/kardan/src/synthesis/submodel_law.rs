@@ -14,7 +14,7 @@ use crate::results::Design;
 struct SubmodelLaw {
     law: Arc<dyn Law>,
     part: Part,
-    /// What the part leaves out, in words.
+    /// What the part leaves out, as text.
     excluded: String,
 }
 

@@ -1,4 +1,4 @@
-//! A task of blocks in a loop: what it answers are commands of motors, or signals for others.
+//! A task of blocks in a loop: its outputs are commands of motors, or signals for others.
 
 use std::sync::{Arc, OnceLock};
 
@@ -24,7 +24,7 @@ enum Comes {
     Speed(usize),
     /// The last good reading of a sensor.
     Reading(usize),
-    /// What it gives, a number or none.
+    /// Its output, a number or none.
     AsRead(usize),
     Reference(usize),
     Time,
@@ -92,7 +92,7 @@ pub struct TaskLaw {
     shafts: usize,
     clock: Option<Clock>,
     affine: bool,
-    /// Answers, then what is remembered next, from what is read, then what is remembered.
+    /// Outputs, then next states, from inputs, then states.
     plan: Arc<Plan>,
     /// The inputs, then the states, of its linearisation; `None`: zero inputs, and the states after the first samples there.
     point: Option<Vec<f64>>,
@@ -108,7 +108,7 @@ pub struct TaskLaw {
     exact_at_design_point: OnceLock<Option<Arc<LinearLaw<Rational>>>>,
 }
 
-/// States of a task up to which its slopes are looked for before rounding.
+/// Most states of a task whose slopes are computed before rounding.
 const MOST_EXACT: usize = 32;
 /// In how many directions places are left at which too many guards vanish.
 const DIRECTIONS: usize = 8;
@@ -122,7 +122,7 @@ fn probe_slope(k: usize) -> f64 {
     1.0 / (k as f64 + std::f64::consts::PI)
 }
 
-/// What a task reads and remembers at a place.
+/// Inputs and states of a task at a point.
 struct Inputs<'a> {
     law: &'a TaskLaw,
     symbols: &'a [Symbol],
@@ -252,7 +252,7 @@ impl TaskLaw {
         }
     }
 
-    /// The same with slopes of some rows alone, answers, then what is remembered; others are taken as zero.
+    /// The same with slopes of some rows only, outputs, then states; others are taken as zero.
     #[must_use]
     pub fn with_slopes_among(self, rows: &[usize]) -> Self {
         Self { slopes_of_rows: Some(rows.to_vec()), ..self }
@@ -267,7 +267,7 @@ impl TaskLaw {
         (0..self.outputs.len() + self.task.memory.len()).collect()
     }
 
-    /// The same of some answers, then numbers that are remembered, at a place.
+    /// The same of some outputs, then states, at a point.
     fn sides_among(&self, rows: &[usize], inputs: &[f64]) -> Vec<SidesOf> {
         let (mut graph, symbols) = (self.task.graph.clone(), self.task.inputs());
         let outputs = self.task.outputs();
@@ -279,7 +279,7 @@ impl TaskLaw {
         found
     }
 
-    /// Derivatives where no guard vanishes: of some answers and numbers that are remembered, by what is read or remembered.
+    /// Derivatives where no guard vanishes: of some outputs and states, with respect to inputs or states.
     fn plain_slopes(&self, rows: &[usize], inputs: &[f64], put: &mut dyn FnMut(usize, usize, f64)) {
         let (outputs, symbols) = (self.task.outputs(), self.task.inputs());
         let exprs: Vec<_> = rows.iter().map(|row| outputs[*row].1).collect();
@@ -288,19 +288,19 @@ impl TaskLaw {
         }
     }
 
-    /// A place just beside another one, in a direction in which this may be left.
+    /// A point next to another one, in a direction in which this may be left.
     fn beside(&self, inputs: &[f64], direction: Direction<'_>) -> Vec<f64> {
         let symbols = self.task.inputs();
         let place = Inputs { law: self, symbols: &symbols, values: inputs };
         symbols.iter().map(|symbol| place.beside(*symbol, direction)).collect()
     }
 
-    /// Which of some rows with many sides have other slopes beside a place, and which other values, in some directions.
+    /// Which of some rows with many sides have other slopes next to a point, and which other values, in some directions.
     fn rough_among(&self, rows: &[usize], inputs: &[f64]) -> [Vec<usize>; 2] {
         let columns = inputs.len();
         let beside: Vec<(Vec<f64>, Vec<f64>)> = (0..DIRECTIONS)
             .map(|number| {
-                // The side that is looked at, the opposite one, and others with signs in the order of a binary number.
+                // The selected side, the opposite one, and others with signs in the order of a binary number.
                 let sign = |k: usize| match number {
                     0 => 1.0,
                     1 => -1.0,
@@ -378,7 +378,7 @@ impl TaskLaw {
         self
     }
 
-    /// What it reads of a kind, as sensors without errors read.
+    /// Its inputs of a kind, as sensors without errors read them.
     fn value(&self, read: usize, observation: &Observation<'_>) -> f64 {
         match self.comes[read] {
             Comes::Angle(shaft) => observation.angles[shaft],
@@ -389,7 +389,7 @@ impl TaskLaw {
         }
     }
 
-    /// What is remembered behind the first samples, at which blocks find that there was none before, with this read.
+    /// The states after the first samples, at which blocks have no earlier one, with these inputs.
     fn settled(&self, read: &[f64]) -> Vec<f64> {
         let mut remembered: Vec<f64> = self.task.memory.iter().map(|entry| entry.start).collect();
         let mut memory = self.plan.memory();
@@ -413,7 +413,7 @@ impl TaskLaw {
         })
     }
 
-    /// Slopes where what is read, then what is remembered, has these values.
+    /// Slopes at these inputs, then states.
     fn slopes_among(&self, inputs: &[f64], of_sides: &[SidesOf]) -> LinearLaw {
         let mut slopes = vec![vec![0.0; self.outputs.len() + self.task.memory.len()]; inputs.len()];
         let all = self.slopes_of_rows.clone().unwrap_or_else(|| self.all_rows());
@@ -444,7 +444,7 @@ impl TaskLaw {
         for ((row, expr), found) in plain.iter().zip(&exprs).zip(found) {
             for (column, slope) in &*found.slopes {
                 let rational = slope.as_ref().and_then(Surd::to_rational);
-                // What is not known on the way may not be in the derivative.
+                // An unknown intermediate value may not be in the derivative.
                 let from_graph = |graph: &mut Graph| {
                     let derivative = graph.derivative(*expr, symbols[*column]);
                     exactly(graph, &[derivative], &place).swap_remove(0)
@@ -474,10 +474,10 @@ impl TaskLaw {
         Some(Arc::new(is_small.then(|| self.exact_slopes_among(rows, inputs, of_sides))??))
     }
 
-    /// A law with these slopes, of each input over answers, then over what is remembered next.
+    /// A law with these slopes, of each input over outputs, then over next states.
     fn law_of<S: Scalar>(&self, slopes: &[Vec<S>]) -> LinearLaw<S> {
         let (outputs, states, reads) = (self.outputs.len(), self.task.memory.len(), self.comes.len());
-        // Rows of answers and of states over what is read of a kind.
+        // Rows of outputs and of states over the inputs of a kind.
         let over = |first: usize, rows: usize, columns: usize, of: &dyn Fn(usize) -> SparseRow| {
             let mut out = Matrix::<S>::zeros(rows, columns);
             for (k, slopes) in slopes[..reads].iter().enumerate() {
@@ -531,7 +531,7 @@ impl TaskLaw {
         }
     }
 
-    /// The task around what it sees there. Of all rows but these, answers, then what is remembered, kinks are not looked for.
+    /// The task around its inputs there. There is no search for kinks of rows other than these, outputs, then states.
     pub fn linearised(&self, observation: &Observation<'_>, rows: &[usize]) -> LinearTask {
         let inputs: Vec<f64> = (0..self.comes.len())
             .map(|k| self.value(k, observation))
@@ -583,7 +583,7 @@ struct TaskBlock<T> {
     comes: Vec<Comes>,
     ideal: Vec<Ideal>,
     memory: Vec<T>,
-    /// The last good answers, and what is remembered next.
+    /// The last valid outputs, and the next states.
     outputs: Vec<f64>,
     next: Vec<f64>,
     /// The last good readings; no numbers before the first.

@@ -37,7 +37,7 @@ pub enum DescriptorError {
 /// A descriptor system, and the state space that it is equivalent to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DecomposedDescriptor {
-    /// What is found.
+    /// The result.
     pub found: DescriptorSystem,
     /// `ż = J z + B u`, `y = C z + D u` for the outputs that respond to no derivative of an input; E is the identity.
     pub equivalent: LinearSystem,

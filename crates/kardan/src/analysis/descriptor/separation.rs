@@ -184,7 +184,7 @@ fn column_basis(matrix: &Matrix<Rational>) -> Matrix<Rational> {
     Matrix::from_fn(rows.columns(), form.rank(), |i, j| form.form[(j, i)].clone())
 }
 
-/// Matrices beside each other.
+/// Horizontal concatenation of matrices.
 pub(super) fn beside(first: &Matrix<Rational>, other: &Matrix<Rational>) -> Matrix<Rational> {
     let width = first.columns();
     Matrix::from_fn(first.rows(), width + other.columns(), |i, j| match j.checked_sub(width) {

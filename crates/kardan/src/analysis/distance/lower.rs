@@ -13,11 +13,11 @@ const MOST_WORK: usize = 1_600_000_000;
 const MOST_TESTS: usize = 60_000;
 /// A singular value decomposition takes as long as so many decompositions of Cholesky.
 const OF_SINGULAR_VALUES: usize = 20;
-/// What is tried first, as a share of what is known from above, ...
+/// The first trial, as a share of the upper bound, ...
 const FIRST: f64 = 0.5;
-/// ... the operation then where that condition is true, ...
+/// ... the second trial if the first succeeds, ...
 const CLOSE: f64 = 0.905;
-/// ... and what where it does not.
+/// ... and if it fails.
 const LOW: f64 = 0.1;
 /// Squares are split no deeper: their corners are exact.
 const DEEPEST: u32 = 50;
@@ -50,7 +50,7 @@ struct Square {
     y: i64,
 }
 
-/// The upper half-plane with what is known of it.
+/// The upper half-plane with the results for it.
 struct Plane<'a> {
     pair: &'a ScaledPair,
     /// `A Aᵀ + B Bᵀ`.
@@ -72,7 +72,7 @@ impl<'a> Plane<'a> {
         let product = |one: &[f64], other: &[f64]| one.iter().zip(other).map(|(x, y)| x * y).sum::<f64>();
         let gram =
             Mat::from_fn(n, n, |i, j| product(pair.a.row(i), pair.a.row(j)) + product(pair.b.row(i), pair.b.row(j)));
-        // Twice the norm: the least value known is not above the norm of [A, B].
+        // Double the norm: the least value known is not above the norm of [A, B].
         let side = exp2(log2(2.0 * norms[1]).ceil()).max(f64::MIN_POSITIVE);
         Self { pair, gram, norms, side, corners: HashMap::new(), spent: 0 }
     }

@@ -5,7 +5,7 @@
 //!
 //! **From above** a real change is exhibited: with rows `Yᵀ` from singular vectors and any M, the change
 //! `Δ = −Y (YᵀY)⁻¹ [YᵀA − M Yᵀ, YᵀB]` makes `Yᵀ (A + ΔA) = M Yᵀ` and `Yᵀ (B + ΔB) = 0` hold exactly, over the rationals.
-//! **From below** squares of the complex plane are split until what is proven at their corners covers them, for half of the
+//! **From below** squares of the complex plane are split until the proofs at their corners cover them, for half of the
 //! least value known, then for nine tenths; `lower.rs` has the inequality and counts the rounding. That works up to about 50
 //! full states; for more, the work limit may end the search with a tenth or no bound, and above [`MOST_FROM_BELOW`] it is not tried.
 
@@ -28,7 +28,7 @@ use crate::results::{Complex, Invariant, MatrixDistance, NamedShare};
 pub use smallest::MOST_FROM_BELOW;
 use smallest::{ScaledPair, Smallest, left_eigenvectors, smallest};
 
-/// More states are not looked at.
+/// Systems with more states are not examined.
 pub const MOST_STATES: usize = 200;
 /// Local minima that are followed to their end.
 const FOLLOWED: usize = 6;

@@ -62,7 +62,7 @@ pub fn modes(system: &ConstrainedSystem, reduction: &Reduction) -> Option<Vec<Mo
 }
 
 /// The modes of a mechanical system with the eigenvalues of its exact factors, each as often as it is one: 2 · degrees_of_freedom roots
-/// altogether, whatever rounding makes of multiple ones.
+/// altogether, even if rounding splits multiple ones.
 ///
 /// Shapes and energies are those of [`modes`]: of the null vectors of `λ²H_r + λD_r + S_r`, as many independent ones as the factor has,
 /// repeated where an eigenvalue has fewer of them than its multiplicity. `factor`, `controllable` and
@@ -190,7 +190,7 @@ fn with_exact_values(
         }
     }
     if exact_poles.len() < count {
-        // What is left belongs to the factors that are not written out.
+        // The remaining ones belong to the factors that are not written out.
         let open: Vec<&Factor> = factors.iter().filter(|factor| factor.roots.is_empty()).collect();
         let of_open = |mode: Mode| Mode {
             factor: match open[..] {

@@ -11,7 +11,7 @@ const FEW_PRIMES: usize = 24;
 /// Most primes for one number where a proof is requested.
 const PRIMES_FOR_PROOF: usize = 20_000;
 
-/// Primes that are looked at where inputs do not reach all.
+/// Primes that are tried where inputs do not reach all.
 pub(super) const RANK_TRIALS: usize = 3;
 
 /// Most numbers in one proof by exact rows, where speed is requested.
@@ -23,7 +23,7 @@ pub(super) struct Limits {
     pub primes: usize,
     /// Most numbers in exact rows.
     pub numbers: usize,
-    /// How many images are looked at where inputs do not reach all.
+    /// How many images are tried where inputs do not reach all.
     pub trials: usize,
 }
 

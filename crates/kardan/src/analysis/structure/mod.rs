@@ -37,7 +37,7 @@ use statements::Statements;
 /// prime; `certificate.statements` lists what is proven and `certificate.failure_probability` bounds the rest.
 /// [`certified_structure`] leaves no rest.
 ///
-/// The bound holds for every system, also for one that was written to mislead: the primes that it is about are others each
+/// The bound is valid for every system, also for an adversarial one: its primes are others each
 /// time ([`Primes::unforeseen`]), and appear nowhere in the result. The primes in the certificate, whose minors are proofs
 /// with any prime, follow from the numbers of the system.
 ///
@@ -69,7 +69,7 @@ pub fn structure(system: &LinearSystem) -> Result<Structure, StructureError> {
     decide(system, None)
 }
 
-/// The same as [`structure`], every answer proven over the rationals: `certificate.proven` is true and the probability of
+/// The same as [`structure`], every result proven over the rationals: `certificate.proven` is true and the probability of
 /// failure zero.
 ///
 /// The polynomials, multiplicities, defects, zeros and relative degrees follow from the same computation modulo so many
@@ -109,7 +109,7 @@ fn decide(system: &LinearSystem, certify: Option<&dyn Fn(f64)>) -> Result<Struct
     decide_modulo(system, certify, [Primes::unforeseen(seed), Primes::new(seed)], &limits)
 }
 
-/// `drawn` are the primes that decide what is not proven; with `own`, which follow from the system, all is proven that the
+/// `drawn` are the primes that decide unproven results; with `own`, which follow from the system, all is proven that the
 /// certificate shows.
 fn decide_modulo(
     system: &LinearSystem,
@@ -132,7 +132,7 @@ fn decide_modulo(
     describe_ranks(&ranks, undecided, limits, &mut statements);
     let facts = certify.and_then(|progress| prove_all(system, &ranks, &mut own, progress, &mut statements));
 
-    // What is not proven is found modulo random primes.
+    // Unproven results come from random primes.
     let from_facts = facts.as_ref().and_then(certified::Facts::spectrum);
     let proven = from_facts.is_some();
     let spectrum = from_facts.unwrap_or_else(|| spectrum(&mut images, first, reached, dual_first, observable, limits));
@@ -228,7 +228,7 @@ pub fn state_modular(system: &LinearSystem, certificate: &mut Certificate, whats
     certificate.statements.extend(statements.list);
 }
 
-/// What is proven and by what; `primes` are those of the proofs of [`certified`].
+/// The proofs and their methods; `primes` are those of the proofs of [`certified`].
 fn certificate(
     system: &LinearSystem,
     statements: Statements,
@@ -332,7 +332,7 @@ mod tests {
 
     fn silent(_: f64) {}
 
-    /// The very primes that the analysis will draw divide the entries: it goes on to further ones.
+    /// The very primes that the analysis will draw divide the entries: it takes further ones.
     #[test]
     fn the_primes_in_use_do_not_mislead() {
         for count in [1, RANK_TRIALS, 2 * RANK_TRIALS, 20] {

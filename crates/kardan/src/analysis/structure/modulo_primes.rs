@@ -11,7 +11,7 @@ use crate::num::modular_polynomial::product;
 use crate::num::{ModularMatrix, Polynomial, Residue, reachable};
 use crate::results::Zeros;
 
-/// Factors with their roots, invariant factors in words, and the smallest invariant factor.
+/// Factors with their roots, invariant factors as text, and the smallest invariant factor.
 pub(super) fn spectrum(
     images: &mut Images<'_>,
     first: &Image,

@@ -75,7 +75,7 @@ impl Reach {
     }
 }
 
-/// The minor that shows the rank of what is spanned.
+/// The minor that shows the rank of the span.
 pub(super) fn minor(field: &PrimeField, columns: Vec<(usize, usize)>, span: &Span) -> Minor {
     let mut rows = span.pivots.clone();
     rows.sort_unstable();

@@ -1,10 +1,10 @@
-//! What is proven and what is only very probable, in sentences.
+//! Statements on which results are proven and which are only very probable.
 
 use crate::analysis::{LinearSystem, certified};
 use crate::num::PrimeField;
 use crate::results::Count;
 
-/// Collects what is proven and what is only very probable.
+/// Collects the proven and the only very probable results.
 pub(super) struct Statements {
     pub list: Vec<String>,
     /// How many of them are true only with high probability.

@@ -8,7 +8,7 @@ use crate::num::{Matrix, Rational, Scalar};
 pub struct ConditionFails {
     /// 1 to 4, as in the source.
     pub condition: usize,
-    /// What is wrong.
+    /// The violation.
     pub what: String,
 }
 
@@ -17,7 +17,7 @@ pub struct ConditionFails {
 /// 1. A, B, C have the partitions (6.73)-(6.75).
 /// 2. A_i, b_i, c_i have the form (6.76)-(6.78) with a chain of r_i integrators and γ_i ≠ 0.
 /// 3. (A_i, b_i) is controllable.
-/// 4. A row η that touches the states shared by several channels hears at least two of them:
+/// 4. A row η that touches the states shared by several channels responds to at least two of them:
 ///    `η (sI − A)⁻¹ B` has two nonzero entries. It has at most the i-th if and only if η annihilates what all other inputs
 ///    reach; so for every i no row of that left null space may touch the shared states.
 ///

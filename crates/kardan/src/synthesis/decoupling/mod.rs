@@ -6,7 +6,7 @@
 //!
 //! 1. [`observable_quotient`] leaves out what the outputs do not show (order 6 → 5 of the source's example),
 //! 2. [`relative_degrees`] and [`decouple`] give the gains of `u = −K x + L r − M d`, or the reason why there are none,
-//! 3. [`canonical_form`] shows what each channel consists of, [`zero_dynamics`] what goes on behind the outputs,
+//! 3. [`canonical_form`] gives the parts of each channel, [`zero_dynamics`] the motion that no output shows,
 //! 4. [`transfer_matrix`] and [`coupled_entries`] prove what the loop does.
 
 mod annihilator;

@@ -43,7 +43,7 @@ pub fn zero_dynamics(system: &LinearSystem) -> Result<ZeroDynamicsMatrix, NotDec
     let n = system.states.len();
     let lengths = degrees.degrees.iter().map(|degree| degree.unwrap_or(0)).enumerate();
     let rows: Vec<Vec<Rational>> = lengths.flat_map(|(i, length)| chain(system, i, length)).collect();
-    // The rows of all chains are independent: with as many as states nothing is left.
+    // The rows of all chains are independent: with as many as states there is no remainder.
     let (basis, free) = if rows.len() == n { (Matrix::zeros(n, 0), Vec::new()) } else { kernel(&stack(&rows, n)) };
     let feedback = inverse.multiply(&degrees.free);
     // (A − B F) V

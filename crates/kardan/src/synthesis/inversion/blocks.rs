@@ -5,7 +5,7 @@ use super::silverman::{StructureAlgorithm, structure_of_rows};
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Polynomial, Rational, characteristic_polynomial, echelon};
 
-/// Static feedback `u = −K x + L r` after which every block of outputs answers to its own references only.
+/// Static feedback `u = −K x + L r` after which every block of outputs responds to its own references only.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BlockDecoupling {
     /// Numbers of the outputs of each block.

@@ -15,7 +15,7 @@ pub struct Integrator {
     pub input: usize,
     /// The state as a combination of the inputs at its stage; 1 at `input`.
     pub combination: Vec<Rational>,
-    /// The same in words: `wg_motor`, `wg_motor' - 50 rk_motor`. A prime is a derivative.
+    /// The same as text: `wg_motor`, `wg_motor' - 50 rk_motor`. A prime is a derivative.
     pub before: String,
 }
 

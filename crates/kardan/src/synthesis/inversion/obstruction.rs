@@ -21,7 +21,7 @@ pub struct Obstruction {
 }
 
 impl Obstruction {
-    /// A relation in words: `wg.phi - 51 cs.phi + 50 fs.phi = 0`, `(s^2 + 3 s) rk.phi = 3 s cj.phi`.
+    /// A relation as text: `wg.phi - 51 cs.phi + 50 fs.phi = 0`, `(s^2 + 3 s) rk.phi = 3 s cj.phi`.
     pub fn notation(&self, relation: &[Polynomial]) -> String {
         let taking_part: Vec<usize> = (0..relation.len()).filter(|&i| !is_zero(&relation[i])).collect();
         if let [first, second] = taking_part[..] {

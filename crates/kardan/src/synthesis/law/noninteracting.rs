@@ -441,7 +441,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     Ok(Arc::new(Nonlinear::new(request, Arc::new(designed), task_specs, references_of_channels, friction_width)?))
 }
 
-/// M of `u = … − M d`: what the channels do not feel of torques on shafts, `Ku C H⁻¹ Kᵀ d`. A torque on the shaft of a torque
+/// M of `u = … − M d`: the compensation of torques on shafts, `Ku C H⁻¹ Kᵀ d`. A torque on the shaft of a torque
 /// channel is what the channel is for, and is not cancelled.
 fn disturbance_gain(
     request: &Request<'_>,

@@ -131,7 +131,7 @@ disturbances = [\"rk\", \"fs\"]
 const RATE_OVER_LIMIT: f64 = 80.0;
 /// Acceptable rate of a torque without a limit, N m/s.
 const RATE: f64 = 100.0;
-/// Share of a torque limit that the governor uses; the rest is for what it does not foresee.
+/// Share of a torque limit that the governor uses; the rest is a reserve for unpredicted torques.
 const GOVERNED: f64 = 0.9;
 /// Instants at which the governor predicts, and how far ahead, in time constants of the slowest reference model.
 const INSTANTS: usize = 24;
@@ -473,7 +473,7 @@ fn pushed(
     Ok(Matrix::from_fn(own, shafts.len(), |i, j| discrete.state[(i, own + j)]))
 }
 
-/// What each channel controls, with the output that shows it: of a torque along a shaft its speed.
+/// The controlled quantity of each channel, with the output that shows it: for a torque along a shaft its speed.
 fn tasks(plant: &Plant, values: &Values) -> Result<(Vec<Task>, Vec<OutputSignal>), SynthesisError> {
     let (mut tasks, mut outputs) = (Vec::new(), Vec::new());
     for channel in channels(values) {
@@ -681,7 +681,7 @@ fn assemble(
     })
 }
 
-/// Channels of torques whose shaft carries no estimated disturbance, each with what a torque of 1 N m along it makes of the
+/// Channels of torques whose shaft carries no estimated disturbance, each with the effect of a torque of 1 N m along it on the
 /// plant's states in one sample.
 fn unit_torque_responses(
     request: &Request<'_>,
@@ -995,7 +995,7 @@ impl Sampled {
                 _ => 0.0,
             }),
             on_references: Matrix::from_fn(m, r, |i, j| -feedback[(i, n + k + j)]),
-            // Without sensors of its own the law sees true angles and speeds.
+            // Without sensors of its own the law reads true angles and speeds.
             errors: if self.sensors.is_empty() { Matrix::zeros(size, 0) } else { from_readings.clone() },
             on_errors: if self.sensors.is_empty() { Matrix::zeros(m, 0) } else { on_readings.clone() },
             flowing: false,

@@ -5,7 +5,7 @@ use kardan_rt::functions::{atan, atan2};
 use super::Response;
 use super::one_channel::OneChannel;
 
-/// A factor that rounding makes of zero, where an open channel leaves a motion at zero: `1 + 1/M` at M = −1.
+/// A factor that is zero but for rounding, where an open channel leaves a motion at zero: `1 + 1/M` at M = −1.
 const NOTHING: f64 = 1e-9;
 
 /// Gain, phase, delay and disk margins of one channel of a loop, all others as designed. Frequencies in rad/s; `None` where there is no limit.

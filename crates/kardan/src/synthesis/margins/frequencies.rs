@@ -8,13 +8,13 @@ use super::Response;
 
 /// Frequencies in a decade, before any are added.
 const PER_DECADE: f64 = 24.0;
-/// At most so many are looked at.
+/// Most frequencies that are evaluated.
 const MOST: usize = 500;
 /// Parts of the larger of two neighbours by which a curve may move between them.
 const MOVES: f64 = 0.22;
 /// Rounds in which frequencies are added.
 const ROUNDS: usize = 12;
-/// How far the range goes beyond the slowest and the fastest pole, as a factor.
+/// The factor by which the range exceeds the slowest and the fastest pole.
 const BEYOND: f64 = 5.0;
 /// Widest range, as a factor.
 const WIDEST: f64 = 1e8;

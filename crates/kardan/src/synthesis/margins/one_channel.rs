@@ -8,13 +8,13 @@ use crate::synthesis::decoupling::common_denominator;
 
 /// Part of a peak by which a level is above it.
 pub(super) const LEVEL: f64 = 1e-9;
-/// How far from a place a peak is looked for, in the logarithm.
+/// The search range of a peak around a frequency, in the logarithm.
 const BESIDE: f64 = 0.3;
 /// Levels that are tried.
 const ROUNDS: usize = 60;
 
 /// `M(s) = n(s)/d(s)` without common roots. The coefficients are exact for the numbers of a realisation, so that no digits are lost where these are of very
-/// different sizes: what is found of M is off by the rounding of those numbers alone.
+/// different sizes: the error of M is that of the rounding of those numbers alone.
 pub(super) struct OneChannel {
     numerator: Polynomial,
     denominator: Polynomial,

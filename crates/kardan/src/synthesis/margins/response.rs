@@ -19,7 +19,7 @@ const ROUNDINGS: f64 = 10.0;
 const CERTAIN: f64 = 1e-4;
 /// Relative distance of a pole from the axis above which it is not on the axis.
 const NEXT_TO_AXIS: f64 = 1e-6;
-/// Places in a decade that are looked at, and beside a pole, in distances from the axis.
+/// Evaluated frequencies per decade, and next to a pole, in distances from the axis.
 const PER_DECADE: f64 = 25.0;
 const BESIDE: [f64; 7] = [0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
 /// Decades that are evaluated below the slowest and above the fastest pole.
@@ -32,14 +32,14 @@ const STEPS: usize = 60;
 /// The largest singular value of a response over all frequencies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LargestGain {
-    /// A value that is taken. Of one channel none is larger, but for the rounding of the realisation; of several it is the largest that was found beside
+    /// A value that is reached. For one channel none is larger, but for the rounding of the realisation; for several it is the largest that was found next to
     /// every pole and in between.
     pub value: f64,
     /// Where, rad/s; infinite where it is approached only.
     pub frequency: f64,
 }
 
-/// Why there is no answer at a frequency.
+/// Why there is no response at a frequency.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum FrequencyError {
     /// It is negative, infinite or no number.
@@ -57,7 +57,7 @@ pub enum FrequencyError {
     Pole(f64),
 }
 
-/// What a linear system makes of sines, `M(s) = C (sI − A)⁻¹ B + D`. Of a loop as errors of its channels see it: square and stable.
+/// The frequency response of a linear system, `M(s) = C (sI − A)⁻¹ B + D`. For a loop it is that to errors of its channels: square and stable.
 ///
 /// Places on the imaginary axis are those of `s = (z − 1)/(z + 1)` of a map `z⁺ = Φ z + Γ w`, which turns the unit circle into that axis:
 /// `s = j tan(ωT/2)`.
@@ -124,7 +124,7 @@ impl Response {
         all.iter().all(|m| m.as_slice().iter().all(|x| x.is_finite())).then_some(out)
     }
 
-    /// The same, of which A, B, C and D are known before rounding: from them follows what is found of one channel alone.
+    /// The same, with A, B, C and D known before rounding: they give the results for one channel alone.
     #[must_use]
     pub(in crate::synthesis) fn before_rounding(self, exact: [Matrix<Rational>; 4]) -> Self {
         Self { exact: Some(Arc::new(exact)), ..self }
@@ -407,10 +407,10 @@ pub(super) fn largest_between(places: &[f64], size: &dyn Fn(f64) -> f64) -> (f64
     best.fold((0.0, 0.0), |best, found| if found.0 > best.0 { found } else { best })
 }
 
-/// Peaks that are looked at closely.
+/// Peaks that are refined.
 const PEAKS: usize = 3;
 
-/// `[A B]` by rows to `[… A⁻¹ B]`, by elimination with row exchanges; what is singular gives what is no number.
+/// `[A B]` by rows to `[… A⁻¹ B]`, by elimination with row exchanges; a singular A gives NaN.
 fn solve(rows: &mut [Vec<c64>]) {
     let n = rows.len();
     for k in 0..n {
@@ -511,7 +511,7 @@ fn poles_of_rates(rates: &Matrix<f64>, sampled: bool) -> Option<Vec<(f64, f64)>>
 
 /// The largest singular value of a small matrix, to about a millionth where two are close, else to rounding.
 ///
-/// Powers of `MᴴM` by squaring, and the Rayleigh quotient of what is left: much faster than a decomposition at this size.
+/// Powers of `MᴴM` by squaring, and the Rayleigh quotient of the result: much faster than a decomposition at this size.
 pub(super) fn largest_singular(matrix: &Mat<c64>) -> f64 {
     let (rows, m) = (matrix.nrows(), matrix.ncols());
     if m == 1 && rows == 1 {

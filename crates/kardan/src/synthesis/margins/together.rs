@@ -15,7 +15,7 @@ const PHASES: usize = 24;
 /// How wrong all channels of a loop may be at once, each in its own way.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Together {
-    /// α: no set of errors `(1 + δ/2)/(1 − δ/2)` with |δ| below the first was found to make the loop unstable, as far as all frequencies were looked at; with
+    /// α: no set of errors `(1 + δ/2)/(1 − δ/2)` with |δ| below the first was found to make the loop unstable, at the evaluated frequencies; with
     /// the second one set is known that does. The worst lies between.
     pub disk: [f64; 2],
     /// The frequency of that set, rad/s.
@@ -26,8 +26,8 @@ pub struct Together {
 
 /// The disk margin of all channels at once, from both sides.
 ///
-/// The structured singular value of M + ½ with one complex error for each channel, at places beside every pole and in between. From above: the best scaling
-/// `D M D⁻¹` of each place. From below: the largest spectral radius of M + ½ with its rows turned. With up to three channels both agree. `None` if an
+/// The structured singular value of M + ½ with one complex error for each channel, at frequencies next to every pole and in between. From above: the best scaling
+/// `D M D⁻¹` at each frequency. From below: the largest spectral radius of M + ½ with its rows rotated. With up to three channels both agree. `None` if an
 /// iteration fails.
 pub fn together(response: &Response) -> Option<Together> {
     let half = response.balanced();
@@ -118,7 +118,7 @@ fn best_scaling(matrix: &Mat<c64>) -> f64 {
     let m = matrix.nrows();
     let (mut best, mut d) = osborne_scaling(matrix);
     let value = |d: &[f64]| scaled(matrix, d);
-    // Along single channels, then along sums of them, as kinks stop the former.
+    // Over single channels, then over sums of them, as kinks stop the former.
     let directions: Vec<Vec<f64>> = (1..1usize << m.saturating_sub(1).min(4))
         .map(|bits| (0..m).map(|k| f64::from(u8::from(bits >> k & 1 == 1))).collect())
         .chain((1..m).flat_map(|k| (k + 1..m).map(move |j| (k, j))).map(|(k, j)| {

@@ -1,4 +1,4 @@
-//! What a law sees behind an observer.
+//! The inputs of a law with an observer.
 
 use kardan_rt::hold;
 
@@ -7,7 +7,7 @@ use crate::num::{Matrix, StateArchive};
 use crate::reduce::Kinematics;
 use crate::synthesis::{Observation, Plant};
 
-/// From readings and estimates to what the law sees.
+/// From readings and estimates to the inputs of the law.
 #[derive(Clone)]
 pub(super) struct EstimatedView {
     pub readings: Vec<Reading>,
@@ -88,7 +88,7 @@ impl EstimatedView {
         hold(observation.readings, &mut self.values)
     }
 
-    /// What the law sees, its own states behind those of the observer: estimates, and in their place what is measured.
+    /// The inputs of the law, its own states after those of the observer: estimates, replaced by measurements where there are some.
     pub fn estimate<'a>(&'a mut self, observation: &Observation<'a>) -> Observation<'a> {
         self.invalid_readings = self.read(observation);
         let r = self.coordinates.len();

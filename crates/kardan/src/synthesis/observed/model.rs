@@ -111,7 +111,7 @@ impl FullModel<f64> {
         [columns(0, n), columns(n, m + readings.len())]
     }
 
-    /// The tables and lists of the block for a file, beside those of the mechanism.
+    /// The tables and lists of the block for a file, in addition to those of the mechanism.
     pub fn tables(&self) -> Vec<(String, Vec<Vec<f64>>)> {
         let numbers = |list: &[usize]| list.iter().map(|k| vec![*k as f64]).collect::<Vec<_>>();
         let gain = self.gain.chunks(self.sensors.len().max(1)).map(<[f64]>::to_vec).collect();
@@ -235,7 +235,7 @@ impl<T: Float> LinearModelBlock<T> {
         }
     }
 
-    /// What it has at rest.
+    /// Its values at rest.
     pub fn rest(&self) -> Option<&RestOfModel> {
         self.rest.as_ref()
     }

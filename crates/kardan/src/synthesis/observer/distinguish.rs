@@ -104,7 +104,7 @@ fn resolving(hidden: &Matrix<Rational>) -> Vec<Vec<usize>> {
     out
 }
 
-/// Combinations of the constant states (rows of A and B are zero) that vanish on all hidden ones, in words; empty if none of
+/// Combinations of the constant states (rows of A and B are zero) that vanish on all hidden ones, as text; empty if none of
 /// them is hidden.
 pub(super) fn observable_constants(explicit: &LinearSystem, hidden: &[Vec<Rational>]) -> Vec<String> {
     let zero = |m: &Matrix<Rational>, i: usize| m.row(i).iter().all(Scalar::is_zero);

@@ -25,9 +25,9 @@ pub struct Distinguishable {
     /// Smallest sets of torques, by number, that make all others known if they are measured; empty if none is needed. Not all
     /// are listed where there are more than [`MOST_SETS`](super::MOST_SETS) candidates.
     pub resolving: Vec<Vec<usize>>,
-    /// Motions that show in no sensor even if all torques are known, in words.
+    /// Motions that no sensor shows even if all torques are known, as text.
     pub hidden_motions: Vec<String>,
-    /// All this for a reader.
+    /// The result as sentences.
     pub sentences: Vec<String>,
 }
 

@@ -19,7 +19,7 @@ pub enum ObserverError {
         rank: usize,
         /// Number of states.
         states: usize,
-        /// States and torques, in words, that show in no sensor: `T_wg : T_cs : T_fs = 1 : -51 : 50`.
+        /// States and torques, as text, that show in no sensor: `T_wg : T_cs : T_fs = 1 : -51 : 50`.
         hidden: Vec<String>,
         /// The observable combinations of the constant torques as text, if not all are: `T_wg - 1/50 T_fs`.
         observable: Vec<String>,
@@ -73,13 +73,13 @@ pub enum ObserverError {
     NotDetectable {
         /// The modes, 1/s.
         modes: Vec<Pole>,
-        /// In words.
+        /// As text.
         hidden: Vec<String>,
     },
     /// Combinations of states that no noise moves and that do not decay: the filter would ignore the sensors.
     #[error("no noise acts on {}: the filter would stop correcting it; give it a noise intensity", combinations.join("; "))]
     Noiseless {
-        /// In words.
+        /// As text.
         combinations: Vec<String>,
     },
     /// The Riccati equation has no solution that floating point can find.

@@ -17,7 +17,7 @@ pub struct ObserverGain {
     pub indices: Vec<usize>,
     /// p_i(s) of each sensor, degree κ_i; the characteristic polynomial of A − LC is their product.
     pub polynomials: Vec<Polynomial>,
-    /// Combination of sensors whose error obeys p_i alone, in words; the sensor itself where it does.
+    /// Combination of sensors whose error obeys p_i alone, as text; the sensor itself where it does.
     pub channels: Vec<String>,
     /// Factors of these combinations, sensors × sensors.
     pub combinations: Matrix<Rational>,

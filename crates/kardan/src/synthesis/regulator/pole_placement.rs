@@ -55,7 +55,7 @@ pub enum PlacementError {
     TooOften {
         /// The pole, 1/s.
         pole: Pole,
-        /// How often it is wished for.
+        /// The requested multiplicity.
         times: usize,
         /// Rank of B.
         rank: usize,
@@ -84,7 +84,7 @@ pub enum PlacementError {
         modes: Vec<Pole>,
         /// Their exact polynomial.
         polynomial: String,
-        /// Combinations of states that no input reaches, in words.
+        /// Combinations of states that no input reaches, as text.
         combinations: Vec<String>,
     },
     /// E is singular.

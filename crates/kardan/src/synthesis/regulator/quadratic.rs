@@ -63,13 +63,13 @@ pub enum RiccatiError {
     /// R is not positive definite.
     #[error("the weight of the inputs is not positive definite: {direction} has a cost of zero or less")]
     InputWeight {
-        /// Inputs uᵀRu ≤ 0, in words.
+        /// Inputs uᵀRu ≤ 0, as text.
         direction: String,
     },
     /// `Q − N R⁻¹ Nᵀ` is not positive semidefinite.
     #[error("the weight of the states is not positive semidefinite: along {direction} it is {value:e}")]
     StateWeight {
-        /// The state x of unit length, in words.
+        /// The state x of unit length, as text.
         direction: String,
         /// xᵀ(Q − N R⁻¹ Nᵀ)x < 0.
         value: f64,

@@ -61,7 +61,7 @@ pub struct Unreached {
     pub polynomial: Polynomial,
     /// Its roots with their multiplicities: the fixed modes, 1/s.
     pub modes: Vec<Pole>,
-    /// Combinations of states that no input reaches, in words, one for each mode.
+    /// Combinations of states that no input reaches, as text, one for each mode.
     pub combinations: Vec<String>,
     /// States that represent the reached part, by number: it is x of these once `x_rest = rest · x_reached` is taken out.
     pub reached: Vec<usize>,

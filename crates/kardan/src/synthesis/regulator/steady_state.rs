@@ -78,7 +78,7 @@ pub fn steady_state(system: &LinearSystem) -> Result<SteadyState, SteadyStateErr
     })
 }
 
-/// A left null vector of `[A B; C D]` in words.
+/// A left null vector of `[A B; C D]` as text.
 fn reason(system: &LinearSystem, whole: &Matrix<Rational>) -> String {
     let n = system.states.len();
     let e = echelon(whole, &(0..whole.columns()).collect::<Vec<_>>());

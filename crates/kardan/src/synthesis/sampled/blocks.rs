@@ -19,7 +19,7 @@ pub struct LinearTask {
     pub kinks: Kinks,
     /// When it computes; `None`: at every instant.
     pub clock: Option<Clock>,
-    /// What its answers are called.
+    /// The names of its outputs.
     pub outputs: Vec<String>,
     /// What its references are called.
     pub references: Vec<String>,
@@ -48,7 +48,7 @@ pub struct LoopBlocks {
     kinks: Kinks,
 }
 
-/// Something that blocks compute: a task, and which of its answers or of what it remembers.
+/// A value that blocks compute: a task, and which of its outputs or states.
 type Node = (usize, ExportedSignal);
 
 /// Who follows from whom, by entries that are not zero.
@@ -69,7 +69,7 @@ impl Net<'_> {
         self.tasks.iter().enumerate().flat_map(of).collect()
     }
 
-    /// The task that answers that.
+    /// The task with that output.
     fn answer(&self, name: &str) -> Option<Node> {
         let of = |task: &LinearTask| task.outputs.iter().position(|answer| answer == name);
         self.tasks.iter().enumerate().find_map(|(number, task)| Some((number, ExportedSignal::Command(of(task)?))))
@@ -81,7 +81,7 @@ impl Net<'_> {
         self.laws.iter().enumerate().find_map(|(number, law)| Some((number, of(law)?)))
     }
 
-    /// Rows of a node: over references, over all that moves, over what its task remembers.
+    /// Rows of a node: over references, over all that moves, over the states of its task.
     fn rows(&self, (task, exported): Node) -> [Vec<f64>; 3] {
         let linear = &self.tasks[task].linear;
         let (row, [references, angles, speeds, errors, states]) = match exported {

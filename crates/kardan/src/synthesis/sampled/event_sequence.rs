@@ -47,7 +47,7 @@ pub(super) struct Periods {
 }
 
 impl Periods {
-    /// Of the clocks of parts and of their slow sensors; a loop without any is looked at every `otherwise` seconds.
+    /// Of the clocks of parts and of their slow sensors; a loop without any is evaluated every `otherwise` seconds.
     pub fn of(parts: &[SampledPart], otherwise: Option<f64>) -> Result<Self, SampledLoopError> {
         let clocks = || parts.iter().filter_map(|part| part.clock).map(|clock| clock.period);
         let slow = parts.iter().flat_map(|part| &part.slow).map(|(_, sensor)| sensor.period);
@@ -69,7 +69,7 @@ impl EventSequence<Rational> {
         let (mut off, mut size) = (f64::NEG_INFINITY, 0.0);
         for event in &self.events {
             if let LoopEvent::Jump(jump) = event {
-                // ‖J‖ off + each ‖M‖, and no more than twice that with the product of both.
+                // ‖J‖ off + each ‖M‖, and no more than double that with the product of both.
                 off = (off + sizes[*jump]).max(each + size) + 2.0;
                 size += sizes[*jump];
             }
@@ -78,13 +78,13 @@ impl EventSequence<Rational> {
     }
 }
 
-/// What is due at an instant, in the order in which it happens there.
+/// The events that are due at an instant, in their order there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Scheduled {
     Arrive(usize),
     Apply(usize),
     Read(usize, usize),
-    /// A task of blocks computes, before the laws that read its answers.
+    /// A task of blocks computes, before the laws that read its outputs.
     Answer(usize),
     Compute(usize),
 }
@@ -95,7 +95,7 @@ pub(super) struct EventSequence<S> {
     pub jumps: Vec<Jump<S>>,
     /// Jumps of waiting so long.
     intervals: Vec<(f64, usize)>,
-    /// Jumps of what is due.
+    /// Jumps of the due events.
     scheduled: Vec<(Scheduled, usize)>,
     /// Behind which happenings each law has its torques applied.
     pub applied: Vec<Vec<usize>>,

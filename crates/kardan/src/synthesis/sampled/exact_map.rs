@@ -16,7 +16,7 @@ use crate::results::{Stability, StabilityEvidence, StabilityVerdict};
 
 /// Binary digits to which exponentials are computed: more where fewer decide nothing.
 const DIGITS: [usize; 3] = [128, 256, 1024];
-/// States up to which a map is looked at.
+/// Most states of a map for this test.
 const MOST: usize = 32;
 /// Distances to the unit circle that are tried, as powers of two.
 const DISTANCES: [i32; 6] = [4, 8, 16, 32, 64, 128];

@@ -56,8 +56,8 @@ struct Places {
 }
 
 impl Problem {
-    /// The feedback that minimises, per sample, the mean square of the errors over what is acceptable plus the square of the
-    /// changes of the commands over what is acceptable. The errors are integrated exactly, between samples too.
+    /// The feedback that minimises, per sample, the mean square of the errors over the acceptable ones plus the square of the
+    /// changes of the commands over the acceptable ones. The errors are integrated exactly, between samples too.
     ///
     /// Disturbances are constant for the design, references too; both are known to the law.
     ///

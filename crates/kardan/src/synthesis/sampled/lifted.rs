@@ -8,7 +8,7 @@ use crate::num::{AtZero, Rounding, at_zero_rounded};
 
 /// Directions in which the disk is searched, over half a turn.
 const DIRECTIONS: usize = 24;
-/// Smallest and largest disk that is looked at, and the factor from one to the next.
+/// Smallest and largest disk that is tried, and the factor from one to the next.
 const DISKS: [f64; 3] = [0.01, 2.0, 1.25];
 /// Steps of the phase, over half a turn.
 const TURNS: usize = 36;
@@ -50,7 +50,7 @@ impl Lifted {
         self.radius((factor.re, factor.im)).is_some_and(|radius| radius < 1.0 + BEYOND)
     }
 
-    /// The least turn of the phase, rad, at which the loop is unstable; infinite if none is. Looked at every 5°.
+    /// The least phase change, rad, at which the loop is unstable; infinite if none is. Evaluated every 5°.
     pub fn phase(&self) -> f64 {
         let turn = |angle: f64| self.stable(c64::cis(angle));
         let step = PI / TURNS as f64;

@@ -14,7 +14,7 @@ use crate::results::Stability;
 
 /// Doublings of the time over which errors of readings add up: 4096 periods.
 const DOUBLINGS: usize = 12;
-/// Relative distance to an eigenvalue at which its vector is looked for.
+/// Relative distance to an eigenvalue at which its vector is computed.
 const BESIDE: f64 = 1e-9;
 /// Distances to the limit of stability below which the error of an eigenvalue is bounded by its condition.
 const CLOSE: f64 = 1e-4;
@@ -66,7 +66,7 @@ pub struct Slowest {
     pub frequency: f64,
     /// Whether no motion grows, to the rounding of the loop: the criterion of searches for a limit.
     pub stable: bool,
-    /// Whether it is stable but for what is left out; not decided where a motion is as near to the border as rounding may be off.
+    /// Whether it is stable but for the motions left out; not decided where a motion is as near to the border as rounding may be off.
     pub word: Stability,
     /// The number of uncontrolled rigid-body modes, exactly at zero (at one of a map) to the rounding of the loop, which are left out: constant angles, and speeds
     /// that are constant.
@@ -107,11 +107,11 @@ struct NonzeroSpectrum {
     /// How many are at zero.
     zeros: usize,
     nonzero: Vec<(f64, f64)>,
-    /// Those that are left out beside the ones at zero.
+    /// Those that are left out in addition to the ones at zero.
     dropped: Vec<(f64, f64)>,
     /// Entries on the diagonal of isolated states.
     isolated: Vec<f64>,
-    /// The matrix on the others, without what is at zero.
+    /// The matrix on the others, without the motions at zero.
     rest: Matrix<f64>,
     /// Below which size numbers counted as zero.
     rounding: f64,
@@ -235,8 +235,8 @@ impl SampledLoop {
         Self::with(plant, parts, None)
     }
 
-    /// The same with the references of all laws, and the errors of their readings, as constant states, for answers to steps;
-    /// a loop without sampled laws is looked at every `otherwise` seconds.
+    /// The same with the references of all laws, and the errors of their readings, as constant states, for step responses;
+    /// a loop without sampled laws is evaluated every `otherwise` seconds.
     ///
     /// # Errors
     /// [`SampledLoopError`]
@@ -315,7 +315,7 @@ impl SampledLoop {
         }
     }
 
-    /// The map if what is put on wires is multiplied by a complex number: real and imaginary part, without constants.
+    /// The map if the commands are multiplied by a complex number: real and imaginary part, without constants.
     pub(super) fn with_factor(&self, factor: c64) -> [Matrix<f64>; 2] {
         let n = self.map.rows();
         let (mut re, mut im) = (Matrix::identity(n), Matrix::zeros(n, n));

@@ -12,19 +12,19 @@ use crate::synthesis::{Clock, Law};
 
 /// Steps of the searches, as a factor.
 pub const LIMIT_STEP: f64 = 1.04;
-/// Half turns of a motion of the plant in one sample that are looked at closely, and how closely.
+/// Half periods of a motion of the plant in one sample around which the search is fine, and how fine.
 const HALF_TURNS: u32 = 4;
 const BESIDE: [f64; 9] = [0.99, 0.995, 0.998, 0.999, 1.0, 1.001, 1.002, 1.005, 1.01];
 /// The golden section, and how often it is taken.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 const SECTIONS: usize = 16;
-/// Shortest and longest sample time and lag that are looked at, s.
+/// Shortest and longest sample time and lag that are tried, s.
 const RANGE: [f64; 2] = [1e-6, 1.0];
-/// Largest factor of the loop gain that is looked at, either way.
+/// Largest factor of the loop gain that is tried, up and down.
 pub const GAINS: f64 = 100.0;
-/// Steps in a sample time in which a late motor is looked at.
+/// Steps per sample time in which the delay of one motor is tried.
 const LATE_STEPS: f64 = 10.0;
-/// Longest delay that is looked at, in sample times.
+/// Longest delay that is tried, in sample times.
 const DELAYS: f64 = crate::synthesis::LONGEST_DELAY;
 
 /// A controller in its loop, to be changed.
@@ -37,7 +37,7 @@ pub struct Survey<'a> {
     pub clocks: &'a [Option<Clock>],
     /// The controller that is changed.
     pub number: usize,
-    /// Blocks that the loop closes through. While another sample time is looked for they are taken as given, as they keep theirs.
+    /// Blocks in the loop. The search for another sample time leaves them unchanged, as they have sample times of their own.
     pub blocks: &'a LoopBlocks,
 }
 
@@ -52,14 +52,14 @@ pub struct Change {
     pub gain: f64,
     /// Which of its motors that factor is for; `None`: all of them.
     pub motor: Option<usize>,
-    /// How late commands reach that motor, beside the delay of the clock, s; of a sampled controller.
+    /// Additional delay of the commands to that motor, on top of the delay of the clock, s; of a sampled controller.
     pub late: f64,
 }
 
 /// Where a loop becomes unstable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {
-    /// The value that the loop just tolerates; infinite if all that was looked at is tolerated.
+    /// The value that the loop just tolerates; infinite if all tried values are tolerated.
     pub value: f64,
     /// The angular frequency of the motion that grows beyond the limit, rad/s; zero if it does not oscillate.
     pub frequency: f64,
@@ -222,7 +222,7 @@ impl Survey<'_> {
         all
     }
 
-    /// The longest sample time, s, that the loop tolerates with a delay that is this part of it: of those that are looked at, all shorter ones are
+    /// The longest sample time, s, that the loop tolerates with a delay that is this part of it: of those that are tried, all shorter ones are
     /// tolerated too. `None` if none is, or the law is made for one sample time.
     pub fn longest_period(&self, delay: f64) -> Option<Limit> {
         let single = self.clocks[self.number].is_some_and(|clock| clock.single);
@@ -249,8 +249,8 @@ impl Survey<'_> {
         self.first(std::iter::once(now).chain(more), 0, |lag| Change { lag: Some(lag), ..self.unchanged() })
     }
 
-    /// How much later its commands may reach one motor of the sampled controller, s: the least delay, beside that of the clock,
-    /// at which the exact map is unstable. Looked at every tenth of a sample, up to ten samples, then halved until it is known to
+    /// How much later its commands may reach one motor of the sampled controller, s: the least delay, in addition to that of the clock,
+    /// at which the exact map is unstable. Tried every tenth of a sample, up to ten samples, then halved until it is known to
     /// rounding. `None` if the controller has no clock or the loop is unstable as it is.
     pub fn motor_delay(&self, motor: usize) -> Option<Limit> {
         let period = self.clocks[self.number]?.period;
@@ -292,7 +292,7 @@ impl Survey<'_> {
     }
 }
 
-/// Where beside the middle one of three values a function that has one peak there is above zero, if it is found: the golden section of what is left, until
+/// Where next to the middle one of three values a function that has one peak there is above zero, if it is found: the golden section of the rest, until
 /// the peak stays below zero even if the function rises to it as it has risen from the lower end.
 fn growing_between([first, middle, last]: [(f64, f64); 3], grows: impl Fn(f64) -> f64) -> Option<(f64, f64)> {
     let at = |value: f64| (value, grows(value));

@@ -11,7 +11,7 @@ use crate::synthesis::{Clock, ExportedSignal, Law, LinearLaw};
 pub struct Wire {
     /// Which of the law's inputs.
     pub input: usize,
-    /// How late they are, beside the delay of the law's clock, s.
+    /// Their delay in addition to that of the law's clock, s.
     pub delay: f64,
 }
 
@@ -125,7 +125,7 @@ impl SampledPart {
         self.inputs.is_empty()
     }
 
-    /// How many commands it gives, or answers.
+    /// The number of its commands, or outputs.
     pub(super) fn outputs(&self) -> usize {
         self.linear.on_states.rows()
     }

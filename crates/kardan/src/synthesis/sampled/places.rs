@@ -282,7 +282,7 @@ impl<'a, S: Number> Places<'a, S> {
         out
     }
 
-    /// What goes into the rates (or the next values) of a law's states, over z, with these torques of its inputs.
+    /// The inputs of the rates (or the next values) of a law's states, over z, with these torques of its inputs.
     fn rates(&self, number: usize, torques: &Matrix<S>) -> Matrix<S> {
         let law = &self.laws[number];
         let from_plant = self.plant.over_states([&law.direct.angles, &law.direct.speeds]);

@@ -37,13 +37,13 @@ pub struct SlowSensor {
     pub name: String,
     /// Time between two readings, s.
     pub period: f64,
-    /// What it reads: shaft and factor.
+    /// Its measured shaft and factor.
     pub row: Vec<(usize, f64)>,
     /// How it reads them.
     pub reads: Reads,
 }
 
-/// What a sensor makes of shafts.
+/// The output of a sensor over shafts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reads {
     /// Their angles.
@@ -55,7 +55,7 @@ pub enum Reads {
 }
 
 impl SlowSensor {
-    /// What it means to read, over angles and speeds.
+    /// Its ideal reading, over angles and speeds.
     pub(super) fn true_rows(&self) -> [&[(usize, f64)]; 2] {
         if self.reads == Reads::Angles { [&self.row, &[]] } else { [&[], &self.row] }
     }

@@ -17,17 +17,17 @@ pub struct ControlLoop<'a> {
     pub plant: &'a LoopPlant,
     /// All controllers.
     pub parts: &'a [SampledPart],
-    /// The one that is looked at.
+    /// The selected one.
     pub number: usize,
 }
 
 /// The sample times of controllers and sensors differ.
 struct SeveralTimes;
 
-/// The loop as errors of a controller's readings see it.
+/// The loop for errors of a controller's readings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Readings {
-    /// What is read.
+    /// The reading.
     pub names: Vec<String>,
     /// From the errors to the true readings.
     pub loops: Response,
@@ -302,7 +302,7 @@ fn add_integrators(shares: &[Matrix<f64>], [a, b, c]: &mut [Matrix<f64>; 3]) {
     }
 }
 
-/// A system with the states alone that have a part in what goes from B to C.
+/// A system with only the states that contribute to the response from B to C.
 fn only_between<S: Scalar>(matrix: &Matrix<S>, [b, c, d]: [&Matrix<S>; 3]) -> [Matrix<S>; 4] {
     let states = between(matrix, b, c);
     let n = states.len();
@@ -314,7 +314,7 @@ fn only_between<S: Scalar>(matrix: &Matrix<S>, [b, c, d]: [&Matrix<S>; 3]) -> [M
     ]
 }
 
-/// The states that what enters by B reaches, and that the rows of C are reached from: the others have no part in what goes from one to the other.
+/// The states that are reached from B and that reach the rows of C: the others do not contribute to the response.
 fn between<S: Scalar>(matrix: &Matrix<S>, b: &Matrix<S>, c: &Matrix<S>) -> Vec<usize> {
     let n = b.rows();
     let spread = |mut reached: Vec<bool>, acts: &dyn Fn(usize, usize) -> bool| {

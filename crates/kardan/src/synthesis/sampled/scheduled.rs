@@ -158,7 +158,7 @@ impl ScheduleData {
     }
 }
 
-/// The block [`ScheduledRegulator`] in a precision, without what is the same at all points.
+/// The block [`ScheduledRegulator`] in a precision, without the data that all points share.
 #[derive(Debug, Clone)]
 pub(in crate::synthesis) struct Scheduled<T> {
     rows: Vec<T>,
