@@ -18,7 +18,7 @@ pub struct PencilBox {
     pub slopes: Vec<[Matrix<Rational>; 3]>,
 }
 
-/// What [`prove_box`] found.
+/// The result of [`prove_box`].
 #[derive(Debug, Clone, PartialEq)]
 pub enum BoxProof {
     /// The columns are independent for every λ and every x in the box. A proof, rounding included.

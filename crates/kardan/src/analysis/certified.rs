@@ -110,7 +110,7 @@ pub(super) struct Facts {
     zero_count: usize,
     /// How each claim is proven.
     pub statements: Vec<String>,
-    /// What could not be proven about multiplicities and invariant factors, and why.
+    /// Unproven results on multiplicities and invariant factors, with reasons.
     pub open_spectrum: Vec<String>,
     /// The same about zeros.
     pub open_zeros: Vec<String>,
@@ -275,7 +275,7 @@ pub(super) fn prove(
     attempt(&system, actions, primes, progress)
 }
 
-/// What was found modulo many primes.
+/// The results modulo many primes.
 #[derive(Default)]
 struct Gathered {
     primes: Vec<u64>,

@@ -361,7 +361,7 @@ fn together(reduced: &Reduced, tests: &Integrals, motion: &Motion) -> String {
     format!("; all {} rows together imply {some} between positions{of_time}{sums}", multiplier_constraints.len())
 }
 
-/// What a law of torque is.
+/// Text of a torque expression.
 fn describe_law(law: &Formula) -> String {
     let text: String = match law.expression.text() {
         long if long.chars().count() > MOST_OF_LAW => long.chars().take(MOST_OF_LAW).chain(" ...".chars()).collect(),

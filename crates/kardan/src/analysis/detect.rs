@@ -187,12 +187,12 @@ pub fn constant_is_detectable(system: &LinearSystem, fault: Fault, unknown: &[us
     }
 }
 
-/// What a set of sensors is to achieve.
+/// The requirement on a set of sensors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Goal {
-    /// It shows a fault of an input.
+    /// It detects a fault of an input.
     Shows(usize),
-    /// It shows the faults of all inputs that may fail, and of its own sensors.
+    /// It detects the faults of all inputs that may fail, and of its own sensors.
     ShowsAll,
     /// It also isolates each of them from the others.
     Isolates,

@@ -71,7 +71,7 @@ struct Base {
     unit: Rational,
 }
 
-/// Where a motion begins.
+/// The initial point of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Point {
     /// At small fractions, which a message can show.
@@ -81,7 +81,7 @@ pub(super) enum Point {
 }
 
 impl Point {
-    /// What else is drawn there.
+    /// The other random numbers there.
     pub fn random(self, what: &str) -> Random {
         match self {
             Self::Display(number) => Random::named(number.cast_unsigned(), what),

@@ -98,7 +98,7 @@ impl<'a> Images<'a> {
         Self { dual: Some(dual), ..Self::new(system, source) }
     }
 
-    /// What the images are of.
+    /// The system of the images.
     pub fn system(&self) -> &'a LinearSystem {
         self.dual.map_or(self.system, |dual| dual.get_or_init(|| self.system.transpose()))
     }

@@ -22,7 +22,7 @@ use crate::expr::{Expr, Symbol, lower};
 use crate::num::{ModularMatrix, PrimeField, Random, Rational, Reconstruction, Residue, random_prime};
 use crate::reduce::{Motion, Reduced};
 
-/// What the test found of a row.
+/// The result of the test for a row.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Integrable {
     /// It does not vanish at a point: no relation between positions has it as its derivative. The point, as text.
@@ -35,7 +35,7 @@ pub(super) enum Integrable {
     NotDecided(&'static str),
 }
 
-/// What was found of all rows together.
+/// The result for all rows together.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Integrals {
     /// Of each row.
@@ -285,7 +285,7 @@ fn values(motion: &Motion, trajectory: &mut GenericTrajectory, exprs: &[Expr]) -
     found.into_iter().map(|value| Some(value?.series)).collect()
 }
 
-/// What [`Rows::solved`] gives.
+/// The result of [`Rows::solved`].
 struct Solved {
     form: Vec<Vec<Series>>,
     transform: Vec<Vec<Series>>,

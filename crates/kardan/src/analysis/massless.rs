@@ -11,7 +11,7 @@ type Combination = Vec<(String, Rational)>;
 /// A system from which the motions without inertia are eliminated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Eliminated {
-    /// What remains, with regular E. A state that carries the name of an original one is that quantity.
+    /// The remaining system, with regular E. A state that carries the name of an original one is that quantity.
     pub system: LinearSystem,
     /// States that are no original ones but combinations of them, such as `z1 = a.w + b.w`.
     pub definitions: Vec<(String, Combination)>,

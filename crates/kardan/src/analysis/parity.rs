@@ -95,7 +95,7 @@ fn row_of(system: &LinearSystem, signal: ParitySignal) -> Vec<Rational> {
     }
 }
 
-/// What states and inputs fulfil without a rate: rows `[wᵀA, wᵀB]` with `wᵀE = 0`.
+/// The algebraic equations of states and inputs: rows `[wᵀA, wᵀB]` with `wᵀE = 0`.
 fn rateless(system: &LinearSystem) -> Matrix<Rational> {
     let free = left_null(&system.e);
     let (a, b) = (free.multiply(&system.a), free.multiply(&system.b));

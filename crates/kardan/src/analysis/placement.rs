@@ -18,7 +18,7 @@ pub struct Candidate {
     pub column: Vec<Rational>,
 }
 
-/// What ranks the sets.
+/// The measure that ranks the sets.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Measure {
     /// The smallest eigenvalue of the Gramian over the horizon, states scaled by these factors; larger is better.

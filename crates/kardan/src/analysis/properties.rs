@@ -1,4 +1,4 @@
-//! What follows from the structure: stability, decoupling and transmission zeros, indices, zeros at infinity.
+//! Properties from the structure: stability, decoupling and transmission zeros, indices, zeros at infinity.
 
 use super::LinearSystem;
 use super::certified::{norm_bits, whole};
@@ -24,7 +24,7 @@ const MOST_EXACT_ROWS: usize = 96;
 /// Primes for one characteristic polynomial.
 const MOST_PRIMES: usize = 400;
 
-/// What follows from the structure of a system; `realisations` are its own, `None` where they are not known. In discrete time
+/// The properties that follow from the structure of a system; `realisations` are its own, `None` where they are not known. In discrete time
 /// stable means inside the unit circle.
 ///
 /// Stability is decided by the signs of proven roots of exact characteristic polynomials, in discrete time after

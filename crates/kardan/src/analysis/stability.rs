@@ -7,7 +7,7 @@ use crate::num::{
 };
 use crate::results::{BorderMotion, Stability, StabilityEvidence, StabilityVerdict};
 
-/// What the border of stability is.
+/// The border of stability.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Plane {
     /// The imaginary axis.

@@ -251,7 +251,7 @@ fn sum(terms: &[DirectionalTerm<Rational>], shafts: usize) -> Matrix<Rational> {
     sum_of_outer(terms.iter().map(|term| (&term.row, term.value.clone())), shafts)
 }
 
-/// What laws make of small motions.
+/// The effect of laws on small motions.
 fn loads(slopes: Vec<LawSlopes>) -> Vec<DirectionalTerm<LoadSlopes>> {
     let load = |LawSlopes { element, row, on_positions, on_rates, .. }: LawSlopes| {
         let value = LoadSlopes { on_positions, on_rates };
@@ -378,7 +378,7 @@ impl LinearSystem {
     }
 }
 
-/// What is placed.
+/// The kind of element to place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
     /// Motors, for controllability.

@@ -138,7 +138,7 @@ impl Above {
     }
 }
 
-/// What a number is where some sums are above zero.
+/// The value of a number where some sums are above zero.
 #[derive(Debug, Clone, PartialEq)]
 struct Case {
     conditions: Vec<Above>,

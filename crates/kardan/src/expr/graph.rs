@@ -165,7 +165,7 @@ impl PiecewisePolynomial {
     }
 }
 
-/// What a node is made of.
+/// The operation and the operands of a node.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(super) enum Node {
     Number(Rational),
@@ -573,7 +573,7 @@ impl Graph {
         out
     }
 
-    /// What more than one product of the graph is divided by.
+    /// Common divisors of several products of the graph.
     pub(super) fn shared_divisors(&self) -> HashSet<Expr> {
         let (mut once, mut shared) = (HashSet::new(), HashSet::new());
         for node in &self.nodes {

@@ -55,7 +55,7 @@ struct Lowering<'a, D: Domain> {
     values: HashMap<Expr, D::Value>,
     /// Sine and cosine of an argument.
     angles: HashMap<Expr, [D::Value; 2]>,
-    /// What several products are divided by, and one over it.
+    /// Common divisors of several products, and their reciprocals.
     divisors: OnceCell<HashSet<Expr>>,
     reciprocals: HashMap<Expr, D::Value>,
 }

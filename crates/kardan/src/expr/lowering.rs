@@ -10,7 +10,7 @@ use crate::units::{Called, Dimension, Exact, Expression, Kind, Node, UnitError, 
 pub enum Named {
     /// A value known now.
     Constant(Exact, Dimension),
-    /// What varies.
+    /// A varying expression.
     Varying(Expr, Dimension),
     /// A table, which is called.
     Table(Arc<Lookup>),

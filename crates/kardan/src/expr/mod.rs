@@ -1,4 +1,4 @@
-//! Exact expressions: a graph in which equal things are one node.
+//! Exact expressions: a graph in which equal subexpressions share one node.
 //!
 //! Constants are rationals and π, so that zeros are exact zeros. Sums have their terms with rational factors, products
 //! their factors with whole powers, both in one order; only exact identities are used. The same graph is differentiated,

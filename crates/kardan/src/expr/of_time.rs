@@ -246,7 +246,7 @@ impl OfTime {
         Self { graph, time: self.time, parts, value, dimension }
     }
 
-    /// As a person would write it; parts by their names.
+    /// As in a source text; parts by their names.
     pub fn text(&self) -> String {
         self.formatted(Style::Text, &|name| name.into())
     }

@@ -162,7 +162,7 @@ pub fn linear_sides(graph: &mut Graph, exprs: &[Expr], place: &dyn Place) -> Opt
     Some(linear(graph, sides, place, &mut GuardNames::new()))
 }
 
-/// What expressions are on some sides, to first order.
+/// The expressions on some sides, to first order.
 fn linear(graph: &mut Graph, own: Vec<Sided>, place: &dyn Place, names: &mut GuardNames) -> Vec<Linear> {
     let guards: Vec<Expr> = own.iter().flat_map(|side| side.guards.iter().map(|(guard, _)| *guard)).collect();
     let exactly = sides::exactly(graph, &guards, place);

@@ -58,7 +58,7 @@ pub fn parenthesised(latex: &str) -> String {
     }
 }
 
-/// What has more letters may need more lines than one.
+/// Longer text may need several lines.
 const LONG: usize = 300;
 
 /// Without parentheses around all of it, which a bar of a fraction does not need.

@@ -1,6 +1,6 @@
 //! Expressions on the sides of a kink or a jump.
 //!
-//! A *guard* is what chooses a piece by its sign: the argument of `abs`, the difference of what `min`, `max` and `if` compare, the distance of a
+//! A *guard* selects a piece by its sign: the argument of `abs`, the difference of what `min`, `max` and `if` compare, the distance of a
 //! table's argument from a point. Where it vanishes its derivative is that of one side, and all that has the same guard has to be on the same side:
 //! `sign(x)·abs(x)` is x on both. A guard is named with its first term not subtracted and without a factor: `x`, `−2x` and `x³` are one.
 
@@ -40,7 +40,7 @@ pub struct Side {
     pub below: BTreeSet<String>,
 }
 
-/// What expressions are on one side.
+/// The expressions on one side.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Sided {
     /// The guards that vanish at the place, and whether they are above zero here.
@@ -66,7 +66,7 @@ impl GuardNames {
         Self::default()
     }
 
-    /// What a guard is called.
+    /// The name of a guard.
     pub fn of(&mut self, graph: &Graph, guard: Expr) -> String {
         self.0.entry(guard).or_insert_with(|| printed(graph, guard, Style::Text, &|name| name.into())).clone()
     }
@@ -225,7 +225,7 @@ impl Graph {
         self.sum(Rational::ZERO, &terms)
     }
 
-    /// What expressions are on all sides of guards that vanish by this: sides that do not exist may be among them. `None`: too many.
+    /// The expressions on all sides of guards that vanish by this: sides that do not exist may be among them. `None`: too many.
     pub fn all_sides(&mut self, exprs: &[Expr], vanishes: &dyn Fn(Expr) -> bool) -> Option<Vec<Sided>> {
         let (guards, guarded_kinks) =
             self.guarded_kinks(exprs, &mut |_, guards| guards.iter().map(|guard| vanishes(*guard)).collect());
@@ -235,7 +235,7 @@ impl Graph {
         })
     }
 
-    /// What expressions are on the sides of a place. Where guards vanish to first order there are those sides alone that can be reached from it; the first
+    /// The expressions on the sides of a place. Where guards vanish to first order there are those sides alone that can be reached from it; the first
     /// is that of the highest guards. `None`: too many.
     pub fn sides(&mut self, exprs: &[Expr], place: &dyn Place) -> Option<Vec<Sided>> {
         let (guards, guarded_kinks) = self.guarded_kinks(exprs, &mut |graph, guards| graph.vanish(guards, place));
@@ -244,7 +244,7 @@ impl Graph {
         self.on_all_sides(exprs, (&guards, &guarded_kinks), &mut reachable)
     }
 
-    /// What expressions are on the side of a place that a direction leads to.
+    /// The expressions on the side of a place that a direction leads to.
     pub fn one_sided_slope(&mut self, exprs: &[Expr], place: &dyn Place, direction: Direction<'_>) -> Sided {
         let (guards, guarded_kinks) = self.guarded_kinks(exprs, &mut |graph, guards| graph.vanish(guards, place));
         let values = lower(self, &guards, &mut Floating::<f64>::default(), |symbol| place.beside(symbol, direction));

@@ -1,4 +1,4 @@
-//! Expressions as numbers: a block of `kardan-rt` that computes with them writes its formula down.
+//! Expressions as numbers: a block of `kardan-rt` that computes with them gives its formula.
 
 use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};

@@ -3,12 +3,12 @@ use faer::linalg::solvers::DenseSolveCore;
 
 use super::{Matrix, balance};
 
-/// Of how many roundings of the largest entries a matrix is known.
+/// The accuracy of a matrix, in roundings of the largest entries.
 const ROUNDINGS: f64 = 16.0;
 /// Of how many such limits a number is not zero, however it was computed: an inverse then has a digit at least.
 const CLEAR: f64 = 8.0;
 
-/// What of a square matrix is at zero, and the rest.
+/// The eigenvalues of a square matrix at zero, and the rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AtZero {
     /// Vectors that span what powers of the matrix send to zero, n × k; k is the number of eigenvalues at zero.

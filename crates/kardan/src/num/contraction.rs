@@ -178,7 +178,7 @@ struct Whole {
 }
 
 impl Whole {
-    /// What floating point found, cut to so many digits; `None` if a number is not finite.
+    /// The floating-point result, truncated to so many digits; `None` if a number is not finite.
     fn of(matrix: &Mat<f64>, digits: usize) -> Option<Self> {
         let (rows, columns) = (matrix.nrows(), matrix.ncols());
         let value = |x: f64| {

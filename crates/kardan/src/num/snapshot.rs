@@ -1,4 +1,4 @@
-//! Numbers of something that runs, taken out and put back bit for bit.
+//! Save and restore of the numbers of a running block or machine, bit for bit.
 
 /// Visits the numbers of a running block or machine, always in the same order: reads them out, or replaces them. So one
 /// list of the state serves for saving and restoring.

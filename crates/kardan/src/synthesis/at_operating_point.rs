@@ -11,7 +11,7 @@ use crate::names::{SignalName, carrier};
 use crate::num::StateArchive;
 use crate::results::{DataNumber, Design};
 
-/// What angles, readings, references and torques are at an operating point.
+/// The values of angles, readings, references and torques at an operating point.
 #[derive(Debug, Clone, PartialEq, Default)]
 struct Rest {
     /// Of all shafts, less those at zero coordinates, rad.

@@ -1,4 +1,4 @@
-//! A sampled law whose commands a signal takes away.
+//! A sampled law whose commands a blending signal scales.
 
 use std::sync::Arc;
 

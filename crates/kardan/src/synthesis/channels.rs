@@ -71,7 +71,7 @@ pub(super) fn position_of(output: &str) -> Physical {
     if SignalName::new(output).is(Quantity::Position) { Physical::Position } else { Physical::Angle }
 }
 
-/// What acts along an output: a torque along an angle, a force along a position.
+/// The effort of an output: the torque of an angle, the force of a position.
 pub(super) fn effort_of(output: &str) -> Physical {
     if SignalName::new(output).is(Quantity::Position) { Physical::Force } else { Physical::Torque }
 }

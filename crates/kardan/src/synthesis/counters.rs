@@ -1,4 +1,4 @@
-//! Charges that only count what has flowed.
+//! Charges that are integrators without effect.
 
 use std::sync::Arc;
 
@@ -12,12 +12,12 @@ use crate::num::{Matrix, Rational, Scalar, echelon, rational_from_f64};
 pub struct Counters {
     /// One column for each, a row for each reduced coordinate.
     pub directions: Matrix<Rational>,
-    /// Of each the coordinate that it is measured by, in which the others are zero: in its place all else is known without it.
+    /// For each the coordinate that measures it, in which the others are zero: without this coordinate the rest of the state is determined.
     pub measured: Vec<usize>,
 }
 
 impl Counters {
-    /// The directions that these rows over the reduced coordinates do not see; entries behind these do not matter.
+    /// The directions that these rows over the reduced coordinates do not measure; entries after these do not matter.
     fn null_directions<'a>(plant: &Plant, rows: impl Iterator<Item = &'a [Rational]>) -> Self {
         let coordinates = &plant.reduced.coordinates;
         let is_charge = |k: &usize| plant.reduced.equations.domain(coordinates[*k]).counts();

@@ -12,7 +12,7 @@ use crate::results::{Design, Physical};
 /// For each of some expressions the guards at which it has kinks, and those at which it jumps.
 pub type Kinks = Vec<[Vec<String>; 2]>;
 
-/// How the names of states begin that are estimates.
+/// Prefix of the names of states that are estimates.
 const ESTIMATE: &str = "estimate of ";
 
 /// A designed law. It measures angles and speeds of shafts and commands inputs; it has no state of any run.
@@ -21,7 +21,7 @@ pub trait Law: Send + Sync {
     fn inputs(&self) -> &[String];
     /// The signals that the scenario sets for it.
     fn references(&self) -> &[Reference];
-    /// What these are where it rests.
+    /// Their values at its equilibrium.
     fn references_at_rest(&self) -> Vec<f64> {
         vec![0.0; self.references().len()]
     }
@@ -29,7 +29,7 @@ pub trait Law: Send + Sync {
     fn states(&self) -> Vec<String> {
         Vec::new()
     }
-    /// What its observer finds, for blocks to read: names without that of the law (`rk.disturbance`, `fs.w`), and which of its states each
+    /// The estimates of its observer, for blocks to read: names without that of the law (`rk.disturbance`, `fs.w`), and which of its states each
     /// is, as they are foretold for its next sample.
     fn estimates(&self) -> Vec<(String, usize)> {
         let estimate = |(k, name): (usize, String)| Some((name.strip_prefix(ESTIMATE)?.to_string(), k));
@@ -45,10 +45,10 @@ pub trait Law: Send + Sync {
     fn start(&self, _angles: &[f64], _speeds: &[f64], out: &mut [f64]) {
         out.fill(0.0);
     }
-    /// What of it computes: at every instant, or at the samples of a clock. `None` if a number overflows there, or the law is for
+    /// Its running part: at every instant, or at the samples of a clock. `None` if a number overflows there, or the law is for
     /// another sample time.
     fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>>;
-    /// What runs in a loop.
+    /// The running part in a loop.
     fn run(&self) -> LawRuntime {
         let Some(block) = self.block(self.clock()) else {
             unreachable!("a law is designed for its own clock");

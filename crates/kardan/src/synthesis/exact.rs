@@ -20,7 +20,7 @@ pub struct ExactLoop {
     pub behind: Option<Polynomial>,
     /// Whether the law inverts the plant, so that it cancels zeros.
     pub inverts: bool,
-    /// What the law does, before its gains are rounded; `None` if that is not known as a whole.
+    /// The exact law, before its gains are rounded; `None` if it is not known as a whole.
     pub law: Option<ExactLaw>,
 }
 

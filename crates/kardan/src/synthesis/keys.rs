@@ -1,4 +1,4 @@
-//! The keys that every law has besides its own.
+//! The keys that all laws share.
 
 /// Declares the keys of a law, as [`keys!`](crate::schema::Keys) does, and adds those that all laws have.
 macro_rules! law_keys {

@@ -31,13 +31,13 @@ pub struct LawKind {
 }
 
 impl LawKind {
-    /// All references that the keys of a controller introduce: those of the law, and the signal that fades its commands.
+    /// All references that the keys of a controller introduce: those of the law, and its blending signal.
     pub fn all_references(&self, values: &Values) -> Vec<Reference> {
         (self.references)(values).into_iter().chain(fade(values)).collect()
     }
 }
 
-/// What a law is designed for.
+/// The design problem of a law.
 #[derive(Debug, Clone, Copy)]
 pub struct Request<'a> {
     /// Name of the controller in the model file.

@@ -5,7 +5,7 @@ use kardan_rt::Health;
 use super::Clock;
 use crate::num::StateArchive;
 
-/// What of a law computes: code of `kardan-rt` with its numbers and its work space, made for every instant or for a sample time.
+/// The running part of a law: code of `kardan-rt` with its numbers and its work space, for every instant or for a sample time.
 pub trait Block: Send {
     /// Commands in N m. Returns whether they are finite; if not, the written values are invalid.
     fn command(&mut self, observation: Observation<'_>, out: &mut [f64]) -> bool;

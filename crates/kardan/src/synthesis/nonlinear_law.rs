@@ -113,7 +113,7 @@ impl<T: Float> Block for ComputedTorqueBlock<T> {
     }
 }
 
-/// What a channel of a nonlinear law controls, before the model is tabulated.
+/// The controlled quantity of a channel of a nonlinear law, before the model is tabulated.
 pub(super) enum TaskSpec {
     Task(Task<f64>),
     /// The constraint torque that a sensor would measure.

@@ -1,4 +1,4 @@
-//! What laws with inputs and output channels have in common: reading their keys, the model they are for, disturbances, data.
+//! The common parts of laws with inputs and output channels: reading their keys, the model they are for, disturbances, data.
 
 use super::channels::{check_dynamics, compensation, once, reference};
 use super::counters::{ReducedStates, counters_of};
@@ -10,7 +10,7 @@ use crate::names::SignalName;
 use crate::num::{Matrix, Rational, rational_from_f64};
 use crate::schema::{Field, Kind};
 
-/// What laws command: the torque of a motor, the voltage of a source.
+/// The command of a law: the torque of a motor, the voltage of a source.
 pub(super) const ACTUATORS: &[&str] = &["motor", "voltage_source"];
 
 /// The motors of a law.

@@ -32,9 +32,9 @@ pub struct Plant {
     pub frozen: Option<Vec<f64>>,
     /// Kind and name of each element, for messages.
     pub elements: Vec<(String, String)>,
-    /// What signals are as they begin, by name.
+    /// Initial values of signals, by name.
     pub signals: BTreeMap<String, f64>,
-    /// What a law that follows its joints was designed to be at other positions.
+    /// The designs of a law that follows its joints at other positions.
     pub(super) schedule_cache: ScheduleCache,
 }
 
@@ -66,7 +66,7 @@ impl Plant {
         }
     }
 
-    /// The same, linear on a side of the kinks of its torques.
+    /// The same, linearised on one side of the kinks of its torques.
     #[must_use]
     pub fn on_side(&self, side: &Side) -> Self {
         if law_slopes_at(&self.reduced, &self.point).iter().all(|slopes| slopes.kinks.is_empty()) {
@@ -97,7 +97,7 @@ impl Plant {
         number.and_then(|number| self.point.torques.as_ref().map(|torques| torques[number])).unwrap_or(0.0)
     }
 
-    /// What the operating point leaves of the torque limit of an input's motor either way, N m; `None` if it has none.
+    /// The margin between the torque at the operating point and the torque limit of an input's motor in each direction, N m; `None` if it has none.
     pub fn torque_reserve(&self, input: usize) -> Option<f64> {
         let trim = self.point.torques.as_ref().map_or(0.0, |torques| torques[input].abs());
         self.torque_limit(input).map(|limit| limit - trim)
@@ -132,7 +132,7 @@ impl Plant {
         kinematics.speeds
     }
 
-    /// What a reading is at the operating point, less that at zero coordinates; `None` where it depends on torques at once.
+    /// The value of a reading at the operating point, less that at zero coordinates; `None` where it depends directly on torques.
     pub fn at_rest(&self, measured: &Measured) -> Option<f64> {
         let angles = self.angles_at_rest();
         match measured {

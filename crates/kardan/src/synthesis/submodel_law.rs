@@ -14,11 +14,11 @@ use crate::results::Design;
 struct SubmodelLaw {
     law: Arc<dyn Law>,
     part: Part,
-    /// What the part leaves out, as text.
+    /// The elements that the part leaves out, as text.
     excluded: String,
 }
 
-/// Where the coordinates of a part are in the whole model.
+/// The locations of the coordinates of a part in the whole model.
 #[derive(Debug, Clone)]
 struct Part {
     /// Of all its coordinates.

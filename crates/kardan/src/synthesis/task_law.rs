@@ -17,7 +17,7 @@ use crate::program::{Read, Task};
 use crate::reduce::Reduced;
 use crate::results::{ControllerData, DataMatrix, Design, Physical, ReadSignal};
 
-/// Where an input of a task comes from.
+/// The source of an input of a task.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Comes {
     Angle(usize),
@@ -114,7 +114,7 @@ const MOST_EXACT: usize = 32;
 const DIRECTIONS: usize = 8;
 /// By how much values or slopes differ there that are not the same, relative to their size or to one.
 const ROUGH: f64 = 1e-5;
-/// What values that a task reads may be rounded by, relative.
+/// The relative rounding of values that a task reads.
 const ROUNDED: f64 = 4.0 * f64::EPSILON;
 
 /// The parts of a direction in which a place is left: no sum of these with fractions is zero, so that guards with these stay away from it.

@@ -33,7 +33,7 @@ pub(super) fn check_stable(polynomial: &Polynomial, outputs: &[String]) -> Resul
     })
 }
 
-/// All roots of a polynomial, as often as they are, by size; conjugates next to each other.
+/// All roots of a polynomial, with multiplicity, by size; conjugates next to each other.
 pub fn roots(polynomial: &Polynomial) -> Vec<Pole> {
     let mut out = Pole::list(polynomial.roots());
     out.sort_by(|a, b| a.abs().total_cmp(&b.abs()).then(a.re.total_cmp(&b.re)).then(b.im.total_cmp(&a.im)));

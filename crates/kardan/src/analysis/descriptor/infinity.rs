@@ -1,4 +1,4 @@
-//! What inputs reach and outputs show of the modes at infinity.
+//! Controllable and observable modes at infinity.
 
 use super::separation::{Separation, beside, kernel};
 use crate::analysis::system::LinearSystem;

@@ -1,6 +1,6 @@
 //! Systems `E ẋ = A x + B u`, `y = C x + D u` with a singular E, exact.
 //!
-//! Where det(sE − A) is not zero for all s, the pencil comes apart: with `M = (s₀E − A)⁻¹E` for some regular s₀ the kernel of
+//! Where det(sE − A) is not zero for all s, the pencil separates: with `M = (s₀E − A)⁻¹E` for some regular s₀ the kernel of
 //! `M^ν` is the part of infinite eigenvalues, its image that of finite ones (Wong 1974). In these coordinates
 //! `ż = J z + B₁u` and `N ẇ = w + B₂u` with a nilpotent N, so `w = −Σ Nⁱ B₂ u⁽ⁱ⁾`: the transfer matrix is
 //! `C₁ (sI − J)⁻¹ B₁ + D − Σ C₂ Nⁱ B₂ sⁱ`.

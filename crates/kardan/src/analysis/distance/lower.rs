@@ -35,7 +35,7 @@ pub(super) fn proven(pair: &ScaledPair, upper: f64) -> f64 {
     }
 }
 
-/// Which values are known of a corner: squares of σ_min that it has at least, and that could not be shown.
+/// The results at a corner: proven lower bounds of the square of σ_min, and values that could not be proven.
 #[derive(Debug, Clone, Copy)]
 struct Corner {
     certified: f64,
@@ -169,7 +169,7 @@ impl<'a> Plane<'a> {
     }
 }
 
-/// What the smallest singular value of `[A − λI, B]` is not below.
+/// A lower bound of the smallest singular value of `[A − λI, B]`.
 ///
 /// For computed factors, `σ_min(M) ≥ σ_min(U) σ_min(S) σ_min(V) − ‖M − U S Vᴴ‖` (Weyl); how far U and V are from
 /// orthonormal and the products from M is computed, with the rounding of each inner product of length k at most

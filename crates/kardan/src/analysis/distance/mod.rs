@@ -1,4 +1,4 @@
-//! How far given matrices are from a system that is not controllable (observable): bounds from both sides.
+//! The distance of given matrices to the nearest uncontrollable (unobservable) system: bounds from both sides.
 //!
 //! The distance is `min ‖[ΔA, ΔB]‖` over all changes after which some mode is not reached; it equals the least of
 //! `σ_min([A − λI, B])` over all complex λ for complex changes (Eising 1984), and is not smaller for real ones.

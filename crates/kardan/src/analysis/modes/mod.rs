@@ -209,7 +209,7 @@ fn with_exact_values(
 /// The remaining modes when for each known root the nearest one is removed from `count` roots; `None` if the modes do not
 /// represent that many.
 ///
-/// Where one root of a pair is taken out, the pair is what rounding has made of two real roots.
+/// If one root of a pair is removed, rounding has merged two real roots into the pair.
 fn remaining_modes(modes: Vec<Mode>, exact_poles: &[Pole], count: usize) -> Option<Vec<Mode>> {
     let both = |(k, mode): (usize, &Mode)| {
         let Complex { re, im } = mode.eigenvalue;

@@ -1,4 +1,4 @@
-//! Eigenvalues with their eigenvectors, in floating point.
+//! Eigenvalues and eigenvectors in floating point.
 
 use std::collections::BTreeSet;
 

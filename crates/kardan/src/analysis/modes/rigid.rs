@@ -1,4 +1,4 @@
-//! Motions that stretch no spring, exactly.
+//! Rigid-body modes (motions that stretch no spring), exactly.
 
 use faer::c64;
 

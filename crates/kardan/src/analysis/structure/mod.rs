@@ -1,4 +1,4 @@
-//! The structure of a linear system: what inputs reach and outputs show, eigenvalues and zeros with their multiplicities.
+//! The structure of a linear system: controllable and observable part, eigenvalues and zeros with their multiplicities.
 
 mod error;
 mod fractions;

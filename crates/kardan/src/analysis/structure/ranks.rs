@@ -1,4 +1,4 @@
-//! What inputs reach and outputs show: ranks modulo primes, and left vectors that prove them.
+//! The controllable and the observable part: ranks modulo primes, and left vectors that prove them.
 
 use std::sync::Arc;
 

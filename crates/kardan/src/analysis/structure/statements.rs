@@ -9,7 +9,7 @@ pub(super) struct Statements {
     pub list: Vec<String>,
     /// How many of them are true only with high probability.
     pub open: usize,
-    /// What one of those may be wrong with.
+    /// The error probability of one of those.
     each: f64,
 }
 

@@ -1,4 +1,4 @@
-//! What static feedback cannot do: dynamic extension, blocks, the proof that outputs depend on each other, flatness. Exact.
+//! Beyond static feedback: dynamic extension, blocks, the proof that outputs depend on each other, flatness. Exact.
 //!
 //! The basis is the [`structure_algorithm`]: outputs are differentiated until inputs appear, `P(s) y = C̄ x + D̄ u`.
 //! From it follow the normal rank of the transfer matrix, feedback that decouples [blocks](decouple_blocks) of outputs, and

@@ -103,7 +103,7 @@ fn over_shafts(
     Some(out)
 }
 
-/// What a relation between shafts follows from.
+/// The cause of a relation between shafts.
 struct Cause {
     /// Shafts that move in the virtual motion K η; none if constraints alone are the cause.
     moving: Vec<bool>,

@@ -26,7 +26,7 @@ pub struct StructureAlgorithm {
     /// How often the row of each output was differentiated until inputs appeared. `None`: they never do, and
     /// `operator.row(i) y = 0` is a relation between the outputs.
     pub orders: Vec<Option<usize>>,
-    /// What was met on the way, in the order of the derivatives; the rows are linearly independent.
+    /// The intermediate rows, in the order of the derivatives; they are linearly independent.
     pub determined: Vec<DecouplingRow>,
 }
 

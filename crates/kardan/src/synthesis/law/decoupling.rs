@@ -97,7 +97,7 @@ struct Gains {
     m: Matrix<Rational>,
     from_state: Matrix<Rational>,
     from_input: Matrix<Rational>,
-    /// What the outputs of blocks do not show.
+    /// The unobservable part of the outputs of blocks.
     behind: Option<Polynomial>,
 }
 
@@ -185,7 +185,7 @@ impl Observable<'_> {
         }
     }
 
-    /// What to do where static feedback fails.
+    /// Alternatives where static feedback fails.
     fn not_static(&self, error: NotDecouplable) -> SynthesisError {
         let extension = match dynamic_extension(&self.system) {
             Ok(extension) => extension,

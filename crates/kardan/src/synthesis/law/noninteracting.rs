@@ -464,7 +464,7 @@ fn disturbance_gain(
 }
 
 impl Designed {
-    /// What the block [`kardan_rt::Noninteracting`] runs with; a torque channel has no frequency.
+    /// The data of the block [`kardan_rt::Noninteracting`]; a torque channel has no frequency.
     fn data(&self, state: &[String]) -> ControllerData {
         let read = |name: &String| ReadSignal::new(name, SignalName::new(name).unit());
         let mut reads: Vec<ReadSignal> = state.iter().map(read).collect();

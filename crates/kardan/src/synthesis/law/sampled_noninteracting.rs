@@ -144,16 +144,16 @@ const MOST_POINTS: f64 = 256.0;
 /// See [`INSTANTS`].
 const HORIZON: f64 = 4.0;
 
-/// What a channel controls.
+/// The controlled quantity of a channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Task {
     Position,
     Speed,
     /// A torque along a shaft, in addition to external torques there.
     Torque(usize),
-    /// All that accelerates a shaft's own inertia.
+    /// The net torque on a shaft's own inertia.
     NetTorque(usize),
-    /// What a sensor of a torque reads.
+    /// The reading of a torque sensor.
     Sensor,
 }
 
@@ -820,7 +820,7 @@ fn controller_data(
     }
 }
 
-/// What a reader must know of the design.
+/// Notes on the design.
 fn notes(
     request: &Request<'_>,
     straight: &Designed,

@@ -12,7 +12,7 @@ const PLACES: usize = 5;
 /// Phases of one channel that are tried, before the best is refined.
 const PHASES: usize = 24;
 
-/// How wrong all channels of a loop may be at once, each in its own way.
+/// Margins of a loop for independent errors of all channels at once.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Together {
     /// α: no set of errors `(1 + δ/2)/(1 − δ/2)` with |δ| below the first was found to make the loop unstable, at the evaluated frequencies; with
@@ -20,7 +20,7 @@ pub struct Together {
     pub disk: [f64; 2],
     /// The frequency of that set, rad/s.
     pub frequency: f64,
-    /// That set: of each channel the complex factor, real and imaginary part, with which the loop is just not stable.
+    /// That set: for each channel the complex factor, real and imaginary part, with which the loop is just not stable.
     pub worst: Vec<(f64, f64)>,
 }
 

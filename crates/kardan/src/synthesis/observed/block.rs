@@ -1,4 +1,4 @@
-//! Laws behind observers, as they compute in a loop.
+//! Laws with observers, as they compute in a loop.
 
 use kardan_rt::Health;
 
@@ -11,7 +11,7 @@ use crate::synthesis::{Block, Observation};
 pub(super) struct ObserverBlock<T> {
     pub law: Box<dyn Block>,
     pub view: EstimatedView,
-    /// Of every instant or of a sample time, as the law is.
+    /// Continuous or with a sample time, as the law is.
     pub model: Model<T>,
 }
 

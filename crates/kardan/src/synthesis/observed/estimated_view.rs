@@ -18,7 +18,7 @@ pub(super) struct EstimatedView {
     pub compensation: f64,
     /// Rates of the coordinates at the operating point: currents that flow there.
     rates: Vec<f64>,
-    /// What the sensors read at the operating point, which the linear model does not know.
+    /// The readings of the sensors at the operating point, which the linear model does not contain.
     pub offsets: Vec<f64>,
     pub kinematics: Kinematics,
     /// Readings that were not finite.
@@ -60,7 +60,7 @@ impl EstimatedView {
         }
     }
 
-    /// What a run begins with of the rate at a place among `[q_r; q̇_r]`.
+    /// The initial value of the rate at a place among `[q_r; q̇_r]`.
     pub fn rate_at_rest(&self, place: usize) -> f64 {
         place.checked_sub(self.rates.len()).and_then(|k| self.rates.get(k)).copied().unwrap_or(0.0)
     }

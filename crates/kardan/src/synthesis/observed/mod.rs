@@ -1,4 +1,4 @@
-//! Laws behind observers.
+//! Laws with observers.
 
 mod block;
 mod estimated_view;
@@ -289,7 +289,7 @@ impl Observed {
     }
 }
 
-/// Which part of the estimated disturbances the law cancels.
+/// Share of the estimated disturbances that the law cancels.
 fn compensation(values: &Values) -> Result<f64, SynthesisError> {
     match values.number("compensation").filter(|share| *share > 1.0) {
         Some(share) => Err(SynthesisError::NotAShare { share }),

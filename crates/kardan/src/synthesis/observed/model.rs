@@ -9,7 +9,7 @@ use crate::reduce::MechanismData;
 use crate::synthesis::sampled::entries;
 use crate::synthesis::{Law, Plant, SynthesisError};
 
-/// What an observer runs.
+/// The model of an observer.
 #[derive(Clone)]
 pub(super) enum Model<T> {
     /// The linear model at the operating point.
@@ -188,7 +188,7 @@ impl<T: Float> FullModel<T> {
     }
 }
 
-/// What an observer's states and the torques are at an operating point.
+/// The values of an observer's states and of the torques at an operating point.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct RestOfModel {
     pub states: Vec<f64>,

@@ -51,7 +51,7 @@ pub enum RiccatiError {
         what: &'static str,
         /// Its rows and columns.
         actual: (usize, usize),
-        /// What they must be.
+        /// The required rows and columns.
         expected: (usize, usize),
     },
     /// A number is not finite.

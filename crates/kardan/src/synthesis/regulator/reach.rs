@@ -54,7 +54,7 @@ pub fn chains(a: &Matrix<Rational>, b: &Matrix<Rational>) -> Chains {
     out
 }
 
-/// What no input of a system reaches.
+/// The uncontrollable part of a system.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unreached {
     /// Characteristic polynomial of the part that no input reaches.

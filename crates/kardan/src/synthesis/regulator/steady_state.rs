@@ -42,7 +42,7 @@ impl SteadyState {
     }
 }
 
-/// Where `E ẋ = A x + B u`, `y = C x + D u` rests with y = r: `[A B; C D] [N_x; N_u] = [0; I]`, exact, for any feedback.
+/// The equilibrium of `E ẋ = A x + B u`, `y = C x + D u` with y = r: `[A B; C D] [N_x; N_u] = [0; I]`, exact, for any feedback.
 ///
 /// # Errors
 /// If there is an invariant zero at s = 0 (that matrix is singular), or not as many outputs as inputs.

@@ -1,4 +1,4 @@
-//! Blocks between the laws of a loop: what of them the loop closes through.
+//! Blocks between the laws of a loop: those that are in the loop.
 
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ pub struct LinearTask {
     pub clock: Option<Clock>,
     /// The names of its outputs.
     pub outputs: Vec<String>,
-    /// What its references are called.
+    /// The names of its references.
     pub references: Vec<String>,
     /// Its sensors.
     pub sensors: Vec<OutputSignal>,
@@ -36,11 +36,11 @@ pub struct BesideBlocks {
     pub exported: Vec<(String, ExportedSignal)>,
 }
 
-/// Blocks between the laws of a loop, as its parts: what moves in the loop, acts on them and comes back by way of a law.
+/// Blocks between the laws of a loop, as its parts: those that depend on moving signals of the loop and act on a law.
 #[derive(Debug, Clone, Default)]
 pub struct LoopBlocks {
     parts: Vec<SampledPart>,
-    /// What each law reads of them.
+    /// The signals that each law reads of them.
     reads: Vec<Vec<(usize, Teller)>>,
     /// Names of the answers that are in the loop.
     names: Vec<String>,

@@ -10,7 +10,7 @@ pub(super) const SAME: f64 = 1e-9;
 /// Samples, of controllers and slow sensors, within the common period of all clocks.
 const MOST_SAMPLES: usize = 1000;
 
-/// What happens in a period, one after the other.
+/// The events of a period, in their order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum LoopEvent {
     /// The end of an interval: a controller or sensor computes next.
@@ -89,7 +89,7 @@ enum Scheduled {
     Compute(usize),
 }
 
-/// What happens over a period, as it is put together.
+/// The events over a period, during construction.
 pub(super) struct EventSequence<S> {
     pub events: Vec<LoopEvent>,
     pub jumps: Vec<Jump<S>>,
@@ -196,7 +196,7 @@ impl<S: Number> EventSequence<S> {
     }
 }
 
-/// What happens within a period, instant by instant, in the steady state: commands of the period before are on their way.
+/// The events within a period, instant by instant, in the steady state: delayed commands of the period before are in transit.
 fn schedule(parts: &[SampledPart], period: f64, shortest: f64) -> Vec<(f64, Vec<Scheduled>)> {
     let mut all: Vec<(f64, Scheduled)> = Vec::new();
     for (number, part) in parts.iter().enumerate() {

@@ -18,7 +18,7 @@ const DOUBLINGS: usize = 12;
 const BESIDE: f64 = 1e-9;
 /// Distances to the limit of stability below which the error of an eigenvalue is bounded by its condition.
 const CLOSE: f64 = 1e-4;
-/// Of how many roundings, times its size, the largest entries of a loop are known.
+/// The accuracy of the largest entries of a loop, in roundings times its size.
 const ROUNDINGS: f64 = 8.0;
 
 /// The exact map of a linear loop over the common period of all clocks, without limits, friction and rounding:
@@ -73,7 +73,7 @@ pub struct Slowest {
     pub free: usize,
     /// How many motions are left out: those, and more if requested.
     pub excluded: usize,
-    /// How fast the one of them grows that grows most, 1/s; 0 of those that are exactly at zero.
+    /// The largest growth rate among them, 1/s; 0 for those that are exactly at zero.
     pub drift: f64,
     /// The size below which numbers counted as zero, 1/s.
     pub rounding: f64,
@@ -297,7 +297,7 @@ impl SampledLoop {
         Places::new(plant, parts, false).flow().0
     }
 
-    /// What of a loop without sampled laws is at zero, to the rounding of what each entry of its matrix adds up from.
+    /// The eigenvalues at zero of a loop without sampled laws, to the rounding of the terms of each entry of its matrix.
     pub(super) fn at_zero_of(plant: &LoopPlant, parts: &[SampledPart]) -> Option<AtZero> {
         let flow = Self::flow_of(plant, parts);
         at_zero_rounded(&flow, Places::sizes(plant, parts).as_ref().map_or(Rounding::OfLargest, Rounding::OfEach))
@@ -424,7 +424,7 @@ impl SampledLoop {
         Some(map)
     }
 
-    /// How many entries of z are no constants.
+    /// The number of entries of z that are not constant.
     pub(super) fn states(&self) -> usize {
         self.constants
     }

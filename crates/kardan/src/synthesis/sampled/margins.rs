@@ -1,4 +1,4 @@
-//! How far a loop is from instability: rate, delay, lag and gain, each searched on the exact linear loop.
+//! Margins of a loop: sample rate, delay, lag and gain, each searched on the exact linear loop.
 
 use std::f64::consts::PI;
 use std::sync::Arc;

@@ -20,7 +20,7 @@ pub struct Wire {
 pub struct Teller {
     /// Which part.
     pub part: usize,
-    /// What of it.
+    /// Which of its signals.
     pub exported: ExportedSignal,
 }
 

@@ -117,7 +117,7 @@ pub(in crate::synthesis) struct LawPlaces<'a, S> {
     pub in_force: usize,
     /// Commands on their way, the next first.
     queue: Vec<usize>,
-    /// Of a late motor: which input, the command that it has received, and those on the wire, the next first.
+    /// For a motor with an additional delay: its input, the command that it has received, and those in transit, the next first.
     wire: Option<(usize, usize, Vec<usize>)>,
     states: usize,
     /// For each slow sensor its held reading, and the last angle, if it takes differences.
@@ -423,7 +423,7 @@ impl<'a, S: Number> Places<'a, S> {
         out
     }
 
-    /// Where a command is put that starts on the wire of a law.
+    /// The place of a new command in transit of a law.
     pub fn launched(&self, number: usize) -> Option<usize> {
         let (_, received, waiting) = self.laws[number].wire.as_ref()?;
         Some(waiting.last().copied().unwrap_or(*received))

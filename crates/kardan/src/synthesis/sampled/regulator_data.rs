@@ -46,7 +46,7 @@ impl RegulatorData {
         [self.prediction.rows(), self.model.rows(), references, self.output.rows(), self.input.columns()]
     }
 
-    /// What a point of a schedule consists of, in the order of [`kardan_rt::ScheduledRegulator::schedule`].
+    /// The data of a point of a schedule, in the order of [`kardan_rt::ScheduledRegulator::schedule`].
     pub fn parts(&self) -> Vec<Matrix<f64>> {
         let [n, k, r, ..] = self.sizes();
         let own = [

@@ -1,4 +1,4 @@
-//! A loop as errors, readings and references see it, frequency by frequency.
+//! Frequency responses of a loop to errors, readings and references.
 
 use std::sync::Arc;
 
@@ -85,7 +85,7 @@ impl ControlLoop<'_> {
         Some(Places::of(FirstOrderPlant::exact(self.plant)?, parts, true))
     }
 
-    /// The same for errors of what the controller reads.
+    /// The same for errors of the controller's readings.
     ///
     /// A law with sensors reads these, `sensors` has each one's row over `[q_r; q̇_r]`; another one reads the angles and speeds of
     /// the coordinates that it uses; `motions` has the names of angle and speed of each.

@@ -18,7 +18,7 @@ pub(in crate::synthesis) struct ScheduleData {
     /// The design at each point, at equal distances over [`PERIOD`]; all of the same shape, the first one straight ahead.
     pub points: Vec<RegulatorData>,
     pub mechanism: MechanismData<f64>,
-    /// What the sensors read, less what they read at zero coordinates.
+    /// The readings of the sensors, less those at zero coordinates.
     pub sensors: Vec<Sensor<f64>>,
     pub entries: Vec<(usize, f64)>,
 }
