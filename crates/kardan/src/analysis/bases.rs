@@ -146,7 +146,7 @@ fn combination(shares: &Mat<f64>, lengths: &[f64], k: usize) -> Vec<f64> {
 ///
 /// As many of the shafts `preferred` become coordinates as are independent, then others by number. Each basis comes with its
 /// reduced matrices (4.38), (4.39), and with Geršgorin's discs of inertia, damping and stiffness, `centre_i = ⟨M bᵢ, bᵢ⟩`,
-/// `radius_i = Σ_{j≠i} |⟨M bᵢ, bⱼ⟩|`, beside the true eigenvalues; see [`EigenvalueBounds`] for their meaning (the bounds
+/// `radius_i = Σ_{j≠i} |⟨M bᵢ, bⱼ⟩|`, with the true eigenvalues; see [`EigenvalueBounds`] for their meaning (the bounds
 /// (4.43), (4.45), (4.46) one by one are not valid). Units are those of angles and torques.
 ///
 /// # Errors

@@ -304,7 +304,7 @@ fn multiplier_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>
 /// Longer expressions are truncated.
 const MOST_OF_LAW: usize = 160;
 
-/// Whether a row of speeds is a relation of positions, if that is decided, and how.
+/// Whether a row of speeds is a relation between positions, if that is decided, and how.
 fn judged(test: &Integrable, linear: bool, together: &str) -> (Option<bool>, String) {
     match test {
         Integrable::No(point) => {

@@ -100,7 +100,7 @@ pub(super) struct GenericTrajectory {
     pub used_bases: BTreeSet<usize>,
     /// Whether an angle was met that needs smaller parts.
     pub subdivided: bool,
-    /// Whether a function was met of which any solution of its differential equation was taken, or one of several sides.
+    /// Whether the motion contains a function that any solution of its differential equation replaces, or one of several sides.
     pub loose: bool,
     /// Between how many sides was chosen, by where.
     pub sides: BTreeMap<u64, usize>,

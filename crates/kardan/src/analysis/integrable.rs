@@ -27,7 +27,7 @@ use crate::reduce::{Motion, Reduced};
 pub(super) enum Integrable {
     /// It does not vanish at a point: no relation between positions has it as its derivative. The point, as text.
     No(String),
-    /// Its derivatives are equal crosswise, exactly: it is the derivative of a function of positions.
+    /// Its cross derivatives are equal, exactly: it is the derivative of a function of positions.
     Closed,
     /// It vanishes at all points drawn; how many, and a bound of the probability that it does not vanish everywhere.
     AtAllPoints(usize, f64),
@@ -106,7 +106,7 @@ impl Rows {
         Self { motion, count, r, entries, slopes, timed, rounded }
     }
 
-    /// Whether `∂g_i/∂q_j = ∂g_j/∂q_i` of a row, the time among the coordinates, as the expressions stand.
+    /// Whether `∂g_i/∂q_j = ∂g_j/∂q_i` of a row, the time among the coordinates, for the expressions in their given form.
     fn is_closed(&mut self, row: usize) -> bool {
         let entries = self.entries[row * (self.r + 1)..(row + 1) * (self.r + 1)].to_vec();
         let graph = &mut self.motion.graph;
@@ -148,7 +148,7 @@ impl Rows {
         let degree = doubled * steps * (degree + grows + 2.0);
         let bits = doubled * steps * (bits + 64.0) + 64.0 * degree;
         let each = degree / powi(2.0, 60) + bits / 60.0 / PrimeField::CHOICES;
-        // Each point has a prime of its own; each side of a function is met but for an accident.
+        // Each point has a prime of its own; each side of a function occurs but for an accident.
         let missed = if sides > 1.0 { sides * powi(1.0 - 1.0 / sides, points as i32) } else { 0.0 };
         (powi(each.min(1.0), points as i32) + missed).min(1.0)
     }

@@ -1,4 +1,4 @@
-//! Expressions as they are written in a model, put into a graph.
+//! Conversion of expressions from the source text of a model into a graph.
 
 use std::sync::Arc;
 

@@ -198,7 +198,7 @@ fn to_first_order(
     for (((exact, enclosure), rounded), expr) in exact.into_iter().zip(enclosure).zip(rounded).zip(exprs) {
         let own = |((exact, enclosure), value)| Number { exact, value, enclosure };
         let (value, mut slopes) = exact.zip(enclosure).zip(rounded).map(own).split();
-        // Behind what overflows there may be a slope that does not, as an expression.
+        // A slope may be finite as an expression where its evaluation overflows.
         for (own, slope) in slopes.iter_mut().filter(|(_, slope)| !slope.is_number()) {
             let symbol = graph.symbols(&[*expr]).into_iter().find(|symbol| place.place(*symbol) == Some(*own));
             let derivative = symbol.map(|symbol| graph.derivative(*expr, symbol));

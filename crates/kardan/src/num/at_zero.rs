@@ -52,7 +52,7 @@ pub enum Rounding<'a> {
     OfLargest,
     /// Of a change `Φ − 1` of a map: to that of one, however little changes.
     OfOne,
-    /// Each entry to that of its own size: of what was added up to it, before anything cancelled.
+    /// Each entry to that of its own size: that of its terms before cancellation.
     OfEach(&'a Matrix<f64>),
 }
 

@@ -6,7 +6,7 @@ use kardan_rt::functions::{exp2, log2};
 
 use super::{Matrix, Rational, Rounding, at_zero_rounded, balance, rational_from_f64};
 
-/// Binary digits behind the point to which what floating point found is taken.
+/// Binary digits after the point to which the floating-point result is truncated.
 const DIGITS: usize = 100;
 /// Doublings of the series of Stein's equation: motions that decay by less over 2⁴⁰ periods are left undecided.
 const DOUBLINGS: usize = 40;

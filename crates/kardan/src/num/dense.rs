@@ -2,10 +2,10 @@ use kardan_rt::functions::ln;
 
 use super::Matrix;
 
-/// Sums that go on at once.
+/// Sums that are computed in parallel.
 pub(crate) const LANES: usize = 8;
 
-/// A matrix for products with vectors: eight rows at a time, column by column, so that eight sums go on at once.
+/// A matrix for products with vectors: eight rows at a time, column by column, so that eight sums run in parallel.
 #[derive(Debug, Clone)]
 pub(crate) struct Panels {
     columns: usize,

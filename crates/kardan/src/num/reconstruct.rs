@@ -114,7 +114,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// A fraction comes back from its images.
+        /// A fraction is reconstructed from its images.
         #[test]
         fn fractions_come_back(n in any::<i128>(), d in 1u128..u128::MAX, seed in any::<u64>()) {
             let value = Rational::from_parts(IBig::from(n), UBig::from(d));

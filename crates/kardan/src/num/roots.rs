@@ -62,7 +62,7 @@ fn upper_half(whole: &[IBig], both: bool, put: impl Fn(&Point) -> Vec<(f64, f64)
     Some(out)
 }
 
-/// A root of its own, with its conjugate.
+/// A single root, with its conjugate.
 fn both_of_pair(z: &Point) -> Vec<(f64, f64)> {
     let (re, im) = (nearest(&z.x, z.exponent), nearest(&z.y, z.exponent));
     if im == 0.0 { vec![(re, im)] } else { vec![(re, im), (re, -im)] }

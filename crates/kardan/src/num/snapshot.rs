@@ -38,7 +38,7 @@ impl<'a> StateArchive<'a> {
         Self(Way::Taking(Vec::new()))
     }
 
-    /// Puts numbers back that were taken out.
+    /// Restores saved numbers.
     pub fn putting(data: &'a [u64]) -> Self {
         Self(Way::Putting(data, true))
     }

@@ -35,7 +35,7 @@ pub fn blending(law: Arc<dyn Law>, values: &Values) -> Arc<dyn Law> {
     Arc::new(BlendedLaw { law, references })
 }
 
-/// A block whose commands the last reference multiplies; it knows what its inputs really get.
+/// A block whose commands the last reference multiplies; it knows the scaled commands of its inputs.
 struct BlendedBlock {
     block: Box<dyn Block>,
 }

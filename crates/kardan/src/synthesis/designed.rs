@@ -30,7 +30,7 @@ pub trait Law: Send + Sync {
         Vec::new()
     }
     /// The estimates of its observer, for blocks to read: names without that of the law (`rk.disturbance`, `fs.w`), and which of its states each
-    /// is, as they are foretold for its next sample.
+    /// is, as predicted for its next sample.
     fn estimates(&self) -> Vec<(String, usize)> {
         let estimate = |(k, name): (usize, String)| Some((name.strip_prefix(ESTIMATE)?.to_string(), k));
         self.states().into_iter().enumerate().filter_map(estimate).collect()

@@ -248,7 +248,7 @@ pub enum SynthesisError {
          friction); the observer would report them as disturbances, and they would be cancelled twice"
     )]
     DoubleCancellation,
-    /// Torques that expressions give: the gain of the law knows them, the full model of an observer does not.
+    /// Torques that expressions give: the gain of the law includes them, the full model of an observer does not.
     #[error(
         "the gain of the law includes the linearised torques that expressions give ({}), and the full model of the \
          observer does not: it would report them as disturbances, and they would be cancelled twice",
@@ -266,7 +266,7 @@ pub enum SynthesisError {
         /// The method.
         method: String,
     },
-    /// An observer of a law that reads its sensors as they are.
+    /// An observer of a law that reads its sensors directly.
     #[error("the law `{law}` reads its sensors as they are, and has no observer")]
     NoObserver {
         /// The law.

@@ -572,7 +572,7 @@ impl TaskLaw {
 
 /// Part of a torque, or of 1 N m, that counts as none.
 const SAME: f64 = 1e-9;
-/// Samples behind which no block takes one as its first.
+/// Number of samples after which no block takes a sample as its first.
 const FIRST: usize = 2;
 
 /// A task at its samples, or at every instant.

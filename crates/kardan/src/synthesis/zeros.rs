@@ -20,7 +20,7 @@ pub(super) fn check_zeros(system: &LinearSystem, outputs: &[String]) -> Result<(
     check_stable(&polynomial, outputs)
 }
 
-/// Refuses a motion behind the outputs that grows.
+/// Rejects zero dynamics that grow.
 pub(super) fn check_stable(polynomial: &Polynomial, outputs: &[String]) -> Result<(), SynthesisError> {
     if stability(polynomial) != Stability::Unstable {
         return Ok(());

@@ -20,10 +20,10 @@ use crate::results::{Definition, DescriptorSystem, ImproperEntry, PolynomialRoot
 use infinity::{Side, verdicts};
 use separation::{NotSeparated, Separation};
 
-/// More states of a descriptor system are not taken apart.
+/// Descriptor systems with more states are not separated.
 pub const MOST_VARIABLES: usize = 200;
 
-/// Why a descriptor system is not taken apart.
+/// Why a descriptor system is not separated.
 #[derive(Debug, Clone, PartialEq)]
 pub enum DescriptorError {
     /// det(sE − A) is zero for all s.

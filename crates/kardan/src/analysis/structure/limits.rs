@@ -1,4 +1,4 @@
-//! How much work is done for one answer.
+//! How much work is done for one result.
 
 use kardan_rt::functions::powi;
 
@@ -17,7 +17,7 @@ pub(super) const RANK_TRIALS: usize = 3;
 /// Most numbers in one proof by exact rows, where speed is requested.
 pub(super) const MOST_NUMBERS: usize = 20_000;
 
-/// How much work is done for one answer.
+/// How much work is done for one result.
 pub(super) struct Limits {
     /// Most primes.
     pub primes: usize,

@@ -7,7 +7,7 @@ use super::model::Model;
 use crate::num::{Float, StateArchive};
 use crate::synthesis::{Block, Observation};
 
-/// A law behind an observer. Of its states those of the observer come first.
+/// A law with an observer. The states of the observer come first.
 pub(super) struct ObserverBlock<T> {
     pub law: Box<dyn Block>,
     pub view: EstimatedView,

@@ -42,7 +42,7 @@ pub struct LoopBlocks {
     parts: Vec<SampledPart>,
     /// The signals that each law reads of them.
     reads: Vec<Vec<(usize, Teller)>>,
-    /// Names of the answers that are in the loop.
+    /// Names of the outputs that are in the loop.
     names: Vec<String>,
     /// Their kinks and their jumps, in this order.
     kinks: Kinks,
@@ -225,7 +225,7 @@ impl LoopBlocks {
         self.parts.is_empty() && self.reads.iter().all(Vec::is_empty)
     }
 
-    /// Names of the answers that are in the loop.
+    /// Names of the outputs that are in the loop.
     pub fn names(&self) -> &[String] {
         &self.names
     }

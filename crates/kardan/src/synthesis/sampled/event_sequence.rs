@@ -19,7 +19,7 @@ pub(super) enum LoopEvent {
     Fresh(usize),
     /// z changes.
     Jump(usize),
-    /// A command has been put on a wire, at this place of z.
+    /// A command is sent to a motor with an additional delay, at this place of z.
     Launch(usize),
 }
 
@@ -97,7 +97,7 @@ pub(super) struct EventSequence<S> {
     intervals: Vec<(f64, usize)>,
     /// Jumps of the due events.
     scheduled: Vec<(Scheduled, usize)>,
-    /// Behind which happenings each law has its torques applied.
+    /// The events after which the torques of each law take effect.
     pub applied: Vec<Vec<usize>>,
 }
 

@@ -4,7 +4,7 @@ use crate::synthesis::Clock;
 use crate::synthesis::regulator::{SampledCost, SampledRegulator, sampled_lqr, stein};
 
 /// What one channel should do: its error `c z + g τ + f d − ξ` vanishes in the ideal decoupled loop, in which the output of a
-/// reference model of second order, ξ, is all that the channel knows of.
+/// reference model of second order, ξ, is the only one that the channel uses.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::synthesis) struct Target {
     /// c, over the states of the plant.

@@ -24,7 +24,7 @@ const ROUNDINGS: f64 = 8.0;
 /// The exact map of a linear loop over the common period of all clocks, without limits, friction and rounding:
 /// `z(t + T) = Φ z(t)`.
 ///
-/// `z = [q_r; q̇_r; torques of motors with a lag; for each law the commands in force and those on their way, if it has a clock,
+/// `z = [q_r; q̇_r; torques of motors with a lag; for each law the commands in force and those in transit, if it has a clock,
 /// its states, and the readings of sensors with a sample time of their own; if requested, references and the errors
 /// of readings]`.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,7 +6,7 @@ use crate::names::SignalName;
 use crate::num::{LastDigits, Matrix, Rational};
 use crate::synthesis::{Clock, ExportedSignal, Law, LinearLaw};
 
-/// A wire on which the commands of a sampled law to one of its motors are late.
+/// An additional delay of the commands of a sampled law to one of its motors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wire {
     /// Which of the law's inputs.
@@ -37,7 +37,7 @@ pub struct SampledPart {
     pub inputs: Vec<usize>,
     /// The factor of each of its motors on its command, 1 for the unchanged loop; the law does not know it.
     pub gains: Vec<f64>,
-    /// A wire between the law and one of its motors, on which commands are late; the law does not know of it.
+    /// An additional delay of the commands to one of the motors; the law does not know it.
     pub wire: Option<Wire>,
     /// Which of its readings come from sensors with a sample time of their own. All others are new whenever it computes.
     pub slow: Vec<(usize, SlowSensor)>,

@@ -115,7 +115,7 @@ pub(in crate::synthesis) struct LawPlaces<'a, S> {
     direct: LinearLaw<S>,
     /// Commands in force; of a law in continuous time nowhere.
     pub in_force: usize,
-    /// Commands on their way, the next first.
+    /// Commands in transit, the next first.
     queue: Vec<usize>,
     /// For a motor with an additional delay: its input, the command that it has received, and those in transit, the next first.
     wire: Option<(usize, usize, Vec<usize>)>,
@@ -392,13 +392,13 @@ impl<'a, S: Number> Places<'a, S> {
         }
     }
 
-    /// A law computes: its commands go on their way, its states become those of the next sample.
+    /// A law computes: its commands enter the delay, its states become those of the next sample.
     pub(super) fn compute(&self, number: usize) -> Jump<S> {
         let law = &self.laws[number];
         let Some(clock) = law.part.clock else { unreachable!("only sampled laws compute at an instant") };
         let m = law.part.outputs();
         let command = self.command(number);
-        // The torques until the next sample: in force now, then those on their way, one after the other.
+        // The torques until the next sample: in force now, then those in transit, one after the other.
         let row = |place: usize| Matrix::from_fn(m, self.size, |i, j| unit(j == place + i));
         let torques = match law.queue.len() {
             0 => command.clone(),
@@ -429,7 +429,7 @@ impl<'a, S: Number> Places<'a, S> {
         Some(waiting.last().copied().unwrap_or(*received))
     }
 
-    /// The next command on the wire of a law reaches its motor, those behind it move up.
+    /// The next delayed command of a law reaches its motor, the following ones move up.
     pub(super) fn arrive(&self, number: usize) -> Jump<S> {
         let mut out = Jump::new();
         let Some((_, received, waiting)) = &self.laws[number].wire else { return out };
@@ -438,7 +438,7 @@ impl<'a, S: Number> Places<'a, S> {
         out
     }
 
-    /// The next command of a law that is on its way takes effect, those behind it move up.
+    /// The next command of a law in transit takes effect, the following ones move up.
     pub(super) fn apply(&self, number: usize) -> Jump<S> {
         let LawPlaces { in_force, queue, part, wire, .. } = &self.laws[number];
         let mut out = Jump::new();
