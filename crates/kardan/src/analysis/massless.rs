@@ -104,7 +104,7 @@ fn named(names: &[String], factors: impl IntoIterator<Item = Rational>) -> Combi
 /// # Panics
 /// If `h` is not square with a row per coordinate.
 pub fn massless_direction(coordinates: &[String], h: &Matrix<Rational>) -> Option<Combination> {
-    assert!(h.rows() == coordinates.len() && h.columns() == coordinates.len(), "inertia matrix of another size");
+    assert!(h.rows() == coordinates.len() && h.columns() == coordinates.len(), "inertia matrix of a different size");
     let kernel = null_space(h);
     let directions = (0..kernel.columns()).map(|j| named(coordinates, column(&kernel, j)));
     directions.min_by_key(Vec::len)
@@ -141,8 +141,8 @@ pub fn eliminate_massless(
     let (r, m, p) = (coordinates.len(), inputs.len(), outputs.len());
     let sized = |matrix: &Matrix<Rational>, rows, columns| matrix.rows() == rows && matrix.columns() == columns;
     assert!(sized(h, r, r) && sized(d, r, r) && sized(s, r, r), "a matrix has not a row and a column per coordinate");
-    assert!(sized(f, r, m) && sized(d_through, p, m), "input or feedthrough matrix of another size");
-    assert!(sized(c_pos, p, r) && sized(c_vel, p, r), "output matrices of another size");
+    assert!(sized(f, r, m) && sized(d_through, p, m), "input or feedthrough matrix of a different size");
+    assert!(sized(c_pos, p, r) && sized(c_vel, p, r), "output matrices of a different size");
 
     let n = 2 * r;
     let names: Vec<String> =

@@ -309,7 +309,7 @@ impl LinearSystem {
     /// If the shapes do not fit each other.
     pub fn state_space(a: Matrix<Rational>, b: Matrix<Rational>, c: Matrix<Rational>) -> Self {
         let n = a.rows();
-        assert!(a.columns() == n && b.rows() == n && c.columns() == n, "matrices of other shapes");
+        assert!(a.columns() == n && b.rows() == n && c.columns() == n, "matrices of different shapes");
         let names = |letter: &str, count: usize| (1..=count).map(|k| format!("{letter}{k}")).collect::<Vec<_>>();
         Self {
             states: names("x", n),

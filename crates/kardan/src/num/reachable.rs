@@ -40,7 +40,7 @@ impl Span {
         if self.coordinates.is_empty() {
             self.coordinates = vec![Vec::new(); vector.len()];
         }
-        assert_eq!(self.coordinates.len(), vector.len(), "a vector of another length");
+        assert_eq!(self.coordinates.len(), vector.len(), "a vector of a different length");
         // How often each basis vector is contained: triangular, as a vector has zeros at the pivots of those before it. Where
         // none is contained yet, there is no sum (vectors of a chain of integrators are units).
         let mut factors: Vec<Residue> = Vec::with_capacity(self.dimension());

@@ -23,7 +23,7 @@ impl Reconstruction {
         if self.residues.is_empty() {
             self.residues = vec![UBig::ZERO; images.len()];
         }
-        assert_eq!(self.residues.len(), images.len(), "another number of images than before");
+        assert_eq!(self.residues.len(), images.len(), "a different number of images than before");
         let field = super::PrimeField::new(prime);
         let p = UBig::from(prime);
         let low = |x: &UBig| field.element(u64::try_from(x % &p).unwrap_or_default());

@@ -40,7 +40,7 @@ impl Look {
                 break;
             }
         }
-        best.expect("one look at least")
+        best.expect("at least one prime")
     }
 
     fn is_full(&self) -> bool {

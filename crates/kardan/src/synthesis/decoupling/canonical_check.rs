@@ -34,7 +34,7 @@ pub fn check_canonical(form: &CanonicalForm, degrees: &[Option<usize>]) -> Resul
     let n: usize = form.sizes.iter().sum();
     assert!(
         form.sizes.len() == m + 2 && form.a.rows() == n && form.b.rows() == n && form.c.rows() == m,
-        "other shapes"
+        "the shapes of the form do not fit its sizes"
     );
     let fails = |condition: usize, what: String| Err(ConditionFails { condition, what });
     let starts: Vec<usize> = (0..=m + 2).map(|block| form.sizes[..block].iter().sum()).collect();
