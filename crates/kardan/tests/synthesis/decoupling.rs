@@ -810,7 +810,7 @@ fn polynomials_of_channels() {
     assert_eq!(poles(&[], 0).unwrap(), polynomial(&[1]));
     assert_eq!(poles(&[(-1, 0)], 2).unwrap_err(), CompensationError::Count { degree: 2, poles: 1 });
     let alone = poles(&[(-1, 2), (-1, 2)], 2).unwrap_err();
-    assert_eq!(alone.to_string(), "the pole -1 + 2 j stands without its conjugate");
+    assert_eq!(alone.to_string(), "the conjugate of the pole -1 + 2 j is missing");
     assert!(matches!(poles(&[(0, 0)], 1), Err(CompensationError::NotStable { .. })));
     let wrong =
         Compensation::SecondOrder { natural_frequency: int(20), damping_ratio: int(0) }.polynomial(2).unwrap_err();

@@ -334,7 +334,7 @@ fn what_cannot_be_is_reported() {
     );
     let nonlinear = kalman("\"arm.phi\"") + "plant = \"nonlinear\"\n";
     let reported = refused(&format!("{DRIVE}{LQR}{CHANNEL}{nonlinear}{STEP}"));
-    assert!(reported.contains("there are none along `supply`"), "{reported}");
+    assert!(reported.contains("there are none for `supply`"), "{reported}");
     let chain = ARM.to_string()
         + &spring("joint", ["a", "b"], "stiffness = \"20 N m/rad\"")
         + "[shaft.m]\n[motor.push]\nshaft = \"m\"\n"

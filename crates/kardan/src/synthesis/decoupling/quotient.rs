@@ -23,7 +23,7 @@ pub struct Quotient {
     /// Name and expression of the new states that are combinations of old ones: `wg.phi - 51 rk.phi + 50 fs.phi`. The name
     /// is the expression itself, or `z1`, `z2`, … if that is longer than 40 characters.
     pub definitions: Vec<Definition>,
-    /// Characteristic polynomial of the motion that is dropped; 1 if nothing is.
+    /// Characteristic polynomial of the motion that is removed; 1 if there is none.
     pub hidden: Polynomial,
 }
 
