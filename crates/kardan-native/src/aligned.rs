@@ -28,7 +28,7 @@ pub struct Aligned<N> {
 impl<N: Value> Aligned<N> {
     /// Memory for so many values, all of them 0.
     pub fn new(count: usize) -> Self {
-        let numbers = count.checked_mul(N::WIDTH as usize).expect("there is not that much memory");
+        let numbers = count.checked_mul(N::WIDTH as usize).expect("the size exceeds the address space");
         Self { lines: vec![Line([0.0; 8]); numbers.div_ceil(8)], count, values: PhantomData }
     }
 }

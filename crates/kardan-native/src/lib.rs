@@ -100,7 +100,7 @@ impl<N: Value> Native<N> {
 
     /// Does what [`Plan::evaluate`] does, in memory that [`Plan::begin`] has prepared. False where an input or output
     /// of any lane is no number, or the memory is too short.
-    #[must_use = "false tells that an output is no number"]
+    #[must_use = "false: an output is not finite"]
     pub fn evaluate(&self, memory: &mut [N]) -> bool {
         if memory.len() < self.places {
             return false;

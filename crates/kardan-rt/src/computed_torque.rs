@@ -96,7 +96,7 @@ impl<T: Real> ComputedTorque<'_, T> {
     /// Returns false and leaves `torques` as they are if there is no finite answer: the tasks depend on each other at this
     /// position (the decoupling matrix is singular to 64 ulps), something measured or told is not finite, or a list or the
     /// memory is too short.
-    #[must_use = "false tells that the torques are those of the last step"]
+    #[must_use = "false: the torques are those of the last step"]
     pub fn torques(&self, now: Situation<'_, T>, memory: &mut [T], torques: &mut [T]) -> bool {
         self.solution(now, memory, torques).is_some()
     }

@@ -38,7 +38,7 @@ impl<'a, T: Real> Gain<'a, T> {
     ///
     /// Returns false and leaves `out` as it is if a sum is not finite.
     #[inline]
-    #[must_use = "false tells that nothing was added"]
+    #[must_use = "false: nothing was added"]
     pub fn add_to(&self, x: &[T], out: &mut [T]) -> bool {
         let columns = self.columns.max(1);
         let mut rows = self.entries.chunks_exact(columns);

@@ -108,7 +108,7 @@ impl<T: Real> ModelObserver<'_, T> {
     /// The derivative of the state, per second, while the inputs apply `torques` (N m) and the sensors read `readings`.
     ///
     /// Returns false and leaves `out` as it is if there is no finite answer (a reading is NaN, say) or a list is too short.
-    #[must_use = "false tells that there is no answer"]
+    #[must_use = "false: there is no output"]
     pub fn rates(&self, state: &[T], torques: &[T], readings: &[T], memory: &mut [T], out: &mut [T]) -> bool {
         let mut rest = memory;
         let Some(found) = self.found(state, torques, readings, &mut rest) else { return false };
@@ -122,7 +122,7 @@ impl<T: Real> ModelObserver<'_, T> {
     ///
     /// Returns false and keeps the state if the new one is not finite, or so large that its fourth power is not: the equations,
     /// which hold products of speeds and curves, would overflow from there on. So one bad sample does not stay in the block.
-    #[must_use = "false tells that the sample was dropped"]
+    #[must_use = "false: the sample was dropped"]
     pub fn step(&self, state: &mut [T], torques: &[T], readings: &[T], memory: &mut [T]) -> bool {
         let n = self.states();
         let mut rest = memory;

@@ -33,7 +33,7 @@ impl<T: Real> Noninteracting<'_, T> {
     ///
     /// Returns false and leaves `torques` as they are if something measured or told is not finite, or an answer would not be.
     #[inline]
-    #[must_use = "false tells that the torques are those of the last step"]
+    #[must_use = "false: the torques are those of the last step"]
     pub fn torques(&self, measured: Measurement<'_, T>, accelerations: &mut [T], torques: &mut [T]) -> bool {
         let orders = measured.references.iter().zip(measured.loads);
         let motions = measured.positions.iter().zip(measured.speeds);

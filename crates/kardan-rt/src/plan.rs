@@ -216,7 +216,7 @@ impl<T: Real> Plan<'_, T> {
     /// where the memory is too short, or the plan is not whole.
     ///
     /// Costs some 1 ns for each operation; sines, roots and quotients more.
-    #[must_use = "false tells that an output is no number"]
+    #[must_use = "false: an output is not finite"]
     pub fn evaluate<N: Number<One = T>>(&self, memory: &mut [N]) -> bool {
         let mut done = sum(&[self.inputs, self.constants.len()]);
         let mut operands = self.operands;

@@ -69,7 +69,7 @@ impl<'a, T: Real> StateSpace<'a, T> {
     ///
     /// Returns false and leaves `out` as it is if a signal or an answer is not finite.
     #[inline]
-    #[must_use = "false tells that the outputs are those of the last step"]
+    #[must_use = "false: the outputs are those of the last step"]
     pub fn outputs(&self, state: &[T], signals: &[T], out: &mut [T]) -> bool {
         combine((&self.c, state), (&self.d, signals), out)
     }
@@ -78,7 +78,7 @@ impl<'a, T: Real> StateSpace<'a, T> {
     ///
     /// Returns false and leaves `out` as it is if a signal or an answer is not finite.
     #[inline]
-    #[must_use = "false tells that the rates are those of the last step"]
+    #[must_use = "false: the rates are those of the last step"]
     pub fn rates(&self, state: &[T], signals: &[T], out: &mut [T]) -> bool {
         combine((&self.b, signals), (&self.a, state), out)
     }
@@ -88,7 +88,7 @@ impl<'a, T: Real> StateSpace<'a, T> {
     /// Returns whether the signals and the new state are finite; otherwise (a reading was NaN) the old one is kept, so that one
     /// bad sample does not stay in the block for ever.
     #[inline]
-    #[must_use = "false tells that the sample was dropped"]
+    #[must_use = "false: the sample was dropped"]
     pub fn step(&self, state: &mut [T], signals: &[T], next: &mut [T]) -> bool {
         next.fill(T::ZERO);
         // The state last: what one step waits for from the one before is then the shortest.

@@ -133,7 +133,7 @@ impl Task {
     /// If it names what it does not read.
     pub fn plan(&self) -> &Arc<Plan> {
         let compiled =
-            || compile(&self.graph, &self.inputs(), &self.outputs()).expect("a task names all that it reads");
+            || compile(&self.graph, &self.inputs(), &self.outputs()).expect("a task declares all its inputs");
         self.lists.values.get_or_init(|| Arc::new(compiled()))
     }
 }

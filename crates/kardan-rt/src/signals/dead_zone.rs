@@ -23,7 +23,7 @@ impl<N: Arithmetic> DeadZone<N> {
     ///     assert!(zone.step(input, &mut answer) && answer == [expected]);
     /// }
     /// ```
-    #[must_use = "false tells that the answer is that of the sample before"]
+    #[must_use = "false: the output is that of the sample before"]
     pub fn step(&self, input: N, memory: &mut [N; 1]) -> bool {
         let below = input.select(self.low, input - self.low, zero());
         let answer = self.high.select(input, input - self.high, below);

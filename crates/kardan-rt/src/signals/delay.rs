@@ -14,7 +14,7 @@ impl Delay {
     /// let answers = [1.0, 2.0, 3.0, 4.0].map(|input| kardan_rt::Delay.step(input, &mut memory).then_some(memory[0]));
     /// assert_eq!(answers, [Some(0.0), Some(0.0), Some(1.0), Some(2.0)]);
     /// ```
-    #[must_use = "false tells that the input before stands in the place of this one"]
+    #[must_use = "false: the previous input replaces this one"]
     pub fn step<N: Arithmetic>(&self, input: N, memory: &mut [N]) -> bool {
         let last = memory.last().map_or(zero(), |last| *last);
         let mut later = input.finite_or(last);

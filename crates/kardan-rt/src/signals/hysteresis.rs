@@ -25,7 +25,7 @@ impl<N: Arithmetic> Hysteresis<N> {
     ///     assert!(switch.step(input, &mut memory) && memory[0] == expected);
     /// }
     /// ```
-    #[must_use = "false tells that the answer is that of the sample before"]
+    #[must_use = "false: the output is that of the sample before"]
     pub fn step(&self, input: N, memory: &mut [N; 2]) -> bool {
         let [_, on] = *memory;
         let above = input.select(self.upper, on, one());

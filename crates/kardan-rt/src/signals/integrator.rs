@@ -28,7 +28,7 @@ impl<N: Arithmetic> Integrator<N> {
     ///     assert!(sum.step(input, reset, 0.25, &mut memory) && memory[0] == expected);
     /// }
     /// ```
-    #[must_use = "false tells that the answer is that of the sample before"]
+    #[must_use = "false: the output is that of the sample before"]
     pub fn step(&self, input: N, reset: N, reset_to: N, memory: &mut [N; 2]) -> bool {
         let [_, sum] = *memory;
         let answer = clamped(half::<N>().select(reset, reset_to, sum), self.low, self.high);
@@ -46,7 +46,7 @@ impl<N: Arithmetic> Integrator<N> {
     ///     assert!(sum.step_trapezoidal(input, 0.0, 0.0, &mut memory) && memory[0] == expected);
     /// }
     /// ```
-    #[must_use = "false tells that the answer is that of the sample before"]
+    #[must_use = "false: the output is that of the sample before"]
     pub fn step_trapezoidal(&self, input: N, reset: N, reset_to: N, memory: &mut [N; 2]) -> bool {
         let [_, sum] = *memory;
         let share = half::<N>() * self.sample_time * input;

@@ -25,7 +25,7 @@ impl<N: Arithmetic> Monitor<N> {
     /// let alarms = residuals.map(|residual| watch.step(residual, &mut memory).then_some(memory[0]).unwrap());
     /// assert_eq!(alarms, [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0]);
     /// ```
-    #[must_use = "false tells that the residual was no number"]
+    #[must_use = "false: the residual was not a number"]
     pub fn step(&self, residual: N, memory: &mut [N; 2]) -> bool {
         let [alarm, count] = *memory;
         // Not within the threshold: beyond it, or no number.

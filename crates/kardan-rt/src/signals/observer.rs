@@ -36,7 +36,7 @@ impl<N: Arithmetic> Observer<'_, N> {
     ///     assert!(constant.step(&[], &[8.0], &mut memory) && memory[0] == expected);
     /// }
     /// ```
-    #[must_use = "false tells that the estimate is that of the sample before"]
+    #[must_use = "false: the estimate is that of the sample before"]
     pub fn step(&self, inputs: &[N], measured: &[N], memory: &mut [N]) -> bool {
         let Some((estimates, states)) = memory.split_at_mut_checked(memory.len() >> 1) else { return false };
         let count = estimates.len();

@@ -57,7 +57,7 @@ impl<N: Arithmetic> Pid<N> {
     /// assert!(pid.step(1.0, 0.5, Manual { on: 1.0, value: 0.0 }, &mut memory) && memory[0] == 3.0);
     /// assert!(pid.step(1.0, 0.5, Manual { on: 1.0, value: 0.0 }, &mut memory) && (memory[0] - 3.05).abs() < 1e-15);
     /// ```
-    #[must_use = "false tells that the answer is that of the sample before"]
+    #[must_use = "false: the output is that of the sample before"]
     pub fn step(&self, reference: N, measured: N, manual: Manual<N>, memory: &mut [N; 5]) -> bool {
         let [_, integral, slope, before, begun] = *memory;
         let [of_reference, of_rate] = self.weights;

@@ -23,7 +23,7 @@ impl<N: Arithmetic> RateLimit<N> {
     ///     assert!(slow.step(input, &mut memory) && memory[0] == expected);
     /// }
     /// ```
-    #[must_use = "false tells that the answer is that of the sample before"]
+    #[must_use = "false: the output is that of the sample before"]
     pub fn step(&self, input: N, memory: &mut [N; 2]) -> bool {
         let [before, begun] = *memory;
         let limited = clamped(input, Some(before - self.fall), Some(before + self.rise));

@@ -22,7 +22,7 @@ impl<N: Arithmetic> Saturation<N> {
     /// assert!(limit.step(5.0, &mut answer) && answer == [3.0]);
     /// assert!(!limit.step(f64::NAN, &mut answer) && answer == [3.0]);
     /// ```
-    #[must_use = "false tells that the answer is that of the sample before"]
+    #[must_use = "false: the output is that of the sample before"]
     pub fn step(&self, input: N, memory: &mut [N; 1]) -> bool {
         remember(memory.iter_mut(), [clamped(input, self.low, self.high)].into_iter(), &[input])
     }

@@ -32,7 +32,7 @@ impl StateMachine<'_> {
     ///     assert!(machine.step(&guards, &mut memory) && memory == expected);
     /// }
     /// ```
-    #[must_use = "false tells that a guard was no number, and was taken as one that does not hold"]
+    #[must_use = "false: a guard was not a number, and counts as false"]
     pub fn step<N: Arithmetic>(&self, guards: &[N], memory: &mut [N; 2]) -> bool {
         let [state, since] = *memory;
         // Samples that are counted for ever stop where numbers are no longer exact.

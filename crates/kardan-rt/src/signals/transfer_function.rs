@@ -24,7 +24,7 @@ impl<N: Arithmetic> TransferFunction<'_, N> {
     /// }
     /// assert!((memory[0] - (1.0 - (-1.0_f64).exp())).abs() < 1e-15);
     /// ```
-    #[must_use = "false tells that the answer is that of the sample before"]
+    #[must_use = "false: the output is that of the sample before"]
     pub fn step(&self, input: N, memory: &mut [N]) -> bool {
         let coefficient = |list: &[N], k: usize| list.get(k).map_or(zero(), |x| *x);
         let Some((answer, states)) = memory.split_first_mut() else { return input.all_finite() };

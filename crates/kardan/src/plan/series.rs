@@ -272,7 +272,7 @@ impl PiecedSeries {
     pub fn new(plan: &Plan, order: usize, outputs: &[usize], steady: impl Fn(usize) -> bool) -> Self {
         let mut pieces = Pieces::new(plan);
         let series = Series::with_pieces(plan, order, outputs, steady, Some(&mut pieces), |_, _| (0, Vec::new()));
-        Self { series: series.expect("all that has kinks has pieces"), pieces }
+        Self { series: series.expect("every function with kinks has pieces"), pieces }
     }
 
     /// See [`Series::begin`].

@@ -255,12 +255,12 @@ impl MotionPlan {
         let needed_symbols: Vec<Symbol> =
             motion.symbols.iter().copied().chain(beside.iter().map(|input| symbols[*input])).collect();
         let compiled = |outputs: &[(String, Expr)]| {
-            compile(&motion.graph, &needed_symbols, outputs).expect("an extension names all that it is given")
+            compile(&motion.graph, &needed_symbols, outputs).expect("an extension declares all its inputs")
         };
         let (shafts, energy) = (compiled(&shafts), compiled(&[("energy".into(), energy)]));
         let more = outputs.len()..outputs.len() + extension.outputs.len();
         outputs.extend(extension.outputs);
-        let plan = compile(&motion.graph, &symbols, &outputs).expect("an extension names all that it is given");
+        let plan = compile(&motion.graph, &symbols, &outputs).expect("an extension declares all its inputs");
         let [native, native_shafts] = [&plan, &shafts].map(|plan| Native::new(&plan.block()));
         Self {
             plan,

@@ -30,7 +30,7 @@ pub enum ReduceError {
         suggestion: Vec<String>,
     },
     /// Coordinates named by the user depend on each other through linear constraints.
-    #[error("the coordinates {} are not independent: the constraints tie them together", list(named))]
+    #[error("the coordinates {} are not independent: the constraints couple them", list(named))]
     CoordinatesDependent {
         /// The names given.
         named: Vec<String>,
@@ -88,7 +88,7 @@ fn describe_dependencies(dependencies: &[Dependency]) -> String {
         let verdict = match dependency {
             Dependency { contradiction: true, .. } => "and their offsets contradict each other",
             Dependency { moving: true, .. } => "and an offset is a function of time",
-            _ => "so one is superfluous",
+            _ => "so one is redundant",
         };
         format!("{} = 0, {verdict}", sum.join(" + "))
     };
@@ -102,6 +102,6 @@ fn describe_open(elements: &[String], one_way: &[String]) -> String {
     }
     let drives = list(one_way);
     format!(
-        "the transmissions {all} cannot be evaluated from these coordinates: of {drives} what drives must be known first"
+        "the transmissions {all} cannot be evaluated from these coordinates: the driving shaft of {drives} must be known first"
     )
 }

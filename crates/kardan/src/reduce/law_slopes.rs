@@ -346,7 +346,7 @@ fn slopes_of(
     let kinks = bending(&sides, &|one, other| one.same_slopes(other));
     let mut undefined: Vec<String> = jumps.iter().map(|guard| format!("it jumps where `{guard}` = 0")).collect();
     if undefined.is_empty() && !value.value.is_finite() {
-        undefined.push("its value is no number".into());
+        undefined.push("its value is not a number".into());
     } else if undefined.is_empty() && own.slopes[0].iter().any(|(_, slope)| !slope.is_number()) {
         undefined.push("its slope is infinite".into());
     }

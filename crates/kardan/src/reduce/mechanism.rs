@@ -214,5 +214,7 @@ fn cut(reduced: &Reduced, element: &str, shaft: &str) -> Option<Reduced> {
     }
     let mut coordinates = reduced.coordinate_names();
     coordinates.push(name);
-    found.then(|| reduce(equations, Some(&coordinates)).expect("what followed without the cut follows with its angle"))
+    found.then(|| {
+        reduce(equations, Some(&coordinates)).expect("a shaft determined without the cut is determined with its angle")
+    })
 }

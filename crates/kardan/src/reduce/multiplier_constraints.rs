@@ -532,9 +532,13 @@ pub fn inertia_with_rows(reduced: &Reduced, position: &[f64]) -> Option<Vec<crat
 /// As of [`reduce`](super::reduce).
 ///
 /// # Panics
-/// If there is not a multiplier for each kept row.
+/// If there is not a multiplier for each constraint row.
 pub fn frozen(reduced: &Reduced, position: &[f64], multipliers: &[f64]) -> Result<Reduced, super::ReduceError> {
-    assert_eq!(multipliers.len(), reduced.equations.multiplier_constraints.len(), "a multiplier for each kept row");
+    assert_eq!(
+        multipliers.len(),
+        reduced.equations.multiplier_constraints.len(),
+        "a multiplier for each constraint row"
+    );
     let mut motion = Motion::at_time_zero(reduced);
     let entries: Vec<Expr> =
         motion.multiplier_constraints.iter().flat_map(|row| &row.row).map(|(_, entry)| *entry).collect();

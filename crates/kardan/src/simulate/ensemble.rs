@@ -162,7 +162,7 @@ impl<N: Lane> Group<N> {
             });
             split_signals
                 .map(|split_signals| (machine, split_signals))
-                .ok_or("a figure or a requirement reads what lanes do not tell")
+                .ok_or("a figure or a requirement reads a signal that SIMD lanes do not compute")
         };
         let (mut first, split_signals) = machine()?;
         let absolute = absolute_tolerances(reduced, tolerance, first.size());

@@ -13,7 +13,7 @@ use crate::units::Dimension;
 pub enum SensorFaultKind {
     /// It gives no number (NaN).
     Lost,
-    /// It goes on giving its last reading.
+    /// It keeps its last reading.
     Stuck,
     /// It reads so much more, SI.
     Offset(f64),
@@ -21,7 +21,7 @@ pub enum SensorFaultKind {
     Drift(f64),
     /// White Gaussian noise of that standard deviation is added to each reading, SI.
     Noise(f64),
-    /// It reads with the other sign.
+    /// It reads with the opposite sign.
     Reversed,
 }
 
@@ -52,7 +52,7 @@ pub enum MechanicalFaultKind {
 pub enum UnitFaultKind {
     /// It computes nothing and commands zero, then starts anew.
     Reset,
-    /// It computes nothing; its last commands hold.
+    /// It computes no new commands; its last commands remain.
     Missed,
     /// What sensors read does not arrive: it computes with what it read last.
     Stale,
@@ -214,12 +214,12 @@ impl Faults {
         };
         for fault in &self.sensors {
             let what = match fault.kind {
-                SensorFaultKind::Lost => "gives no number any more",
-                SensorFaultKind::Stuck => "goes on giving its last reading",
+                SensorFaultKind::Lost => "outputs no number any more",
+                SensorFaultKind::Stuck => "keeps its last reading",
                 SensorFaultKind::Offset(_) => "reads with an offset",
                 SensorFaultKind::Drift(_) => "begins to drift",
                 SensorFaultKind::Noise(_) => "becomes noisy",
-                SensorFaultKind::Reversed => "reads with the other sign",
+                SensorFaultKind::Reversed => "reads with the opposite sign",
             };
             add(&fault.name, fault.at, fault.until, what);
         }
@@ -229,16 +229,16 @@ impl Faults {
                 MotorFaultKind::Scaled(part) => format!("gives {part} of its torque"),
                 MotorFaultKind::Braking(_) => "is short-circuited and brakes".into(),
                 MotorFaultKind::Undervoltage(part) => format!("reaches {part} of its torque limit"),
-                MotorFaultKind::Stuck => "keeps its torque, whatever it is told".into(),
+                MotorFaultKind::Stuck => "keeps its torque and ignores commands".into(),
             };
             add(&fault.name, fault.at, fault.until, &what);
         }
         for fault in &self.units {
             let what = match fault.kind {
                 UnitFaultKind::Reset => "is reset and commands zero",
-                UnitFaultKind::Missed => "computes nothing; its last commands hold",
+                UnitFaultKind::Missed => "computes no new commands; its last commands remain",
                 UnitFaultKind::Stale => "gets no new readings",
-                UnitFaultKind::Jitter(_) => "commands late by a time that varies",
+                UnitFaultKind::Jitter(_) => "commands with a varying delay",
             };
             add(&fault.name, fault.at, fault.until, what);
         }

@@ -79,11 +79,11 @@ impl Columns<'_> {
             let InputKind::Motor(motor) = &input.value else { continue };
             self.add(effort.of(name), physical, format!("{word} of {name}"), Read::Torque(k));
             if motor.torque_limit.is_some() || motor.rate_limit.is_some() || motor.lag.is_some() {
-                let description = format!("{word} asked of {name}, before limits and lag");
+                let description = format!("commanded {word} of {name}, before limits and lag");
                 self.add(Quantity::Command.of(name), physical, description, Read::Command(k));
             }
             if motor.ripple.is_some() {
-                let description = format!("{word} that {name} adds to what it reports");
+                let description = format!("{word} that {name} adds to its reported value");
                 self.add(Quantity::Ripple.of(name), physical, description, Read::Ripple(k));
             }
         }
@@ -202,7 +202,7 @@ impl Columns<'_> {
         for (k, unilateral) in unilaterals.iter().enumerate() {
             if matches!(unilateral.value, UnilateralConstraint::GearLoss(_)) {
                 let physical = equations.domain_of_unilateral(unilateral).effort().physical();
-                let description = format!("loss in the teeth of {}", unilateral.element);
+                let description = format!("gear loss of {}", unilateral.element);
                 self.add(Quantity::Friction.of(&unilateral.element), physical, description, Read::Friction(first + k));
                 continue;
             }

@@ -93,7 +93,7 @@ impl Readings {
         let needs_forces = graph.symbols(&exprs).iter().any(|symbol| !motion_inputs.contains(symbol));
         let outputs: Vec<(String, Expr)> =
             exprs.into_iter().enumerate().map(|(k, expr)| (format!("reading.{k}"), expr)).collect();
-        let plan = compile(graph, &inputs, &outputs).expect("readings depend on what is given");
+        let plan = compile(graph, &inputs, &outputs).expect("readings depend on inputs only");
         Self { native: Native::new(&plan.block()), memory: plan.memory(), plan, counts, sources, timed, needs_forces }
     }
 

@@ -588,7 +588,7 @@ impl RunLoop {
         self.initial_energy = self.machine.energy(0.0, &self.state);
         if let Some((direction, beyond)) = self.machine.beyond_stops(self.time, &self.state).first() {
             let what = format!(
-                "`{}` begins {beyond:.6} {} beyond its stop, which nothing can pass: start within it",
+                "`{}` starts {beyond:.6} {} past its rigid stop: choose a start inside the stop",
                 self.names[*direction],
                 self.machine.unit_of_direction(*direction),
             );
@@ -647,10 +647,10 @@ impl RunLoop {
         let (size, gained) = (self.machine.size(), self.machine.energy(time, &self.state) - before);
         let what = if gained > 0.0 {
             self.state[size - 2] += gained;
-            format!("{what}: springs hold {gained:.6} J more")
+            format!("{what}: the stored spring energy rises by {gained:.6} J")
         } else {
             self.state[size - 1] -= gained;
-            format!("{what}: springs lose {:.6} J", -gained)
+            format!("{what}: the springs lose {:.6} J", -gained)
         };
         self.events.push(Event { time, what });
     }
@@ -711,7 +711,7 @@ impl RunLoop {
             return Err(failed(
                 self.time,
                 format!(
-                    "more than {most} steps were needed; the model is too stiff for this mode, or oscillates much faster than the run lasts. What was computed until then is kept; `kardan check` names the fastest motion"
+                    "more than {most} steps were needed; the model is too stiff for this mode, or oscillates much faster than the run lasts. kardan keeps the results up to this time; `kardan check` names the fastest motion"
                 ),
             ));
         }
@@ -849,11 +849,11 @@ impl RunLoop {
     fn singular(&self) -> String {
         let names = self.quoted_constraints();
         let what = match self.multiplier_names.len() {
-            1 => format!("{names} constrains nothing at this place"),
-            _ => format!("the constraints {names} become dependent at this place, as at a dead centre"),
+            1 => format!("{names} constrains no motion in this position"),
+            _ => format!("the constraints {names} become dependent in this position, as at a dead centre"),
         };
         format!(
-            "{what}: what they carry is not determined there, and the motion can go on in more than one way. Start it so that it does not come there, choose lengths with which there is no such place, or end the run before"
+            "{what}: the constraint forces are not determined there, and the motion can continue in more than one way. Choose a start or lengths that avoid this position, or end the run before it"
         )
     }
 
@@ -865,8 +865,8 @@ impl RunLoop {
             return Ok(());
         }
         let cause = format!(
-            "`{}` jams more than {JAMS} times, each within {apart:.0e} s of the time before: whenever its load drives it, it locks itself against the inertia of \
-             that load (Painlevé), and starts again. {UNJAM}",
+            "`{}` jams more than {JAMS} times, each within {apart:.0e} s of the time before: whenever its load drives it, it self-locks against the inertia of \
+             that load (Painlevé), and then starts again. {UNJAM}",
             self.names[direction]
         );
         Err(failed(self.time, cause))
@@ -900,7 +900,7 @@ impl RunLoop {
             *loss += lost;
         }
         let what = format!(
-            "{} jams: its load drives it and would lock it harder than it pushes (Painlevé); the blow takes {lost:.6} J",
+            "{} jams: its load drives it, and the locking torque exceeds the driving torque (Painlevé); the impact dissipates {lost:.6} J",
             self.names[direction]
         );
         self.events.extend([what].into_iter().chain(happened).map(|what| Event { time, what }));
@@ -933,8 +933,8 @@ impl RunLoop {
                 if doubtful(middle) { time = middle } else { low = middle }
             }
             let what = format!(
-                "{}: against the inertia of its load it locks itself, so that two motions go on from here (Painlevé): that in which the first shaft drives is \
-                 taken, the other one jams",
+                "{}: it self-locks against the inertia of its load, so two motions are possible from here (Painlevé): kardan takes the one in which the first \
+                 shaft drives; the other one jams",
                 self.names[direction]
             );
             self.events.push(Event { time, what });
@@ -963,7 +963,10 @@ impl RunLoop {
         let what = if self.machine.has_laws() { "the loop diverges" } else { "the motion grows without bound" };
         let rows = match self.machine.watches_rows() {
             true => {
-                format!("; {} may leave no place to go on to, as where a rod is too short", self.quoted_constraints())
+                format!(
+                    "; {} may have no solution beyond this position, as where a rod is too short",
+                    self.quoted_constraints()
+                )
             }
             false => String::new(),
         };
@@ -1053,7 +1056,7 @@ impl RunLoop {
             return Err(failed(at, format!("{cause}: {}", self.last_events(since, &crossing))));
         }
         if self.zeno_events > MOST_ZENO_EVENTS {
-            let cause = format!("more than {MOST_ZENO_EVENTS} events follow each other closely without an end");
+            let cause = format!("more than {MOST_ZENO_EVENTS} events follow each other closely (Zeno behaviour)");
             return Err(failed(at, format!("{cause}: {}", self.last_events(since, &crossing))));
         }
         self.reversed = crossing;
@@ -1068,15 +1071,17 @@ impl RunLoop {
         let own = self.events.iter().rev().take_while(|event| event.time >= since);
         let what: Vec<&str> = own.take(6).map(|event| event.what.as_str()).collect();
         if !what.is_empty() {
-            return format!("the last ones: {}", what.join("; "));
+            return format!("the last events: {}", what.join("; "));
         }
         let involved = if crossing.is_empty() { self.machine.holding() } else { crossing };
         let mut names: Vec<&str> = involved.iter().filter_map(|k| self.names.get(*k)).map(String::as_str).collect();
         names.sort_unstable();
         names.dedup();
         match names.is_empty() {
-            true => "a motor or what holds comes to its limit and leaves it again".into(),
-            false => format!("what holds {} is at its limit to the last digits, left and taken again", quoted(names)),
+            true => "a motor or a sticking contact repeatedly reaches its limit and leaves it".into(),
+            false => {
+                format!("the contact state of {} switches repeatedly at its limit, to the last digits", quoted(names))
+            }
         }
     }
 
@@ -1131,14 +1136,14 @@ impl RunLoop {
         names.sort_unstable();
         let what = match (&names[..], self.prescribing.is_empty()) {
             ([one], false) => format!(
-                "`{one}` holds what {} prescribes, and not the same way",
+                "`{one}` constrains a motion that {} prescribes, and contradicts it",
                 quoted(self.prescribing.iter().map(String::as_str))
             ),
-            ([one], true) => format!("`{one}` holds what constraints hold already, and not the same way"),
-            _ => format!("{} hold one motion rigidly, and not the same way", quoted(names)),
+            ([one], true) => format!("`{one}` constrains a motion that constraints fix already, and contradicts them"),
+            _ => format!("{} constrain one motion rigidly, and contradict each other", quoted(names)),
         };
         let cause =
-            format!("{what}: give a stop `stiffness`, put a clutch in place of a lock, or release one of them before");
+            format!("{what}: give a stop `stiffness`, replace a lock by a clutch, or release one of them before");
         Err(failed(self.time, cause))
     }
 
@@ -1152,15 +1157,15 @@ impl RunLoop {
         let mut notes = Vec::new();
         if shared.0 > 0 {
             notes.push(format!(
-                "At an impact the rigid contacts {} act together: each gives back its `restitution` of the impulse that compresses it (Poisson's law). Rigid bodies do \
-                 not say how contacts share an impulse; where that matters, give them `stiffness`.",
+                "At an impact the rigid contacts {} act together: each returns its `restitution` of its compression impulse (Poisson's law). Rigid bodies do \
+                 not determine how contacts share an impulse; where that matters, give them `stiffness`.",
                 shared.1
             ));
         }
         if dulled.0 > 0 {
             notes.push(format!(
-                "At an instant with impacts without an end the last ones of {} were taken without restitution: what was left of their energy is lost there. Give \
-                 one of the contacts `stiffness`, or part them by a gap.",
+                "Impacts of {} accumulate at one instant (Zeno behaviour): kardan computed the last ones without restitution, which dissipates their remaining energy. \
+                 Give one of the contacts `stiffness`, or separate them by a gap.",
                 dulled.1
             ));
         }
@@ -1168,8 +1173,8 @@ impl RunLoop {
         self.notes.extend(notes);
         for direction in self.machine.take_passed() {
             let note = format!(
-                "A rigid blow has passed the teeth of `{}` without their loss, as it does even where they lock themselves. Where that matters, let a spring take the \
-                 blow (`stiffness` of a stop, a spring_damper beside a lock or clutch): then they carry it as a load.",
+                "A rigid impact passed through the gear `{}` without gear loss; kardan applies no loss to impacts even where the gear is self-locking. Where that matters, \
+                 let a spring take the impact (`stiffness` of a stop, a spring_damper beside a lock or clutch): the gear then carries it as a load.",
                 self.names[direction]
             );
             if !self.notes.contains(&note) {
@@ -1183,11 +1188,11 @@ impl RunLoop {
         if !shared.is_empty() {
             let names: Vec<String> = shared.iter().map(|&k| format!("`{}`", self.names[k])).collect();
             let rubs = shared.iter().all(|&k| self.machine.is_friction(k));
-            let [together, what] = if rubs { ["stick", "friction torque"] } else { ["hold", "torque"] };
+            let [together, what] = if rubs { ["stick", "friction torque"] } else { ["act", "torque"] };
             let shown = match (self.machine.has_gear_losses() || !self.machine.shares_by_size(), rubs) {
-                (true, _) => "one with which all hold",
+                (true, _) => "one that satisfies all limits",
                 (false, true) => "the one with the smallest torques relative to each Coulomb torque",
-                (false, false) => "the one with the smallest torques relative to what each can hold",
+                (false, false) => "the one with the smallest torques relative to each torque limit",
             };
             let note = format!(
                 "While {} {together} together, the split of the {what} between them is not unique (nor are constraint torques between \
@@ -1632,13 +1637,13 @@ impl RunLoop {
         let [diverges, or_diverges] = match self.machine.has_laws() {
             true => ["the loop diverges", "or the loop diverges"],
             false => {
-                ["something grows without bound", "or something changes at an infinite rate, such as sqrt(t) at zero"]
+                ["a variable grows without bound", "or a variable changes at an infinite rate, such as sqrt(t) at zero"]
             }
         };
         let what = self.nonfinite_signal(at);
         let text = match (error, what) {
             _ if let Some(direction) = self.machine.jammed_gear() => format!(
-                "`{}` jams: its load drives it, and the loss would grow faster than the torque that makes it, so that no acceleration fits (Painlevé). {UNJAM}",
+                "`{}` jams: its load drives it, and the loss would grow faster than the torque that causes it, so that no acceleration is consistent (Painlevé). {UNJAM}",
                 self.names[direction]
             ),
             (_, Some(what)) if is_undefined(&what) => undefined(&what),
@@ -1647,8 +1652,8 @@ impl RunLoop {
             ),
             (StepError::NotFinite { .. }, Some(what)) => format!("{what}: {diverges}, or the inertia becomes singular"),
             (StepError::NotFinite { .. }, None) => format!(
-                "within the next step, however short, the equations have no finite value: {diverges}, a function has \
-                 no value there, such as a square root of less than zero, or the inertia becomes singular"
+                "within the next step, however short, the equations have no finite value: {diverges}, a function is \
+                 undefined there, such as a square root of a negative number, or the inertia becomes singular"
             ),
         };
         failed(at, text)
@@ -1666,8 +1671,8 @@ impl RunLoop {
         let tolerance = self.tolerance;
         (ratio > tolerance).then(|| {
             format!(
-                "A tolerance of {tolerance:e} is below what double precision gives: rounding alone makes errors of up to {error:.1e} {unit} of \
-                 {name} in a step, as large as a tolerance of {ratio:.1e} allows. No step is made shorter for less."
+                "A tolerance of {tolerance:e} is below double precision: rounding alone causes errors of up to {error:.1e} {unit} in \
+                 {name} per step, as large as a tolerance of {ratio:.1e} allows. kardan shortens no step below that limit."
             )
         })
     }
@@ -1689,9 +1694,9 @@ impl RunLoop {
         // What is no number does not close.
         (!(residual.abs() <= SHOWS * exchanged + allowed)).then(|| {
             format!(
-                "the energy balance does not close: {residual:.3e} J are not accounted for, of {exchanged:.3e} J that were exchanged. What is shown is \
-                 wrong from some time on, though every step met its tolerance: look for a speed that jumps or a torque that has a peak, where the \
-                 equations are singular (a dead centre, a joint near 90°), and keep the motion away from it; elsewhere a smaller `--tolerance` helps"
+                "the energy balance does not close: the residual is {residual:.3e} J, of {exchanged:.3e} J exchanged. The results are \
+                 wrong from some time on, though every step met its tolerance: search for a speed that jumps or a torque peak, where the \
+                 equations are singular (a dead centre, a joint near 90°), and avoid that position; elsewhere a smaller `--tolerance` helps"
             )
         })
     }
@@ -1721,7 +1726,7 @@ impl RunLoop {
         self.notes.extend(motor_loads.iter().filter_map(|motor_load| {
             let control = motor_load.controller.as_ref();
             let meanwhile = control.map_or(String::new(), |control| {
-                format!(" Meanwhile control `{control}` does not do what its design says.")
+                format!(" Meanwhile control `{control}` does not behave as designed.")
             });
             Some(format!("{}.{meanwhile}", motor_load.describe(end)?))
         }));

@@ -102,10 +102,10 @@ impl HealthCounts {
 
     fn notes(&self, who: &str, keeps: &str) -> Vec<String> {
         let all = [
-            (self.invalid_readings, "a reading was no number, and the last good one was held"),
-            (self.invalid_references, "a reference was not finite, and the last good one was held"),
-            (self.governed, "the governor held a reference back, because a motor would have come to its limit"),
-            (self.bounded, "a command was changed by the limits of its motor"),
+            (self.invalid_readings, "a reading was not a number, and the controller used the last valid one"),
+            (self.invalid_references, "a reference was not finite, and the controller used the last valid one"),
+            (self.governed, "the governor limited a reference, because a motor would have reached its limit"),
+            (self.bounded, "the limits of a motor changed its command"),
             (self.frozen, keeps),
         ];
         let sentence = |(found, what): (Option<(usize, f64)>, &str)| {
@@ -137,7 +137,7 @@ impl SampledRuntime {
                     Measured::Signal(_) => reference().map(Quantity::Reference),
                     _ => Quantity::of(&signal.measured, reduced, differentiates),
                 };
-                let quantity = quantity.expect("a law measures angles, speeds, twists and signals that it is told");
+                let quantity = quantity.expect("a law measures angles, speeds, twists and declared signals");
                 let sampler = sensor.map_or_else(Sampler::ideal, |sensor| {
                     Sampler::new(head, sensor, stiffness(reduced, &signal.measured), seed)
                 });
@@ -338,15 +338,15 @@ impl SampledRuntime {
         match law.keeps() {
             Frozen::Estimate => self
                 .health_counts
-                .notes(&format!("Control {controller}"), "the estimate overflowed and was kept as it was"),
+                .notes(&format!("Control {controller}"), "the estimate overflowed and stayed unchanged"),
             frozen => {
                 let who = if frozen == Frozen::Command {
                     format!("Control {controller}")
                 } else {
                     format!("The {controller}")
                 };
-                let what = "something that is answered or remembered was no number (a reading that is lost, a division by zero, an overflow) \
-                            and stayed as it was";
+                let what = "an output or a state was not a number (a lost reading, a division by zero, an overflow) \
+                            and stayed unchanged";
                 self.health_counts.notes(&who, what)
             }
         }

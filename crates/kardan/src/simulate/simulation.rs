@@ -88,7 +88,7 @@ pub enum SimulationError {
         value: f64,
     },
     /// A time before the one reached.
-    #[error("the loop stands at {now} s and cannot go back to {until} s; a snapshot taken there can be restored")]
+    #[error("the loop is at {now} s and cannot go back to {until} s; restore a snapshot from that time instead")]
     Backwards {
         /// The time reached, s.
         now: f64,
@@ -138,7 +138,7 @@ impl Snapshot {
         let (chunks, rest) = bytes.as_chunks::<8>();
         let data: Vec<u64> = chunks.iter().map(|chunk| u64::from_le_bytes(*chunk)).collect();
         let [MARK, fingerprint, values, data @ .., last] = &data[..] else {
-            return Err(SimulationError::Snapshot("these bytes are no snapshot of this version"));
+            return Err(SimulationError::Snapshot("these bytes are not a snapshot of this version"));
         };
         if !rest.is_empty() || *last != sum(data, *fingerprint ^ *values) {
             return Err(SimulationError::Snapshot("bytes of it are missing or changed"));
@@ -332,7 +332,7 @@ impl Simulation {
         self.archive_state(&mut archive);
         if !archive.fits() {
             self.archive_state(&mut StateArchive::putting(&before.data));
-            return Err(SimulationError::Snapshot("it has not as many numbers as the model"));
+            return Err(SimulationError::Snapshot("its number of values differs from that of the model"));
         }
         if snapshot.values != self.values {
             // What was computed ahead is that of the other values.

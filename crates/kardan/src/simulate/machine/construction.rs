@@ -105,7 +105,7 @@ fn source_of(name: &str, setup: &Setup<'_>) -> usize {
         _ => name,
     };
     let found = setup.scenario.sources.iter().position(|source| source.name == signal);
-    found.unwrap_or_else(|| panic!("`{signal}`, which is read or answered, is a source"))
+    found.unwrap_or_else(|| panic!("`{signal}`, which is read or output, is a source"))
 }
 
 /// A law among the inputs and sources of a run; `size` grows by its states.

@@ -27,7 +27,7 @@ impl Flow {
         let task = scenario.flow.clone()?;
         let number = |name: &str| {
             let found = scenario.sources.iter().position(|source| source.name == name);
-            found.unwrap_or_else(|| panic!("`{name}`, which blocks read or answer, is a source"))
+            found.unwrap_or_else(|| panic!("`{name}`, which blocks read or output, is a source"))
         };
         let reads = task.reads.iter().filter_map(|(_, read)| match read {
             Read::Source(name) => Some(number(name)),

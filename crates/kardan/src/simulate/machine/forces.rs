@@ -368,7 +368,7 @@ impl Machine {
         }
         let sliding = |k: &usize| !self.work.more(&self.dynamics, self.places.friction_speeds.start + k).is_finite();
         if let Some(k) = (0..frictions.len()).find(sliding) {
-            return Some(format!("the speed along the friction of {} is not finite", frictions[k]));
+            return Some(format!("the sliding speed of friction {} is not finite", frictions[k]));
         }
         if let Some(k) = find(&self.force) {
             return Some(format!("the force on {} is {}", name(k), self.force[k]));

@@ -65,7 +65,7 @@ impl Laws {
         let outputs: Vec<(String, Expr)> = outputs.collect();
         let own = loads.iter().chain(&forth).filter_map(|symbol| motion.graph.symbol_of(*symbol));
         let arguments: Vec<Symbol> = motion.symbols.iter().chain(inputs).copied().chain(own).collect();
-        let plan = compile(&motion.graph, &arguments, &outputs).expect("losses depend on what is given");
+        let plan = compile(&motion.graph, &arguments, &outputs).expect("losses depend on inputs only");
         let native = Native::new(&plan.block());
         Self { native, memory: plan.memory(), plan, arguments: arguments.len() - 2 * count }
     }

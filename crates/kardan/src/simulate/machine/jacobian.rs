@@ -58,7 +58,7 @@ impl Jacobian {
                 outputs.push((format!("{}.{k}.{}", kinds[kind].0, motion.graph.name(*state).0), slope));
             }
         }
-        let plan = compile(&motion.graph, inputs, &outputs).expect("all that residuals depend on is given");
+        let plan = compile(&motion.graph, inputs, &outputs).expect("all arguments of the residuals are inputs");
         for column in &mut columns {
             for list in [&mut column.forces, &mut column.bias, &mut column.rates] {
                 list.iter_mut().for_each(|(_, output)| *output = plan.place(*output));

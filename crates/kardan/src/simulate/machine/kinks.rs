@@ -49,7 +49,7 @@ impl Kinks {
         let of_time = of_time.iter().map(|kink| own.copied(graph, *kink, &pairs)).collect();
         let all: Vec<Symbol> = motion.symbols.iter().chain(inputs).copied().collect();
         let plan =
-            compile(graph, &all, &extension.outputs[places.kinks.clone()]).expect("a loop names all that it is given");
+            compile(graph, &all, &extension.outputs[places.kinks.clone()]).expect("a loop declares all its inputs");
         let native = if places.kinks.is_empty() { None } else { Native::new(&plan.block()) };
         let memory = plan.memory();
         Self { graph: own, of_time, time_inputs, of_state: places.kinks.len(), plan, native, memory }

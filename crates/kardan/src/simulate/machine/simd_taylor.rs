@@ -870,14 +870,17 @@ impl Machine {
     fn why_alone(&self) -> Option<&'static str> {
         let reasons = [
             (self.degrees_of_freedom.max(self.modes.len()) > MOST, "there are many coordinates or frictions"),
-            (self.drives.iter().any(|drive| drive.rate.is_some()), "a motor has a limit of rate"),
+            (self.drives.iter().any(|drive| drive.rate.is_some()), "a motor has a rate limit"),
             (self.drives.iter().any(|drive| !drive.faults.is_empty()), "there are faults"),
-            (!self.limits_meet_steps(), "a limit of torque is met by more than steps and samples"),
-            (!self.multiplier_constraints.is_empty(), "linkages close loops"),
-            (!self.gear_losses.is_empty(), "teeth have losses"),
+            (
+                !self.limits_meet_steps(),
+                "a torque limit applies to a ramp, a time function or a law without sample time",
+            ),
+            (!self.multiplier_constraints.is_empty(), "there are loop-closing constraints"),
+            (!self.gear_losses.is_empty(), "there are gear losses"),
             (!self.unilaterals.is_empty(), "there are stops, clutches or locks"),
-            (!self.jenkins.directions.is_empty() || self.relaxes, "motions have no inertia"),
-            (self.own_laws, "a law without sample time, a program or blocks compute by themselves"),
+            (!self.jenkins.directions.is_empty() || self.relaxes, "there are massless motions"),
+            (self.own_laws, "a law without sample time, a program or blocks have own equations"),
             (self.moves, "speeds are prescribed"),
             (
                 self.laws
@@ -887,9 +890,9 @@ impl Machine {
             ),
             (
                 !(self.timed.is_polynomial() && self.kinks.of_time.is_empty()),
-                "a function of time bends or jumps elsewhere than at listed times",
+                "a function of time has a kink or jump at times not listed in advance",
             ),
-            (self.kinks.of_state > 0, "a law of the file bends or jumps with the motion"),
+            (self.kinks.of_state > 0, "a law of the file has a kink or jump that depends on the motion"),
         ];
         reasons.into_iter().find(|(is_so, _)| *is_so).map(|(_, why)| why)
     }

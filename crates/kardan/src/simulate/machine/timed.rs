@@ -60,7 +60,7 @@ impl Timed {
         let sources: Vec<usize> = scenario.signals.iter().map(|signal| signal.source).collect();
         let source = |name: &str| {
             let found = scenario.sources.iter().position(|source| source.name == name);
-            found.expect("what blocks answer is a source")
+            found.expect("an output of a block is a source")
         };
         let flows = scenario.flow.is_some();
         let plan = (flows || !sources.is_empty()).then(|| {

@@ -128,7 +128,7 @@ impl Unilaterals {
             (Kind::Friction { .. } | Kind::GearLoss, Mode::Backward) => Some("slips backward"),
             (Kind::OneWay, Mode::Stick) => Some("locks"),
             (Kind::OneWay, _) => Some("overruns"),
-            (Kind::Stop { .. }, Mode::Stick) => Some("is rested on"),
+            (Kind::Stop { .. }, Mode::Stick) => Some("is in resting contact"),
             (Kind::Stop { .. }, _) => Some("is left"),
             (Kind::Cushion { .. } | Kind::Lock, _) => None,
         }

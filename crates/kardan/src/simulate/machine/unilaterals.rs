@@ -383,7 +383,7 @@ impl Machine {
         if jammed.is_none() {
             state[self.size - 1] += lost;
             let what: Vec<String> = hit.iter().map(one).collect();
-            events.push(format!("{}: the blow takes {lost:.6} J", what.join(", ")));
+            events.push(format!("{}: the impact dissipates {lost:.6} J", what.join(", ")));
         }
         self.unilaterals.struck = true;
         let component = |k: &usize| self.dynamics.friction_component(*k, &change, &self.work).abs();

@@ -129,14 +129,14 @@ impl RunLoop {
             return Ok(());
         }
         let what =
-            kink.or_else(|| self.nearest_kink()).map_or("a place".into(), |kink| self.machine.describe_kink(kink));
+            kink.or_else(|| self.nearest_kink()).map_or("a position".into(), |kink| self.machine.describe_kink(kink));
         self.observe_until(self.time, None);
         Err(failed(
             self.time,
             format!(
-                "the motion goes to and fro without an end at {what} = 0, where a law jumps or bends (`sign`, `abs`, `if`, the points of a table): more than {TO_AND_FRO} \
-                 times, each within {near:.0e} s of the time before. Give the law a slope there, such as `x/sqrt(x^2 + x_0^2)` in place of `sign(x)`, or a friction or a stop \
-                 in place of the law"
+                "the motion chatters at {what} = 0, where a law has a jump or kink (`sign`, `abs`, `if`, the points of a table): more than {TO_AND_FRO} \
+                 crossings, each within {near:.0e} s of the one before. Give the law a finite slope there, such as `x/sqrt(x^2 + x_0^2)` in place of `sign(x)`, or replace the law by \
+                 a friction or a stop"
             ),
         ))
     }

@@ -7,5 +7,5 @@ pub(super) fn is_undefined(what: &str) -> bool {
 
 /// What to do about it.
 pub(super) fn undefined(what: &str) -> String {
-    format!("{what}: it has no value there. Keep what it is of where it has one, such as by `max(0, ...)` or `if(...)`")
+    format!("{what}: it is undefined there. Limit its argument to the domain, such as by `max(0, ...)` or `if(...)`")
 }

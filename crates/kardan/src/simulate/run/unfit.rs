@@ -51,15 +51,15 @@ impl RunLoop {
         let unit = if self.machine.unit_of_direction(direction) == "m" { "N" } else { "N m" };
         match unfit {
             Unfit::Negative if is_gear_loss => format!(
-                "the `loss` of `{name}` becomes negative, and teeth do not drive: keep it at zero or above, such as by max(0 {unit}, ...)"
+                "the `loss` of `{name}` becomes negative, and a gear loss cannot drive: limit it to zero or above, such as by max(0 {unit}, ...)"
             ),
             Unfit::Negative => format!(
-                "the torque of `{name}` becomes negative, and friction below zero would drive: keep it at zero or above, such as by max(0 {unit}, ...)"
+                "the torque of `{name}` becomes negative, and negative friction would drive: limit it to zero or above, such as by max(0 {unit}, ...)"
             ),
             Unfit::Undefined => {
                 let names = (&self.shafts[..], &self.input_names[..], &self.names[..]);
                 let what = self.machine.not_finite(time, &self.state, names);
-                undefined(&what.unwrap_or_else(|| format!("a formula of `{name}` is no number")))
+                undefined(&what.unwrap_or_else(|| format!("a formula of `{name}` is not a number")))
             }
         }
     }
