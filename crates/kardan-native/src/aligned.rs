@@ -3,7 +3,7 @@ use std::ops::{Deref, DerefMut};
 
 use crate::width::Value;
 
-/// What a processor reads at once.
+/// The block that a processor reads at once.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 struct Line(#[expect(dead_code, reason = "read as values")] [f64; 8]);
@@ -26,7 +26,7 @@ pub struct Aligned<N> {
 }
 
 impl<N: Value> Aligned<N> {
-    /// Memory for so many values, all of them 0.
+    /// Memory for `count` values, all of them 0.
     pub fn new(count: usize) -> Self {
         let numbers = count.checked_mul(N::WIDTH as usize).expect("the size exceeds the address space");
         Self { lines: vec![Line([0.0; 8]); numbers.div_ceil(8)], count, values: PhantomData }
@@ -37,7 +37,8 @@ impl<N: Value> Deref for Aligned<N> {
     type Target = [N];
 
     fn deref(&self) -> &[N] {
-        // SAFETY: a value is as many numbers as its width tells, one after the other and nothing else, and the lines have so many.
+        // SAFETY: a value consists of `WIDTH` numbers, one after the other and nothing else, and the lines have that
+        // many.
         unsafe { std::slice::from_raw_parts(self.lines.as_ptr().cast(), self.count) }
     }
 }

@@ -22,7 +22,7 @@ pub enum Operand {
     Second,
 }
 
-/// What an instruction does with one number, or all of a register.
+/// The operation of an instruction on one number, or on all numbers of a register.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Opcode {
     /// The map of opcodes: 1 for 0F, 2 for 0F 38, 3 for 0F 3A.
@@ -60,7 +60,7 @@ pub const MINIMUM: Opcode = number(0x5d);
 pub const DIVIDE: Opcode = number(0x5e);
 /// The first if it is larger, else the second.
 pub const MAXIMUM: Opcode = number(0x5f);
-/// All digits where a comparison holds, none elsewhere; of eight numbers one digit each, in a register of masks.
+/// All bits set where a comparison is true, none elsewhere; for eight numbers one bit each, in a mask register.
 const COMPARE: Opcode = number(0xc2);
 const LOAD: Opcode = number(0x10);
 const STORE: Opcode = number(0x11);
@@ -213,7 +213,7 @@ impl Assembler {
         }
     }
 
-    /// Keeps the arguments in registers that calls leave alone: the memory in rbx, constants in rbp.
+    /// Stores the arguments in registers that calls preserve: the memory in rbx, constants in rbp.
     pub fn begin(&mut self) {
         self.bytes(&[0x53, 0x55]); // push rbx, push rbp
         self.bytes(&[0x48, 0x83, 0xec, 0x08]); // sub rsp, 8: calls want multiples of 16
@@ -225,8 +225,9 @@ impl Assembler {
         self.bytes(&[0x48, 0x83, 0xc4, 0x08, 0x5d, 0x5b, 0xc3]); // add rsp, 8; pop rbp; pop rbx; ret
     }
 
-    /// The begin of code for series: coefficients of the order sought in rbx, the first ones in rbp, how many orders are below it in rdx, whole
-    /// numbers in rcx, which begin with the sign; a number of the order in the lowest register, which is kept in all of another one.
+    /// The prologue of code for series: coefficients of the current order in rbx, the first ones in rbp, the number of
+    /// lower orders in rdx, whole numbers in rcx, which begin with the sign; the order's number in the lowest register,
+    /// which is broadcast to all of another one.
     pub fn begin_series(&mut self, sign: Register, number: Register) {
         self.bytes(&[0x53, 0x55]); // push rbx, push rbp
         self.bytes(&[0x48, 0x89, 0xfb, 0x48, 0x89, 0xf5]); // mov rbx, rdi; mov rbp, rsi

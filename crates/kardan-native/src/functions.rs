@@ -1,4 +1,4 @@
-//! Elementary functions as the code calls them: by addresses of what they read and write.
+//! Elementary functions as the code calls them: by the addresses of their arguments and results.
 
 use kardan_rt::{Lanes, Number, Operator, functions};
 
@@ -7,7 +7,7 @@ use crate::width::Width;
 /// A function: addresses of two operands and two results.
 type Function = unsafe extern "C" fn(*const f64, *const f64, *mut f64, *mut f64);
 
-/// What an operator computes of a and b.
+/// The result of an operator for a and b.
 #[inline(always)]
 fn results<N: Number<One = f64>>(operator: Operator, a: N, b: N) -> (N, N) {
     let one = match operator {

@@ -1,4 +1,4 @@
-//! How many numbers stand side by side, and whether there is machine code for so many.
+//! The number of SIMD lanes, and whether there is machine code for it.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -37,14 +37,14 @@ pub fn lanes() -> usize {
     [Width::Eight, Width::Four].into_iter().find(|width| is_able(*width)).unwrap_or(Width::One) as usize
 }
 
-/// What machine code computes with: `f64`, or four or eight of them. They need no other alignment than `f64`.
+/// The number type of machine code: `f64`, or four or eight of them. They need no other alignment than `f64`.
 pub trait Value: Number<One = f64> + Wide {}
 
 impl Value for f64 {}
 impl Value for Lanes<f64, 4> {}
 impl Value for Lanes<f64, 8> {}
 
-/// How many numbers stand side by side.
+/// The number of SIMD lanes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Width {
     /// A number alone.
@@ -63,7 +63,7 @@ impl Width {
     }
 }
 
-/// What is as wide as a register can be.
+/// A type as wide as a register can be.
 pub trait Wide {
     /// How many numbers it is.
     const WIDTH: Width;

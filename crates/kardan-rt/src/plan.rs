@@ -4,7 +4,7 @@ use crate::dense::sum;
 use crate::number::Number;
 use crate::{Real, functions};
 
-/// What an operation computes of its operands a, b, c, d.
+/// The result of an operation on its operands a, b, c, d.
 ///
 /// Products and sums are rounded one after the other on every target, never contracted, so that the bits are the same everywhere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -74,16 +74,16 @@ impl Operator {
 /// Operations of one kind that do not need each other, one after the other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Run {
-    /// What they compute.
+    /// The operator.
     pub operator: Operator,
     /// How many they are.
     pub count: usize,
 }
 
-/// A function given by polynomials between knots; the first and the last hold beyond them.
+/// A function given by polynomials between knots; the first and the last extrapolate.
 ///
-/// Its numbers stand in [`Plan::numbers`], one after the other: the knots, rising, one less than there are pieces; where the argument of each
-/// piece is zero; the coefficients of the pieces, constant first.
+/// Its numbers are in [`Plan::numbers`], one after the other: the knots, rising, one fewer than pieces; the point at
+/// which the argument of each piece is zero; the coefficients of the pieces, constant first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Table {
     /// Where its numbers begin.
@@ -120,8 +120,8 @@ impl Table {
 
 /// A list of operations that finds outputs from inputs.
 ///
-/// Its memory holds the inputs first, then the constants, then the values of all operations in their order; operands are places in
-/// it. `kardan::plan` compiles models to such lists.
+/// Its memory contains the inputs first, then the constants, then the values of all operations in their order; operands
+/// are indices into it. `kardan::plan` compiles models to such lists.
 ///
 /// ```
 /// use kardan_rt::{Operator, Plan, Run};
@@ -171,7 +171,7 @@ fn is_finite<N: Number>(x: N) -> bool {
     !x.any(|x| !x.is_finite())
 }
 
-/// The value at a place. What is not there stands for a plan that is not whole.
+/// The value at an index. An index out of range means that the plan is incomplete.
 #[inline]
 fn value<N: Number>(computed: &[N], number: u32) -> N {
     computed.get(place(number)).map_or(N::all(N::One::NAN), |x| *x)

@@ -2,7 +2,7 @@ use crate::Real;
 
 /// Numbers over an angle that repeat after a period: rows at equal distances, linear between them.
 ///
-/// Row k of N belongs to k/N of the period. Rows hold finite numbers.
+/// Row k of N belongs to k/N of the period. Rows contain finite numbers.
 ///
 /// ```
 /// use kardan_rt::Schedule;

@@ -67,7 +67,7 @@ impl<'a, T: Real> StateSpace<'a, T> {
 
     /// `out = C ξ + D s`.
     ///
-    /// Returns false and leaves `out` as it is if a signal or an answer is not finite.
+    /// Returns false and leaves `out` unchanged if an input or an output is not finite.
     #[inline]
     #[must_use = "false: the outputs are those of the last step"]
     pub fn outputs(&self, state: &[T], signals: &[T], out: &mut [T]) -> bool {
@@ -76,7 +76,7 @@ impl<'a, T: Real> StateSpace<'a, T> {
 
     /// `out = A ξ + B s`: the derivative of the state of a continuous block (per second), the next state of a sampled one.
     ///
-    /// Returns false and leaves `out` as it is if a signal or an answer is not finite.
+    /// Returns false and leaves `out` unchanged if an input or an output is not finite.
     #[inline]
     #[must_use = "false: the rates are those of the last step"]
     pub fn rates(&self, state: &[T], signals: &[T], out: &mut [T]) -> bool {
@@ -85,13 +85,13 @@ impl<'a, T: Real> StateSpace<'a, T> {
 
     /// One sample: `ξ ← A ξ + B s`. `next` is memory, one entry per state.
     ///
-    /// Returns whether the signals and the new state are finite; otherwise (a reading was NaN) the old one is kept, so that one
-    /// bad sample does not stay in the block for ever.
+    /// Returns whether the signals and the new state are finite; otherwise (a reading was NaN) the old state stays, so
+    /// that one bad sample does not stay in the block for ever.
     #[inline]
     #[must_use = "false: the sample was dropped"]
     pub fn step(&self, state: &mut [T], signals: &[T], next: &mut [T]) -> bool {
         next.fill(T::ZERO);
-        // The state last: what one step waits for from the one before is then the shortest.
+        // The state last: that shortens the dependence of one step on the previous one.
         self.b.accumulate(signals, next);
         self.a.accumulate(state, next);
         let finite = all_finite(next) && all_finite(signals);

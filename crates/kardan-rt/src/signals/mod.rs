@@ -1,8 +1,9 @@
 //! Blocks of signals: filters, limits, controllers and machines that a program of an ECU is made of.
 //!
-//! Each is written once over [`Arithmetic`](crate::Arithmetic): the same lines run in `f32` and `f64`, in lanes, and write themselves down as
-//! expressions, which is how the library `kardan` linearises them. So they select and never branch. The memory of a block belongs to the
-//! caller; its first entry is the last answer, and all zeros are a start.
+//! Each block is written once over [`Arithmetic`](crate::Arithmetic): the same code runs in `f32` and `f64` and in
+//! lanes, and records itself as expressions, by which the library `kardan` linearises it. So blocks select and never
+//! branch. The memory of a block belongs to the caller; its first entry is the last output, and all zeros are a valid
+//! start.
 
 mod dead_zone;
 mod delay;
@@ -72,8 +73,8 @@ fn zero_or_nan<N: Arithmetic>(x: N) -> N {
     x - x
 }
 
-/// New entries of a memory, for each lane all of them or none: where an input or an entry is no number, nothing happened. Whether all lanes
-/// are new.
+/// New entries of a memory, for each lane all of them or none: where an input or an entry is not a number, the memory
+/// stays unchanged. Returns whether all lanes are new.
 fn remember<'m, N: Arithmetic + 'm>(
     memory: impl Iterator<Item = &'m mut N>,
     new: impl Iterator<Item = N> + Clone,

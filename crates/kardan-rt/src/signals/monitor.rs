@@ -1,14 +1,14 @@
 use super::{half, one, remember, smaller, zero};
 use crate::Arithmetic;
 
-/// Watches a residual: tells where it stays beyond its threshold, and stops telling where it stays within.
+/// Monitors a residual: raises an alarm while it stays above its threshold, and ends the alarm once it stays below.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Monitor<N> {
     /// The largest size of the residual that is no alarm.
     pub threshold: N,
-    /// How many samples one after the other must be beyond it for an alarm; at least one.
+    /// Number of consecutive samples above the threshold that raise an alarm; at least one.
     pub debounce: N,
-    /// How many samples one after the other must be within it for an alarm to end; infinitely many keep it.
+    /// Number of consecutive samples within the threshold that end an alarm; infinity latches the alarm.
     pub hold: N,
 }
 
@@ -16,7 +16,7 @@ impl<N: Arithmetic> Monitor<N> {
     /// Entries of its memory: whether there is an alarm (1, else 0), and how many samples in a row spoke against that.
     pub const MEMORY: usize = 2;
 
-    /// One sample. A residual that is no number speaks for an alarm: false is returned, and it counts as one beyond the threshold.
+    /// One sample. A residual that is not a number counts as above the threshold, and the block returns false.
     ///
     /// ```
     /// let watch = kardan_rt::Monitor { threshold: 1.0, debounce: 2.0, hold: 3.0 };
@@ -28,7 +28,7 @@ impl<N: Arithmetic> Monitor<N> {
     #[must_use = "false: the residual was not a number"]
     pub fn step(&self, residual: N, memory: &mut [N; 2]) -> bool {
         let [alarm, count] = *memory;
-        // Not within the threshold: beyond it, or no number.
+        // Not within the threshold: above it, or not a number.
         let size = residual.select(zero(), -residual, residual);
         let in_limits = self.threshold.select(size, zero(), one());
         let in_limits = in_limits * residual.is_number();

@@ -4,15 +4,15 @@ use crate::Arithmetic;
 /// A sampled transfer function `(b₀ + b₁ z⁻¹ + …)/(1 + a₁ z⁻¹ + …)`: filters, leads and lags (direct form II, transposed).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TransferFunction<'a, N> {
-    /// b₀, b₁, …; what is missing is zero.
+    /// b₀, b₁, …; missing coefficients are zero.
     pub numerator: &'a [N],
-    /// a₁, a₂, …; what is missing is zero.
+    /// a₁, a₂, …; missing coefficients are zero.
     pub denominator: &'a [N],
 }
 
 impl<N: Arithmetic> TransferFunction<'_, N> {
-    /// One sample. The memory holds the answer and as many states as it has entries behind that: as many as the longer one of the lists asks
-    /// for. Returns false and keeps all where the input or what follows from it is no number.
+    /// One sample. The memory contains the output and then the states, as many as the longer one of the lists needs.
+    /// Returns false and leaves the memory unchanged where the input or a result is not a number.
     ///
     /// ```
     /// // A low pass with 1/e after ten samples.

@@ -107,7 +107,7 @@ impl Domain for Builder {
     }
 }
 
-/// Compiles the outputs wanted as functions of the inputs, in both orders given.
+/// Compiles the requested outputs as functions of the inputs, in both orders given.
 ///
 /// # Errors
 /// The name of a symbol that an output depends on and that is no input.

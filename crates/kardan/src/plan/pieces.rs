@@ -1,4 +1,4 @@
-//! What has kinks in series: one smooth piece of it, as long as what tells the piece keeps its sign.
+//! Operations with kinks in series: one smooth piece, valid as long as the deciding value does not change sign.
 
 use kardan_native::Step;
 use kardan_rt::{Operator, Table};
@@ -11,12 +11,12 @@ const SAME: f64 = 1e-12;
 /// A value of smooth pieces. Numbers are places among the values of an order.
 #[derive(Debug, Clone)]
 enum Kink {
-    /// One of two values, told by whether the first of two is below the second.
+    /// One of two values, selected by whether the first of two is below the second.
     Pair { than: [usize; 2], values: [usize; 2], sign: usize },
     /// A value times the sign of it.
     Size { value: usize, sign: usize },
-    /// A polynomial between two knots of a table. From `first` on: the coefficients, constant first, the origin, what the argument is behind it, and
-    /// what Horner's rule has of the order before.
+    /// A polynomial between two knots of a table. From `first` on: the coefficients, constant first, the origin, the
+    /// argument minus the origin, and the intermediate values of Horner's rule of the previous order.
     Table { value: usize, table: Table, first: usize, piece: usize },
 }
 
@@ -26,7 +26,7 @@ pub(super) struct Pieces {
     kinks: Vec<Kink>,
     /// The tables' numbers.
     numbers: Vec<f64>,
-    /// Which of them begin where two pieces meet: what tells them apart has vanished in all orders found so far.
+    /// Which of them begin where two pieces meet: the deciding value vanishes in all orders computed so far.
     open: Vec<usize>,
     /// Whether one of them begins with a jump, which its values do not know of.
     jumps: bool,
@@ -37,7 +37,8 @@ impl Pieces {
         Self { numbers: plan.numbers.clone(), ..Self::default() }
     }
 
-    /// Writes the steps of an operation that has kinks; `free` is the first place that no value has, given back behind what it took.
+    /// Writes the steps of an operation that has kinks; `free` is the first unused index, returned behind the used
+    /// ones.
     pub fn write(
         &mut self,
         plan: &Plan,
@@ -115,14 +116,14 @@ impl Pieces {
         }
     }
 
-    /// Decides which way those go that begin where two pieces meet, as far as the coefficients of an order tell. True where one takes another
-    /// piece, with which that order is to be found again.
+    /// Chooses the piece of operations that begin where two pieces meet, as far as the coefficients of an order decide
+    /// it. True where one changes to another piece; that order is then to be computed again.
     pub fn decide(&mut self, memory: &mut [f64], width: usize, k: usize) -> bool {
         let mut changed = false;
         let Self { kinks, numbers, open, jumps } = self;
         open.retain(|kink| {
             if changed {
-                // It may be of what is to be found again.
+                // It may depend on values that are to be computed again.
                 return true;
             }
             let change = match &mut kinks[*kink] {
@@ -179,7 +180,8 @@ impl Pieces {
         self.jumps
     }
 
-    /// What tells the pieces, as long as it stays positive: places of two values, the second taken from the first, with a sign; and what is added.
+    /// The value that decides the piece, which is valid as long as it stays positive: indices of two values, the second
+    /// subtracted from the first, with a sign; and a constant added.
     pub fn margins<'a>(&'a self, memory: &'a [f64]) -> impl Iterator<Item = (usize, Option<usize>, f64, f64)> + 'a {
         self.kinks.iter().flat_map(move |kink| {
             let margins = match kink {

@@ -52,7 +52,7 @@ use super::pieces::Pieces;
 #[derive(Debug, Clone)]
 pub struct Series<N = f64> {
     order: usize,
-    /// Values of an order: those of the plan, then what rules keep beside.
+    /// Values of an order: those of the plan, then the auxiliary values of rules.
     width: usize,
     steps: Vec<Step>,
     /// The steps as machine code, where there is such code.
@@ -62,14 +62,15 @@ pub struct Series<N = f64> {
 }
 
 impl<N: Value> Series<N> {
-    /// The series of a plan up to an order, of the values at some places of its memory and of what they need; `steady` tells which inputs
-    /// do not change. `None` if one of them has kinks, which have no series.
+    /// The series of a plan up to an order, for the values at some indices of its memory and their operands; `steady`
+    /// returns which inputs do not change. `None` if one of them has kinks, which have no series.
     pub fn new(plan: &Plan, order: usize, outputs: &[usize], steady: impl Fn(usize) -> bool) -> Option<Self> {
         Self::with(plan, order, outputs, steady, |_, _| (0, Vec::new()))
     }
 
-    /// The same with more values behind those of the plan: `more` tells from the place of the first one, and from which values of the plan do not change,
-    /// how many they are, and how coefficients of some follow from others. Those that no step finds are what they are [set](Self::set) to.
+    /// The same with more values behind those of the plan: `more` receives the index of the first one and which values
+    /// of the plan do not change, and returns their number and the steps that compute coefficients. Values that no step
+    /// computes keep what they are [set](Self::set) to.
     pub fn with(
         plan: &Plan,
         order: usize,
@@ -152,7 +153,7 @@ impl<N: Value> Series<N> {
         self.order
     }
 
-    /// Takes the values of the plan at the point of expansion, from its memory. Those of higher orders are to be found anew.
+    /// Reads the values of the plan at the point of expansion from its memory. Higher orders must be computed again.
     pub fn begin(&mut self, values: &[N]) {
         self.memory[..values.len()].copy_from_slice(values);
         self.steps.iter().for_each(|step| step.begin(&mut self.memory));
@@ -281,7 +282,8 @@ impl PiecedSeries {
         self.pieces.begin(&mut self.series.memory);
     }
 
-    /// See [`Series::advance`]. What begins where two of its pieces meet takes the one into which the first derivative leads that does not vanish.
+    /// See [`Series::advance`]. An operation that begins where two pieces meet takes the one into which its first
+    /// nonzero derivative points.
     pub fn advance(&mut self, k: usize) {
         self.series.advance(k);
         while self.pieces.decide(&mut self.series.memory, self.series.width, k) {
@@ -294,8 +296,8 @@ impl PiecedSeries {
         self.pieces.jump()
     }
 
-    /// Numbers that tell the pieces, which hold as long as none of the numbers is negative: coefficients, a sign that they have, and what is added to
-    /// the first one then.
+    /// The values that decide the pieces, which are valid as long as none is negative: coefficients, their sign, and a
+    /// constant added to the first one.
     pub fn margins(&self) -> impl Iterator<Item = (impl Iterator<Item = f64> + '_, f64, f64)> + '_ {
         self.pieces.margins(&self.series.memory).map(|(of, less, sign, more)| {
             let less = less.map(|place| self.series.of(place));

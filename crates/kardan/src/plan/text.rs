@@ -14,7 +14,7 @@ use super::operators::{OPERATORS, word};
 pub struct PlanTextError {
     /// From 1.
     pub line: usize,
-    /// What is wrong.
+    /// The error.
     pub what: String,
 }
 
@@ -209,7 +209,7 @@ impl Reader {
         }
         let inputs = self.plan.inputs.len() as u32;
         let mut index: HashMap<u64, u32> = HashMap::new();
-        // Constants keep the order in which the plan holds them: that of their first use, values apart.
+        // Constants are in the order of the plan: that of their first use, values apart.
         let constants: Vec<f64> = self
             .operands
             .iter()
