@@ -3,24 +3,24 @@
 use super::{Kinematics, Reduced};
 use crate::equations::UnilateralConstraint;
 
-/// By how much a stop may be passed that counts as touched, relative to what its gap is the difference of.
+/// Penetration of a stop that counts as touching, relative to the terms whose difference is the gap.
 const TOUCHED: f64 = 1e-9;
 
 /// A stop or a cushion at a position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
-    /// Its number among the holds.
+    /// Its number among the unilateral constraints.
     pub unilateral: usize,
-    /// `aᵀq − offset`, rad or m; below zero it lies beyond.
+    /// `aᵀq − offset`, rad or m; negative where the stop is penetrated.
     pub gap: f64,
-    /// What rounding may make of that.
+    /// The rounding error of the gap.
     pub rounding: f64,
     /// Whether it is a soft one.
     pub soft: bool,
 }
 
 impl Contact {
-    /// Whether the position lies beyond it, by more than rounding: a soft one is pressed.
+    /// Whether the position penetrates it, by more than rounding: a soft stop is compressed.
     pub fn is_passed(&self) -> bool {
         self.gap < -self.rounding
     }

@@ -19,7 +19,7 @@ const HALVINGS: usize = 40;
 pub const STARTS: usize = 24;
 /// Two equilibria are one if they are closer, relative to their size or to a radian (or metre).
 const SAME: f64 = 1e-6;
-/// By how much a kept row may be off that counts as met, rad or m.
+/// Residual of a multiplier constraint that counts as satisfied, rad or m.
 const OFF: f64 = 1e-9;
 const SEED: u64 = 0x6571_7569_6c69_6272;
 
@@ -30,7 +30,7 @@ pub struct Equilibrium {
     pub position: Vec<f64>,
     /// Rates of the coordinates: currents that flow.
     pub rates: Vec<f64>,
-    /// The multiplier of each kept row, N m.
+    /// The multiplier of each multiplier constraint, N m.
     pub multipliers: Vec<f64>,
     /// The radius around it within which there is exactly one, proven; `None`: found to rounding only.
     pub radius: Option<f64>,
@@ -38,43 +38,44 @@ pub struct Equilibrium {
     pub residual: f64,
 }
 
-/// What was found of equilibria.
+/// The result of a search for equilibria.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equilibria {
     /// The one that the first start led to comes first; the others are from starts within a turn around it.
     pub found: Vec<Equilibrium>,
     /// Coordinates on which no torque depends: they stay where they were.
     pub free: Vec<usize>,
-    /// A coordinate along which a torque (N m) acts that is the same everywhere: then there is none.
+    /// A coordinate on which a torque (N m) acts that is the same everywhere: then there is no equilibrium.
     pub constant: Option<(usize, f64)>,
     /// The smallest of the largest torques that was come to, with its place, where none was found.
     pub best: Option<(Vec<f64>, f64)>,
-    /// An equilibrium that lies beyond a rigid stop, with the number of that hold: it is none.
+    /// A position beyond a rigid stop, with the number of that unilateral constraint: it is not an equilibrium.
     pub beyond: Option<(Vec<f64>, usize)>,
 }
 
-/// A position that inputs hold at rest, as far as they can.
+/// A position that inputs keep at rest, as far as they can.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trim {
     /// The reduced position, rad or m.
     pub position: Vec<f64>,
     /// Rates of the coordinates: currents that flow.
     pub rates: Vec<f64>,
-    /// The torque of each of the inputs that may hold it, N m.
+    /// The torque of each of the inputs that may balance it, N m.
     pub torques: Vec<f64>,
-    /// The multiplier of each kept row, N m.
+    /// The multiplier of each multiplier constraint, N m.
     pub multipliers: Vec<f64>,
-    /// Kept rows that are not met there, with how far they are off, rad or m.
+    /// Multiplier constraints that are violated there, with their residuals, rad or m.
     pub unmet: Vec<(usize, f64)>,
-    /// Whether nothing is left but what rounding makes.
+    /// Whether the residual is at the level of rounding.
     pub at_rest: bool,
     /// The radius within which there is exactly one such position, proven, zero where this is one exactly; `None`: found to rounding only.
     pub radius: Option<f64>,
-    /// The coordinate along which most is left, and how much, N m.
+    /// The coordinate with the largest residual torque, and its value, N m.
     pub residual_torque: Option<(usize, f64)>,
 }
 
-/// How coordinates move while nothing accelerates: with the speeds `base`, and along `directions` as fast as what is to be found says.
+/// The motion of coordinates without acceleration: with the speeds `base`, plus multiples of `directions` that are
+/// unknowns.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Moves {
     /// Of each coordinate, rad/s.
@@ -83,7 +84,7 @@ pub(super) struct Moves {
     pub directions: Vec<Vec<(usize, Rational)>>,
 }
 
-/// What of a model is looked for at rest, or in steady motion.
+/// The settings of a search for a rest position or a steady motion.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sought<'a> {
     /// Inputs whose torques are to be found.
@@ -98,19 +99,21 @@ pub(super) struct Sought<'a> {
     pub torques: &'a [(usize, f64)],
 }
 
-/// The static torques as expressions of the coordinates, and of the torques of inputs and multipliers that hold them.
+/// The static torques as expressions of the coordinates, and of the torques of inputs and multipliers that balance
+/// them.
 pub(super) struct Statics {
     graph: Graph,
-    /// The unknowns: coordinates, behind them currents, torques of inputs, and multipliers of kept rows.
+    /// The unknowns: coordinates, then currents, torques of inputs, and multipliers of multiplier constraints.
     symbols: Vec<Symbol>,
-    /// Currents that may flow at rest, as directions over the coordinates: those along which charges only count what has flowed.
+    /// Currents that may flow at rest, as directions over the coordinates: those whose charges are integrators without
+    /// effect.
     pub(super) counters: Vec<Vec<(usize, Rational)>>,
-    /// What is to vanish. First torques along coordinates, without those that are always zero, with the numbers of their coordinates; behind
-    /// them, with larger numbers, what kept rows say of positions.
+    /// The residuals. First torques on coordinates, without those that are always zero, with the numbers of their
+    /// coordinates; then, with larger numbers, the position equations of multiplier constraints.
     torques: Vec<(usize, Expr)>,
     /// How many coordinates there are.
     coordinates: usize,
-    /// The numbers of the kept rows that say something of positions.
+    /// The numbers of the multiplier constraints that constrain positions.
     rows: Vec<usize>,
     /// Unknowns that they depend on.
     active: Vec<usize>,
@@ -121,7 +124,7 @@ pub(super) struct Statics {
 }
 
 impl Statics {
-    /// The torques with what is sought; what is prescribed stays where it starts.
+    /// The torques with the unknowns; prescribed motions stay at their start.
     pub(super) fn new(reduced: &Reduced, sought: &Sought<'_>, start: &[f64]) -> Self {
         let Sought { inputs, fixed, stops, moves, torques: given } = *sought;
         let reduced = &*reduced.unrelaxed();
@@ -236,7 +239,7 @@ impl Statics {
         out
     }
 
-    /// The torques that are left at a position, along coordinates.
+    /// The residual torques at a position, on the coordinates.
     pub(super) fn residual_torque(&self, position: &[f64]) -> Vec<(usize, f64)> {
         let all = self.torques.iter().zip(self.residual(position));
         all.map(|((k, _), torque)| (*k, torque)).filter(|(k, _)| *k < self.coordinates).collect()
@@ -284,7 +287,8 @@ impl Statics {
         (position, residual_torque)
     }
 
-    /// Whether what is left at a position is no more than rounding makes: of torques of the largest of them, of each row of positions of its own.
+    /// Whether the residual at a position is at the level of rounding: for torques relative to the largest of them, for
+    /// each position equation relative to itself.
     pub(super) fn is_settled(&self, position: &[f64]) -> bool {
         let slopes = self.at(&mut Floating::<f64>::default(), &self.slopes, |k| position[k]);
         let width = self.active.len();
@@ -303,7 +307,7 @@ impl Statics {
             })
     }
 
-    /// A coordinate along which a torque (N m) acts that is the same everywhere and, rounding included, not zero.
+    /// A coordinate on which a torque (N m) acts that is the same everywhere and, rounding included, not zero.
     pub(super) fn constant(&self) -> Option<(usize, f64)> {
         let vanishes = |torque| self.at(&mut Intervals, &[torque], |_| Interval::ALL)[0].contains(0.0);
         let mut of_coordinates = self.torques.iter().filter(|(k, _)| *k < self.coordinates);
@@ -312,14 +316,14 @@ impl Statics {
         Some((*k, self.at(&mut Floating::<f64>::default(), &[*torque], |_| 0.0)[0]))
     }
 
-    /// Kept rows that are not met at a position, with how far they are off.
+    /// Multiplier constraints that are violated at a position, with their residuals.
     fn unmet(&self, position: &[f64]) -> Vec<(usize, f64)> {
         let rows = self.torques.iter().zip(self.residual(position)).filter(|((k, _), _)| *k >= self.coordinates);
         let off = rows.map(|((k, _), residual_torque)| (self.rows[*k - self.coordinates], residual_torque));
         off.filter(|(_, residual_torque)| !(residual_torque.abs() <= OFF)).collect()
     }
 
-    /// The unknowns with multipliers at zero that carry nothing but rounding.
+    /// The unknowns, with multipliers of rounding size set to zero.
     fn without_rounding(&self, mut found: Vec<f64>, inputs: usize) -> Vec<f64> {
         for k in self.coordinates + self.counters.len() + inputs..found.len() {
             let carries = std::mem::take(&mut found[k]);
@@ -406,7 +410,7 @@ impl Statics {
     }
 }
 
-/// Directions of charges along which no torque changes, exactly: of a capacitor beside a winding their sum.
+/// Directions of charges in which no torque changes, exactly: for a capacitor beside a winding their sum.
 fn counters(reduced: &Reduced, motion: &mut Motion) -> Vec<Vec<(usize, Rational)>> {
     let is_charge = |k: &usize| reduced.equations.domain(reduced.coordinates[*k]).counts();
     let charges: Vec<usize> = (0..reduced.degrees_of_freedom()).filter(is_charge).collect();
@@ -434,7 +438,8 @@ fn counters(reduced: &Reduced, motion: &mut Motion) -> Vec<Vec<(usize, Rational)
     (0..directions.columns()).map(column).collect()
 }
 
-/// What kept rows say of positions, as expressions that vanish: surfaces, and prescribed motions that stay where they start.
+/// The position equations of multiplier constraints, as residuals: surfaces, and prescribed motions that stay at their
+/// start.
 fn rows_of_positions(reduced: &Reduced, motion: &mut Motion, start: &[f64]) -> Vec<(usize, Expr)> {
     let mut out = Vec::new();
     for (number, (constraint, row)) in
@@ -460,7 +465,8 @@ fn rows_of_positions(reduced: &Reduced, motion: &mut Motion, start: &[f64]) -> V
     out
 }
 
-/// The position near `start` (rad or m) that constant torques of these inputs hold; the coordinates in `fixed` stay where they are.
+/// The position near `start` (rad or m) at which constant torques of these inputs balance the model; the coordinates in
+/// `fixed` stay constant.
 ///
 /// # Panics
 /// If `start` has not one entry per coordinate, or there is no such input.
@@ -505,7 +511,7 @@ impl Contacts<'_> {
         self.motion.graph.subtract(angle, offset)
     }
 
-    /// Adds a torque along a hold.
+    /// Adds a torque in the direction of a unilateral constraint.
     fn push(&self, unilateral: usize, torque: Expr, graph: &mut Graph, torques: &mut [Expr]) {
         let direction = &self.motion.frictions[self.reduced.equations.frictions.len() + unilateral];
         for (k, entry) in direction {
@@ -595,7 +601,7 @@ fn with_stops(reduced: &Reduced, start: &[f64], stops: &[usize]) -> Equilibria {
         if pushes.iter().any(|push| *push < 0.0) {
             continue;
         }
-        // What a stop keeps from being reached rests nowhere.
+        // A position beyond a stop is no rest position.
         let passed = contacts(reduced, &position).into_iter().find(|one| !one.soft && one.is_passed());
         if let Some(one) = passed.filter(|one| !stops.contains(&one.unilateral)) {
             if statics.is_settled(&found) && out.beyond.is_none() {

@@ -8,7 +8,7 @@ pub enum ReduceError {
         rows: usize,
         /// The exact rank of C.
         rank: usize,
-        /// One entry for each dependency that is not kept once.
+        /// One entry for each dependency that cannot be removed as redundant.
         dependencies: Vec<Dependency>,
     },
     /// The constraints leave no motion.
@@ -47,7 +47,7 @@ pub enum ReduceError {
         /// Coordinates that would do, if there are any.
         suggestion: Vec<String>,
     },
-    /// A shaft follows through so many transmissions that its exact ratio has too many digits.
+    /// A shaft follows through too many transmissions: its exact ratio has too many digits.
     #[error("`{shaft}` follows from the coordinates through {transmissions} transmissions one after the other, more than {MOST_IN_SERIES}: its \
              exact ratio would have {} digits", transmissions * DIGITS_OF_A_RATIO)]
     TooDeep {
@@ -58,7 +58,7 @@ pub enum ReduceError {
     },
 }
 
-/// Transmissions that a shaft may follow through, one after the other: exact ratios of so many take seconds.
+/// Most transmissions in series that a shaft may follow through: exact ratios of that many take seconds.
 pub(super) const MOST_IN_SERIES: usize = 500;
 /// Decimal digits of a ratio that is rounded to binary, on both sides of its point.
 const DIGITS_OF_A_RATIO: usize = 16;

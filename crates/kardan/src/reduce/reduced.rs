@@ -64,7 +64,7 @@ impl Reduced {
 pub struct Affine {
     /// rad; at time zero.
     pub constant: f64,
-    /// What the right-hand sides of constraints that move add as they change: `(number of the constraint, share)`.
+    /// The contributions of right-hand sides that vary: `(number of the constraint, share)`.
     pub moving: Vec<(usize, Rational)>,
     /// `(shaft number, coefficient)`.
     pub terms: Vec<(usize, Rational)>,
@@ -91,19 +91,20 @@ pub enum Step {
     },
 }
 
-/// A linear constraint that says what others say already.
+/// A linear constraint that follows from others.
 #[derive(Debug, Clone)]
 pub struct Redundant {
     /// The constraint.
     pub constraint: DirectionalTerm<Exact>,
-    /// What it is the sum of: numbers of the constraints that are kept, with factors.
+    /// The combination it equals: numbers of the independent constraints, with factors.
     pub shares: Vec<(usize, Rational)>,
 }
 
 /// Reduced coordinates in which the motions without inertia are apart: `q_r = T [x; y]` with `H T_y = 0`.
 ///
-/// Where dampers act, `T_yᵀ D T_x = 0` (D with what laws have on speeds) and `D_y ẏ = T_yᵀ(F τ − S q_r)` with `D_y = T_yᵀ D T_y`, so that y has a rate where x has an acceleration. Where
-/// frictions alone act beside springs, each y is the angle by which one of them has slipped.
+/// Where dampers act, `T_yᵀ D T_x = 0` (D with the speed slopes of laws) and `D_y ẏ = T_yᵀ(F τ − S q_r)` with `D_y =
+/// T_yᵀ D T_y`, so that y has a rate where x has an acceleration. Where frictions alone act beside springs, each y is
+/// the slip angle of one of them.
 #[derive(Debug, Clone)]
 pub struct Relaxation {
     /// Numbers of the reduced coordinates whose places the damped y take.
@@ -122,7 +123,7 @@ pub struct Relaxation {
     pub(super) reaction: Matrix<Rational>,
 }
 
-/// A motion without inertia that a friction and springs hold.
+/// A motion without inertia on which a friction and springs act.
 #[derive(Debug, Clone)]
 pub struct Slip {
     /// Number of the reduced coordinate whose place it takes.
