@@ -6,11 +6,11 @@ use crate::num::StateArchive;
 use crate::results::Span;
 use crate::units::Exact;
 
-/// Part of its torque limit by which a command that its controller holds there may miss it: that of a bound kept in single
-/// precision.
+/// A command at its controller's torque limit may miss the motor's torque limit by this part of it: the error of a
+/// limit stored in single precision.
 const AT_LIMIT: f64 = 1e-6;
 
-/// What a motor without lag in its limits does: follow its command, or move at its rate limit.
+/// The mode of a motor without lag in its limits: it follows its command, or moves at its rate limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Rate {
     Follow,
@@ -18,7 +18,7 @@ pub(super) enum Rate {
     Fall,
 }
 
-/// Where the command stands against the torque limit.
+/// The command relative to the torque limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Limit {
     Inside,
@@ -29,7 +29,7 @@ pub(super) enum Limit {
 /// A motor in the loop: limit, then rate limit, then lag.
 #[derive(Debug, Clone)]
 pub(super) struct Drive {
-    /// What it gives, as a word: a torque, a force or a voltage.
+    /// The name of its effort: a torque, a force or a voltage.
     pub(super) effort: &'static str,
     pub(super) limit: Option<f64>,
     /// Its torque limit where the supply is whole, and how it fails.
@@ -53,7 +53,7 @@ pub(super) struct Drive {
     pub(super) at_rate_limit: Spans,
 }
 
-/// Times during which something holds: `(from, until)`, s.
+/// Times during which a condition is true: `(from, until)`, s.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Spans {
     closed: Vec<(f64, f64)>,
@@ -61,7 +61,7 @@ pub(super) struct Spans {
 }
 
 impl Spans {
-    /// From this time on it holds, or not.
+    /// Sets whether the condition is true from this time on.
     pub(super) fn now(&mut self, time: f64, active: bool) {
         match (self.since, active) {
             (None, true) => self.since = Some(time),
@@ -119,13 +119,13 @@ impl Drive {
         }
     }
 
-    /// Stands where a run begins.
+    /// Resets to the start of a run.
     pub(super) fn begin_anew(&mut self) {
         (self.limit_mode, self.rate_mode) = (Limit::Inside, Rate::Follow);
         (self.at_limit, self.at_rate_limit) = Default::default();
     }
 
-    /// Its modes, and what it remembers of its limits.
+    /// Its modes, and the state of its limits.
     pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         let mut mode = [self.limit_mode as usize, self.rate_mode as usize];
         mode.iter_mut().for_each(|number| archive.count(number));
@@ -152,7 +152,7 @@ impl Drive {
         }
     }
 
-    /// What its torque limit leaves of a command: a factor and an addend.
+    /// A command under its torque limit: a factor and an addend.
     pub(super) fn leaves(&self) -> [f64; 2] {
         match (self.limit, self.limit_mode) {
             (Some(limit), Limit::High) => [0.0, limit],

@@ -1,4 +1,4 @@
-//! What fails during a run: sensors, motors, control units.
+//! Faults during a run: sensors, motors, control units.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use crate::names::SignalName;
 use crate::reduce::Reduced;
 use crate::units::Dimension;
 
-/// What a sensor does that fails.
+/// The fault of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SensorFaultKind {
     /// It gives no number (NaN).
@@ -25,7 +25,7 @@ pub enum SensorFaultKind {
     Reversed,
 }
 
-/// What a motor does that fails.
+/// The fault of a motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MotorFaultKind {
     /// It gives that part of its torque: none of it where it is dead, less than zero where it is reversed.
@@ -34,27 +34,27 @@ pub enum MotorFaultKind {
     Braking(f64),
     /// Its supply is low: it reaches that part of its torque limit.
     Undervoltage(f64),
-    /// Its torque stays what it was when that began.
+    /// Its torque stays at the value at the begin of the fault.
     Stuck,
 }
 
-/// What a spring, or teeth that give, do that fail; for good.
+/// The fault of a spring, or of elastic teeth; permanent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MechanicalFaultKind {
-    /// Spring and damper give nothing any more.
+    /// Spring and damper have no torque any more.
     Broken,
-    /// They go on from another relaxed angle, so much more, SI: teeth jump, a hub slips.
+    /// The relaxed angle changes by this much, SI: teeth jump, a hub slips.
     Jump(f64),
 }
 
-/// What a control unit does that fails.
+/// The fault of a control unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum UnitFaultKind {
-    /// It computes nothing and commands zero, then starts anew.
+    /// It computes nothing and commands zero, then restarts.
     Reset,
     /// It computes no new commands; its last commands remain.
     Missed,
-    /// What sensors read does not arrive: it computes with what it read last.
+    /// New sensor readings do not arrive: it computes with the last ones.
     Stale,
     /// Its commands take effect later by a time drawn between zero and this, s.
     Jitter(f64),
@@ -65,7 +65,7 @@ pub enum UnitFaultKind {
 pub struct Failing<Kind> {
     /// The sensor or the signal that is read (`wg_encoder`, `rk.phi`), the motor, or the controller.
     pub name: String,
-    /// What it does.
+    /// The kind of fault.
     pub kind: Kind,
     /// Begin, s.
     pub at: f64,
@@ -107,13 +107,13 @@ fn step(name: &str, at: f64, value: f64) -> Option<Arc<OfTime>> {
 pub type SensorFault = Failing<SensorFaultKind>;
 /// A motor that fails.
 pub type MotorFault = Failing<MotorFaultKind>;
-/// A spring, a damper or teeth that give, which fail.
+/// A fault of a spring, a damper or elastic teeth.
 pub type MechanicalFault = Failing<MechanicalFaultKind>;
 /// A controller with a sample time whose unit fails.
 pub type UnitFault = Failing<UnitFaultKind>;
 
 impl SensorFault {
-    /// Whether it is a fault of what a controller reads under this name.
+    /// Whether it is a fault of the signal that a controller reads under this name.
     ///
     /// ```
     /// use kardan::simulate::{SensorFault, SensorFaultKind};
@@ -148,7 +148,7 @@ impl Faults {
         sensors.chain(motors).chain(units).chain(mechanics).flatten()
     }
 
-    /// Whether nothing fails.
+    /// Whether there are no faults.
     pub fn is_empty(&self) -> bool {
         let Self { sensors, motors, units, mechanics } = self;
         sensors.is_empty() && motors.is_empty() && units.is_empty() && mechanics.is_empty()
@@ -180,7 +180,7 @@ impl Faults {
         Ok(out)
     }
 
-    /// The equations with what fails of springs and dampers; nothing if nothing of them does.
+    /// The equations with the faults of springs and dampers; `None` if there are none.
     pub fn weakened(&self, reduced: &Reduced) -> Option<Reduced> {
         if self.mechanics.is_empty() {
             return None;
@@ -196,7 +196,7 @@ impl Faults {
         Some(out)
     }
 
-    /// What springs and teeth do at a time, in words.
+    /// The faults of springs and teeth that begin at a time, as text.
     pub fn mechanics_at(&self, time: f64) -> Vec<String> {
         let describe = |fault: &MechanicalFault| match fault.kind {
             MechanicalFaultKind::Broken => format!("{} breaks", fault.name),
@@ -205,7 +205,7 @@ impl Faults {
         self.mechanics.iter().filter(|fault| fault.at == time).map(describe).collect()
     }
 
-    /// What happens, with its time: each begin and each end.
+    /// The events, with their times: each begin and each end.
     pub fn events(&self) -> Vec<(f64, String)> {
         let mut out = Vec::new();
         let mut add = |name: &str, at: f64, until: f64, what: &str| {

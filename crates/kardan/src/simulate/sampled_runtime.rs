@@ -17,7 +17,7 @@ use crate::synthesis::{Clock, ExportedSignal, Frozen, Law, LawRuntime, Observati
 /// Parts of a sample time within which two instants are one.
 const SAME: f64 = 1e-9;
 
-/// The clock of a sampled law, its memory, and what its motors are told.
+/// The clock of a sampled law, its state, and the commands of its motors.
 pub(super) struct SampledRuntime {
     clock: Clock,
     runtime: LawRuntime,
@@ -26,16 +26,16 @@ pub(super) struct SampledRuntime {
     next: u64,
     /// Commands in force.
     pub zoh_output: Vec<f64>,
-    /// Commands on their way, with the time from which on they hold.
+    /// Delayed commands, with the time from which on they apply.
     queue: VecDeque<(f64, Vec<f64>)>,
     spare: Vec<Vec<f64>>,
     states: Vec<f64>,
     new_states: Vec<f64>,
     sensors: Vec<Source>,
-    /// What fails of its unit, and where times are drawn from.
+    /// The faults of its unit, and the random source of times.
     faults: Vec<UnitFault>,
     random: Random,
-    /// Whether it is to start anew.
+    /// Whether it must restart.
     down: bool,
     readings: Vec<f64>,
     /// Torques on average until the next sample.
@@ -50,7 +50,7 @@ struct Source {
     quantity: Quantity,
     sampler: Sampler,
     failing: FailingSensor,
-    /// What it gave at its last reading, where it has a sample time.
+    /// Its output at its last reading, where it has a sample time.
     last_reading: f64,
 }
 
@@ -120,7 +120,7 @@ impl SampledRuntime {
     /// A law at its clock.
     ///
     /// # Panics
-    /// If a sensor of the law measures what depends on accelerations (its design refuses that).
+    /// If a sensor of the law measures a quantity that depends on accelerations (its design rejects that).
     pub fn new(law: &dyn Law, clock: Clock, reduced: &Reduced, scenario: &Scenario) -> Self {
         let (faults, seed) = (&scenario.faults.sensors, scenario.seed);
         let named = !scenario.faults.units.is_empty();
@@ -166,12 +166,12 @@ impl SampledRuntime {
         }
     }
 
-    /// Draws the noise of its sensors anew.
+    /// Reseeds the noise of its sensors.
     pub fn draw_anew(&mut self, seed: u64) {
         self.sensors.iter_mut().for_each(|source| source.sampler.draw_anew(&source.name, seed));
     }
 
-    /// Where its clock stands and all that it remembers.
+    /// Its clock and its whole state.
     pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         archive.word(&mut self.next);
         for list in
@@ -197,8 +197,8 @@ impl SampledRuntime {
         self.runtime.archive_state(archive);
     }
 
-    /// Notes what its sensors meet that count, of which the first has that number in the whole loop; some readings come out otherwise.
-    /// Returns the number of the next one.
+    /// Records the readings of its counting sensors, of which the first has that number in the whole loop; flips some
+    /// readings. Returns the number of the next sensor.
     pub fn note_counts(&mut self, first: usize, flipped: &[FlippedReading]) -> usize {
         let counting = self.sensors.iter_mut().filter(|source| source.sampler.counts());
         let own = |number| flipped.iter().filter(move |flipped| flipped.sensor == number).copied().collect();
@@ -208,7 +208,7 @@ impl SampledRuntime {
         })
     }
 
-    /// What its sensors met, where that was noted.
+    /// The readings of its sensors, where recording was requested.
     pub fn encoder_readings(&mut self) -> impl Iterator<Item = EncoderReading> {
         self.sensors.iter_mut().filter_map(|source| Some(source.sampler.notes.take()?.encoder_readings()))
     }
@@ -222,7 +222,7 @@ impl SampledRuntime {
         }
     }
 
-    /// What its law tells blocks.
+    /// The signals of its law for blocks.
     pub fn exported(&self, what: ExportedSignal) -> f64 {
         match what {
             ExportedSignal::State(k) => self.states[k],
@@ -239,14 +239,14 @@ impl SampledRuntime {
     pub fn next_time(&self) -> f64 {
         let sensors = self.sensors.iter().filter_map(|Source { sampler, failing, .. }| match sampler.next_time() {
             Some(next) => Some(next),
-            // One that is read whenever somebody looks is looked at where it is stuck.
+            // A sensor without a sample time is evaluated at the begin of a stuck fault.
             None => failing.next_stuck(),
         });
         let applied = self.queue.front().map(|(time, _)| *time);
         sensors.chain(applied).fold(self.period.at(self.next), f64::min)
     }
 
-    /// Lets happen what is due: sensors read, commands that were on their way take effect, the law computes.
+    /// Executes due actions: sensors read, delayed commands take effect, the law computes.
     pub fn advance(
         &mut self,
         time: f64,
@@ -310,7 +310,7 @@ impl SampledRuntime {
         std::mem::swap(&mut self.states, &mut self.new_states);
     }
 
-    /// Whether its unit computes nothing at this sample; after a reset it starts anew.
+    /// Whether its unit computes nothing at this sample; after a reset it restarts.
     fn pauses(&mut self, law: &dyn Law, fault: Option<UnitFaultKind>, work: &Work) -> bool {
         match fault {
             Some(UnitFaultKind::Reset) => {
@@ -332,7 +332,7 @@ impl SampledRuntime {
         true
     }
 
-    /// What happened to its controller, in sentences.
+    /// Notes on its controller, as sentences.
     pub fn notes(&self, law: &dyn Law) -> Vec<String> {
         let controller = law.describe().controller;
         match law.keeps() {

@@ -1,4 +1,4 @@
-//! A sensor in a run: resolution, phase, sample and hold.
+//! A sensor in a run: resolution, phase, zero-order hold.
 
 use super::counts::Notes;
 use crate::equations::{Measured, Sensor};
@@ -38,13 +38,14 @@ impl Period {
     }
 }
 
-/// A sensor with its held reading.
+/// A sensor with its last reading (zero-order hold).
 #[derive(Debug, Clone)]
 pub(super) struct Sampler {
-    /// Step of what it counts, SI, and what one of that is: torque per twist where it measures a torque by a twist, else 1.
+    /// Its counting step, SI, and the scale of its output: torque per twist where it measures a torque by a twist, else
+    /// 1.
     resolution: Option<f64>,
     stiffness: f64,
-    /// Where within a step the sensor stands at zero, 0 to 1.
+    /// The position of the sensor's zero within a step, 0 to 1.
     phase: f64,
     period: Option<Period>,
     differentiate: bool,
@@ -52,9 +53,9 @@ pub(super) struct Sampler {
     last_angle: f64,
     /// Standard deviation and where it is drawn from; every sampler of one sensor draws the same.
     noise: Option<(f64, Random)>,
-    /// What it meets, where that is noted.
+    /// Its readings, where they are recorded.
     pub notes: Option<Box<Notes>>,
-    /// What it reads.
+    /// Its reading.
     pub zoh_output: f64,
 }
 
@@ -89,7 +90,7 @@ impl Sampler {
         }
     }
 
-    /// Draws its noise anew, by its name and the seed.
+    /// Reseeds its noise, by its name and the seed.
     pub fn draw_anew(&mut self, name: &str, seed: u64) {
         if let Some((_, random)) = &mut self.noise {
             *random = Random::named(seed, name);
@@ -121,7 +122,7 @@ impl Sampler {
         self.period.map(|period| period.at(self.next))
     }
 
-    /// What its next readings depend on.
+    /// The state that its next readings depend on.
     pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         archive.word(&mut self.next);
         archive.number(&mut self.last_angle);
@@ -152,7 +153,7 @@ impl Sampler {
     }
 }
 
-/// What a controller measures.
+/// The quantity that a controller measures.
 #[derive(Debug, Clone)]
 pub(super) enum Quantity {
     Angle(usize),
@@ -216,7 +217,7 @@ impl Quantity {
         }
     }
 
-    /// What is measured now, where the references of the law are these.
+    /// The measured value now, where the references of the law are these.
     pub fn read(&self, (dynamics, work): (&Dynamics, &Work), references: &[f64]) -> f64 {
         match self {
             Self::Reference(k) => references[*k],

@@ -3,11 +3,11 @@
 use super::{Machine, Scenario};
 use crate::num::{Matrix, dot, eigenvalues};
 
-/// Of loops with more states the fastest motions alone are looked at, in so many products with the derivatives: all poles cost the cube of the
-/// states.
+/// For loops with more states only the fastest motions are computed, in this many products with the derivatives: all
+/// poles cost the cube of the states.
 const MOST_STATES: usize = 100;
 const PRODUCTS: usize = 40;
-/// A motion is gone when it has decayed for so many time constants.
+/// A motion counts as decayed after this many time constants.
 const GONE: f64 = 16.0;
 /// Length of a step of the explicit method in time constants of the fastest motion, gone or not, and of the implicit one in those of the
 /// fastest that is not.
@@ -20,7 +20,8 @@ const DEARER: [f64; 2] = [10.0, 4.0];
 /// Part of the size of a state that it is changed by.
 const CHANGE: f64 = 1e-6;
 
-/// Whether the implicit method is expected to be faster: what decays at once limits the steps of the other one so much.
+/// Whether the implicit method is expected to be faster: fast decaying motions limit the steps of the explicit one by
+/// this factor.
 pub(super) fn is_stiff(machine: &mut Machine, scenario: &Scenario, state: &[f64]) -> bool {
     let states = machine.size() - 2;
     if states == 0 {
@@ -88,7 +89,7 @@ fn fastest(machine: &mut Machine, state: &[f64], states: usize) -> Matrix<f64> {
         }
         basis.push(next.iter().map(|x| x / size).collect());
         product.of(&basis[step], &mut next);
-        // Twice, so that the basis is orthogonal.
+        // Two passes, so that the basis is orthogonal.
         for _ in 0..2 {
             for (k, basis_vector) in basis.iter().enumerate() {
                 let part = dot(basis_vector, &next);

@@ -59,7 +59,7 @@ impl Systems {
         self.descriptor.is_finite()
     }
 
-    /// Keeps the derivatives; false if what was put back does not fit.
+    /// Archives the derivatives; false if the restored ones do not fit.
     pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) -> bool {
         self.descriptor.archive_state(archive)
     }

@@ -1,5 +1,6 @@
-//! What the error of a step does not see: places where the loop jumps or bends by its state, and limits that come near by what no state
-//! feels, as a load on a body at rest, or a gap between a body that coasts and one that is moved.
+//! Events that the error of a step does not detect: points where the loop has a jump or kink by its state, and limits
+//! that approach through quantities that no state depends on, such as a load on a body at rest, or a gap between a
+//! coasting body and a driven one.
 //!
 //! Steps that may have passed some of it end before.
 
@@ -10,14 +11,14 @@ use super::{Outcome, RunLoop, failed};
 use crate::simulate::integrator::Integrator;
 use crate::simulate::machine::Prospect;
 
-/// Part of a step in which a bend is left to its error: there a loop may go to and fro at one place.
+/// Part of a step in which the error estimate covers a kink: there a loop may chatter at one point.
 const SOON: f64 = 0.01;
 /// Part of such a step that is made instead.
 const LESS: f64 = 0.25;
-/// What a step has at least of the time of a run, to be made shorter.
+/// The least length of a step, as a part of the time of a run, that is shortened.
 const LEAST: f64 = 1e-9;
-/// Steps that end where a law jumps or bends, each so close behind the one before, as a part of the duration or of a second, after which a run
-/// is given up: it would take a thousand million of them.
+/// Steps that end where a law has a jump or kink, each this close to the one before, as a part of the duration or of a
+/// second, after which a run ends: it would need a thousand million of them.
 const TO_AND_FRO: usize = 2000;
 const ADJACENT: f64 = 1e-9;
 /// How far behind such a place a step by series ends, as a part of it, doubled so often at most.
@@ -25,17 +26,17 @@ const BEHIND: f64 = 1e-13;
 const MOST_DOUBLED: usize = 8;
 /// Behind a jump at which a step begins, four times as far each time.
 const MOST_JUMPS: usize = 16;
-/// What series may differ from what they are of, in parts of their terms.
+/// The allowed difference of series from their values, in parts of their terms.
 const DIFFERENCE: f64 = 1e-6;
-/// What is left of a difference in a shorter step is less than this; of rounding it is more, and that is slight.
+/// In a shorter step a difference shrinks below this part; a rounding error does not, and is small.
 const ROUNDING: f64 = 0.5;
 const SLIGHT: f64 = 1e-2;
-/// Where that is looked at, in parts of the step.
+/// The checked places, in parts of the step.
 const PLACES: [f64; 2] = [0.381_966, 1.0];
 
 impl RunLoop {
-    /// Ends the last step where the law may do something that the step has not resolved: a pulse, a switch, a detent that is flat where the step begins.
-    /// What lies before is proven to be negligible, or resolved.
+    /// Ends the last step where the law may have a feature that the step has not resolved: a pulse, a switch, a detent
+    /// that is flat where the step begins. The part before is proven to be negligible, or resolved.
     pub(super) fn resolve(&mut self) -> Result<(), Outcome> {
         let (from, to) = (self.solver.previous_time(), self.solver.time());
         let resolved = match &self.solver {
@@ -51,7 +52,7 @@ impl RunLoop {
         if end < to { self.end_step_at(end) } else { Ok(()) }
     }
 
-    /// Ends the last step at an earlier time: a series goes on, other methods make the step anew.
+    /// Ends the last step at an earlier time: a series is evaluated there, other methods repeat the step.
     fn end_step_at(&mut self, end: f64) -> Result<(), Outcome> {
         if let Integrator::Taylor(solver) = &mut self.solver {
             solver.end_at(end);
@@ -61,7 +62,7 @@ impl RunLoop {
         shortened.map_err(|error| self.step_failed(error))
     }
 
-    /// Where the last step is to end, before a time, so that it passes nothing unseen.
+    /// Where the last step must end, before a time, so that it misses no event.
     pub(super) fn missed_event(&mut self, until: f64) -> Result<Option<f64>, Outcome> {
         let (from, to) = (self.solver.previous_time(), self.solver.time());
         let shorter = self.guard.coarse && self.is_long(until) && until == to;
@@ -71,13 +72,13 @@ impl RunLoop {
         }
         let kink = if self.machine.kinks() == 0 { None } else { self.kink(until)? };
         let Some(at) = kink.or(shorter) else { return Ok(None) };
-        // Within a step the states are less accurate than at its end, and what lies behind a jump has spoiled them.
+        // Within a step the states are less accurate than at its end, and the part after a jump has corrupted them.
         self.shorten_step(at)?;
         let again = if kink.is_some() { self.kink(self.solver.time())? } else { None };
         Ok(Some(again.unwrap_or(self.solver.time())))
     }
 
-    /// Ends a step by series where the loop jumps or bends by its state, just behind it: its series are those of one side.
+    /// Ends a series step just after the loop has a jump or kink by its state: its series are those of one side.
     pub(super) fn end_at_kink(&mut self) -> Result<(), Outcome> {
         let Integrator::Taylor(solver) = &self.solver else { return Ok(()) };
         let (from, to, order) = (solver.previous_time(), solver.time(), solver.order());
@@ -107,8 +108,8 @@ impl RunLoop {
         Ok(())
     }
 
-    /// The first place within the last step, up to a time, at which the loop jumps or bends by its state: just behind it. A step that is too
-    /// long to tell ends within.
+    /// The first point within the last step, up to a time, at which the loop has a jump or kink by its state: just
+    /// after it. A step that is too long to decide ends within.
     fn kink(&mut self, until: f64) -> Result<Option<f64>, Outcome> {
         let mut numbers = std::mem::take(&mut self.guard.numbers);
         let found = self.kink_before(until, &mut numbers);
@@ -119,7 +120,7 @@ impl RunLoop {
         Ok(found.map(|(at, _)| at))
     }
 
-    /// Ends the run where it comes to the same place again and again and hardly moves on.
+    /// Ends the run where it returns to the same point repeatedly without progress.
     fn count_kinks(&mut self, at: f64, kink: Option<usize>) -> Result<(), Outcome> {
         let near = ADJACENT * self.scenario.duration.min(1.0);
         let Guard { bent, bent_at, .. } = &mut self.guard;
@@ -153,7 +154,7 @@ impl RunLoop {
         for row in 1..=EVENT_SCAN_POINTS.len() {
             let now = &mut found[row * count..][..count];
             self.kinks_at(time(row), now);
-            // Of what begins at zero the side is where it goes.
+            // A number that begins at zero has the side to which it moves.
             sides.iter_mut().zip(&*now).for_each(|(side, now)| *side = if *side == 0.0 { *now } else { *side });
             if passed(sides, now).is_some() {
                 return self.first_kink(sides, (time(row - 1), time(row)), (now, until));
@@ -168,7 +169,7 @@ impl RunLoop {
         until - self.solver.previous_time() > LEAST * self.scenario.duration.min(until)
     }
 
-    /// Just behind the first place between two looks at which a number is on the other side; `now` is memory for them.
+    /// Just after the first point between two samples at which a number changes its side; `now` is memory for them.
     fn first_kink(
         &mut self,
         sides: &[f64],
@@ -200,7 +201,8 @@ impl RunLoop {
         self.machine.evaluate_kinks(time, &self.looked, out);
     }
 
-    /// Shortens a step by series until what the modes depend on is what the series say, but for rounding, which falls slowly with the length.
+    /// Shortens a series step until the quantities that the modes depend on agree with the series, except for rounding,
+    /// which decreases slowly with the length.
     pub(super) fn check_against_series(&mut self) {
         let mut before = f64::INFINITY;
         while let Integrator::Taylor(solver) = &self.solver
