@@ -1,4 +1,4 @@
-//! Expressions whose zeros are places where a loop jumps or bends.
+//! Expressions whose zeros are points where a loop has a jump or kink.
 
 use kardan_native::Native;
 use kardan_rt::Operator;
@@ -8,17 +8,17 @@ use crate::expr::{Domain, Expr, Floating, Graph, Interval, Intervals, Symbol, lo
 use crate::plan::{Plan, compile};
 use crate::reduce::{Extension, Motion};
 
-/// What is given of the time at an instant.
+/// The time-dependent inputs at an instant.
 #[derive(Debug, Clone, Copy)]
 enum TimeInput {
     Source(usize),
     Timed(usize),
 }
 
-/// Expressions whose zeros are places where the loop jumps or bends.
+/// Expressions whose zeros are points where the loop has a jump or kink.
 #[derive(Debug, Default)]
 pub(super) struct Kinks {
-    /// Those of the time alone, in a graph of their own, with what its symbols are.
+    /// Those of the time alone, in a graph of their own, with the meaning of its symbols.
     graph: Graph,
     pub of_time: Vec<Expr>,
     time_inputs: Vec<(Symbol, TimeInput)>,
@@ -61,7 +61,7 @@ impl Kinks {
         let later = motion.len()..plan.inputs.len();
         memory[..later.start].copy_from_slice(motion);
         memory[later.clone()].copy_from_slice(&time_inputs[..later.len()]);
-        // What is no number is on no side.
+        // A value that is not a number is on no side.
         let _ = match native {
             Some(native) => native.evaluate(memory),
             None => plan.block().evaluate(memory),
@@ -76,7 +76,7 @@ impl Kinks {
             .map_or(TimeInput::Source(0), |(_, time_inputs)| *time_inputs)
     }
 
-    /// The number whose zero a place is, at a time; `time_inputs`: what is given of it then.
+    /// The number whose zero is such a point, at a time; `time_inputs`: the time-dependent inputs then.
     pub fn at(&self, kink: Expr, time: f64, lines: &[(f64, f64, f64)], time_inputs: &[f64]) -> f64 {
         let symbol = |symbol: Symbol| match self.of(symbol) {
             TimeInput::Source(k) => lines[k].0 + lines[k].1 * (time - lines[k].2),

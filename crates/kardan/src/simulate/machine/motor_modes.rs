@@ -11,8 +11,8 @@ use crate::simulate::scenario::SourceTarget;
 const SAME_INSTANT: f64 = 1e-12;
 
 impl Machine {
-    /// Motors whose torque sticks from this time on keep the one that they have reached; the lines and functions of time are still those
-    /// before it.
+    /// Motors with a stuck torque from this time on keep the torque that they have reached; the lines and functions of
+    /// time are still those before it.
     pub fn stick_motors(&mut self, time: f64, state: &[f64]) {
         let begins = |drive: &Drive| {
             drive
@@ -116,7 +116,7 @@ impl Machine {
             && own.all(|(source, (_, line))| line.1 == 0.0 && !self.timed.follows(source))
     }
 
-    /// Rates of all commands along the motion, N m/s, by a difference along the vector field.
+    /// Rates of all commands during the motion, N m/s, by a difference in the direction of the vector field.
     pub(super) fn command_rates(
         &mut self,
         time: f64,
@@ -134,7 +134,7 @@ impl Machine {
         self.commands.iter().zip(&before).map(|(after, before)| (after - before) / step).collect()
     }
 
-    /// What a run up to a time asked of the motors that have limits; `demand` gives the largest torque asked of one.
+    /// The load of motors with limits in a run up to a time; `demand` returns the largest torque requested of one.
     pub(in crate::simulate) fn motor_loads(
         &self,
         (names, units): (&[String], &[&'static str]),

@@ -1,12 +1,12 @@
-//! What steps are judged by: the operations of the loop that have a scale, and what is read of it.
+//! The data that judge steps: the operations of the loop that have a scale, and the values that are read from it.
 
 use crate::expr::Interval;
 use crate::plan::Resolution;
 
-/// What a step is judged by.
+/// The data that judge a step.
 pub(super) struct Resolved {
     pub resolution: Resolution,
-    /// Forces, rates of the states behind the speeds with the powers, and what else is read of the plan.
+    /// Forces, rates of the states behind the speeds with the powers, and further values that are read from the plan.
     pub forces: Vec<usize>,
     pub rates: Vec<usize>,
     pub outputs: Vec<usize>,
