@@ -111,7 +111,7 @@ impl<N: Value> Native<N> {
             && self.outputs.iter().all(|output| memory.get(*output as usize).is_some_and(finite))
     }
 
-    /// The same without asking whether anything is no number.
+    /// The same without checks for NaN and infinity.
     ///
     /// # Panics
     /// If the memory is too short.

@@ -27,7 +27,7 @@
 //! ```
 //! use kardan_rt::PositionLoop;
 //! let rack = PositionLoop { natural_frequency: 20.0, damping_ratio: 0.7 };
-//! // At the reference and at rest, nothing is asked for but the compensation of the load.
+//! // At the reference and at rest, the only request is the compensation of the load.
 //! assert_eq!(rack.acceleration(1.0, 1.0, 0.0, 0.5), Some(-0.5));
 //! ```
 #![no_std]

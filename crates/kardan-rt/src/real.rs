@@ -21,7 +21,7 @@ pub trait Real:
     const ONE: Self;
     /// The distance from 1 to the next larger number.
     const EPSILON: Self;
-    /// No number.
+    /// NaN.
     const NAN: Self;
     /// √x, NaN below zero.
     fn sqrt(self) -> Self;

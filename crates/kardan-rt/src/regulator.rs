@@ -7,11 +7,11 @@ use crate::{Bounds, Gain, Governor, Real};
 /// At each sample, with the readings y and the references r:
 ///
 /// ```text
-/// x̂ ← x̂ + M (y − C x̂)                 what the readings tell
+/// x̂ ← x̂ + M (y − C x̂)                 correction by the readings
 /// r ← governed r                       if there is a governor
 /// u  = −K [x̂; ξ; r], within bounds
 /// ξ ← Aξ ξ + Bξ r                      reference model
-/// x̂ ← A x̂ + B u                        prediction, with the torques as they are: nothing winds up
+/// x̂ ← A x̂ + B u                        prediction, with the applied torques: no windup
 /// ```
 ///
 /// A reading or reference that is not finite is replaced by the last one that was. Commands are always finite and within the

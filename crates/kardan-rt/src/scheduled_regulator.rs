@@ -8,8 +8,8 @@ use crate::{Bounds, Gain, Governor, Health, Mechanism, Real, Regulator, Regulato
 ///
 /// ```text
 /// (A, B, C, M, K, …) = numbers at the coordinate, linear between the points of the design
-/// f = −Σ J (aᵀk) Kᵀa                   at q̂, ŵ: what bent directions of inertias make of speeds; 0 where a sample is too long
-/// x̂ ← x̂ + M (y − h(x̂))                h: what the sensors read at q̂, ŵ
+/// f = −Σ J (aᵀk) Kᵀa                   at q̂, ŵ: forces of nonlinear inertia directions, quadratic in speeds; 0 where a sample is too long
+/// x̂ ← x̂ + M (y − h(x̂))                h: the predicted readings at q̂, ŵ
 /// u  = −K [x̂; ξ; r] − K_f f, within bounds
 /// x̂ ← A x̂ + B u + G f
 /// ```

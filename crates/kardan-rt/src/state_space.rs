@@ -45,7 +45,7 @@ impl<'a, T: Real> StateSpace<'a, T> {
     /// let mut out = [0.0];
     /// assert!(gain.outputs(&[], &[2.0, 5.0], &mut out));
     /// assert_eq!(out, [1.0]);
-    /// // A reading that is no number is told, and the last answer stays.
+    /// // The block reports a reading that is not a number, and the last output stays.
     /// assert!(!gain.outputs(&[], &[2.0, f64::NAN], &mut out));
     /// assert_eq!(out, [1.0]);
     /// assert!(StateSpace::new(&[1.0], &[1.0], &[], &[], 2, 1).is_none());

@@ -41,12 +41,12 @@ fn one<N: Arithmetic>() -> N {
     N::whole(1)
 }
 
-/// The smaller one; the second where one is no number.
+/// The smaller one; the second where one is NaN.
 fn smaller<N: Arithmetic>(a: N, b: N) -> N {
     a.select(b, a, b)
 }
 
-/// The larger one; the first where one is no number.
+/// The larger one; the first where one is NaN.
 fn larger<N: Arithmetic>(a: N, b: N) -> N {
     a.select(b, b, a)
 }
@@ -67,8 +67,8 @@ fn half<N: Arithmetic>() -> N {
     one::<N>() / N::whole(2)
 }
 
-/// 0 where a number is finite, no number where it is not.
-#[allow(clippy::eq_op)] // infinity less itself is no number
+/// 0 where a number is finite, NaN where it is not.
+#[allow(clippy::eq_op)] // infinity minus itself is NaN
 fn zero_or_nan<N: Arithmetic>(x: N) -> N {
     x - x
 }

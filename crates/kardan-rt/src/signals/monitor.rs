@@ -38,7 +38,7 @@ impl<N: Arithmetic> Monitor<N> {
         let changes = count.select(needed, zero(), one());
         let changes = half::<N>().select(against, changes, zero());
         let alarm = half::<N>().select(changes, one::<N>() - alarm, alarm);
-        // A count that goes on for ever stops where numbers are no longer exact.
+        // A count that continues for ever stops where numbers are no longer exact.
         let count = smaller(half::<N>().select(changes, zero(), count), N::whole(1 << 24));
         remember(memory.iter_mut(), [alarm, count].into_iter(), &[]) & residual.all_finite()
     }

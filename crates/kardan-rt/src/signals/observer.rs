@@ -29,7 +29,7 @@ impl<N: Arithmetic> Observer<'_, N> {
     /// state. Returns false and leaves the memory unchanged where an input, a measurement or a result is not a number.
     ///
     /// ```
-    /// // A constant, seen at once: half of the error is left after each sample.
+    /// // A constant, measured directly: half of the error remains after each sample.
     /// let constant = kardan_rt::Observer { a: &[1.0], b: &[], c: &[1.0], gain: &[0.5] };
     /// let mut memory = [0.0; 2];
     /// for expected in [0.0, 4.0, 6.0, 7.0, 7.5] {

@@ -56,7 +56,7 @@ impl<N: Arithmetic> Pid<N> {
     /// };
     /// let mut memory = [0.0_f64; 5];
     /// assert!(pid.step(1.0, 0.5, Manual { on: 0.0, value: 3.0 }, &mut memory) && memory[0] == 3.0);
-    /// // Switched on it answers what was commanded by hand, and goes on from there.
+    /// // Switched on it outputs the manual command, and continues from there.
     /// assert!(pid.step(1.0, 0.5, Manual { on: 1.0, value: 0.0 }, &mut memory) && memory[0] == 3.0);
     /// assert!(pid.step(1.0, 0.5, Manual { on: 1.0, value: 0.0 }, &mut memory) && (memory[0] - 3.05).abs() < 1e-15);
     /// ```

@@ -106,7 +106,7 @@ pub struct MotionPlan {
     pub inertia: Vec<(usize, usize)>,
     /// Entries of the friction directions that do, row by row.
     pub friction_rows: Vec<(usize, usize)>,
-    /// aᵀk along the friction directions.
+    /// aᵀk in the friction directions.
     pub friction_bias: Vec<(usize, usize)>,
     input_rows: Vec<(usize, usize)>,
     /// Numbers of the outputs of an extension.

@@ -96,7 +96,7 @@ impl Rows {
     }
 }
 
-/// All that is known of angles, or of speeds.
+/// The equations of angles, or of speeds.
 struct Start<'a> {
     reduced: &'a Reduced,
     prescribed: &'a [StartValue],

@@ -26,7 +26,7 @@ pub struct LawSlopes {
     pub rounded: bool,
     /// By how much rounding may move each entry of g, and of h.
     pub off: [Vec<f64>; 2],
-    /// Why it has no slope here, in words: that it jumps, or that it or its slope is no number.
+    /// Why it has no slope here, as text: that it jumps, or that it or its slope is not a number.
     pub undefined: Vec<String>,
     /// The expressions that vanish where the law jumps.
     pub jumps: Vec<String>,

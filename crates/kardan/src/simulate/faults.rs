@@ -11,7 +11,7 @@ use crate::units::Dimension;
 /// The fault of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SensorFaultKind {
-    /// It gives no number (NaN).
+    /// It outputs no number (NaN).
     Lost,
     /// It keeps its last reading.
     Stuck,

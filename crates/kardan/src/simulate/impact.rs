@@ -35,7 +35,7 @@ pub(super) struct Impact {
     /// Those of the last round, and the restitution in it.
     pub last: Vec<f64>,
     pub rebounds: Vec<f64>,
-    /// Contacts that shared an impulse of which a part came back; of an impact that was cut short those that would go on.
+    /// Contacts that shared an impulse with restitution; of an impact that was cut short those that would continue.
     pub shared: Vec<usize>,
     /// Whether it reached the round limit, so that its end was computed without restitution.
     pub cut_short: bool,

@@ -123,7 +123,7 @@ impl LinearSegment {
         self.from <= time && time < self.until
     }
 
-    /// Goes on to a later time of the segment.
+    /// Advances to a later time of the segment.
     pub(super) fn advance(&mut self, time: f64) {
         let step = time - self.at;
         if step <= 0.0 {

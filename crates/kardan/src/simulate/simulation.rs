@@ -95,7 +95,7 @@ pub enum SimulationError {
         /// The requested time, s.
         until: f64,
     },
-    /// The integration cannot go on.
+    /// The integration cannot continue.
     #[error("{0}")]
     Failed(String),
     /// The snapshot is of another model or other controllers, or it is damaged.
@@ -259,7 +259,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Goes on to a time, s.
+    /// Advances to a time, s.
     ///
     /// # Errors
     /// [`SimulationError::Backwards`], [`SimulationError::NotFinite`]; [`SimulationError::Failed`] if the integration

@@ -354,7 +354,7 @@ impl Taylor {
         &self.coefficients[order * n..][..n]
     }
 
-    /// The length at which the last two terms are as large as the tolerance; no number if those are none.
+    /// The length at which the last two terms are as large as the tolerance; NaN if these are zero.
     fn length(&self, order: usize, room: f64) -> f64 {
         // The sizes that tolerances are relative to depend on the length, weakly.
         let about = if self.next == 0.0 { 0.0 } else { self.next.min(room) };

@@ -484,7 +484,8 @@ mod tests {
         for c in [vec![1.1, -2.0, 1.0, 0.0], vec![0.0, 1.0, -0.5, 0.0], vec![1.0, 0.0]] {
             assert!(is_positive(&c), "{c:?}");
         }
-        // A zero inside, at the end, a negative begin, no number, and a double zero just above the axis that the last term may hide.
+        // A zero inside, at the end, a negative begin, NaN, and a double zero just above the axis that the last term
+        // may hide.
         for c in [
             vec![1.0, -3.0, 1.0, 0.0],
             vec![1.0, -1.0, 0.0],

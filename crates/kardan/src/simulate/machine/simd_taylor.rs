@@ -691,7 +691,7 @@ impl<N: Lane> SimdTaylor<N> {
         own.iter_mut().zip(state).for_each(|(own, value)| own.lanes_mut()[lane] = *value);
     }
 
-    /// Lets a lane go on from the end of the step that was found last.
+    /// Continues a lane from the end of its last step.
     pub(in crate::simulate) fn go_on(&mut self, lane: usize) {
         let Numbers { plan, memory, .. } = &mut self.step_selection.numbers;
         let first = 1 + self.counts[1];

@@ -294,7 +294,7 @@ impl Radau {
         None
     }
 
-    /// First values of the increments: the last step's polynomial goes on.
+    /// First values of the increments: the extrapolation of the last step's polynomial.
     fn predict(&mut self, h: f64) {
         let Self { tableau, increments, trial, split, weights, .. } = self;
         let s = tableau.stages;
