@@ -82,7 +82,8 @@ impl Motion {
         self.scaled_by_fault(reduced, element, torque)
     }
 
-    /// A coefficient times a rate that is one number: a twist is taken before it is multiplied, so that rounding stays that of the twist.
+    /// A coefficient times a rate that is one number: the twist is computed before the product, so that the rounding
+    /// error is that of the twist.
     pub(super) fn resisting(&mut self, rate: Expr, coefficient: &Exact) -> Expr {
         let (rate, coefficient) = (self.graph.group(rate), self.exact(coefficient));
         self.graph.multiply(coefficient, rate)

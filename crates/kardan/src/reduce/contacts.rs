@@ -1,4 +1,4 @@
-//! Stops and cushions at a position: open, touched or pressed.
+//! Stops and soft stops at a position: open, touching or compressed.
 
 use super::{Kinematics, Reduced};
 use crate::equations::UnilateralConstraint;
@@ -6,7 +6,7 @@ use crate::equations::UnilateralConstraint;
 /// Penetration of a stop that counts as touching, relative to the terms whose difference is the gap.
 const TOUCHED: f64 = 1e-9;
 
-/// A stop or a cushion at a position.
+/// A stop or a soft stop at a position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
     /// Its number among the unilateral constraints.
@@ -25,13 +25,13 @@ impl Contact {
         self.gap < -self.rounding
     }
 
-    /// Whether its gap is zero, but for rounding.
+    /// Whether its gap is zero, except for rounding.
     pub fn is_touched(&self) -> bool {
         self.gap.abs() <= self.rounding
     }
 }
 
-/// All stops and cushions at a reduced position (rad, m).
+/// All stops and soft stops at a reduced position (rad, m).
 ///
 /// # Panics
 /// If `position` has not one entry per coordinate.
@@ -59,7 +59,7 @@ pub fn contacts(reduced: &Reduced, position: &[f64]) -> Vec<Contact> {
     found.collect()
 }
 
-/// The cushions that are pressed at a reduced position.
+/// The soft stops that are compressed at a reduced position.
 ///
 /// # Panics
 /// As [`contacts`].

@@ -77,7 +77,7 @@ pub struct Dynamics {
     rests: Vec<f64>,
     frictions: Directions,
     breakaways: Vec<f64>,
-    /// Reduced coordinates that each friction direction has a part in.
+    /// Reduced coordinates with an entry in each friction direction.
     friction_entries: Vec<Vec<usize>>,
     /// For each friction direction the excess of breakaway over sliding friction (N m), and the speed over which it
     /// decays (rad/s).
@@ -122,7 +122,8 @@ pub struct MotionPlan {
     native: Option<Native<f64>>,
 }
 
-/// Springs and dampers of an element that fails in a run, by number: with stiffness and relaxed angle, and with damping.
+/// Springs and dampers of an element that fails in a run, by number: with stiffness and relaxed angle, and with
+/// damping.
 #[derive(Debug, Clone)]
 struct Fails {
     weakened: Weakened,
@@ -301,7 +302,7 @@ pub struct Work {
     pub friction_bias: Vec<f64>,
     /// Reduced direction of each input, row by row.
     pub input_rows: Vec<f64>,
-    /// Where the inertia is the same at every position and known, whether it is regular.
+    /// Where the inertia is the same at every position and computed, whether it is regular.
     regular: Option<bool>,
     /// Memory of the plan.
     memory: Vec<f64>,
@@ -310,7 +311,7 @@ pub struct Work {
 }
 
 impl Work {
-    /// Gives the inputs of an [`Extension`], from a number on.
+    /// Sets the inputs of an [`Extension`], from a number on.
     pub fn give(&mut self, dynamics: &Dynamics, first: usize, values: impl IntoIterator<Item = f64>) {
         let first = 2 * dynamics.degrees_of_freedom + first;
         self.memory[first..].iter_mut().zip(values).for_each(|(place, value)| *place = value);
@@ -371,7 +372,7 @@ impl Dynamics {
         let mut motion = Motion::new(reduced);
         let speeds = motion.speeds.clone();
         let extension = extend(&mut motion);
-        // Which sliders that springs couple slip is given.
+        // The slipping sliders among those that springs couple are inputs.
         let couples = reduced.relaxation.as_ref().is_some_and(|relaxation| !relaxation.coupled_slips().is_empty());
         let speeds = if couples { motion.speeds.clone() } else { speeds };
         let energy = motion.energy(reduced);
@@ -439,7 +440,7 @@ impl Dynamics {
         (out, work)
     }
 
-    /// The plan that is evaluated, and where its results go.
+    /// The plan that is evaluated, and the indices of its results.
     pub fn plan(&self) -> &MotionPlan {
         &self.plan
     }
@@ -454,8 +455,8 @@ impl Dynamics {
         self.constant
     }
 
-    /// Whether, but for friction, angles, accelerations and all directions are linear in position, speed and inputs (with constants),
-    /// decided on the exact expressions.
+    /// Whether, except for friction, angles, accelerations and all directions are linear in position, speed and inputs
+    /// (with constants), decided on the exact expressions.
     pub fn is_linear(&self) -> bool {
         self.linear
     }

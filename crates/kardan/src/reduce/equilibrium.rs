@@ -1,4 +1,4 @@
-//! Positions at which a model rests: found by Newton's method, proven by Krawczyk's test.
+//! Rest positions of a model: computed by Newton's method, proven by Krawczyk's test.
 
 use std::collections::BTreeMap;
 
@@ -12,18 +12,18 @@ use crate::expr::{Domain, Expr, Floating, Graph, Interval, Intervals, Rationals,
 use crate::num::{Matrix, Random, Rational, Scalar, echelon, rational_from_f64, rational_to_f64};
 use crate::units::{Dimension, Exact};
 
-/// Newton steps that are made at most, and halvings of one.
+/// Most Newton steps, and halvings of one.
 const STEPS: usize = 200;
 const HALVINGS: usize = 40;
 /// Starts of [`equilibria`] besides the first one.
 pub const STARTS: usize = 24;
-/// Two equilibria are one if they are closer, relative to their size or to a radian (or metre).
+/// Two equilibria are equal if they are closer than this, relative to their size or to a radian (or metre).
 const SAME: f64 = 1e-6;
 /// Residual of a multiplier constraint that counts as satisfied, rad or m.
 const OFF: f64 = 1e-9;
 const SEED: u64 = 0x6571_7569_6c69_6272;
 
-/// A position at rest at which no torque is left, without inputs and friction, at time zero.
+/// A position at rest without a residual torque, without inputs and friction, at time zero.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equilibrium {
     /// The reduced position, rad or m.
@@ -32,22 +32,22 @@ pub struct Equilibrium {
     pub rates: Vec<f64>,
     /// The multiplier of each multiplier constraint, N m.
     pub multipliers: Vec<f64>,
-    /// The radius around it within which there is exactly one, proven; `None`: found to rounding only.
+    /// The radius around it within which there is exactly one, proven; `None`: accurate to rounding only.
     pub radius: Option<f64>,
-    /// The largest torque that is left, N m.
+    /// The largest residual torque, N m.
     pub residual: f64,
 }
 
 /// The result of a search for equilibria.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equilibria {
-    /// The one that the first start led to comes first; the others are from starts within a turn around it.
+    /// The result of the first start comes first; the others are from starts within a turn around it.
     pub found: Vec<Equilibrium>,
-    /// Coordinates on which no torque depends: they stay where they were.
+    /// Coordinates on which no torque depends: they stay at their start.
     pub free: Vec<usize>,
     /// A coordinate on which a torque (N m) acts that is the same everywhere: then there is no equilibrium.
     pub constant: Option<(usize, f64)>,
-    /// The smallest of the largest torques that was come to, with its place, where none was found.
+    /// The smallest of the largest residual torques reached, with its position, where no equilibrium was found.
     pub best: Option<(Vec<f64>, f64)>,
     /// A position beyond a rigid stop, with the number of that unilateral constraint: it is not an equilibrium.
     pub beyond: Option<(Vec<f64>, usize)>,
@@ -68,7 +68,8 @@ pub struct Trim {
     pub unmet: Vec<(usize, f64)>,
     /// Whether the residual is at the level of rounding.
     pub at_rest: bool,
-    /// The radius within which there is exactly one such position, proven, zero where this is one exactly; `None`: found to rounding only.
+    /// The radius within which there is exactly one such position, proven, zero where this is one exactly; `None`:
+    /// accurate to rounding only.
     pub radius: Option<f64>,
     /// The coordinate with the largest residual torque, and its value, N m.
     pub residual_torque: Option<(usize, f64)>,
@@ -87,13 +88,13 @@ pub(super) struct Moves {
 /// The settings of a search for a rest position or a steady motion.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sought<'a> {
-    /// Inputs whose torques are to be found.
+    /// Inputs whose torques are unknowns.
     pub inputs: &'a [usize],
     /// Coordinates that are given.
     pub fixed: &'a [usize],
     /// Rigid stops that are touched.
     pub stops: &'a [usize],
-    /// How it moves; `None`: it rests, but for charges that count only.
+    /// Its motion; `None`: it is at rest, except for charges that are integrators without effect.
     pub moves: Option<&'a Moves>,
     /// Torques of inputs that are given, N m.
     pub torques: &'a [(usize, f64)],
@@ -111,13 +112,13 @@ pub(super) struct Statics {
     /// The residuals. First torques on coordinates, without those that are always zero, with the numbers of their
     /// coordinates; then, with larger numbers, the position equations of multiplier constraints.
     torques: Vec<(usize, Expr)>,
-    /// How many coordinates there are.
+    /// The number of coordinates.
     coordinates: usize,
     /// The numbers of the multiplier constraints that constrain positions.
     rows: Vec<usize>,
-    /// Unknowns that they depend on.
+    /// The unknowns on which they depend.
     active: Vec<usize>,
-    /// Which of these are to be found, as places in `active`.
+    /// Which of these are to be computed, as indices into `active`.
     free: Vec<usize>,
     /// Derivatives, a row for each torque.
     slopes: Vec<Expr>,
@@ -204,7 +205,7 @@ impl Statics {
         self.at(&mut Floating::<f64>::default(), &exprs, |k| position[k])
     }
 
-    /// How many coordinates there are.
+    /// The number of coordinates.
     pub(super) fn degrees_of_freedom(&self) -> usize {
         self.coordinates
     }
@@ -216,7 +217,7 @@ impl Statics {
         from
     }
 
-    /// Slopes by each unknown that is to be found and that something depends on, each row over its largest.
+    /// Slopes by each unknown on which a torque depends, each row relative to its largest entry.
     pub(super) fn columns(&self, position: &[f64]) -> BTreeMap<usize, Vec<f64>> {
         let slopes = self.at(&mut Floating::<f64>::default(), &self.slopes, |k| position[k]);
         let width = self.active.len();
@@ -256,7 +257,7 @@ impl Statics {
                 break;
             }
             let slopes = self.at(&mut Floating::<f64>::default(), &self.slopes, |k| position[k]);
-            // Damped where directions are flat: the damping falls with the torques.
+            // Damped where directions are flat: the damping decreases with the torques.
             let (scale, damping) = (size(&slopes), size(&residual).min(1e-6));
             let tall = Mat::from_fn(rows + columns, columns, |i, j| match i {
                 i if i < rows => slopes[i * width + self.free[j]],
@@ -334,14 +335,14 @@ impl Statics {
         found
     }
 
-    /// Whether no torque at all is left, exactly.
+    /// Whether the residual torque is exactly zero.
     pub(super) fn is_exact(&self, position: &[f64]) -> bool {
         let exprs: Vec<Expr> = self.torques.iter().map(|(_, torque)| *torque).collect();
         let found = self.at(&mut Rationals, &exprs, |k| rational_from_f64(position[k]));
         found.iter().all(|torque| torque.as_ref().is_some_and(Scalar::is_zero))
     }
 
-    /// As many of the unknowns as there are torques, such that these determine them; the others stay where they are.
+    /// As many of the unknowns as there are torques, such that these determine them; the others stay constant.
     fn determined(&self, slopes: &[f64]) -> Option<Vec<usize>> {
         let (n, width) = (self.torques.len(), self.active.len());
         if self.free.len() <= n {
@@ -416,7 +417,7 @@ fn counters(reduced: &Reduced, motion: &mut Motion) -> Vec<Vec<(usize, Rational)
     let charges: Vec<usize> = (0..reduced.degrees_of_freedom()).filter(is_charge).collect();
     let passive = motion.passive.clone();
     let mut rows: Vec<Vec<Rational>> = vec![Vec::new(); passive.len()];
-    // Where a torque depends on a charge otherwise than linearly, that charge is out.
+    // A charge on which a torque depends nonlinearly is excluded.
     let mut bent = Vec::new();
     for (place, &k) in charges.iter().enumerate() {
         let slopes = motion.graph.derivatives(&passive, motion.symbols[k]);
@@ -494,11 +495,11 @@ pub fn trim(reduced: &Reduced, start: &[f64], fixed: &[usize], inputs: &[usize])
     }
 }
 
-/// Stops, cushions and play at rest, written into static torques.
+/// Stops, soft stops and backlash at rest, written into static torques.
 struct Contacts<'a> {
     reduced: &'a Reduced,
     motion: &'a mut Motion,
-    /// Of the symbols of the motion their expressions in the graph of the torques.
+    /// The expressions of the motion's symbols in the graph of the torques.
     values: &'a [(Symbol, Expr)],
 }
 
@@ -521,7 +522,7 @@ impl Contacts<'_> {
         }
     }
 
-    /// Cushions press with their stiffness where their gap is negative.
+    /// Soft stops have their stiffness where their gap is negative.
     fn press(&mut self, graph: &mut Graph, torques: &mut [Expr]) {
         for (k, unilateral) in self.reduced.equations.unilaterals.iter().enumerate() {
             let UnilateralConstraint::Cushion { offset, stiffness, .. } = &unilateral.value else { continue };
@@ -537,7 +538,7 @@ impl Contacts<'_> {
         }
     }
 
-    /// A rigid stop is touched: its gap vanishes, and it pushes with a torque to be found, whose symbol is given back.
+    /// A closed rigid stop: its gap vanishes, and its torque is an unknown, whose symbol is returned.
     fn touch(&mut self, unilateral: usize, graph: &mut Graph, torques: &mut Vec<Expr>) -> Option<Symbol> {
         let UnilateralConstraint::Stop { offset, .. } = &self.reduced.equations.unilaterals[unilateral].value else {
             return None;
@@ -551,11 +552,11 @@ impl Contacts<'_> {
     }
 }
 
-/// Rigid stops of which all choices are tried.
+/// Most rigid stops of which all combinations are tried.
 const STOPS: usize = 4;
 
-/// Equilibria near a reduced position (rad or m), and those that starts within a turn around it lead to. Where there is none with all rigid stops
-/// open, one that rests on some of them.
+/// Equilibria near a reduced position (rad or m), and those reached from starts within a turn around it. Where there is
+/// none with all rigid stops open, one with some of them closed.
 ///
 /// # Panics
 /// If `start` has not one entry per coordinate.
@@ -573,7 +574,7 @@ pub fn equilibria(reduced: &Reduced, start: &[f64]) -> Equilibria {
     resting.into_iter().find(|one| !one.found.is_empty()).unwrap_or(open)
 }
 
-/// Equilibria with these rigid stops touched and pushing, the others open.
+/// Equilibria with these rigid stops closed and loaded, the others open.
 fn with_stops(reduced: &Reduced, start: &[f64], stops: &[usize]) -> Equilibria {
     let sought = Sought { stops, ..Sought::default() };
     let (statics, r) = (Statics::new(reduced, &sought, start), reduced.degrees_of_freedom());
@@ -622,7 +623,7 @@ fn with_stops(reduced: &Reduced, start: &[f64], stops: &[usize]) -> Equilibria {
             }
             continue;
         }
-        // Where they are not isolated, another one is no news, nor where steps of the method led far away.
+        // Where they are not isolated, a further one adds nothing, nor where steps of the method led far away.
         let turn = std::f64::consts::TAU;
         let is_near = || position.iter().zip(start).all(|(a, b)| (a - b).abs() <= turn);
         if out.found.is_empty() || (radius.is_some() && is_near()) {

@@ -7,7 +7,7 @@ use crate::units::Exact;
 /// The prefix of the name of a row without inertia; the name of the shaft that it determines follows.
 const EQUILIBRIUM: &str = "equilibrium of ";
 
-/// Why springs do not decide about a motion without inertia.
+/// Why springs do not determine a motion without inertia.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NoEquilibrium {
     /// Inputs or torques of laws act on it: it would follow their torques at once.
@@ -51,7 +51,8 @@ fn null_directions<'a>(shafts: usize, rows: impl Iterator<Item = &'a Row>) -> (M
     (e.kernel(), e.free())
 }
 
-/// The equations of equilibrium `vᵀ(S q − s₀) = 0` of the motions v without inertia that neither dampers nor frictions feel, one row for each.
+/// The equations of equilibrium `vᵀ(S q − s₀) = 0` of the motions v without inertia on which neither dampers nor
+/// frictions act, one row for each.
 ///
 /// Where H v = 0, D v = 0 and no torque acts in the direction v, `vᵀ(H q̈ + D q̇ + S q − s₀) = 0` is a linear
 /// constraint that is satisfied by itself: its multiplier is zero, and eliminating it is exact. Motions through a

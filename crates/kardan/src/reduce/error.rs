@@ -26,7 +26,7 @@ pub enum ReduceError {
         degrees_of_freedom: usize,
         /// The names given.
         named: Vec<String>,
-        /// Coordinates that would do.
+        /// A valid set of coordinates.
         suggestion: Vec<String>,
     },
     /// Coordinates named by the user depend on each other through linear constraints.
@@ -34,7 +34,7 @@ pub enum ReduceError {
     CoordinatesDependent {
         /// The names given.
         named: Vec<String>,
-        /// Coordinates that would do.
+        /// A valid set of coordinates.
         suggestion: Vec<String>,
     },
     /// The transmissions cannot be evaluated one after another from the coordinates.
@@ -44,7 +44,7 @@ pub enum ReduceError {
         elements: Vec<String>,
         /// Those of them whose curve has no inverse in closed form: the shaft that drives must be known first.
         one_way: Vec<String>,
-        /// Coordinates that would do, if there are any.
+        /// A valid set of coordinates, if there is one.
         suggestion: Vec<String>,
     },
     /// A shaft follows through too many transmissions: its exact ratio has too many digits.
@@ -68,7 +68,7 @@ const DIGITS_OF_A_RATIO: usize = 16;
 pub struct Dependency {
     /// `(element, its share in the combination that vanishes)`.
     pub elements: Vec<(String, f64)>,
-    /// Whether the offsets contradict each other; otherwise one row is superfluous.
+    /// Whether the offsets contradict each other; otherwise one row is redundant.
     pub contradiction: bool,
     /// Whether an offset is a function of time: whether they agree at all times is not decided.
     pub moving: bool,

@@ -108,15 +108,15 @@ fn check_motion(equations: &Equations) -> Result<usize, ReduceError> {
     Ok(constraints)
 }
 
-/// Sets of coordinates that [`automatic`] tries before it gives up.
+/// Most sets of coordinates that [`automatic`] tries.
 const MOST_TRIED: usize = 500;
 
 fn automatic(equations: &Equations) -> Result<Explicit, ReduceError> {
     let order = from_dropped_to_retained(equations);
     let e = echelon(&equations.constraint_matrix(), &order);
     let mut free: Vec<usize> = (0..order.len()).filter(|shaft| !e.pivots.contains(shaft)).collect();
-    // Each transmission takes one of the free shafts away: its driven one if that is free, else its driving one, else any
-    // that its driven shaft depends on.
+    // Each transmission makes one of the free shafts dependent: its driven one if that is free, else its driving one,
+    // else any that its driven shaft depends on.
     for transmission in &equations.transmissions {
         let expression =
             |shaft: usize| affine(equations, &e, shaft).terms.into_iter().map(|(s, _)| s).collect::<Vec<_>>();
@@ -148,8 +148,8 @@ fn automatic(equations: &Equations) -> Result<Explicit, ReduceError> {
     }
 }
 
-/// Shafts in the order in which they are given up as coordinates: ends of transmissions last, massless ones and those with
-/// large coefficients first; ties go by name.
+/// Shafts in the order in which they become dependent: ends of transmissions last, massless ones and those with large
+/// coefficients first; ties are broken by name.
 fn from_dropped_to_retained(equations: &Equations) -> Vec<usize> {
     let n = equations.coordinates.len();
     let mut massless = vec![true; n];
@@ -246,10 +246,10 @@ fn dependent_first(equations: &Equations, resolved: &[usize]) -> Vec<usize> {
     unknown.chain(resolved.iter().copied()).collect()
 }
 
-/// Steps that find all shafts from the coordinates; the transmissions that stay open if that is not possible.
+/// Steps that compute all shafts from the coordinates; the transmissions that stay open if that is not possible.
 ///
-/// Method: a transmission whose one end follows from known shafts through the linear constraints makes its other end
-/// known; when none is left, the linear constraints must give the rest.
+/// Method: a transmission with one end that follows from known shafts through the linear constraints determines its
+/// other end; when none is left, the linear constraints must determine the rest.
 fn plan<'a>(equations: &'a Equations, coordinates: &[usize]) -> Result<Vec<Step>, Vec<&'a TransmissionRow>> {
     let matrix = equations.constraint_matrix();
     let mut resolved = coordinates.to_vec();

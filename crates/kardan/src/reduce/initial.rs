@@ -1,4 +1,4 @@
-//! Where a run begins, from angles and speeds that are given of any coordinates.
+//! The start of a run, from angles and speeds that are given for any coordinates.
 
 use std::collections::BTreeMap;
 
@@ -166,7 +166,8 @@ impl<'a> Start<'a> {
 
 /// The reduced position that has these angles; free coordinates are zero, the coordinates in their order.
 ///
-/// Linear constraints are solved over the fractions and the powers of π; a transmission is taken at the end that is known, and rounded.
+/// Linear constraints are solved over the fractions and the powers of π; a transmission is evaluated from its known
+/// end, and rounded.
 ///
 /// # Errors
 /// [`StartConflict`]

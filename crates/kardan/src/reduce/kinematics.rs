@@ -224,7 +224,7 @@ fn exact_slope(curve: &dyn Curve, x: Option<&Surd>, rounded: f64) -> Slope {
 pub struct Slope {
     /// The slope, exact from here on.
     pub value: Rational,
-    /// Whether it is no fraction, as far as is known, and was rounded once.
+    /// Whether it is not known to be a fraction, and was rounded once.
     pub rounded: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Torques that expressions give, around a position at rest.
+//! Slopes of torque expressions, around a position at rest.
 
 use super::{Kinematics, Motion, Reduced, Step, kinematics, pressed_cushions};
 use crate::assemble::{DirectionalTerm, Equations, RestTorque};
@@ -6,8 +6,8 @@ use crate::equations::{Formula, UnilateralConstraint};
 use crate::expr::{Expr, Interval, Linear, Place, Rationals, Side, Surd, Symbol, bending, linear_sides, lower};
 use crate::num::{LastDigits, Rational, SparseRow, rational_from_f64, rational_to_f64};
 
-/// A torque that an expression gives, or the multiplier of a row that turns, around a position at rest and at time zero:
-/// `τ = τ₀ + gᵀ Δq + hᵀ q̇` over all coordinates.
+/// A torque that an expression gives, or the multiplier of a row that rotates, around a position at rest and at time
+/// zero: `τ = τ₀ + gᵀ Δq + hᵀ q̇` over all coordinates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LawSlopes {
     /// The element.
@@ -22,9 +22,9 @@ pub struct LawSlopes {
     pub on_rates: SparseRow,
     /// Slopes by block outputs, N m for each unit, where these are given.
     pub on_outputs: Vec<(String, f64)>,
-    /// Whether an entry is no fraction, as far as is known, and was rounded once.
+    /// Whether an entry is not known to be a fraction, and was rounded once.
     pub rounded: bool,
-    /// By how much rounding may move each entry of g, and of h.
+    /// The rounding error of each entry of g, and of h.
     pub off: [Vec<f64>; 2],
     /// Why it has no slope here, as text: that it jumps, or that it or its slope is not a number.
     pub undefined: Vec<String>,
@@ -177,7 +177,7 @@ pub(super) fn all_free(equations: &Equations) -> Reduced {
 /// The relative rounding error of angles of a position.
 const ROUNDED: f64 = 4.0 * f64::EPSILON;
 
-/// A model at rest at a place, left by motions that its constraints allow.
+/// A model at rest at a position, with the motions that its constraints allow.
 struct RestPoint {
     /// Angles, behind all of them speeds.
     symbols: Vec<Symbol>,
@@ -204,7 +204,7 @@ impl RestPoint {
         }
     }
 
-    /// How many coordinates it has.
+    /// The number of coordinates.
     fn coordinates(&self) -> usize {
         self.basis.len()
     }
@@ -340,7 +340,7 @@ fn slopes_of(
     };
     let Some(sides) = sides else {
         // A loop reports it with the jumps, and leaves it out.
-        let many = "more than 64 sides";
+        let many = "more than 64 branches";
         return LawSlopes { undefined: vec![format!("it has {many}")], jumps: vec![many.into()], ..nothing };
     };
     let own = sides.iter().find(|one| one.is_on(side)).unwrap_or(&sides[0]);

@@ -1,4 +1,4 @@
-//! Torques that expressions give at measured motions.
+//! Torque expressions at measured motions.
 
 use super::law_slopes::{all_free, unconstrained};
 use super::{Motion, Reduced, Timed};
@@ -93,8 +93,8 @@ pub struct LawTorques {
 }
 
 impl LawTorques {
-    /// Torques of formulas of a model; those of the names `parameters` are left open. Sines and cosines of `waves` are given: means of them over a
-    /// time are not those of the mean angle.
+    /// Torques of formulas of a model; those of the names `parameters` are left open. Sines and cosines of `waves` are
+    /// inputs: their means over a time are not those of the mean angle.
     ///
     /// # Errors
     /// A parameter in which a formula is not linear.
@@ -133,7 +133,7 @@ impl LawTorques {
             };
             by.into_iter().map(put).collect()
         };
-        // At the values of the file: how noise of angles and speeds goes through.
+        // At the values of the file: the effect of noise of angles and speeds.
         let values = values(graph, formulas, &open);
         let nominal = graph.substitute(&plain, &values);
         let slopes = nominal.iter().map(|torque| derivatives(graph, &mut outputs, *torque)).collect();
@@ -245,7 +245,7 @@ fn shares(
     Ok(out)
 }
 
-/// The parameters as the file gives them.
+/// The parameters with the values of the file.
 fn values(graph: &mut Graph, formulas: &[&Formula], open: &[(String, Expr)]) -> Vec<(Symbol, Expr)> {
     let mut out = Vec::new();
     for (name, expr) in open {

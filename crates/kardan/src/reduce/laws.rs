@@ -1,4 +1,4 @@
-//! Torques that expressions give, in the equations of motion.
+//! Torque expressions in the equations of motion.
 
 use std::sync::Arc;
 

@@ -65,7 +65,7 @@ impl LinearModel {
         })
     }
 
-    /// Whether a shaft has an acceleration: it moves with coordinates that have an inertia alone.
+    /// Whether a shaft has an acceleration: it moves only with coordinates that have an inertia.
     pub fn accelerates(&self, shaft: usize) -> bool {
         let moving = self.moving();
         (0..self.basis.columns()).all(|k| moving.contains(&k) || self.basis[(shaft, k)].is_zero())

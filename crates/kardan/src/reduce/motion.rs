@@ -85,7 +85,7 @@ pub struct Motion {
     pub multiplier_constraints: Vec<MultiplierTerms>,
     /// The terms that depend on the time.
     pub timed: Timed,
-    /// Coefficients that are given, by name.
+    /// Coefficients that are inputs, by name.
     pub run_parameters: Vec<(String, Expr)>,
     /// Motions without inertia that dampers determine.
     pub(super) relaxing: Option<Box<Relaxing>>,
@@ -104,7 +104,7 @@ pub struct MultiplierTerms {
     pub rate: Expr,
 }
 
-/// The time, and parts of functions of it, as symbols of a motion: there once something depends on them.
+/// The time, and parts of functions of it, as symbols of a motion: created at their first use.
 #[derive(Debug, Clone, Default)]
 pub struct Timed {
     /// The time, s.
@@ -143,7 +143,7 @@ pub(super) struct Relaxing {
     pub relaxation: Relaxation,
     /// Speeds of all shafts while y is at rest.
     pub base_speeds: Vec<Expr>,
-    /// Speed of each motion that slips if it alone did.
+    /// Speed of each slipping motion if it slipped alone.
     pub slip_speeds: Vec<Expr>,
 }
 
@@ -370,7 +370,7 @@ impl Motion {
         function.write_into(&mut self.graph, &mut time, &mut part)
     }
 
-    /// The expression of a rational times a power of π; the symbol of a coefficient that is given.
+    /// The expression of a rational times a power of π; the symbol of a coefficient that is an input.
     pub fn exact(&mut self, value: &Exact) -> Expr {
         if let (false, Some(InNames::Name(name))) = (self.run_parameters.is_empty(), value.in_names())
             && let Some((_, symbol)) = self.run_parameters.iter().find(|(own, _)| own == name)

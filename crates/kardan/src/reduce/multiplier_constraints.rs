@@ -199,9 +199,9 @@ pub struct StartValues {
 /// Why there are none.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NoStart {
-    /// No place on the rows was found from where the search began; numbers of the rows that are not satisfied.
+    /// The search found no solution of the rows from its start; numbers of the rows that are not satisfied.
     NotReached(Vec<usize>),
-    /// These rows are no numbers where the search began.
+    /// These rows are not numbers at the start of the search.
     NotFinite(Vec<usize>),
     /// These rows have no slopes there: they do not constrain any motion.
     Flat(Vec<usize>),
@@ -414,7 +414,7 @@ impl<'a> Search<'a> {
                 }
                 let far: f64 =
                     found.position.iter().zip(&begin.position).map(|(now, then)| (now - then) * (now - then)).sum();
-                // Of two that are equally far the first one counts.
+                // Of two equally distant ones the first one counts.
                 if nearest.as_ref().is_none_or(|(least, _)| far < least * (1.0 - CONTRADICTION)) {
                     nearest = Some((far, found));
                 }
@@ -424,7 +424,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The smallest change that takes defects away, and numbers of rows that follow from those before them.
+/// The smallest change that removes defects, and numbers of rows that follow from those before them.
 struct Least {
     change: Vec<f64>,
     follow: Vec<usize>,

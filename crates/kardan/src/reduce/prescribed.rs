@@ -41,7 +41,7 @@ impl Motion {
         out
     }
 
-    /// Angle, speed, bias and prescribed speed with the shares of right-hand sides that move.
+    /// Angle, speed, bias and prescribed speed with the contributions of varying right-hand sides.
     pub(super) fn moved(&mut self, found: [Expr; 4], shares: &[(usize, Rational)], moving: &Moving) -> [Expr; 4] {
         let [mut angle, mut speed, mut bias, mut carried] = found;
         for (row, share) in shares {

@@ -9,7 +9,7 @@ use crate::expr::{Expr, Graph};
 use crate::num::{Matrix, Rational, Scalar, echelon, rational_to_f64};
 use crate::units::Exact;
 
-/// Takes the constraints that follow from those before them out of the equations.
+/// Removes the constraints that follow from those before them.
 ///
 /// Whether a row follows, and whether its offset is that of the rows that it follows from, is decided over the rationals and the powers of π.
 ///

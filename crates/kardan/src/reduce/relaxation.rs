@@ -11,7 +11,7 @@ use crate::expr::{Expr, Graph};
 use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, dot, echelon};
 use crate::units::Exact;
 
-/// Why motions without inertia are no states of first order.
+/// Why motions without inertia cannot be states of first order.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NoRelaxation {
     /// Torques of expressions act on them or depend on them, otherwise than linearly on speeds.
@@ -43,7 +43,7 @@ pub enum NoRelaxation {
         /// Elements of the inputs.
         inputs: Vec<String>,
     },
-    /// The reduced coordinates that were named move without inertia together with others.
+    /// The coordinates named by the user move without inertia together with others.
     Coordinates,
     /// The damping on them is not positive definite.
     Damping,
@@ -79,7 +79,7 @@ fn not_alone(reduced: &Reduced, frictions: Vec<String>, motions: &Matrix<Rationa
     NoRelaxation::Friction { frictions, dampers: own.map(|k| dampers[k].element.clone()).collect() }
 }
 
-/// Takes the motions without inertia of a model apart from the others, exactly; `None` if there are none.
+/// Separates the motions without inertia of a model from the others, exactly; `None` if there are none.
 ///
 /// Where dampers act on them, they have first-order dynamics; where there are as many frictions as motions and no
 /// damper, they slip.
@@ -376,7 +376,7 @@ fn multiplier_along(reduced: &Reduced, motions: &Matrix<Rational>) -> Option<Str
     found.map(|constraint| constraint.element.clone())
 }
 
-/// Refuses sliders without springs, whose stiffness is given, and those that springs couple with motions that relax.
+/// Rejects sliders without springs, returning their stiffness, and those that springs couple with first-order motions.
 fn check_slips(
     stiffness: &Matrix<Rational>,
     coupled: &Matrix<Rational>,

@@ -82,7 +82,8 @@ impl Reduced {
 }
 
 impl Relaxation {
-    /// Pairs of sliders whose slips depend on each other: those that springs couple, also by way of others, each with itself too.
+    /// Pairs of sliders whose slips depend on each other: those that springs couple, also through others, and each with
+    /// itself.
     pub fn coupled_slips(&self) -> Vec<(usize, usize)> {
         let n = self.slips.len();
         // The least number of those that each is coupled with.
@@ -157,7 +158,7 @@ impl Motion {
         self.graph.sum(Rational::ZERO, &terms)
     }
 
-    /// `−T_yᵀ S q̇/S_ii`, the speed of a motion if it alone slipped.
+    /// `−T_yᵀ S q̇/S_ii`, the speed of a motion if it slipped alone.
     fn uncoupled_slip_speed(&mut self, reduced: &Reduced, relaxation: &Relaxation, element: usize) -> Expr {
         let sum = self.slip_component(reduced, &relaxation.slips[element], |out, k| {
             let spring = &reduced.equations.springs[k];
@@ -169,7 +170,8 @@ impl Motion {
         self.graph.group(speed)
     }
 
-    /// Of each motion that may slip the torque that its friction has, `−T_yᵀ(S q − s₀)`, and the speed that it would slip with alone.
+    /// For each motion that may slip the torque of its friction, `−T_yᵀ(S q − s₀)`, and the speed that it would slip
+    /// with alone.
     pub fn jenkins(&mut self, reduced: &Reduced) -> [Vec<Expr>; 2] {
         let Some(relaxing) = self.relaxing.take() else { return [Vec::new(), Vec::new()] };
         let torque = |out: &mut Self, slip: &Slip| {

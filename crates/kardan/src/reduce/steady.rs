@@ -11,9 +11,9 @@ use crate::num::{Matrix, Rational, Scalar, SparseRow, echelon, rational_from_f64
 
 /// Relative difference from which two speeds contradict each other.
 const CONTRADICTS: f64 = 1e-9;
-/// Part of a column of slopes that is left of it beside others on which it does not depend.
+/// Independent part of a column of slopes beside others, below which it depends on them.
 const INDEPENDENT: f64 = 1e-9;
-/// Speeds that a search begins with where it leads nowhere from rest, rad/s.
+/// Speeds that a search starts with where it fails from rest, rad/s.
 const SPEEDS: [f64; 8] = [1.0, -1.0, 10.0, -10.0, 100.0, -100.0, 1000.0, -1000.0];
 /// Most iterations over the signs of sliding frictions.
 const SLIDINGS: usize = 8;
@@ -40,7 +40,7 @@ pub struct SteadyMotion {
     /// The model there: sticking or engaged elements are constraints, sliding frictions are torques. It may have fewer
     /// coordinates.
     pub model: Reduced,
-    /// Where that is and how it moves, with the torque of each input.
+    /// Its position and motion, with the torque of each input.
     pub point: OperatingPoint,
     /// Where the coordinates of the whole model are, rad, and their speeds.
     pub motion: [Vec<f64>; 2],
@@ -54,7 +54,7 @@ pub struct SteadyMotion {
     pub whole: bool,
     /// Whether the residual torques are at the level of rounding.
     pub balanced: bool,
-    /// The radius within which there is exactly one such motion, proven; `None`: found to rounding only.
+    /// The radius within which there is exactly one such motion, proven; `None`: accurate to rounding only.
     pub radius: Option<f64>,
     /// The residual accelerations of the coordinates of `model`, rad/s².
     pub accelerations: Vec<f64>,
@@ -63,11 +63,11 @@ pub struct SteadyMotion {
 /// Why there is no steady motion.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NoSteadyMotion {
-    /// A speed that is given (its number) does not stay, as torques depend on the angle that it changes.
+    /// A given speed (its number) cannot be constant, as torques depend on the angle that it changes.
     Turns(usize),
     /// Speeds that are given (their numbers) contradict each other.
     Contradiction(Vec<usize>),
-    /// More inputs could balance it than it takes.
+    /// More inputs could balance it than are needed.
     Undetermined(Vec<usize>),
     /// No torques of the inputs balance it: the coordinate with the largest residual at best, by name, its value (N m),
     /// and the position.

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-/// Readings of a sensor that are noted: those of 17 minutes at 1 kHz.
+/// Most recorded readings of a sensor: those of 17 minutes at 1 kHz.
 const MOST: usize = 1 << 20;
 
 /// The readings of a counting sensor for a sampled law.
@@ -13,11 +13,11 @@ pub struct EncoderReading {
     /// The time of each reading, s, and its value in counts before rounding down: whole numbers are the boundaries of
     /// counts.
     pub readings: Vec<(f64, f64)>,
-    /// When the first reading was that is not noted any more, s, if there is one.
+    /// The time of the first reading that is not recorded any more, s, if there is one.
     pub until: Option<f64>,
 }
 
-/// A reading that comes out on the other side of a boundary.
+/// A reading that is flipped to the other side of a boundary.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlippedReading {
     /// Number of its sensor in [`RunResult::encoder_readings`](super::RunResult::encoder_readings).
@@ -26,11 +26,11 @@ pub struct FlippedReading {
     pub reading: usize,
     /// The boundary, in counts.
     pub boundary: f64,
-    /// Whether it comes out above.
+    /// Whether the flipped reading is above.
     pub above: bool,
 }
 
-/// Takes the readings of a sensor down, and turns some of them.
+/// Records the readings of a sensor, and flips some of them.
 #[derive(Debug, Clone)]
 pub(super) struct Notes {
     encoder_readings: EncoderReading,

@@ -149,8 +149,8 @@ impl Dop853 {
         self.rounding.archive_state(archive);
     }
 
-    /// Puts the solver at `state` (n components) at `time` and evaluates the slope there; all history but the counts
-    /// is forgotten. The next [`Dop853::step`] chooses its length by the heuristic of \[HNW, II.4\], unless
+    /// Sets the solver to `state` (n components) at `time` and evaluates the slope there; all history except the counts
+    /// is cleared. The next [`Dop853::step`] chooses its length by the heuristic of \[HNW, II.4\], unless
     /// [`Dop853::set_step`] hints one.
     ///
     /// # Panics
@@ -215,7 +215,7 @@ impl Dop853 {
         loop {
             let landing = room <= 1.01 * proposed;
             let end = if landing { until } else { self.time + proposed };
-            // The length as the two times have it, so that stages, state and interpolant agree on it.
+            // The length as the difference of the two times, so that stages, state and interpolant agree on it.
             let h = end - self.time;
             let mut error = self.try_step(h, end, rhs);
             if growth_factor(error, self.last_error) < 1.0 {
@@ -254,7 +254,7 @@ impl Dop853 {
         }
     }
 
-    /// Whether the slope at [`Dop853::time`] is exactly zero: a system without explicit time then stays where it is.
+    /// Whether the slope at [`Dop853::time`] is exactly zero: a system without explicit time then stays at rest.
     pub fn rests(&self) -> bool {
         self.slopes[if self.slope_at_end { LAST } else { 0 }].iter().all(|slope| *slope == 0.0)
     }
@@ -356,7 +356,7 @@ impl Dop853 {
         assert_eq!(out.len(), n, "number of components");
         let theta = (time - self.previous_time) / (self.time - self.previous_time);
         let rest = 1.0 - theta;
-        // From the nearer end, so that both ends come out exactly.
+        // From the nearer end, so that both ends are exact.
         let (near, far, way) =
             if theta <= 0.5 { (&self.previous, &self.state, theta) } else { (&self.state, &self.previous, rest) };
         let (near, far) = (&near[..n], &far[..n]);
@@ -978,8 +978,9 @@ mod tests {
         }
     }
 
-    /// An oscillation about an angle far from zero, whose errors are allowed a thousand times those of its speed: at whatever phase a step that
-    /// is far too long is tried, as after an event, no step passes that leaves the angle by more than its tolerance.
+    /// An oscillation about an angle far from zero, whose allowed errors are a thousand times those of its speed: for
+    /// any phase at which a step that is far too long is tried, as after an event, no step is accepted whose angle
+    /// error exceeds its tolerance.
     #[test]
     fn no_phase_hides_the_error_of_a_step() {
         let mut rhs = |_: f64, x: &[f64], slope: &mut [f64]| {

@@ -32,10 +32,10 @@ pub(super) struct Drive {
     /// The name of its effort: a torque, a force or a voltage.
     pub(super) effort: &'static str,
     pub(super) limit: Option<f64>,
-    /// Its torque limit where the supply is whole, and how it fails.
+    /// Its torque limit at full supply, and its faults.
     pub(super) full_limit: Option<f64>,
     pub(super) faults: Vec<MotorFault>,
-    /// The torque that sticks, zero while none does.
+    /// The stuck torque, zero without such a fault.
     pub(super) stuck: f64,
     pub(super) rate: Option<f64>,
     pub(super) lag: Option<f64>,
@@ -43,9 +43,9 @@ pub(super) struct Drive {
     pub(super) ripple: Option<(f64, f64)>,
     pub(super) limit_mode: Limit,
     pub(super) rate_mode: Rate,
-    /// Place of the rate limiter's output in the state.
+    /// Index of the rate limiter's output in the state.
     pub(super) rate_state: Option<usize>,
-    /// Place of the lagged torque in the state.
+    /// Index of the lagged torque in the state.
     pub(super) lag_state: Option<usize>,
     /// When it was at its torque limit.
     pub(super) at_limit: Spans,
@@ -93,7 +93,7 @@ impl Spans {
 }
 
 impl Drive {
-    /// A motor whose rate limiter and lag have these places in the state, if it has them.
+    /// A motor whose rate limiter and lag have these indices in the state, if it has them.
     pub(super) fn new(
         motor: &Motor,
         domain: Domain,
@@ -139,7 +139,7 @@ impl Drive {
         self.at_rate_limit.archive_state(archive);
     }
 
-    /// Whether its torque sticks some time in the run.
+    /// Whether it has a stuck-torque fault during the run.
     pub(super) fn sticks(&self) -> bool {
         self.faults.iter().any(|fault| fault.kind == MotorFaultKind::Stuck)
     }
@@ -175,8 +175,8 @@ impl Drive {
         }
     }
 
-    /// Notes whether it is at its limits from a time on; `constant`: its command stays as it is until the next decision, so that a
-    /// controller may have brought it to the limit itself.
+    /// Records whether it is at its limits from a time on; `constant`: its command is constant until the next decision,
+    /// so a controller may have limited it itself.
     pub(super) fn note_limits(&mut self, time: f64, command: f64, constant: bool) {
         let reaches = |limit: f64| constant && command.abs() >= limit * (1.0 - AT_LIMIT);
         let at = self.limit_mode != Limit::Inside || self.limit.is_some_and(reaches);

@@ -1,4 +1,4 @@
-//! Many runs of one loop with other coefficients, side by side in lanes.
+//! Many runs of one loop with different coefficients, in SIMD lanes.
 //!
 //! Lanes share the plan and its Taylor series. Each has steps, modes, events and samples of its own, decided by a
 //! machine of its own, and takes the next run as soon as its own has ended: no lane waits for another one. The results
@@ -16,10 +16,11 @@ use crate::assemble::CoefficientKind;
 use crate::num::bracket;
 use crate::results::Series;
 
-/// Orders more than a run by itself has: a step costs more than its series, so that fewer ones pay; and at most.
+/// Additional orders relative to a single run: a step costs more than its series, so fewer steps are faster; and the
+/// most.
 const MORE: usize = 5;
 const MOST_ORDER: usize = 24;
-/// Steps after which a run is left to the reference.
+/// Steps after which the reference takes over a run.
 const MOST_STEPS: usize = 1_000_000;
 /// A speed that no drivetrain reaches, rad/s.
 const DIVERGED: f64 = 1e6;
@@ -31,11 +32,11 @@ const LEAST: f64 = 1e-9;
 const WIDER: f64 = 32.0;
 /// Samples in a step at which modes are checked if series do not decide.
 const EVENT_SCAN_POINTS: usize = 12;
-/// Rows that are found at a time.
+/// Rows that are computed at a time.
 const SIDE: usize = 8;
 /// Events in close succession after which the reference takes over a run.
 const MOST_ZENO_EVENTS: usize = 200;
-/// Relative difference of two times that are one.
+/// Relative difference below which two times are equal.
 const SAME: f64 = 1e-14;
 
 /// Receives the signals of a run that ends, by its number; `None` where the reference must take over.
@@ -77,18 +78,18 @@ struct Own {
     parts: [Vec<f64>; 3],
     steps: usize,
     time: f64,
-    /// Where its equations change: the next breakpoint, or the next sample.
+    /// The end of its present equations: the next breakpoint, or the next sample.
     end: f64,
     breakpoint: f64,
     tick: f64,
-    /// Whether its rates are known there.
+    /// Whether its rates are computed at the current state.
     rates_known: bool,
     state: Vec<f64>,
     looked: Vec<f64>,
     rates: Vec<f64>,
     reversed: Vec<usize>,
     next_row: usize,
-    /// Events close behind each other, and the last one.
+    /// Events in close succession, and the last one.
     zeno_events: usize,
     last: f64,
     coefficients: Vec<f64>,
@@ -109,7 +110,7 @@ impl Ensemble {
     /// `count` requests no other number: 1, 4 or 8.
     ///
     /// # Errors
-    /// Why lanes do not do all that the loop does.
+    /// Why lanes do not support the loop.
     pub fn new(
         setup: Setup<'_>,
         varying: &[(CoefficientKind, usize)],
@@ -382,7 +383,7 @@ impl Own {
         self.open(common);
     }
 
-    /// Lets laws compute whose sample is due.
+    /// Executes laws whose sample is due.
     fn sample(&mut self) -> bool {
         let at_sample = self.tick <= self.time * (1.0 + SAME);
         if at_sample {
@@ -430,7 +431,7 @@ impl Own {
         (until < from + length).then_some(until - from)
     }
 
-    /// Whether a step up to where the equations change, which no terms have limited, belongs to the motion.
+    /// Whether a step up to the end of the equations, which no terms have limited, follows the motion.
     fn belongs<N: Lane>(&mut self, lane: usize, length: f64, (simd_taylor, common): (&SimdTaylor<N>, &Common)) -> bool {
         let (relative, absolute) = &common.tolerances;
         let mut slope = vec![0.0; self.between.len() - 2];
@@ -458,7 +459,7 @@ impl Own {
         }
     }
 
-    /// Stays where it is until the equations change.
+    /// Keeps the state constant until the equations change.
     fn wait(&mut self, places: &[usize], common: &Common) {
         let rows = &common.scenario.times[self.next_row..];
         self.repeat(rows.iter().take_while(|row| **row < self.end).count(), places);
@@ -532,7 +533,7 @@ impl Own {
         self.leaves(self.time + later)
     }
 
-    /// Just behind the zero of a series, where a mode is left.
+    /// Just after the zero of a series, where a mode is left.
     fn confirm<N: Lane>(
         &mut self,
         lane: usize,
@@ -550,7 +551,7 @@ impl Own {
         None
     }
 
-    /// The first place found by looking where a mode is left.
+    /// The first sample at which a mode is left.
     fn look<N: Lane>(&mut self, lane: usize, length: f64, simd_taylor: &SimdTaylor<N>) -> Option<f64> {
         let mut low = 0.0;
         for look in 1..EVENT_SCAN_POINTS + 1 {

@@ -3,17 +3,17 @@
 use super::{SensorFault, SensorFaultKind};
 use crate::num::{Random, StateArchive};
 
-/// Two times within this are one, s.
+/// Times closer than this are equal, s.
 const INSTANT: f64 = 1e-9;
 
 /// The faults of a sensor, and its stuck value: all readers, at whatever times, read the same.
 pub(super) struct FailingSensor {
     faults: Vec<SensorFault>,
-    /// Where the noise of a fault is drawn from, together with the time of a reading.
+    /// The random seed of a fault's noise, together with the time of a reading.
     seed: u64,
     /// Its last output before it was stuck.
     last: f64,
-    /// The begin of the fault by which it is stuck; none before.
+    /// The begin of its stuck fault; none before.
     stuck: f64,
 }
 
@@ -59,7 +59,7 @@ impl FailingSensor {
             SensorFaultKind::Offset(more) => value + more,
             SensorFaultKind::Drift(rate) => value + rate * (time - fault.at),
             SensorFaultKind::Noise(size) => {
-                // To a microsecond: who reads at one instant may know it by other last bits.
+                // Rounded to a microsecond: readers at one instant may compute it with different last bits.
                 let instant = (time * 1e6).round().to_bits();
                 value + size * Random::new(Random::fnv(self.seed, &instant.to_le_bytes())).normal()
             }

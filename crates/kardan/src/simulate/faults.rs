@@ -15,9 +15,9 @@ pub enum SensorFaultKind {
     Lost,
     /// It keeps its last reading.
     Stuck,
-    /// It reads so much more, SI.
+    /// Its reading has this offset, SI.
     Offset(f64),
-    /// It reads more and more, SI per second.
+    /// Its reading drifts at this rate, SI per second.
     Drift(f64),
     /// White Gaussian noise of that standard deviation is added to each reading, SI.
     Noise(f64),
@@ -28,11 +28,11 @@ pub enum SensorFaultKind {
 /// The fault of a motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MotorFaultKind {
-    /// It gives that part of its torque: none of it where it is dead, less than zero where it is reversed.
+    /// Its torque is scaled by this factor: zero where it is dead, negative where it is reversed.
     Scaled(f64),
-    /// It gives no torque but brakes, N m s/rad: its windings are short-circuited.
+    /// It has no torque but brakes, N m s/rad: its windings are short-circuited.
     Braking(f64),
-    /// Its supply is low: it reaches that part of its torque limit.
+    /// Its supply is low: its torque limit is scaled by this factor.
     Undervoltage(f64),
     /// Its torque stays at the value at the begin of the fault.
     Stuck,
@@ -56,7 +56,7 @@ pub enum UnitFaultKind {
     Missed,
     /// New sensor readings do not arrive: it computes with the last ones.
     Stale,
-    /// Its commands take effect later by a time drawn between zero and this, s.
+    /// Its commands are delayed by a random time between zero and this, s.
     Jitter(f64),
 }
 
@@ -74,18 +74,18 @@ pub struct Failing<Kind> {
 }
 
 impl<Kind> Failing<Kind> {
-    /// Whether it is there at a time.
+    /// Whether it is active at a time.
     pub fn is_active(&self, time: f64) -> bool {
         (self.at..self.until).contains(&time)
     }
 
-    /// Whether both are there at some time.
+    /// Whether both are active at some time.
     pub fn overlaps<Other>(&self, other: &Failing<Other>) -> bool {
         other.at < self.until && self.at < other.until
     }
 }
 
-/// Whether none of these is there at the same time; else its name.
+/// Whether none of these is active at the same time as it; else its name.
 fn free<'a, Kind: 'a>(
     fault: &Failing<Kind>,
     mut declared: impl Iterator<Item = &'a Failing<Kind>>,
@@ -125,7 +125,7 @@ impl SensorFault {
     }
 }
 
-/// All that fails in a run; of one part one at a time.
+/// All faults of a run; each part has at most one at a time.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Faults {
     /// Sensors of sampled controllers.
@@ -139,7 +139,7 @@ pub struct Faults {
 }
 
 impl Faults {
-    /// When something begins or ends, s.
+    /// When a fault begins or ends, s.
     pub fn times(&self) -> impl Iterator<Item = f64> {
         let sensors = self.sensors.iter().map(|fault| [fault.at, fault.until]);
         let motors = self.motors.iter().map(|fault| [fault.at, fault.until]);
@@ -154,7 +154,7 @@ impl Faults {
         sensors.is_empty() && motors.is_empty() && units.is_empty() && mechanics.is_empty()
     }
 
-    /// These and others; the part that two of them would fail of at the same time, if there is one.
+    /// These and others; the part for which two of them would be active at the same time, if there is one.
     ///
     /// # Errors
     /// Such a part, by its name.

@@ -50,7 +50,7 @@ impl Bounds<'_> {
         if sense.is_sign_negative() { self.backward[direction] } else { self.forward[direction] }
     }
 
-    /// Whether a torque is within them, with some of them to spare.
+    /// Whether a torque is within them, with a margin.
     pub fn contains(&self, direction: usize, torque: f64) -> bool {
         torque.abs() < self.of(direction, torque) * (1.0 - 1e-12)
     }
@@ -61,9 +61,10 @@ const SETTLED: f64 = 1e-13;
 /// Violation that contradicts the others where no bound limits it, relative to the sizes of the terms that cancel in
 /// it.
 const CONTRADICTS: f64 = 1e-9;
-/// Curvature left of a direction after its dependence on the free ones, relative, below which it is not freed itself.
+/// Relative curvature of a direction after its dependence on the free ones, below which it is not freed itself.
 const DEPENDENT: f64 = 1e-11;
-/// Response of a free variable to another one, squared and relative to their sizes, that counts as none: it would meet its bound very far away.
+/// Response of a free variable to another one, squared and relative to their sizes, that counts as none: it would reach
+/// its bound very far away.
 const UNMOVED: f64 = 1e-26;
 
 /// Solver of the box-constrained problem with memory of its own.
@@ -75,7 +76,7 @@ pub struct BoxProblem {
     lower: Vec<f64>,
     /// Change of the free variables, with opposite sign, per change of the one that enters.
     response: Vec<f64>,
-    /// Variables that drove each other without end in the last problem, which then has no solution.
+    /// Variables that drove each other indefinitely in the last problem, which then has no solution.
     unbounded: Vec<usize>,
     /// Variables without bounds against each other that contradict each other only by rounding: they stay as they are.
     rejected: Vec<usize>,

@@ -1,4 +1,4 @@
-//! Impacts: the impulses of rigid contacts that meet at one instant.
+//! Impacts: the impulses of rigid contacts that close at one instant.
 //!
 //! With `W = G H⁻¹ Gᵀ` the speeds of contacts change from u to `u − W Λ`. Where one contact closes, `u⁺ = −e u⁻`
 //! (Newton). Where contacts with different e share an impulse, or one closes that was opening, that gains energy.
@@ -11,7 +11,8 @@
 
 use super::friction::{Bounds, BoxProblem};
 
-/// Rounds after which an impact ends without restitution: of a light body between a wall and one that is m times as heavy a bounce takes about `π √m`.
+/// Rounds after which an impact ends without restitution: for a light body between a wall and one that is m times as
+/// heavy a bounce takes about `π √m`.
 const MOST_ROUNDS: usize = 2000;
 /// Rounding error of a speed, or of an energy that is neither lost nor gained, relative to the terms that cancel in it.
 const ROUNDING: f64 = 1e-12;
@@ -20,7 +21,7 @@ const ROUNDING: f64 = 1e-12;
 pub(super) struct Contacts<'a> {
     /// W, row by row.
     pub w: &'a [f64],
-    /// The part of its impulse that each gives back.
+    /// The coefficient of restitution of each.
     pub restitution: &'a [f64],
     /// Rebounds that are no faster than these end at rest.
     pub least: &'a [f64],
@@ -54,7 +55,7 @@ impl Contacts<'_> {
         (speeds[a] - sum, size + speeds[a].abs())
     }
 
-    /// The same of all: zero where rounding alone is left, which contacts that depend on each other would contradict.
+    /// The same for all: zero where it is only rounding, which dependent contacts would contradict.
     fn all_after(&self, speeds: &[f64], impulses: &[f64]) -> Vec<f64> {
         let clear = |(speed, size): (f64, f64)| if speed.abs() <= ROUNDING * size { 0.0 } else { speed };
         (0..self.count()).map(|a| clear(self.after(speeds, impulses, a))).collect()
@@ -65,14 +66,14 @@ impl Contacts<'_> {
         self.bounds.forward[a] > 0.0 && self.bounds.backward[a] > 0.0
     }
 
-    /// The restitution of each contact that is struck.
+    /// The restitution of each contact with an impact.
     fn rebounds(&self, speeds: &[f64]) -> Vec<f64> {
         let rebound =
             |a: usize| if -self.restitution[a] * speeds[a] > self.least[a] { self.restitution[a] } else { 0.0 };
         (0..self.count()).map(rebound).collect()
     }
 
-    /// The energy that impulses take.
+    /// The energy that impulses dissipate.
     pub(super) fn lost(&self, speeds: &[f64], impulses: &[f64]) -> (f64, f64) {
         let part = |a: usize| {
             let after = self.after(speeds, impulses, a).0;
@@ -136,7 +137,7 @@ impl Contacts<'_> {
             back.iter().zip(correction).map(|(back, correction)| back + correction).collect()
         };
         let whole = with(1.0);
-        // The energy gained is a convex function of the part that is given back.
+        // The energy gained is a convex function of the restitution.
         let gained = -self.lost(compressed, &whole).0;
         Some(if gained > most * (1.0 + ROUNDING) { with(most / gained) } else { whole })
     }

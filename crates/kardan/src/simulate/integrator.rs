@@ -85,7 +85,7 @@ impl Integrator {
         }
     }
 
-    /// One step, at most to a time; the states within it are known then.
+    /// One step, at most to a time; the states within it are available then.
     pub(super) fn step(&mut self, machine: &mut Machine, until: f64) -> Result<(), StepError> {
         match self {
             Self::Dop853(solver) => {
@@ -137,7 +137,7 @@ impl Integrator {
         Some((solver.order(), solver.previous_time()))
     }
 
-    /// Whether [`shorten`](Self::shorten) does something.
+    /// Whether [`shorten`](Self::shorten) has an effect.
     pub(super) fn shortens(&self) -> bool {
         matches!(self, Self::Dop853(_))
     }
@@ -155,7 +155,7 @@ impl Integrator {
         each!(self, rest, until)
     }
 
-    /// The length that the next step is to have, as far as the method does not find it by itself.
+    /// The length that the next step is to have, where the method does not choose it by itself.
     pub(super) fn set_step(&mut self, step: f64) {
         match self {
             Self::Dop853(solver) => solver.set_step(step),

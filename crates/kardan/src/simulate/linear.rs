@@ -13,11 +13,11 @@ use super::{Machine, outputs::Outputs, recurrence::Recurrence};
 use crate::num::{LANES, Matrix, Panels, balance, dot, exponential, product, scaled, unscaled};
 use faer::Mat;
 
-/// More states are left to the integrator: a product for each row grows with their square.
+/// The integrator takes over more states: a product for each row grows with their square.
 pub(super) const MOST_STATES: usize = 16;
 /// Spacings of rows whose exponentials are stored.
 const MOST_SPACINGS: usize = 8;
-/// Rows that are taken at once.
+/// Rows that are computed at once.
 pub(super) const BLOCK: usize = LANES;
 /// Length of the vectors that the equations are read with a second time.
 const OTHER_LENGTH: f64 = 0.7;
@@ -82,7 +82,7 @@ impl LinearSegment {
                 *apart = larger(*apart, (x - other).abs());
             }
         }
-        // Angles and speeds are judged beside the others of their kind.
+        // Angles and speeds are compared with the others of their kind.
         let kinds = kinds(states, probe.machine.degrees_of_freedom());
         let exact = kinds.into_iter().all(|kind| {
             let most = largest[kind.clone()].iter().copied().fold(0.0, f64::max);
@@ -134,8 +134,8 @@ impl LinearSegment {
         self.arrive(time, step - self.spacings[place].step);
     }
 
-    /// Goes on by eight rows, and gives each signal's values in them; false if they must be read one by one: if they are not evenly spaced,
-    /// do not lie before a time, or are too few.
+    /// Advances by eight rows, and returns each signal's values in them; false if they must be read one by one: if they
+    /// are not evenly spaced, are not before a time, or are too few.
     pub(super) fn read_block(&mut self, rows: &[f64], before: f64, mut out: impl FnMut(usize, &[f64; BLOCK])) -> bool {
         let Some(&time) = rows.get(BLOCK - 1).filter(|time| **time < before.min(self.until)) else { return false };
         let step = (time - self.at) / BLOCK as f64;
@@ -170,7 +170,7 @@ impl LinearSegment {
         self.at = time;
     }
 
-    /// The place of a spacing, or of one so near.
+    /// The index of a spacing, or of one that is equal to rounding.
     fn spacing(&mut self, step: f64, near: f64) -> usize {
         if let Some(place) = self.spacings.iter().position(|spacing| (spacing.step - step).abs() <= near) {
             return place;
@@ -235,7 +235,7 @@ impl Block {
     }
 }
 
-/// How far two times may lie apart that are one but for rounding.
+/// Largest difference of two times that differ only by rounding.
 fn rounding(time: f64) -> f64 {
     ROUNDED * f64::EPSILON * time.abs()
 }
@@ -272,7 +272,7 @@ impl Probe<'_> {
         &self.slope
     }
 
-    /// Puts the state there; gives the time.
+    /// Sets the state there; returns the time.
     fn place(&mut self, at: &[(usize, f64)]) -> f64 {
         let states = self.state.len() - 2;
         self.state.fill(0.0);

@@ -52,7 +52,7 @@ impl Columns<'_> {
                 format!("current through {shaft}"),
                 Read::Speed(k),
             );
-            // A source shows its own voltage.
+            // A source has its own voltage.
             if equations.inputs.iter().all(|input| input.row.iter().all(|(charge, _)| *charge != k)) {
                 // A current source counts it as the voltage that supplies power.
                 let own = equations.multiplier_constraints.iter().map(|constraint| &constraint.element);
@@ -98,7 +98,7 @@ impl Columns<'_> {
                 self.add(Quantity::Voltage.of(element), Physical::Voltage, description, Read::Multiplier(k));
                 continue;
             }
-            // The torques of a transformer are the voltages of its windings, which are there already.
+            // The torques of a transformer are the voltages of its windings, which are listed already.
             if equations.is_equilibrium(k) {
                 continue;
             }
@@ -121,7 +121,7 @@ impl Columns<'_> {
                     vec![transmission.driven, transmission.driving]
                 }
             };
-            // An angle behind play has the name of its element.
+            // An angle behind backlash has the name of its element.
             for shaft in shafts.into_iter().filter(|shaft| equations.coordinates[*shaft] != *element) {
                 let what = |physical: Physical| format!("constraint {}", physical.word());
                 self.on_body(element, shaft, what, Read::ConstraintTorque(k, shaft));
@@ -195,7 +195,7 @@ impl Columns<'_> {
         }
     }
 
-    /// Clutches, stops and locks: of each element its torque, of both ends together.
+    /// Clutches, stops and locks: for each element its torque, summed over both ends.
     fn add_unilaterals(&mut self) {
         let equations = &self.reduced.equations;
         let (first, unilaterals) = (equations.frictions.len(), &equations.unilaterals);
@@ -276,7 +276,7 @@ impl Columns<'_> {
 
     fn add_sources(&mut self, sources: &[Source]) {
         for (k, Source { name, physical, description, target }) in sources.iter().enumerate() {
-            // The command of a motor without a law is that motor's torque, which is there already.
+            // The command of a motor without a law is that motor's torque, which is listed already.
             if let SourceTarget::Input(input) = target
                 && matches!(self.reduced.equations.inputs[*input].value, InputKind::Motor(_))
             {
@@ -369,7 +369,7 @@ struct SensorColumn {
 }
 
 impl SensorColumn {
-    /// Reads if it is time, and fails if that is due.
+    /// Reads if it is due, with its faults.
     fn sample(&mut self, time: f64, exact: impl FnOnce() -> f64) {
         if self.sampler.next_time().is_some_and(|next| next > time) {
             return;
@@ -433,9 +433,9 @@ pub(super) struct Outputs {
     samplers: Vec<SensorColumn>,
     /// Values of signals, then of measured quantities; `None` until they are compiled.
     readings: Option<Readings>,
-    /// The series that each signal is, if all of them are.
+    /// The series of each signal, if all of them have one.
     series: Vec<usize>,
-    /// Whether rows have the bits that they have where all signals are recorded.
+    /// Whether rows must have the same bits as with all signals recorded.
     as_all: bool,
 }
 
@@ -524,7 +524,8 @@ impl Outputs {
         (!self.samples() && !self.as_all).then_some(shafts)
     }
 
-    /// Prepares rows from the series of a machine: where all signals are angles and speeds, and need not have the bits that they have among others.
+    /// Prepares rows from the series of a machine: where all signals are angles and speeds, and need not have the same
+    /// bits as among others.
     pub fn prepare_series(&mut self, machine: &Machine) {
         let of = |read: &Read| match read {
             Read::Angle(shaft) => Some(machine.shaft_series(*shaft)?[0]),
@@ -540,7 +541,7 @@ impl Outputs {
         !self.series.is_empty()
     }
 
-    /// Appends a row, from series of that order, so long after the last expansion.
+    /// Appends a row, from series of that order, at a time after the last expansion.
     pub fn record_series(&mut self, machine: &Machine, order: usize, later: f64) {
         for (signal, place) in self.signals.iter_mut().zip(&self.series) {
             signal.values.push(machine.series_at(*place, order, later));
@@ -590,7 +591,7 @@ impl Outputs {
         }
     }
 
-    /// Lets the sensors read that are due at this time, which was observed last.
+    /// Sensors that are due at this time, which was observed last, read.
     pub fn sample(&mut self, time: f64) {
         let first = self.reads.len();
         let Self { samplers, readings, .. } = self;

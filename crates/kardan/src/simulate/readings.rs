@@ -41,7 +41,7 @@ pub(super) enum Read {
     Sensor(usize),
 }
 
-/// The plan of all that is read, with its memory.
+/// The plan of all readings, with its memory.
 pub(super) struct Readings {
     plan: Plan,
     native: Option<Native<f64>>,
@@ -51,7 +51,7 @@ pub(super) struct Readings {
     /// The indices of the sources among the inputs of the loop, and the terms that depend on time.
     sources: usize,
     timed: usize,
-    /// Whether anything depends on more than angles, speeds and sources.
+    /// Whether any reading depends on more than angles, speeds and sources.
     needs_forces: bool,
 }
 
@@ -131,7 +131,7 @@ impl Readings {
         self.evaluate();
     }
 
-    /// The same where the rates were found last.
+    /// The same where the rates were computed last.
     pub(super) fn observe_here(&mut self, machine: &mut Machine) {
         machine.observe_here();
         self.take(machine);

@@ -30,7 +30,7 @@ pub struct Tolerance {
     pub relative: f64,
     /// Absolute error allowed per step, rad and rad/s.
     pub absolute: f64,
-    /// Steps after which a run is given up.
+    /// Steps after which a run ends.
     pub most_steps: usize,
     /// How it is integrated.
     pub method: Method,
@@ -83,7 +83,7 @@ pub struct RunResult {
     pub energy: Energy,
     /// Events with their times.
     pub events: Vec<Event>,
-    /// Whether the end was reached.
+    /// Whether the run reached its end.
     pub outcome: Outcome,
     /// Notes for the reader.
     pub notes: Vec<String>,
@@ -125,7 +125,7 @@ const BEYOND: f64 = 1e-3;
 const MOST_CHATTERING: usize = 2000;
 /// Close events after which a run ends: a bouncing contact has fewer.
 const MOST_ZENO_EVENTS: usize = 200_000;
-/// How close that is, as a part of the duration or of a second.
+/// The largest distance of close events, as a part of the duration or of a second.
 const CLOSE: f64 = 1e-7;
 /// Jams after which a run ends, if each is this close to the one before, as a part of the duration or of a second: no
 /// chart resolves them.
@@ -148,13 +148,13 @@ const SHOWS: f64 = 1e-3;
 /// A charge of a circuit (C), its current (A) and its energy (J) against an angle (rad) and an energy of a drivetrain: the
 /// absolute tolerances are smaller by this factor.
 const SMALL: f64 = 1e-6;
-/// Relative difference of two times that are one.
+/// Relative difference below which two times are equal.
 const SAME: f64 = 1e-14;
 /// The energy residual that a segment solved at once may have, in tolerances.
 const OUT_OF_BALANCE: f64 = 10.0;
 /// The longest step where no event ends the present equations, s.
 const LONGEST: f64 = 1e9;
-/// How near the integrator comes to where rates end, relative to the time.
+/// The accuracy of the time at which rates become undefined, relative to the time.
 const STUCK: f64 = 256.0 * f64::EPSILON;
 /// Relative to the largest speed, or to this many rad/s or m/s where all are slower, the largest change by the
 /// projection of a step onto multiplier constraints where it passed no point at which they are dependent.
@@ -166,18 +166,19 @@ const DIVERGED: f64 = 1e6;
 pub(super) struct RunLoop {
     pub(super) machine: Machine,
     solver: Integrator,
-    /// The reference method beside another one: for where series or derivatives have no value, as those of `sqrt(max(0, x))` and of `t^1.5` at the begin.
+    /// The reference method beside another one: for points where series or derivatives are undefined, as those of
+    /// `sqrt(max(0, x))` and of `t^1.5` at the begin.
     reference: Option<Integrator>,
     /// Whether it has taken over.
     referred: bool,
-    /// The segment that is solved at once, if the loop is linear; none otherwise.
+    /// The segment with an exact solution, if the loop is linear; none otherwise.
     segment: Option<LinearSegment>,
     /// Whether segments may be.
     linear: bool,
     tolerance: f64,
     /// Absolute errors allowed of each state in a step.
     absolute: Vec<f64>,
-    /// Segments that were, and the evaluations they took.
+    /// The number of such segments, and their evaluations.
     segments: Effort,
     /// Whether the integrator took a step.
     stepped: bool,
@@ -190,7 +191,7 @@ pub(super) struct RunLoop {
     names: Vec<String>,
     /// Elements of the multiplier constraints.
     multiplier_names: Vec<String>,
-    /// Constraints whose right sides move.
+    /// Constraints whose right sides vary with time.
     prescribing: Vec<String>,
     input_names: Vec<String>,
     input_units: Vec<&'static str>,
@@ -201,17 +202,17 @@ pub(super) struct RunLoop {
     next_row: usize,
     pub(super) events: Vec<Event>,
     notes: Vec<String>,
-    /// How far the integration has come, s.
+    /// The time of the integration, s.
     pub(super) time: f64,
     pending: Pending,
-    /// Where the equations of now end, s: a breakpoint of the scenario, or a sample.
+    /// The end of the present equations, s: a breakpoint of the scenario, or a sample.
     segment_end: f64,
     guard: Guard,
     /// The next breakpoint of the scenario, and the next sample, s.
     breakpoint: f64,
     tick: f64,
     chattering: Chattering,
-    /// Events of which each is close behind the one before.
+    /// Events in close succession.
     zeno_events: usize,
     state: Vec<f64>,
     looked: Vec<f64>,
@@ -331,7 +332,7 @@ pub fn teeth_that_lock(setup: Setup<'_>) -> Vec<String> {
     machine.self_locking_gears(&state).into_iter().map(|direction| directions[direction].to_string()).collect()
 }
 
-/// A run that is compiled and has not begun.
+/// A run that is compiled and has not started.
 pub struct Ready(RunLoop);
 
 impl Ready {
@@ -345,14 +346,14 @@ impl Ready {
         self.turning(&[])
     }
 
-    /// The same, and some readings come out otherwise; the readings of a sensor in their order.
+    /// The same, with some readings flipped; the readings of a sensor in their order.
     pub fn turning(mut self, flipped: &[FlippedReading]) -> Self {
         self.0.machine.note_counts(flipped);
         self
     }
 
-    /// Rounds otherwise: where sampled laws end the steps, coordinates that move are moved by up to two units in their last place more, or
-    /// less. So errors of rounding are not those of the run that it is compared with.
+    /// Perturbs rounding: where sampled laws end the steps, moving coordinates are changed by up to two units in their
+    /// last place. So its rounding errors differ from those of the run that it is compared with.
     pub fn shaken(mut self) -> Self {
         self.0.shaken = Some(Random::new(0));
         self
@@ -708,7 +709,7 @@ impl RunLoop {
         }
     }
 
-    /// One step of the integrator towards the end of the segment, or as far as something happens in it.
+    /// One step of the integrator towards the end of the segment, or up to the next event in it.
     fn step(&mut self, progress: &mut dyn FnMut(f64) -> Option<String>) -> Result<(), Outcome> {
         let most = self.most_steps;
         if self.solver.counts().accepted as usize > most {
@@ -831,7 +832,7 @@ impl RunLoop {
         if most <= THROWN.max(100.0 * self.tolerance) * largest.max(THROWN) {
             return Ok(moved);
         }
-        // Where the rows are nearest to it.
+        // The point at which the rows are nearest to dependence.
         let (mut low, mut high) = (self.solver.previous_time(), self.time);
         let least = |run: &mut Self, at: f64| {
             run.solver.interpolate(at, &mut run.looked);
@@ -1267,7 +1268,7 @@ impl RunLoop {
         found
     }
 
-    /// [`find_event`](Self::find_event) in the step as it is, and whether it is known to be the first one.
+    /// [`find_event`](Self::find_event) in the step as it is, and whether it is certainly the first one.
     fn find_event_within(&mut self, length: f64) -> Option<(f64, bool)> {
         match self.solver.prospect(&mut self.machine) {
             Prospect::Stays => return None,
@@ -1526,7 +1527,7 @@ impl RunLoop {
         None
     }
 
-    /// How far a direction is from leaving its mode at a time within the last step.
+    /// The distance of a direction from leaving its mode at a time within the last step.
     fn margin(&mut self, time: f64, direction: usize) -> f64 {
         self.solver.interpolate(time, &mut self.looked);
         self.machine.evaluate(time, &self.looked);
@@ -1604,7 +1605,7 @@ impl RunLoop {
         true
     }
 
-    /// Notes the steps and ramps of the scenario that begin at a time, and the faults that begin or end there.
+    /// Records the steps and ramps of the scenario that begin at a time, and the faults that begin or end there.
     fn announce(&mut self, time: f64) {
         let events = self.scenario.faults.events().into_iter().filter(|(at, _)| *at == time);
         self.events.extend(events.map(|(time, what)| Event { time, what }));

@@ -1,4 +1,4 @@
-//! A sampled controller in a run: when it reads, computes and changes its torques.
+//! A sampled controller in a run: when it reads, computes and updates its torques.
 
 use std::collections::VecDeque;
 
@@ -14,7 +14,7 @@ use crate::num::{Random, StateArchive};
 use crate::reduce::{Dynamics, Reduced, Work};
 use crate::synthesis::{Clock, ExportedSignal, Frozen, Law, LawRuntime, Observation};
 
-/// Parts of a sample time within which two instants are one.
+/// Part of a sample time within which two instants are equal.
 const SAME: f64 = 1e-9;
 
 /// The clock of a sampled law, its state, and the commands of its motors.
@@ -43,7 +43,7 @@ pub(super) struct SampledRuntime {
     health_counts: HealthCounts,
 }
 
-/// Where a reading comes from.
+/// The source of a reading.
 struct Source {
     /// Name of the sensor.
     name: String,
@@ -55,7 +55,7 @@ struct Source {
 }
 
 impl Source {
-    /// Reads, and fails if that is due.
+    /// Reads, with the faults that are active.
     fn read(&mut self, now: f64, model: (&Dynamics, &Work), references: &[f64]) {
         let Self { quantity, sampler, failing, .. } = self;
         sampler.sample(now, || quantity.read(model, references));
@@ -63,7 +63,7 @@ impl Source {
     }
 }
 
-/// How many samples of a run were not as they should be, with the time of the first one.
+/// The number of faulty samples of a run, with the time of the first one.
 #[derive(Default)]
 struct HealthCounts {
     samples: usize,
@@ -213,7 +213,7 @@ impl SampledRuntime {
         self.sensors.iter_mut().filter_map(|source| Some(source.sampler.notes.take()?.encoder_readings()))
     }
 
-    /// Sensors that measure a torque by the twist of springs count it with the stiffness that these have.
+    /// Sensors that measure a torque by the twist of springs compute it with the stiffness of these.
     pub fn take_springs(&mut self, dynamics: &Dynamics) {
         for Source { quantity, sampler, .. } in &mut self.sensors {
             if let Quantity::Springs(springs) = quantity {
@@ -235,7 +235,7 @@ impl SampledRuntime {
         law.start(angles, speeds, &mut self.states);
     }
 
-    /// The next instant at which something happens, s.
+    /// The next instant with an action, s.
     pub fn next_time(&self) -> f64 {
         let sensors = self.sensors.iter().filter_map(|Source { sampler, failing, .. }| match sampler.next_time() {
             Some(next) => Some(next),

@@ -6,7 +6,7 @@ use crate::num::{Random, Rational, StateArchive, rational_to_f64};
 use crate::reduce::{Dynamics, Reduced, Work};
 use crate::units::Exact;
 
-/// A time between two readings or samples, s, as a quotient of whole numbers, so that samples fall on rows where they should.
+/// A time between two readings or samples, s, as a quotient of integers, so that samples coincide exactly with rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Period {
     numerator: f64,
@@ -23,7 +23,7 @@ impl Period {
         }
     }
 
-    /// A period in s that is known as a number only: the reciprocal of a whole number, if it is one.
+    /// A period in s that is given only as a floating-point number: the reciprocal of an integer, if it is one.
     pub fn of(seconds: f64) -> Self {
         let rate = (1.0 / seconds).round();
         if rate >= 1.0 && 1.0 / rate == seconds {
@@ -51,7 +51,7 @@ pub(super) struct Sampler {
     differentiate: bool,
     next: u64,
     last_angle: f64,
-    /// Standard deviation and where it is drawn from; every sampler of one sensor draws the same.
+    /// Standard deviation and random source; every sampler of one sensor draws the same values.
     noise: Option<(f64, Random)>,
     /// Its readings, where they are recorded.
     pub notes: Option<Box<Notes>>,
@@ -60,7 +60,7 @@ pub(super) struct Sampler {
 }
 
 impl Sampler {
-    /// A sensor that reads exactly and at once.
+    /// A sensor without resolution, noise or delay.
     pub fn ideal() -> Self {
         Self {
             resolution: None,
@@ -97,7 +97,7 @@ impl Sampler {
         }
     }
 
-    /// Whether it reads exactly and at once.
+    /// Whether it has no resolution, noise or delay.
     pub fn is_ideal(&self) -> bool {
         self.resolution.is_none() && self.period.is_none() && self.noise.is_none()
     }
@@ -107,7 +107,7 @@ impl Sampler {
         self.resolution.is_some()
     }
 
-    /// Measures by springs of another stiffness from now on.
+    /// Uses another stiffness of its springs from now on.
     pub fn take_stiffness(&mut self, stiffness: f64) {
         self.stiffness = stiffness;
     }
@@ -199,7 +199,7 @@ impl Compliance {
 }
 
 impl Quantity {
-    /// Where a sensor of a mechanism takes its reading from; `None` for torques that depend on accelerations.
+    /// The source of the reading of a sensor of a mechanism; `None` for torques that depend on accelerations.
     pub fn of(measured: &Measured, reduced: &Reduced, differentiates: bool) -> Option<Self> {
         let shaft = |name: &String| reduced.coordinate(name).expect("a sensor names a shaft");
         let springs = |name: &String| {

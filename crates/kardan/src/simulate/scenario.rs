@@ -9,7 +9,7 @@ use crate::num::StateArchive;
 use crate::program::Task;
 use crate::results::Physical;
 
-/// Where a signal of the scenario goes.
+/// The target of a signal of the scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SourceTarget {
     /// A law reads it.
@@ -66,8 +66,8 @@ pub struct SourceSignal {
 pub struct Recorded {
     /// Their names; names without a signal have no effect.
     pub names: Vec<String>,
-    /// Whether they have the bits that they have in a run that records all signals: angles and speeds alone may follow from their series, whose
-    /// last bits are others.
+    /// Whether they must have the same bits as in a run that records all signals: angles and speeds alone may follow
+    /// from their series, with different last bits.
     pub as_all: bool,
 }
 

@@ -23,9 +23,9 @@ pub(super) struct ConnectedLaw {
     pub references: Vec<usize>,
     pub reference_values: Vec<f64>,
     pub commands: Vec<f64>,
-    /// Torques that its inputs report.
+    /// Reported torques of its inputs.
     pub torques: Vec<f64>,
-    /// Where its own states are; nowhere, if it has a clock.
+    /// Indices of its own states; none, if it has a clock.
     pub states: Range<usize>,
 }
 
@@ -35,13 +35,13 @@ pub(super) enum Computer {
     Linear(Box<LinearLaw>),
     /// At every instant, as expressions among those of the loop.
     Inlined(Arc<Task>),
-    /// At every instant, by itself.
+    /// At every instant, by its own code.
     Continuous(LawRuntime),
     SampledRuntime(Box<SampledRuntime>),
 }
 
 impl ConnectedLaw {
-    /// Whether it computes by itself at every instant.
+    /// Whether its own code computes at every instant.
     pub fn is_own(&self) -> bool {
         matches!(self.computer, Computer::Continuous(_))
     }

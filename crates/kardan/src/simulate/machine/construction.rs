@@ -1,4 +1,4 @@
-//! How a machine is put together.
+//! Construction of a machine.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -236,7 +236,7 @@ impl Compiled {
 }
 
 impl Machine {
-    /// Wires plant, laws and scenario.
+    /// Connects plant, laws and scenario.
     ///
     /// # Panics
     /// If a law names an input or reference that does not exist (the model checks this before).
@@ -244,7 +244,7 @@ impl Machine {
         Self::with(setup, |_, _| ())
     }
 
-    /// The same, with something made of the same expressions.
+    /// The same, with further data made of the same expressions.
     pub(in crate::simulate) fn with(setup: Setup<'_>, also: impl FnOnce(&mut Motion, &Found)) -> Self {
         Self::finding(setup, |motion, found| {
             also(motion, found);

@@ -19,12 +19,12 @@ pub(super) struct Expansion {
     /// Coefficients of the accelerations, and of the constraint torques, order after order.
     pub(super) accelerations: Vec<f64>,
     pub(super) torques: Vec<f64>,
-    /// How many of both there are in an order.
+    /// The number of both per order.
     pub(super) counts: [usize; 2],
-    /// Entries of each friction direction that depend on the position, with their places in the plan's memory; and its bias.
+    /// Position-dependent entries of each friction direction, with their indices in the plan's memory; and its bias.
     pub(super) rows: Vec<Vec<(usize, usize)>>,
     pub(super) bias: Vec<Option<usize>>,
-    /// Entries of the inertia that do: row, column, place.
+    /// Position-dependent entries of the inertia: row, column, index.
     pub(super) inertia: Vec<(usize, usize, usize)>,
     /// The outputs: forces, rates, powers, speeds in friction directions, commands.
     pub(super) forces: Vec<usize>,
@@ -193,7 +193,7 @@ impl Expansion {
         (found, kink_free)
     }
 
-    /// Whether something has kinks.
+    /// Whether an operation has kinks.
     pub(super) fn has_kinks(&self) -> bool {
         self.series.margins().next().is_some()
     }
@@ -374,15 +374,15 @@ pub(super) fn margin(
     first_zero(scratch, CLEAR * limit.abs())
 }
 
-/// Where `Σ c_k s^k` becomes negative first for 0 < s ≤ 1, if it is not certainly positive, with more than its last term and `clear` to spare
-/// where it is not at its begin.
+/// Where `Σ c_k s^k` becomes negative first for 0 < s ≤ 1, if it is not certainly positive, with a margin above its
+/// last term and `clear` where it is not at its begin.
 ///
 /// Method: Bernstein coefficients bound the polynomial; where they do not decide, the interval is halved (de Casteljau).
 fn first_zero(c: &[f64], clear: f64) -> Prospect {
     first_zero_within(c, clear, false)
 }
 
-/// The same; `open`: where it is not negative at the end, it does not matter that it nearly is.
+/// The same; `open`: where it is not negative at the end, a value near zero there is accepted.
 fn first_zero_within(c: &[f64], clear: f64, open: bool) -> Prospect {
     let Some((first, rest)) = c.split_first() else { return Prospect::Unknown };
     let last = rest.last().map_or(0.0, |last| last.abs());
@@ -438,7 +438,7 @@ impl Part<'_> {
             return None;
         }
         if own[0] > 0.0 && own[n] < 0.0 && own.windows(2).all(|pair| pair[1] <= pair[0]) {
-            // It falls, so that it vanishes once.
+            // It decreases, so it vanishes once.
             let at = |s: f64| sum_of(c, s);
             return Some(bracket([(to, own[n]), (from, own[0])], EXACTLY, at)[0]);
         }
@@ -512,7 +512,7 @@ mod tests {
                     counts[0] += 1;
                     assert!(least(1.0) > 0.0, "{c:?}");
                 }
-                // Before the zero positive, just behind it no more.
+                // Positive before the zero, not after it.
                 Prospect::Leaves(s) => {
                     counts[1] += 1;
                     assert!(least(s * (1.0 - 1e-9)) > 0.0 && at(s) <= 1e-15 && at(s + 1e-9) < 0.0, "{s}: {c:?}");

@@ -18,42 +18,42 @@ use crate::simulate::faults::{MotorFault, MotorFaultKind};
 use crate::simulate::scenario::{SourceSignal, SourceTarget};
 use crate::units::Dimension;
 
-/// Where the inputs and outputs of the loop are among those of the [`Extension`].
+/// The indices of the loop's inputs and outputs among those of the [`Extension`].
 #[derive(Debug, Clone, Default)]
 pub(super) struct Places {
-    /// Given: the states behind angles and speeds.
+    /// Input: the states behind angles and speeds.
     pub states: Range<usize>,
-    /// Given: values of the sources.
+    /// Input: values of the sources.
     pub sources: Range<usize>,
-    /// Given: commands of laws that compute for themselves, for each input.
+    /// Input: commands of laws with their own code, for each input.
     pub zoh_output: Range<usize>,
     /// Input: for each motor the effect of its torque limit on the command, a factor and an addend.
     pub limits: Range<usize>,
-    /// Given: of each input whether its torque follows the command (1) or the rate limiter's state (0).
+    /// Input: for each motor whether its torque follows the command (1) or the rate limiter's state (0).
     pub follows: Range<usize>,
-    /// Given: of each input the rate of its rate limiter's state.
+    /// Input: for each motor the rate of its rate limiter's state.
     pub limiter_rates: Range<usize>,
-    /// Given: the sense of each friction direction's motion.
+    /// Input: the sense of each friction direction's motion.
     pub senses: Range<usize>,
     /// Input: for sliders that springs couple, the mutual slip factors.
     pub couplings: Range<usize>,
-    /// Given: of each motor whose torque sticks in the run that torque, zero while it does not.
+    /// Input: for each motor with a stuck-torque fault in the run that torque, zero without the fault.
     pub stuck: Range<usize>,
-    /// Given with the start of a run: coefficients of the equations.
+    /// Input at the start of a run: coefficients of the equations.
     pub run_parameters: Range<usize>,
-    /// Given of the time: of each source with a function of it whether it follows that (1) or is set from outside (0), parts of
-    /// functions, the time itself.
+    /// Time-dependent input: for each source with a function of time whether it follows that (1) or is set from outside
+    /// (0), parts of functions, the time itself.
     pub timed: Range<usize>,
     pub follows_signal: Range<usize>,
-    /// Found, where laws compute by themselves: the sources, which these read.
+    /// Output, where laws have their own code: the sources, which these read.
     pub read_sources: Range<usize>,
-    /// Found: commands, torques reported, torques applied, of each input.
+    /// Output: commands, reported torques, applied torques, of each motor.
     pub commands: Range<usize>,
     pub torques: Range<usize>,
     pub applied: Range<usize>,
     /// Output: forces without the torques of sticking frictions.
     pub forces: Range<usize>,
-    /// Found: rates of the states behind angles and speeds; zero of laws that compute for themselves.
+    /// Output: rates of the states behind angles and speeds; zero for laws with their own code.
     pub rates: Range<usize>,
     /// Output: speeds in friction directions.
     pub friction_speeds: Range<usize>,
@@ -66,7 +66,7 @@ pub(super) struct Places {
     pub gear_loads: Range<usize>,
     pub gear_load_by_acceleration: Range<usize>,
     pub gear_load_by_torque: Range<usize>,
-    /// Found: the power of the inputs, and the loss.
+    /// Output: the power of the inputs, and the loss.
     pub powers: Range<usize>,
     /// Output, where constraints prescribe speeds: the coefficients of the power of these constraints for each
     /// acceleration, and for the torque of each sticking friction.
@@ -92,7 +92,7 @@ pub struct Found {
     pub sources: Range<usize>,
     pub timed: Range<usize>,
     pub source_values: Vec<Expr>,
-    /// Commands, torques reported, torques applied, of each input.
+    /// Commands, reported torques, applied torques, of each motor.
     pub commands: Vec<Expr>,
     pub torques: Vec<Expr>,
     pub applied: Vec<Expr>,
@@ -322,7 +322,7 @@ fn fault_part(faults: &[MotorFault], what: &str, of: &dyn Fn(MotorFaultKind) -> 
     let mut windows: Vec<[f64; 3]> = faults.iter().map(|fault| [fault.at, fault.until, of(fault.kind)]).collect();
     windows.retain(|[.., value]| *value != 0.0);
     windows.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    // Where one ends as the next begins, the latter counts.
+    // Where one ends when the next begins, the latter counts.
     let ends = windows.iter().flat_map(|[at, until, value]| [(*at, *value), (*until, 0.0)]);
     let pieces = Pieces::new(ends.filter(|(at, _)| at.is_finite()).map(|(at, value)| (at, [value, 0.0, 0.0, 0.0])));
     let mut graph = Graph::default();

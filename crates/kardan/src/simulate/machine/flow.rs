@@ -10,7 +10,7 @@ use crate::program::{Read, Task};
 use crate::reduce::{Motion, Reduced};
 use crate::simulate::scenario::Scenario;
 
-/// Blocks at every instant, with their places in a loop.
+/// Blocks at every instant, with their indices in a loop.
 #[derive(Debug, Clone)]
 pub(super) struct Flow {
     pub task: Arc<Task>,

@@ -145,7 +145,7 @@ impl Machine {
         }
     }
 
-    /// The same with the factors that are known.
+    /// The same with the present factors.
     pub(super) fn accelerate_constrained(&mut self) {
         let count = self.holding.len();
         if self.at_rest {
@@ -304,7 +304,7 @@ impl Machine {
         self.observe_here();
     }
 
-    /// The same at the point whose rates were found last.
+    /// The same at the point whose rates were computed last.
     pub fn observe_here(&mut self) {
         for (k, mode) in self.modes.iter().enumerate() {
             self.friction_torques[k] = match k.checked_sub(self.unilaterals.first) {
@@ -344,7 +344,7 @@ impl Machine {
         Some(from.map_or(what.clone(), |from| format!("{what}, as {from}")))
     }
 
-    /// The same at the point whose forces were found last, without the operation.
+    /// The same at the point whose forces were computed last, without the operation.
     fn value_not_finite(
         &mut self,
         regular: bool,

@@ -51,7 +51,8 @@ impl Machine {
         determined && sticking.iter().zip(torques).all(|(&k, torque)| torque.abs() <= c[k] * most)
     }
 
-    /// Whether the sticking directions share their torque in the same way at all positions, which is prepared then.
+    /// Whether the sticking directions distribute their torque in the same way at all positions; then the distribution
+    /// is prepared here.
     pub(super) fn shares_evenly(&mut self) -> bool {
         self.active_constant && self.prepare_torque_distribution()
     }
@@ -72,12 +73,12 @@ impl Machine {
 
     /// The next modes of the given directions, all at rest.
     ///
-    /// A direction that depends on sticking ones sticks with them, so that modes never contradict the kinematics.
+    /// A direction that depends on sticking ones sticks too, so that modes never contradict the kinematics.
     pub(super) fn decide(&mut self, resting: &[usize]) -> Vec<Mode> {
         if self.gear_losses.is_empty() { self.decide_with_bounds(resting) } else { self.decide_loaded(resting) }
     }
 
-    /// The same with the bounds that are known.
+    /// The same with the present bounds.
     pub(super) fn decide_with_bounds(&mut self, resting: &[usize]) -> Vec<Mode> {
         let (accelerations, _) = self.solve_box(&self.with_multipliers(resting));
         let mut modes: Vec<Mode> = accelerations[self.multiplier_constraints.len()..]
@@ -88,7 +89,7 @@ impl Machine {
                 _ => Mode::Stick,
             })
             .collect();
-        // Where none depends on the others, whatever accelerates slips.
+        // Where none depends on the others, every accelerating direction slips.
         let dependent = self.multiplier_constraints.len() + resting.len() > self.holding.len();
         if dependent && modes.contains(&Mode::Stick) && modes.iter().any(|mode| *mode != Mode::Stick) {
             let sticking = resting.iter().zip(&modes).filter(|(_, mode)| **mode == Mode::Stick).map(|(&k, _)| k);
@@ -469,7 +470,7 @@ impl Machine {
         events
     }
 
-    /// The modes of [`Self::settle`], with the speeds that vanish in them.
+    /// The mode selection of [`Self::settle`], with the speeds that vanish in the modes.
     fn choose_modes(
         &mut self,
         time: f64,
@@ -503,7 +504,7 @@ impl Machine {
             let rests = |k: &usize| self.modes[*k] == Mode::Stick || crossing.contains(k);
             self.directions.iter().copied().filter(rests).collect()
         };
-        // Directions that depend on resting ones rest too.
+        // Directions that depend on resting ones are at rest too.
         self.choose_holding(&resting);
         let may = |k: &usize| !resting.contains(k) && !passing.contains(k) && self.may_rest(*k) && !self.is_outside(*k);
         let mut dependent: Vec<usize> = self.directions.iter().copied().filter(may).collect();
@@ -550,12 +551,12 @@ impl Machine {
         self.choose_holding(&sticking);
     }
 
-    /// Directions that stick, but for sliders.
+    /// Directions that stick, except sliders.
     fn sticking(&self) -> Vec<usize> {
         self.directions.iter().copied().filter(|&k| self.modes[k] == Mode::Stick).collect()
     }
 
-    /// A direction slips the way that it moves.
+    /// A direction slips in the sense of its motion.
     pub(super) fn slip_with_speed(&mut self, k: usize) {
         let speed = self.dynamics.friction_speed(k, &self.work);
         let back = speed < 0.0 && matches!(self.unilaterals.kind(k), Kind::Friction { .. } | Kind::GearLoss);
@@ -598,8 +599,8 @@ impl Machine {
         }
     }
 
-    /// Whether a direction reverses because its coefficients cancel at this angle, while the drive moves on: to bring it to
-    /// rest would take away motion, not the rounding of an instant. Needs the accelerations of the modes so far.
+    /// Whether a direction reverses because its coefficients cancel at this angle, while the drive continues to move:
+    /// stopping it would remove motion, not the rounding of an instant. Needs the accelerations of the modes so far.
     pub(super) fn passes(&self, k: usize) -> bool {
         if self.is_carried(k) && self.multiplier_constraints.clone().any(|row| self.dynamics.friction_varies(row)) {
             return true;
@@ -700,7 +701,7 @@ impl Machine {
         let r = self.degrees_of_freedom;
         let all = self.with_multipliers(sticking);
         let sticking = all.as_slice();
-        // Some of those that are independent wherever they are, with one that certainly is no combination of them.
+        // Some of those that are independent at all positions, with one that certainly is no combination of them.
         let is_constant = self.active_constant && self.following.is_empty();
         let mut new = sticking.iter().filter(|k| !self.holding.contains(k));
         let all = self.holding.len() < sticking.len() && self.holding.iter().all(|k| sticking.contains(k));

@@ -5,9 +5,9 @@ use super::gear_losses::GearLosses;
 use crate::num::{bracket, dot};
 use crate::simulate::friction::Mode;
 
-/// Rounds of torques and modes until they fit each other.
+/// Most iterations of torques and modes until they agree.
 const MOST_ROUNDS: usize = 40;
-/// Change of torques that are shared from one round to the next, relative to the largest, that counts as none.
+/// Change of shared torques between two iterations, relative to the largest, that counts as none.
 const SETTLED: f64 = 1e-11;
 /// The rounding error of constraint torques, relative to the largest.
 const NOISE: f64 = 1e-12;

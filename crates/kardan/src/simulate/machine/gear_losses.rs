@@ -20,7 +20,7 @@ use crate::plan::{Plan, compile};
 use crate::reduce::{Motion, Reduced};
 use crate::units::Dimension;
 
-/// Steps of Newton's method; of losses that are parts of the torque it takes two, and one for each sign that turns.
+/// Steps of Newton's method; for losses proportional to the torque it takes two, and one for each sign that changes.
 const MOST_STEPS: usize = 40;
 /// The allowed residual of the loss, relative to it and to the rounding error of the torques that it depends on.
 const SOLVED: f64 = 1e-14;
@@ -77,7 +77,7 @@ impl Laws {
 /// Why the motion of a gear is not unique.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ambiguity {
-    /// There are two motions; the one in which the first body drives is taken.
+    /// There are two motions; kardan takes the one in which the first body drives.
     Two,
     /// There is none.
     None,
@@ -113,9 +113,9 @@ pub(super) struct GearLosses {
     pub(super) lost: Option<usize>,
     /// The most negative loss there.
     pub(super) negative: Option<(usize, f64)>,
-    /// Of which the loss has no value there.
+    /// The gear whose loss is undefined there.
     pub(super) undefined: Option<usize>,
-    /// The same among those that slide, met in the last solution.
+    /// The same among the sliding gears, detected in the last solution.
     undefined_sliding: Option<usize>,
 }
 
@@ -195,7 +195,7 @@ impl GearLosses {
         }
     }
 
-    /// Losses and slopes at the torques carried, where the first bodies drive or are driven.
+    /// Losses and slopes at the loads, where the first bodies drive or are driven.
     pub(super) fn evaluate(&mut self, drives: impl Fn(usize, f64) -> bool) {
         let count = self.directions.len();
         let Some(laws) = &mut self.laws else { return };
@@ -274,7 +274,7 @@ impl GearLosses {
             self.evaluate_sliding();
             let solved = |&(gear, s): &(usize, f64)| {
                 let residual = (self.torques[gear] - s * self.losses[gear]).abs();
-                // Of much loss little is carried, the difference of large torques.
+                // With a large loss the load is small, a difference of large torques.
                 let parts = self.parts(gear).fold(self.base[gear].abs(), |sum, part| sum + part.abs());
                 let size = self.torques[gear].abs() + self.base[gear].abs() + self.slopes[gear].abs() * parts;
                 residual <= SOLVED * size + f64::MIN_POSITIVE
@@ -300,7 +300,7 @@ impl GearLosses {
 /// Notes where the motion of sliding gears is not unique.
 pub(super) fn ambiguity(gear_losses: &mut GearLosses, solved: bool) {
     if let Some(gear) = gear_losses.undefined_sliding.filter(|_| !solved) {
-        // No motion, but for want of a value.
+        // No motion, because a value is undefined.
         gear_losses.undefined = Some(gear_losses.directions[gear]);
         gear_losses.torques.fill(0.0);
         return;

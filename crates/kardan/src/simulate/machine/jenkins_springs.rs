@@ -11,7 +11,7 @@ pub(super) struct JenkinsElements {
     pub stiffness: Vec<f64>,
     /// The rate of the torque of each by the speeds of shafts, N m/rad.
     pub rows: Vec<Vec<(usize, f64)>>,
-    /// Of each reduced coordinate whether a motion without inertia takes its place.
+    /// For each reduced coordinate whether a motion without inertia replaces it.
     pub is_state: Vec<bool>,
     /// Pairs whose slips depend on each other, and in the present modes the factor of the first on the speed that the
     /// second would slip with alone.

@@ -22,7 +22,7 @@ pub(super) struct Kinks {
     graph: Graph,
     pub of_time: Vec<Expr>,
     time_inputs: Vec<(Symbol, TimeInput)>,
-    /// Of others, how many there are; alone they are evaluated faster than with all that the loop is.
+    /// The number of the others; a separate plan evaluates them faster than the whole loop.
     pub of_state: usize,
     plan: Plan,
     native: Option<Native<f64>>,
@@ -55,7 +55,7 @@ impl Kinks {
         Self { graph: own, of_time, time_inputs, of_state: places.kinks.len(), plan, native, memory }
     }
 
-    /// The numbers of those of states, where the loop moves and is given all the rest.
+    /// The numbers that depend on states, for the given motion and inputs.
     pub fn find(&mut self, motion: &[f64], time_inputs: &[f64], out: &mut [f64]) {
         let Self { plan, native, memory, .. } = self;
         let later = motion.len()..plan.inputs.len();

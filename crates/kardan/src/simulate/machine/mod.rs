@@ -73,11 +73,11 @@ pub struct Machine {
     jenkins: JenkinsElements,
     directions: Vec<usize>,
     laws: Vec<ConnectedLaw>,
-    /// Whether any of them computes by itself at every instant.
+    /// Whether any of them has its own code that computes at every instant.
     own_laws: bool,
     /// The commands of such laws and of those with a clock.
     zoh_output: Vec<f64>,
-    /// Where the inputs and outputs of the loop's expressions are.
+    /// The indices of the loop's inputs and outputs.
     places: Places,
     drives: Vec<Drive>,
     profiles: Vec<Profile>,
@@ -121,9 +121,9 @@ pub struct Machine {
     /// Of each source its steps and ramps.
     pub(super) sources: Vec<f64>,
     pub(super) commands: Vec<f64>,
-    /// Torques that the inputs report.
+    /// Reported torques of the inputs.
     pub(super) torques: Vec<f64>,
-    /// Torques that they apply: ripple too.
+    /// Their applied torques: with ripple.
     pub(super) applied: Vec<f64>,
     force: Vec<f64>,
     pub(super) acceleration: Vec<f64>,
@@ -133,13 +133,13 @@ pub struct Machine {
     active_matrix: Vec<f64>,
     active_factor: Cholesky,
     active_torque: Vec<f64>,
-    /// Whether `weighted` and `active_factor` are the same at every position, and known.
+    /// Whether `weighted` and `active_factor` are the same at every position, and computed.
     active_constant: bool,
     active_known: bool,
     torque_distribution_known: bool,
     torque_distribution: TorqueDistribution,
     box_problem: BoxProblem,
-    /// Directions that contradicted each other in the last decision about modes.
+    /// Directions that contradicted each other in the last mode selection.
     contradiction: Vec<usize>,
     scratch: Vec<f64>,
     /// Accelerations and torques for forces at the point of expansion, where there are few coordinates.

@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use super::Machine;
 
-/// Steps of Newton's method at most.
+/// Most steps of Newton's method.
 const MOST: usize = 12;
-/// Units in the last place that are rounding.
+/// Units in the last place that count as rounding.
 const ROUNDED: f64 = 4.0;
 
 /// Relative to its size at the ends of a step, the smallest pivot of the rows that counts as a loss of rank.

@@ -69,7 +69,7 @@ impl Machine {
         self.terms_resolve(length, order, |place, order| expansion.series.value(place, order))
     }
 
-    /// The same by the terms of the values at places of the plan's memory, each of an order.
+    /// The same by the terms of the values at indices of the plan's memory, each of an order.
     pub(super) fn terms_resolve(&self, length: f64, order: usize, term: impl Fn(usize, usize) -> f64) -> bool {
         let Some(resolved) = &self.resolved else { return true };
         let extent = |place: usize| {
@@ -86,7 +86,7 @@ impl Machine {
         }
     }
 
-    /// Notes them at the point last evaluated.
+    /// Records them at the point last evaluated.
     pub(in crate::simulate) fn note_arguments(&mut self) {
         let Some(resolved) = &mut self.resolved else { return };
         let values = self.work.values();
@@ -96,7 +96,7 @@ impl Machine {
         }
     }
 
-    /// Whether the evaluations that were noted resolve the step.
+    /// Whether the recorded evaluations resolve the step.
     pub(in crate::simulate) fn notes_resolve(&self) -> bool {
         let Some(resolved) = &self.resolved else { return true };
         let extent = |place: usize| {

@@ -10,7 +10,7 @@ pub(super) struct Resolved {
     pub forces: Vec<usize>,
     pub rates: Vec<usize>,
     pub outputs: Vec<usize>,
-    /// The places of arguments, and of each place the range of its values in the evaluations of a step.
+    /// The indices of arguments, and for each the range of its values in the evaluations of a step.
     pub arguments: Vec<usize>,
     pub noted: Vec<(f64, f64)>,
     /// Memory.

@@ -35,7 +35,7 @@ impl Machine {
         ByPosition { inertia, rows, bias }
     }
 
-    /// Whether an input of the plan stays as it is within a step.
+    /// Whether an input of the plan is constant within a step.
     pub(super) fn is_steady_input(&self, input: usize) -> bool {
         let Places {
             zoh_output,
@@ -193,12 +193,12 @@ impl Machine {
         expansion.kink((length, order), part)
     }
 
-    /// Whether something jumps right where the last expansion begins.
+    /// Whether a value jumps right where the last expansion begins.
     pub fn begins_with_jump(&self) -> bool {
         self.expansion.as_ref().is_some_and(|expansion| expansion.series.jump())
     }
 
-    /// Whether something in its series has kinks.
+    /// Whether an operation in its series has kinks.
     pub fn has_kinks(&self) -> bool {
         self.expansion.as_ref().is_some_and(|expansion| expansion.has_kinks())
     }
@@ -220,7 +220,7 @@ impl Machine {
         !self.modes.is_empty() && (self.timed.moves() || self.unilaterals.kinds.iter().any(switches))
     }
 
-    /// Where the series of angle and speed of a shaft are; `None` where they are not found by the plan.
+    /// The indices of the series of angle and speed of a shaft; `None` where the plan does not compute them.
     pub fn shaft_series(&self, shaft: usize) -> Option<[usize; 2]> {
         let r = self.degrees_of_freedom;
         let MotionPlan { plan, angles, speeds, .. } = self.dynamics.plan();
@@ -246,7 +246,7 @@ impl Machine {
         }
     }
 
-    /// The value of a series so long after the last expansion.
+    /// The value of a series at a time after the last expansion.
     pub fn series_at(&self, place: usize, order: usize, later: f64) -> f64 {
         let Some(expansion) = &self.expansion else { return f64::NAN };
         expansion.series.of(place).take(order + 1).rev().fold(0.0, |sum, coefficient| sum * later + coefficient)

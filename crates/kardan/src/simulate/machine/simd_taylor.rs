@@ -68,12 +68,12 @@ macro_rules! lane {
 lane!(4);
 lane!(8);
 
-/// Directions and coordinates at most: matrices of all of them are found at each point.
+/// Most directions and coordinates: matrices of all of them are computed at each point.
 const MOST: usize = 12;
 /// The last terms of a series, which determine the step length: near a singularity beside the real axis some are small
 /// by accident.
 const LAST: usize = 4;
-/// A term of this size, in tolerances, is none; of a last term beside a first one.
+/// A term of this size, in tolerances, counts as zero; for a last term beside a first one.
 const TINY: f64 = 1e-280;
 const TINIEST: f64 = 1e-300;
 /// The first terms of a series, which determine its size.
@@ -87,19 +87,20 @@ const CLEAR: f64 = 1e-9;
 /// A room that no step uses.
 const WIDE: i64 = 1 << 40;
 
-/// Where things are in the memory of the plan.
+/// Indices into the memory of the plan.
 struct Places {
     /// Inputs of the plan; the first source among them.
     inputs: usize,
     sources: usize,
-    /// The first of those that are given of the time.
+    /// The first of the time-dependent inputs.
     timed: usize,
     forces: Vec<usize>,
     rates: Vec<usize>,
     friction_speeds: Vec<usize>,
     /// Further values that are read.
     also: Vec<usize>,
-    /// Entries of the inertia (row, column, place) and of each direction (column, place) that depend on the position; biases of directions.
+    /// Entries of the inertia (row, column, index) and of each direction (column, index) that depend on the position;
+    /// biases of directions.
     inertia: Vec<(usize, usize, usize)>,
     rows: Vec<Vec<(usize, usize)>>,
     bias: Vec<Option<usize>>,
@@ -183,7 +184,7 @@ struct Response<N> {
     from: Vec<usize>,
     /// Directions that have a bias.
     biased: Vec<usize>,
-    /// Whether an entry of the matrices, one after the other, is there.
+    /// Whether an entry of the matrices, one after the other, exists.
     is_nonzero: Vec<bool>,
 }
 
@@ -337,7 +338,7 @@ impl<N: Lane> Response<N> {
     }
 }
 
-/// Between which numbers a polynomial with these terms at 1 lies from 0 to 1: its least and largest coefficient of Bernstein.
+/// Bounds of a polynomial with these terms at 1 from 0 to 1: its least and largest Bernstein coefficient.
 fn bernstein(graph: &mut Graph, terms: &[Expr]) -> [Expr; 2] {
     let n = terms.len() - 1;
     let (mut b, mut binomial) = (Vec::new(), Rational::ONE);
@@ -455,7 +456,8 @@ impl<N: Lane> StepSelection<N> {
         }
     }
 
-    /// Where the last terms are within the tolerance, or the last one would be if all fell evenly, at most as long as there is room.
+    /// Where the last terms are within the tolerance, or the last one would be if all decayed evenly, at most as far as
+    /// there is room.
     fn length(
         graph: &mut Graph,
         all: &[Expr],
@@ -496,7 +498,8 @@ impl<N: Lane> StepSelection<N> {
             graph.scale(part, sizes[back])
         });
         let shortest = least(graph, &lengths);
-        // An even fall from the whole, 1/relative tolerances, to one: of all terms as far as the slowest of the last ones, and of two orders among these.
+        // An even decay from the whole, 1/relative tolerances, to one: of all terms as far as the slowest of the last
+        // ones, and of two orders among these.
         let accuracy = -ln(relative);
         let mut falls: Vec<Expr> = Vec::new();
         for (back, length) in lengths.into_iter().enumerate() {
@@ -521,7 +524,8 @@ impl<N: Lane> StepSelection<N> {
         graph.select(near, room, found, room)
     }
 
-    /// The logarithm of how long a step may be for the last terms of a series by itself, in parts of the largest one of its first terms.
+    /// The logarithm of the step length that the last terms of a separate series allow, in parts of the largest one of
+    /// its first terms.
     fn length_of(graph: &mut Graph, all: &[Expr], limit: &StepLimit, relative: f64) -> Expr {
         let number = |graph: &mut Graph, x: f64| graph.number(rational_from_f64(x).unwrap_or(Rational::ZERO));
         let size = |graph: &mut Graph, k: usize, least: f64| {
@@ -571,7 +575,7 @@ pub(in crate::simulate) struct SimdTaylor<N> {
     torques: usize,
     /// Value, slope and start of each source.
     lines: [Vec<N>; 3],
-    /// Where each polynomial begins that is given of the time, and its coefficients.
+    /// The start and the coefficients of each time-dependent input polynomial.
     timed: [Vec<N>; 5],
     /// The same where the step begins.
     now: [Vec<N>; 4],
@@ -658,7 +662,8 @@ impl<N: Lane> SimdTaylor<N> {
         })
     }
 
-    /// Takes modes, sources and all that is given to a machine at the point that it has evaluated last into a lane, and its state.
+    /// Copies modes, sources and all inputs of a machine at the point that it has evaluated last into a lane, and its
+    /// state.
     pub(in crate::simulate) fn load(&mut self, lane: usize, machine: &Machine, state: &[f64]) {
         let [r, m] = self.counts;
         let put = |list: &mut [N], values: &mut dyn Iterator<Item = f64>| {
@@ -685,7 +690,7 @@ impl<N: Lane> SimdTaylor<N> {
         self.stand(lane, state);
     }
 
-    /// The state that a lane's next series begins at.
+    /// The state at which a lane's next series begins.
     fn stand(&mut self, lane: usize, state: &[f64]) {
         let own = &mut self.step_selection.numbers.memory[..self.size];
         own.iter_mut().zip(state).for_each(|(own, value)| own.lanes_mut()[lane] = *value);
@@ -701,7 +706,8 @@ impl<N: Lane> SimdTaylor<N> {
         }
     }
 
-    /// Finds all series, each lane from a time of its own on, and then how long each lane's step is, at most as long as there is room.
+    /// Computes all series, each lane from a time of its own on, and then each lane's step length, at most as long as
+    /// there is room.
     pub(in crate::simulate) fn expand(&mut self, times: &N, rooms: &N, nexts: &N) {
         self.begin(times);
         let ([r, m], size, order) = (self.counts, self.size, self.order);
@@ -773,7 +779,7 @@ impl<N: Lane> SimdTaylor<N> {
         }
     }
 
-    /// How long each lane's step is.
+    /// The step length of each lane.
     pub(in crate::simulate) fn length(&self, lane: usize) -> f64 {
         self.step_selection.numbers.output(0).lanes()[lane]
     }
@@ -801,7 +807,7 @@ impl<N: Lane> SimdTaylor<N> {
         }
     }
 
-    /// The state of a lane so long after the point of expansion.
+    /// The state of a lane at a time after the point of expansion.
     pub(in crate::simulate) fn state(&self, lane: usize, later: f64, out: &mut [f64]) {
         out.fill(0.0);
         let all = &self.step_selection.numbers.memory[..self.step_selection.speeds];
@@ -811,7 +817,7 @@ impl<N: Lane> SimdTaylor<N> {
         }
     }
 
-    /// The slope of the state of a lane so long after the point of expansion.
+    /// The slope of the state of a lane at a time after the point of expansion.
     pub(in crate::simulate) fn slope(&self, lane: usize, later: f64, out: &mut [f64]) {
         out.fill(0.0);
         let all = self.step_selection.numbers.memory[..self.step_selection.speeds].chunks_exact(self.size);

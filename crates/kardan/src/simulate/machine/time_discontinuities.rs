@@ -14,7 +14,7 @@ const INTERVALS: usize = 1000;
 /// Part of the time ahead within which there is at most one change of sign, and within which the search stops.
 const SINGLE: f64 = 1e-6;
 const FINE: f64 = 1e-10;
-/// Where an interval is halved: not where numbers of a model like to lie.
+/// Where an interval is halved: not at typical numbers of a model.
 const HALF: f64 = 0.487_139;
 /// Values that are zero, rounded outward.
 const NOTHING: f64 = 1e-300;
@@ -49,7 +49,7 @@ impl Machine {
         plan.formatted(more.start + self.places.kinks.start + kink, self.work.values())
     }
 
-    /// The numbers whose zeros these places are, at a time and a state.
+    /// The numbers whose zeros these points are, at a time and a state.
     pub(in crate::simulate) fn evaluate_kinks(&mut self, time: f64, state: &[f64], out: &mut [f64]) {
         self.give_loop(time, state);
         let moving = 2 * self.degrees_of_freedom;
@@ -68,7 +68,7 @@ fn halved(mut low: f64, mut high: f64, mut beyond: impl FnMut(f64) -> bool) -> D
     }
 }
 
-/// The first change of sign of one place's number between two times.
+/// The first change of sign of one number between two times.
 fn first_change(
     timed: &mut Timed,
     (kinks, kink): (&Kinks, Expr),

@@ -13,10 +13,11 @@ use crate::simulate::scenario::Scenario;
 
 use super::expressions::Places;
 
-/// Relative difference of two times that are one: breakpoints of two parts, or that of a part and an event, which rounding parts.
+/// Relative difference of two times that are equal: breakpoints of two parts, or of a part and an event, that differ by
+/// rounding.
 const SAME: f64 = 1e-14;
 
-/// The coefficients of a polynomial from so much later on.
+/// The coefficients of a polynomial shifted to a later time.
 pub(super) fn shifted([a, b, c, d]: &[f64; 4], x: f64) -> [f64; 4] {
     [polynomial(&[*a, *b, *c, *d], x), b + (2.0 * c + 3.0 * d * x) * x, c + 3.0 * d * x, *d]
 }
@@ -25,13 +26,13 @@ pub(super) fn shifted([a, b, c, d]: &[f64; 4], x: f64) -> [f64; 4] {
 #[derive(Default)]
 pub(super) struct Timed {
     parts: Vec<Arc<Part>>,
-    /// Of each part the piece of now: its start and its coefficients.
+    /// For each part its present piece: start and coefficients.
     now: Vec<(f64, [f64; 4])>,
-    /// Whether the time itself is given.
+    /// Whether the time itself is an input.
     time: bool,
     /// Block outputs: their sources, and the present values.
     blocks: Vec<(usize, f64)>,
-    /// Sources whose lines are not level, and whether no motor comes to its limit, or leaves it, before the next sample.
+    /// Sources whose lines are not level, and whether no motor reaches or leaves its limit before the next sample.
     pub ramps: Vec<usize>,
     pub limits_rest: bool,
     /// Sources with a function of time, and 1 where they follow it, 0 where they are set from outside.
@@ -161,12 +162,12 @@ impl Timed {
         follows.chain(self.now.iter().map(of_part)).chain(self.time.then_some(span)).chain(blocks).collect()
     }
 
-    /// Whether something of it changes while the state may rest: parts or the time.
+    /// Whether a part or the time changes while the state may be at rest.
     pub fn moves(&self) -> bool {
         self.time || !self.parts.is_empty()
     }
 
-    /// Finds the values of the sources from those of their lines.
+    /// Computes the values of the sources from those of their lines.
     pub fn find_sources(&mut self, lines: &[f64], time: f64, state: &[f64]) {
         self.at(time);
         let Some((plan, memory)) = &mut self.plan else { return self.values.copy_from_slice(lines) };
@@ -187,7 +188,7 @@ impl Timed {
         !self.time && self.now.iter().all(|(_, coefficients)| coefficients[1..].iter().all(|c| *c == 0.0))
     }
 
-    /// The series of all that is given, from a time of the segment on: coefficients of the orders 1 to 3.
+    /// The series of all inputs, from a time of the segment on: coefficients of the orders 1 to 3.
     pub fn series(&self, time: f64) -> impl Iterator<Item = [f64; 3]> {
         let of_part = move |(start, coefficients): &(f64, [f64; 4])| {
             let [_, later @ ..] = shifted(coefficients, time - start);
@@ -209,7 +210,7 @@ impl Timed {
         self.blocks.is_empty() && !self.flows
     }
 
-    /// Whether the time itself is given.
+    /// Whether the time itself is an input.
     pub fn has_time(&self) -> bool {
         self.time
     }

@@ -16,7 +16,7 @@ pub(super) struct TorqueDistribution {
     weights: Vec<f64>,
     /// Torque of each sticking direction, N m.
     pub(super) torques: Vec<f64>,
-    /// For torques that are shared evenly: the factor, and how little each weighs; of series: torques of an order, and terms of all.
+    /// For evenly shared torques: the factor, and the weights; for series: torques of an order, and terms of all.
     even: Cholesky,
     ease: Vec<f64>,
     own: Vec<f64>,
@@ -146,7 +146,7 @@ impl TorqueDistribution {
         stays
     }
 
-    /// Whether torques, each with its series, certainly stay within their limits for so long.
+    /// Whether torques, each with its series, certainly stay within their limits for this time.
     fn keeps(&mut self, series: &[f64], (length, order): (f64, usize), limit: impl Fn(usize, usize) -> f64) -> bool {
         let mut scratch = [0.0; 32];
         let Some(scratch) = scratch.get_mut(..order) else { return false };

@@ -42,7 +42,7 @@ pub(in crate::simulate) enum Unfit {
 pub(super) struct Unilaterals {
     pub(super) first: usize,
     pub(super) kinds: Vec<Kind>,
-    /// Whether a stop is touched, or a lock engaged: then it takes part in the convex problem. Of others always.
+    /// Whether a stop is closed, or a lock engaged: then it is part of the convex problem. For others always true.
     pub(super) engaged: Vec<bool>,
     /// Units of the speeds in them.
     pub(super) units: Vec<&'static str>,
@@ -53,7 +53,7 @@ pub(super) struct Unilaterals {
     pub(super) struck: bool,
     /// Gears whose speed the last impact has changed.
     pub(super) passed: Vec<usize>,
-    /// Contacts that shared an impulse of which a part came back, and those whose restitution was left out.
+    /// Contacts that shared an impulse with restitution, and those whose restitution was left out.
     pub(super) shared: Vec<usize>,
     pub(super) dulled: Vec<usize>,
     /// Whether contacts have restitution.
@@ -111,7 +111,7 @@ impl Unilaterals {
         direction.checked_sub(self.first).is_none_or(|unilateral| self.engaged[unilateral])
     }
 
-    /// Whether it has no part in the convex problem: its torque follows from the state.
+    /// Whether it is not part of the convex problem: its torque follows from the state.
     pub(super) fn only_presses(&self, direction: usize) -> bool {
         matches!(self.kind(direction), Kind::Cushion { .. })
     }

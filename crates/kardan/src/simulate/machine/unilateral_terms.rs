@@ -62,7 +62,7 @@ impl UnilateralTerms {
                 let presses = graph.sum(Rational::ZERO, &[(square, half.clone()), (sense, half.clone())]);
                 let separated = graph.sum(Rational::ZERO, &[(square, half.clone()), (sense, -half)]);
                 let torque = graph.multiply(presses, pull);
-                // While it presses the damper takes power; left behind, the spring relaxes by itself.
+                // While it is compressed the damper takes power; after separation the spring relaxes by itself.
                 let damped = graph.product(&[(presses, 1), (damper, 1), (speed, 1)]);
                 let relaxed = graph.product(&[(separated, 1), (spring, 1), (speed, 1)]);
                 let loss = graph.subtract(damped, relaxed);

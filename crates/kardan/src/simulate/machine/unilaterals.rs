@@ -20,7 +20,7 @@ const LEAST_REBOUND: f64 = 1e-12;
 /// Rounding error of an energy that is neither lost nor gained, relative to the energies of the impulses.
 const GAINED: f64 = 1e-12;
 
-/// Part of the largest torque that rounding makes of one that is none.
+/// Rounding error of a zero torque, relative to the largest torque.
 const ROUNDING: f64 = 1e-12;
 
 impl Machine {
@@ -70,7 +70,7 @@ impl Machine {
         self.unilaterals.kind(direction) == Kind::GearLoss
     }
 
-    /// The bounds of frictions whose torque an expression gives, at the point last evaluated.
+    /// The bounds of frictions with a torque formula, at the point last evaluated.
     pub(super) fn find_bounds(&mut self) {
         for unilateral in 0..self.unilaterals.kinds.len() {
             if let Kind::Friction { at_rest } = self.unilaterals.kinds[unilateral] {
@@ -81,15 +81,15 @@ impl Machine {
         }
     }
 
-    /// Whether a direction can come to rest or stay there at the point last evaluated: a friction without torque, a clutch that is released, slips
-    /// whatever its speed is.
+    /// Whether a direction can come to rest or stay at rest at the point last evaluated: a friction without torque, a
+    /// released clutch, slips at any speed.
     pub(super) fn may_rest(&self, direction: usize) -> bool {
         let released = direction >= self.unilaterals.first && self.bounds[0][direction] == 0.0;
         self.unilaterals.takes_part(direction)
             && !(released && matches!(self.unilaterals.kind(direction), Kind::Friction { .. }))
     }
 
-    /// The largest torques that directions oppose motion with.
+    /// The largest torques of directions against motion.
     pub(super) fn bounds(&self) -> Bounds<'_> {
         Bounds { forward: &self.bounds[0], backward: &self.bounds[1] }
     }
@@ -139,7 +139,7 @@ impl Machine {
         })
     }
 
-    /// Gap and speed of a stop or cushion from angles and speeds alone.
+    /// Gap and speed of a stop or soft stop from angles and speeds alone.
     fn gap(&self, direction: usize, offset: f64) -> [f64; 2] {
         let gap = self.dynamics.friction_angle(direction, &self.work) - offset;
         [gap, self.dynamics.friction_speed(direction, &self.work)]
@@ -192,7 +192,8 @@ impl Machine {
         (self.unilaterals.takes_part(direction) && acts).then(|| self.modes[direction].sign())
     }
 
-    /// Whether a stop is arrived at, or a cushion touched, pressed or left, at the angles and speeds last evaluated.
+    /// Whether a stop closes, or a soft stop closes, is compressed again or opens, at the angles and speeds last
+    /// evaluated.
     pub(super) fn contact_changes(&self, direction: usize) -> bool {
         match self.unilaterals.kind(direction) {
             Kind::Stop { offset, .. } if !self.unilaterals.takes_part(direction) => {
@@ -208,7 +209,7 @@ impl Machine {
         }
     }
 
-    /// How far locks are from being switched at the point last evaluated.
+    /// The distance of locks from switching at the point last evaluated.
     pub(super) fn lock_margins(&self) -> impl Iterator<Item = (usize, f64)> {
         let locks =
             (0..self.unilaterals.kinds.len()).filter(|&unilateral| self.unilaterals.kinds[unilateral] == Kind::Lock);
@@ -218,12 +219,12 @@ impl Machine {
         })
     }
 
-    /// Whether a lock is to be switched at the point last evaluated.
+    /// Whether a lock switches at the point last evaluated.
     pub(super) fn a_lock_turns(&self) -> bool {
         !self.unilaterals.is_empty() && self.lock_margins().any(|(_, margin)| margin < 0.0)
     }
 
-    /// Cushions and locks at the point last evaluated.
+    /// Soft stops and locks at the point last evaluated.
     fn switch_unilaterals(&mut self, everything: bool, names: &[String], events: &mut Vec<String>) {
         for unilateral in 0..self.unilaterals.kinds.len() {
             let direction = self.unilaterals.first + unilateral;
@@ -500,7 +501,7 @@ impl Machine {
         if let Some(Kind::Stop { restitution, .. }) = self.unilateral_of(direction) { restitution } else { 0.0 }
     }
 
-    /// Stops that no longer rest are left.
+    /// Stops that are no longer at rest open.
     pub(super) fn leave_stops(&mut self) {
         for unilateral in 0..self.unilaterals.kinds.len() {
             if matches!(self.unilaterals.kinds[unilateral], Kind::Stop { .. }) {
@@ -532,7 +533,7 @@ impl Machine {
         &self.holding
     }
 
-    /// Whether a direction is one of friction, and not of a clutch, a stop or a lock.
+    /// Whether a direction is a friction, and not a clutch, a stop or a lock.
     pub(in crate::simulate) fn is_friction(&self, direction: usize) -> bool {
         direction < self.unilaterals.first
     }

@@ -12,14 +12,14 @@ pub(in crate::simulate) trait Equations {
     fn linearise(&mut self, time: f64, state: &[f64], out: &mut Descriptor);
 }
 
-/// Part of its size by which a state is changed where derivatives are differences: half of their digits are right.
+/// Relative change of a state where derivatives are differences: half of their digits are correct.
 const CHANGE: f64 = 1e-8;
 
 /// `E ẋ = A x`, linear equations of the motion near a state. Behind the states are algebraic variables, such as
 /// constraint torques.
 #[derive(Debug, Clone, Default)]
 pub(in crate::simulate) struct Descriptor {
-    /// States, and how many more unknowns there are.
+    /// The number of states, and of further unknowns.
     pub(super) size: usize,
     /// Row and column of each entry, those of E first.
     pub(super) places: Vec<(usize, usize)>,
@@ -52,7 +52,7 @@ impl Descriptor {
         self.values.push(value);
     }
 
-    /// A state that does not move.
+    /// A state at rest.
     pub(in crate::simulate) fn still(&mut self, state: usize) {
         self.still.push(state);
     }
@@ -109,7 +109,7 @@ impl Descriptor {
         fits
     }
 
-    /// The derivatives of the rates of n states by each of them, row by row; no numbers where they are not determined.
+    /// The derivatives of the rates of n states by each of them, row by row; NaN where they are not determined.
     pub(in crate::simulate) fn solve(&self, n: usize, out: &mut [f64]) {
         let entries = self.places.iter().zip(&self.values).enumerate();
         let (present, rates): (Vec<_>, Vec<_>) = entries.partition(|(k, (place, _))| *k < self.mass || place.1 >= n);

@@ -21,17 +21,17 @@ pub(super) use equations::{Descriptor, Equations};
 use newton::Systems;
 use tableau::{Tableau, tableau};
 
-/// Part of the length at which the error is as large as the tolerance.
+/// Safety factor of the step length at which the error equals the tolerance.
 const SAFETY: f64 = 0.9;
-/// A step grows or shrinks by no more.
+/// The largest factors by which a step grows or shrinks.
 const GROWTH: (f64, f64) = (0.125, 8.0);
 /// Steps that would grow by less retain their length, and their factors.
 const SAME_STEP: (f64, f64) = (1.0, 1.2);
-/// Convergence that is so fast that the next step takes the same Jacobian.
+/// Convergence fast enough for the next step to use the same Jacobian.
 const FAST: f64 = 1e-3;
-/// Where the iteration ends, in tolerances.
+/// End of the iteration, in tolerances.
 const CONVERGED: f64 = 1e-2;
-/// Changes that do not become smaller and are no larger, in tolerances, are taken for rounding.
+/// Changes that stop decreasing and are at most this large, in tolerances, count as rounding.
 const ROUNDING: f64 = 0.1;
 
 /// Solver of `ẋ = f(t, x)`, of which the last components are integrals of the others.
@@ -47,10 +47,10 @@ pub(super) struct Radau {
     state: Vec<f64>,
     /// f at the state.
     slope: Vec<f64>,
-    /// States at the stages less that at the begin, in columns of stages; of the last step, and of one that is tried.
+    /// States at the stages minus that at the begin, in columns of stages; of the last step, and of the trial.
     increments: Vec<f64>,
     trial: Vec<f64>,
-    /// The trial in coordinates in which the iteration falls apart.
+    /// The trial in coordinates that decouple the iteration.
     split: Vec<f64>,
     rates: Vec<f64>,
     /// The correction of the last step that makes its polynomial start with the slope, times the length; and that of
@@ -219,9 +219,9 @@ impl Radau {
         }
     }
 
-    /// How much longer the next step may be than one with such an error.
+    /// The factor by which the next step may be longer than one with this error.
     fn growth(&self, error: f64, iterations: usize) -> f64 {
-        // Fewer iterations than may be are a reason for more.
+        // Fewer iterations than the maximum allow a larger factor.
         let most = self.most_iterations() as f64;
         let effort = (2.0 * most + 1.0) / (2.0 * most + iterations as f64);
         let power = -1.0 / (self.tableau.stages as f64 + 1.0);
@@ -255,11 +255,11 @@ impl Radau {
     }
 
     fn factor(&mut self, h: f64) {
-        // A singular matrix, or one with a number that is none, makes a step that fails.
+        // A singular matrix, or one with NaN, makes the step fail.
         self.factored = if self.systems.factor(h, self.tableau) { h } else { f64::NAN };
     }
 
-    /// How many iterations may be needed.
+    /// Largest number of iterations.
     fn most_iterations(&self) -> usize {
         7 + 3 * (self.tableau.stages - 3) / 2
     }
@@ -386,8 +386,8 @@ impl Radau {
         }
     }
 
-    /// The error of the trial, in tolerances. After a rejection with one more evaluation, as the estimate of a stiff component is too
-    /// large otherwise.
+    /// The error of the trial, in tolerances. After a rejection with one more evaluation, as the estimate of a stiff
+    /// component is otherwise too large.
     fn error(&mut self, h: f64, again: bool, equations: &mut impl Equations) -> f64 {
         let found = self.estimate(h, None);
         if self.started || !(again && found > 1.0) {
@@ -502,7 +502,7 @@ impl Radau {
         self.slope.iter().all(|slope| *slope == 0.0)
     }
 
-    /// Stays where it is until a time.
+    /// Keeps the state constant until a time.
     pub(super) fn rest(&mut self, until: f64) {
         self.previous.copy_from_slice(&self.state);
         (self.previous_time, self.time) = (self.time, until);

@@ -11,7 +11,7 @@ use crate::num::{Lu, Rational, rational_from_f64, rational_to_f64};
 pub(super) struct Tableau {
     /// Stages.
     pub stages: usize,
-    /// Where they are, as parts of the step.
+    /// The nodes, as parts of the step.
     pub nodes: Vec<f64>,
     /// `∫₀^(c_i) ℓ_j`, row by row.
     pub integrals: Vec<f64>,

@@ -41,7 +41,7 @@ pub(super) struct Guard {
     /// did, s.
     pub(super) bent: usize,
     pub(super) bent_at: f64,
-    /// How many steps by series in turn began with a jump.
+    /// Number of successive series steps that began with a jump.
     pub(super) jumps: usize,
     /// Memory for the numbers that vanish where the loop has a jump or kink by its state: at each sample, and their
     /// signs.

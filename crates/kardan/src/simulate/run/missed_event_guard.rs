@@ -2,7 +2,7 @@
 //! that approach through quantities that no state depends on, such as a load on a body at rest, or a gap between a
 //! coasting body and a driven one.
 //!
-//! Steps that may have passed some of it end before.
+//! Steps that may have missed such an event are shortened.
 
 use kardan_rt::functions::powi;
 
@@ -13,7 +13,7 @@ use crate::simulate::machine::Prospect;
 
 /// Part of a step in which the error estimate covers a kink: there a loop may chatter at one point.
 const SOON: f64 = 0.01;
-/// Part of such a step that is made instead.
+/// The part of such a step that is made instead.
 const LESS: f64 = 0.25;
 /// The least length of a step, as a part of the time of a run, that is shortened.
 const LEAST: f64 = 1e-9;
@@ -21,10 +21,10 @@ const LEAST: f64 = 1e-9;
 /// second, after which a run ends: it would need a thousand million of them.
 const TO_AND_FRO: usize = 2000;
 const ADJACENT: f64 = 1e-9;
-/// How far behind such a place a step by series ends, as a part of it, doubled so often at most.
+/// The distance by which a series step ends after such a point, as a part of it, and the most doublings of it.
 const BEHIND: f64 = 1e-13;
 const MOST_DOUBLED: usize = 8;
-/// Behind a jump at which a step begins, four times as far each time.
+/// The distance after a jump at which a step begins, four times as far each time.
 const MOST_JUMPS: usize = 16;
 /// The allowed difference of series from their values, in parts of their terms.
 const DIFFERENCE: f64 = 1e-6;
@@ -92,7 +92,7 @@ impl RunLoop {
                 Prospect::Leaves(part) => {
                     let at = from + part * length;
                     self.count_kinks(at, None)?;
-                    // Behind it by more than rounding, and by more where that was not enough.
+                    // After it by more than rounding, and by more where that was not enough.
                     let again =
                         if jump { 2 * self.guard.jumps.min(MOST_JUMPS) } else { self.guard.bent.min(MOST_DOUBLED) };
                     let behind = BEHIND * whole * powi(2.0, again as i32);
@@ -164,7 +164,7 @@ impl RunLoop {
         (self.is_long(until) && (0..count).any(coarse)).then_some((from + LESS * (until - from), None))
     }
 
-    /// Whether the last step is so long up to a time that it may be made shorter.
+    /// Whether the last step up to a time is long enough to be shortened.
     fn is_long(&self, until: f64) -> bool {
         until - self.solver.previous_time() > LEAST * self.scenario.duration.min(until)
     }
@@ -189,7 +189,7 @@ impl RunLoop {
         (high - from > SOON * (until - from)).then_some((high, kink))
     }
 
-    /// The number that is nearest to zero at the begin of the last step.
+    /// The number nearest to zero at the begin of the last step.
     fn nearest_kink(&mut self) -> Option<usize> {
         let mut numbers = vec![0.0f64; self.machine.kinks()];
         self.kinks_at(self.solver.previous_time(), &mut numbers);
@@ -229,7 +229,7 @@ impl RunLoop {
     }
 }
 
-/// The first of some numbers that is on the other side of zero.
+/// The first of some numbers that has changed its sign.
 fn passed(sides: &[f64], now: &[f64]) -> Option<usize> {
     sides.iter().zip(now).position(|(side, now)| side * now < 0.0)
 }
