@@ -8,8 +8,8 @@ use crate::width::Value;
 #[repr(align(64))]
 struct Line(#[expect(dead_code, reason = "read as values")] [f64; 8]);
 
-/// Memory for values that begins at a multiple of 64 bytes, so that none of them lies across such a multiple: code for lanes then takes two
-/// thirds of the time. It need not be so.
+/// Memory for values that begins at a multiple of 64 bytes, so that none of them crosses such a multiple: code for
+/// lanes then takes two thirds of the time. This alignment is optional.
 ///
 /// ```
 /// use kardan_native::Aligned;

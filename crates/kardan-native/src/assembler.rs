@@ -5,7 +5,7 @@ use crate::width::Width;
 /// A vector register.
 pub type Register = u8;
 
-/// A register or a place in memory, as the last operand of an instruction.
+/// A register or an address in memory, as the last operand of an instruction.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Operand {
     /// A register.
@@ -240,8 +240,8 @@ impl Assembler {
         self.bytes(&[0x5d, 0x5b, 0xc3]); // pop rbp; pop rbx; ret
     }
 
-    /// Does something for each term of a sum `Σ a_j b_(k−j)`, a from `first` bytes above the first coefficients, b from `second` bytes above those
-    /// of the order sought; `stride` bytes are between two orders.
+    /// Emits code for each term of a sum `Σ a_j b_(k−j)`, a from `first` bytes above the first coefficients, b from
+    /// `second` bytes above those of the current order; `stride` bytes are between two orders.
     pub fn repeat(&mut self, terms: Terms, [first, second]: [i32; 2], stride: u32, term: impl FnOnce(&mut Self)) {
         self.bytes(&[0x48, 0x8d, 0xbd]); // lea rdi, [rbp + first]
         self.bytes(&first.to_le_bytes());
@@ -280,7 +280,7 @@ impl Assembler {
         self.code[jump + 1] = (self.code.len() - jump - 2) as u8;
     }
 
-    /// Calls a function with addresses of places: two that it reads, two that it writes.
+    /// Calls a function with addresses: two that it reads, two that it writes.
     pub fn call(&mut self, function: u64, places: [u32; 4]) {
         self.bytes(&[0xc5, 0xf8, 0x77]);
         // lea rdi, rsi, rdx, rcx of rbx + offset

@@ -28,8 +28,8 @@ macro_rules! function {
     ($name:ident, $operator:path, $number:ty $(, $feature:literal)?) => {
         $(#[target_feature(enable = $feature)])?
         unsafe extern "C" fn $name(a: *const f64, b: *const f64, first: *mut f64, second: *mut f64) {
-            // SAFETY: the code passes addresses of places in the memory of a plan, which it was given for this call;
-            // each is as long as this number, and aligned as its lanes are.
+            // SAFETY: the code passes addresses within the memory of a plan, which it received for this call; each is
+            // as long as this number, and aligned as its lanes are.
             unsafe {
                 let (one, other) = results($operator, *a.cast::<$number>(), *b.cast::<$number>());
                 *second.cast::<$number>() = other;

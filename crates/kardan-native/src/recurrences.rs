@@ -97,7 +97,7 @@ pub fn write(assembler: &mut Assembler, steps: &[Step], values: u32, width: Widt
 struct Writer<'a> {
     assembler: &'a mut Assembler,
     registers: Registers,
-    /// From one place to the next, and from one order to the next.
+    /// From one value to the next, and from one order to the next.
     bytes: u32,
     stride: u32,
     order: Option<u32>,

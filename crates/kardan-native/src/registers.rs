@@ -13,7 +13,7 @@ pub const SIGN: Register = 14;
 /// All but the sign.
 pub const SIZE: Register = 15;
 
-/// Bits that the code reads: eight times the sign alone, eight times all but the sign.
+/// Bit masks of the code: eight times the sign bit, eight times all other bits.
 pub const BITS: [[u64; 8]; 2] = [[1 << 63; 8], [u64::MAX >> 1; 8]];
 /// Where the second of them begin, in bytes.
 pub const SIZE_OFFSET: u32 = 64;
@@ -21,10 +21,10 @@ pub const SIZE_OFFSET: u32 = 64;
 /// The memory index of the value in each register, and when it was used last. Each result is stored at once, so a
 /// register can be reused at any time.
 pub struct Registers {
-    /// How many of them there are.
+    /// The number of such registers.
     count: usize,
     contents: [Option<(Operand, u64)>; LOWER + UPPER],
-    /// Those that are not given away for now.
+    /// The registers that are reserved for now.
     reserved: [bool; LOWER + UPPER],
     now: u64,
 }
@@ -45,7 +45,7 @@ impl Registers {
         Self { count, contents: [None; LOWER + UPPER], reserved: [false; LOWER + UPPER], now: 0 }
     }
 
-    /// The register that was not used for longest: none of those that the operation at hand has in use.
+    /// The least recently used register that the current operation does not use.
     pub fn free(&mut self) -> Register {
         let age = |contents: &Option<(Operand, u64)>| contents.map_or(0, |(_, used)| used);
         let available = (0..self.count).filter(|&k| !self.reserved[k]);
@@ -59,14 +59,14 @@ impl Registers {
         self.count > LOWER
     }
 
-    /// A register that is not given away until [`release`](Self::release); a few at a time.
+    /// A register that is reserved until [`release`](Self::release); a few at a time.
     pub fn take(&mut self) -> Register {
         let register = self.free();
         self.reserved[index(register)] = true;
         register
     }
 
-    /// All registers can be given away again.
+    /// All registers may be reused again.
     pub fn release(&mut self) {
         self.reserved = [false; LOWER + UPPER];
     }

@@ -56,7 +56,7 @@ fn own_orders(steps: &[Step], order: usize) -> usize {
 pub struct NativeSeries<N> {
     #[cfg(all(target_arch = "x86_64", unix))]
     code: Executable,
-    /// Where the code of each order from 1 begins, as far as there is such code; then where that of all others does.
+    /// The start of the code of each order from 1, where there is such code; then the start of that for all others.
     starts: Vec<usize>,
     /// Values of an order.
     width: usize,

@@ -1,4 +1,4 @@
-//! How the coefficients of one value of a series follow from those of others.
+//! The recurrence of the Taylor coefficients of one value.
 //!
 //! The coefficients of a product are sums of products, those of a function follow from its differential equation (Griewank and Walther,
 //! Evaluating Derivatives, 2008, chapter 13).
@@ -7,12 +7,13 @@ use std::ops::Range;
 
 use kardan_rt::{Number, Operator, Real};
 
-/// How the coefficients of one value follow from those of others, by places among the values of an order.
+/// How the coefficients of one value follow from those of others, by indices into the values of an order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Step {
     /// The operator that computes the value from its operands.
     pub operator: Operator,
-    /// Whether the second operand does not change, so that a product or quotient needs the coefficient of its own order alone.
+    /// Whether the second operand is constant, so that a product or quotient needs only the coefficient of its own
+    /// order.
     pub scaled: bool,
     /// Where the value is.
     pub out: u32,
@@ -34,7 +35,7 @@ impl Step {
     /// Writes the auxiliary value of the rule into the coefficients of order 0, which contain the values.
     ///
     /// # Panics
-    /// If there is no such place.
+    /// If there is no such index.
     pub fn begin<N: Number<One = f64>>(&self, values: &mut [N]) {
         let at = |place: u32| values[place as usize];
         let (one, [a, b, _]) = (N::all(1.0), self.operands);
@@ -62,7 +63,7 @@ impl Step {
     /// ```
     ///
     /// # Panics
-    /// If the memory has no such place.
+    /// If the memory has no such index.
     pub fn find<N: Number<One = f64>>(&self, memory: &mut [N], width: usize, k: usize) {
         let mut all = Coefficients { memory, width, k };
         let value = all.value(self);
@@ -70,7 +71,7 @@ impl Step {
     }
 }
 
-/// The coefficients of all values, while those of order k are found.
+/// The coefficients of all values, while those of order k are computed.
 struct Coefficients<'a, N> {
     memory: &'a mut [N],
     width: usize,

@@ -7,7 +7,7 @@ use kardan_rt::{Lanes, Number};
 /// Whether no code is to be written.
 static OFF: AtomicBool = AtomicBool::new(false);
 
-/// From here on there is no new machine code: [`Native::new`](crate::Native::new) gives none. Results do not change.
+/// From here on there is no new machine code: [`Native::new`](crate::Native::new) returns none. Results do not change.
 pub fn switch_off() {
     OFF.store(true, Ordering::Relaxed);
 }
@@ -23,8 +23,8 @@ pub fn is_able(_: Width) -> bool {
     false
 }
 
-/// The most numbers side by side for which machine code is written here: 8 with AVX-512F, 4 with AVX2. 1 where there is
-/// none, on other processors and systems and after [`switch_off`]: then the interpreter does one after the other.
+/// The largest number of lanes for which machine code is written here: 8 with AVX-512F, 4 with AVX2. 1 where there is
+/// none, on other processors and systems and after [`switch_off`]: then the interpreter evaluates one after the other.
 ///
 /// ```
 /// use kardan_native::lanes;
@@ -56,7 +56,7 @@ pub enum Width {
 }
 
 impl Width {
-    /// Bytes of a place in memory.
+    /// Bytes of a value in memory.
     #[cfg(all(target_arch = "x86_64", unix))]
     pub fn bytes(self) -> u32 {
         8 * self as u32

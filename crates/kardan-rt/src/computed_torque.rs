@@ -12,7 +12,7 @@ pub enum Task<T> {
         /// The loop around the double integrator.
         position_loop: PositionLoop<T>,
     },
-    /// The reference is a torque (N m) that acts on a shaft as if it carried its effective inertia `1/(b H⁻¹ bᵀ)` at the
+    /// The reference is a torque (N m) that acts on a shaft as if it had its effective inertia `1/(b H⁻¹ bᵀ)` at the
     /// present position alone.
     Torque {
         /// The shaft.
@@ -75,7 +75,7 @@ pub struct ComputedTorque<'a, T> {
     pub mechanism: Mechanism<'a, T>,
     /// The controlled variables.
     pub tasks: &'a [Task<T>],
-    /// Numbers of the inputs commanded, as many as tasks.
+    /// Numbers of the commanded inputs, as many as tasks.
     pub inputs: &'a [usize],
     /// Speed w₀ (rad/s) of the friction feed-forward `c·w/√(w²+w₀²)` along each Coulomb direction; none: no feed-forward.
     pub friction_width: Option<T>,

@@ -65,8 +65,8 @@ pub fn add_scaled<T: Real>(factor: T, x: &[T], out: &mut [T]) {
     }
 }
 
-/// L and D of the leading n × n block `L D Lᵀ` of a symmetric matrix with `columns` columns, L with a diagonal of ones, in
-/// whose place D is stored; `None` if the block is not numerically positive definite.
+/// L and D of the leading n × n block `L D Lᵀ` of a symmetric matrix with `columns` columns, L with a diagonal of ones,
+/// where D is stored instead; `None` if the block is not numerically positive definite.
 pub fn factor<T: Real>(matrix: &[T], columns: usize, n: usize, lower: &mut [T]) -> Option<()> {
     for j in 0..n {
         let source = row(matrix, j, columns);

@@ -62,7 +62,7 @@ impl<'a, T: Real> Gain<'a, T> {
             four_sums(block, four, columns, x);
             (rows, values) = (next_rows, next_values);
         }
-        // Rows are split off one by one: to count them would take a division, which costs as much as a row.
+        // Rows are split off one by one: counting them would need a division, which costs as much as a row.
         for value in values {
             let Some((row, next_rows)) = rows.split_at_checked(columns) else { return };
             *value = sum(*value, row, x);

@@ -32,7 +32,7 @@ pub trait Format: Sized + Copy + 'static {
     const TAN_PI_8: Self;
     /// The sides of a triangle above or below these values are scaled by those factors.
     const RANGES: ((Self, Self), (Self, Self));
-    /// Sides below this are so much shorter than the other that a quotient needs no rest.
+    /// Sides below this are so much shorter than the other that a quotient needs no remainder.
     const NO_REST: Self;
     /// Below and above these, eˣ is 0 and infinite.
     const EXPONENTS: (Self, Self);

@@ -92,8 +92,9 @@ impl<T: Real> Mechanism<'_, T> {
         sum(&[self.plan.memory(), sum(&self.lengths())])
     }
 
-    /// Evaluates the mechanism at `position` (rad) and `speed` (rad/s), one entry per coordinate; those left out are 0.
-    /// `None` if the memory is too short, the plan is not one of such a mechanism, or an entry of either or a number found is not finite.
+    /// Evaluates the mechanism at `position` (rad) and `speed` (rad/s), one entry per coordinate; missing entries are
+    /// 0. `None` if the memory is too short, the plan is not one of such a mechanism, or an entry of either or a result
+    /// is not finite.
     ///
     /// Costs as much as its [`Plan::evaluate`].
     pub fn evaluate<'m>(&self, position: &[T], speed: &[T], memory: &'m mut [T]) -> Option<Evaluation<'m, T>> {

@@ -11,10 +11,10 @@ pub trait Arithmetic:
 {
     /// A whole number.
     fn whole(count: usize) -> Self;
-    /// `then` where `self < than`, else `otherwise`; each lane by itself.
+    /// `then` where `self < than`, else `otherwise`; for each lane separately.
     #[must_use]
     fn select(self, than: Self, then: Self, otherwise: Self) -> Self;
-    /// This where it is finite, else `other`; each lane by itself.
+    /// This where it is finite, else `other`; for each lane separately.
     #[must_use]
     fn finite_or(self, other: Self) -> Self;
     /// 1 where this is a number, else 0; for each lane separately. Valid for an expression as long as the number is

@@ -118,7 +118,7 @@ impl Table {
     }
 }
 
-/// A list of operations that finds outputs from inputs.
+/// A list of operations that computes outputs from inputs.
 ///
 /// Its memory contains the inputs first, then the constants, then the values of all operations in their order; operands
 /// are indices into it. `kardan::plan` compiles models to such lists.
@@ -150,7 +150,7 @@ pub struct Plan<'a, T> {
     pub constants: &'a [T],
     /// The operations, in runs of one kind.
     pub runs: &'a [Run],
-    /// Operands of all operations, one after the other: places in the memory.
+    /// Operands of all operations, one after the other: indices into the memory.
     pub operands: &'a [u32],
     /// Where the outputs are.
     pub outputs: &'a [u32],
@@ -205,15 +205,15 @@ impl<T: Real> Plan<'_, T> {
         self.runs.iter().fold(sum(&[self.inputs, self.constants.len()]), |all, run| sum(&[all, values(run)]))
     }
 
-    /// Puts the constants into the memory; once, before the first evaluation.
+    /// Writes the constants into the memory; once, before the first evaluation.
     pub fn begin<N: Number<One = T>>(&self, memory: &mut [N]) {
         for (place, constant) in memory.iter_mut().skip(self.inputs).zip(self.constants) {
             *place = N::all(*constant);
         }
     }
 
-    /// Finds all values from the inputs at the begin of the memory. Returns whether all inputs and outputs are finite; false also
-    /// where the memory is too short, or the plan is not whole.
+    /// Computes all values from the inputs at the begin of the memory. Returns whether all inputs and outputs are
+    /// finite; false also where the memory is too short, or the plan is incomplete.
     ///
     /// Costs some 1 ns for each operation; sines, roots and quotients more.
     #[must_use = "false: an output is not finite"]

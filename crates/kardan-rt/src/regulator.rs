@@ -14,8 +14,8 @@ use crate::{Bounds, Gain, Governor, Real};
 /// x̂ ← A x̂ + B u                        prediction, with the applied torques: no windup
 /// ```
 ///
-/// A reading or reference that is not finite is replaced by the last one that was. Commands are always finite and within the
-/// bounds, whatever is read.
+/// A reading or reference that is not finite is replaced by the last one that was. Commands are always finite and
+/// within the bounds, for any reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Regulator<'a, T> {
     /// A, states × states.
@@ -145,7 +145,7 @@ impl<T: Real> Regulator<'_, T> {
         self.model_input.accumulate(governed, next_model);
         self.model.accumulate(own_model, next_model);
 
-        // u = −K [x̂; ξ; r]; the row of each command is summed in place of the one before.
+        // u = −K [x̂; ξ; r]; the sum for each command replaces the previous one.
         let before: &mut [T] = commands;
         for (number, command) in before.iter_mut().enumerate() {
             let fed = self.feedback.row_times(number, augmented);
@@ -178,8 +178,8 @@ impl<T: Real> Regulator<'_, T> {
     }
 }
 
-/// Takes readings (or references) over that are finite. Of those that are not, or are missing, the last good ones stay; returns
-/// how many.
+/// Copies readings (or references) that are finite. Where they are not, or are missing, the last valid ones stay;
+/// returns how many.
 ///
 /// ```
 /// let mut last_good = [1.0, 2.0];

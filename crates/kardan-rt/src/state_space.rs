@@ -35,8 +35,8 @@ pub struct StateSpace<'a, T> {
 }
 
 impl<'a, T: Real> StateSpace<'a, T> {
-    /// A block from its matrices, row by row: A (states × states), B (states × signals), C (outputs × states),
-    /// D (outputs × signals); `None` if the lengths do not fit each other.
+    /// A block from its matrices, row by row: A (states × states), B (states × signals), C (outputs × states), D
+    /// (outputs × signals); `None` if the lengths are inconsistent.
     ///
     /// ```
     /// use kardan_rt::StateSpace;

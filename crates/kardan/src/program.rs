@@ -176,7 +176,7 @@ impl Clone for Lists {
     }
 }
 
-/// A block in its place among those of a task.
+/// A block with its index among those of a task.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Step {
     /// The block.

@@ -51,7 +51,7 @@ fn larger<N: Arithmetic>(a: N, b: N) -> N {
     a.select(b, b, a)
 }
 
-/// Between two bounds, as far as there are any.
+/// Between two bounds, where they exist.
 fn clamped<N: Arithmetic>(x: N, low: Option<N>, high: Option<N>) -> N {
     let x = low.map_or(x, |low| larger(x, low));
     high.map_or(x, |high| smaller(x, high))

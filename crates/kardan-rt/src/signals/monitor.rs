@@ -13,7 +13,8 @@ pub struct Monitor<N> {
 }
 
 impl<N: Arithmetic> Monitor<N> {
-    /// Entries of its memory: whether there is an alarm (1, else 0), and how many samples in a row spoke against that.
+    /// Entries of its memory: whether there is an alarm (1, else 0), and the number of consecutive samples against that
+    /// state.
     pub const MEMORY: usize = 2;
 
     /// One sample. A residual that is not a number counts as above the threshold, and the block returns false.

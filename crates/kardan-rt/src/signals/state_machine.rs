@@ -13,7 +13,7 @@ pub struct Transition {
 /// A state machine: it is in one of its states, numbered from 0, and takes a transition whose guard is true.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StateMachine<'a> {
-    /// Its transitions; of two that could be taken, the first is.
+    /// Its transitions; where two are possible, it takes the first.
     pub transitions: &'a [Transition],
 }
 

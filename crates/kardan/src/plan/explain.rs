@@ -1,4 +1,4 @@
-//! Where a value that is no finite number comes from.
+//! The origin of a value that is not finite.
 
 use std::collections::BTreeMap;
 

@@ -104,7 +104,7 @@ impl Plan {
         self.places[output] as usize
     }
 
-    /// How many operations of each kind there are, a fused product and sum counted as one.
+    /// The number of operations of each kind, a fused product and sum counted as one.
     pub fn counts(&self) -> Vec<(Operator, usize)> {
         let mut counts: Vec<(Operator, usize)> = Vec::new();
         for run in &self.runs {
@@ -117,7 +117,7 @@ impl Plan {
         counts
     }
 
-    /// How many operations there are.
+    /// The number of operations.
     pub fn operations(&self) -> usize {
         self.runs.iter().map(|run| run.count).sum()
     }

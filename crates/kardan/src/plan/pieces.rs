@@ -8,7 +8,7 @@ use super::Plan;
 /// Parts of two values that are the same but for rounding.
 const SAME: f64 = 1e-12;
 
-/// A value of smooth pieces. Numbers are places among the values of an order.
+/// A value of smooth pieces. Numbers are indices into the values of an order.
 #[derive(Debug, Clone)]
 enum Kink {
     /// One of two values, selected by whether the first of two is below the second.
@@ -62,7 +62,7 @@ impl Pieces {
                 let (origin, behind) = (first + terms, first + terms + 1);
                 free += 2 * terms.max(1) + 1;
                 steps.push(step(Operator::Subtract, false, behind, [value, origin, 0], 0));
-                // Horner's rule; behind the argument there is a place for each value of it but the last.
+                // Horner's rule; behind the argument there is an index for each value of it but the last.
                 for j in (0..terms.saturating_sub(1)).rev() {
                     let (highest, own) = (j + 2 == terms, if j == 0 { out } else { behind + j });
                     let before = if highest { first + j + 1 } else { behind + j + 1 };
@@ -88,7 +88,7 @@ impl Pieces {
         Some(free)
     }
 
-    /// Which piece each has at the values of order 0: where two meet, the one that the plan takes there, for now.
+    /// The piece of each at the values of order 0: where two meet, at first the one that the plan takes there.
     pub fn begin(&mut self, memory: &mut [f64]) {
         let Self { kinks, numbers, open, jumps } = self;
         open.clear();
@@ -135,7 +135,7 @@ impl Pieces {
                     let chosen = if a < b { -1.0 } else { 1.0 };
                     let change = memory[*sign] != chosen;
                     memory[*sign] = chosen;
-                    // Orders before were found with the other value.
+                    // Lower orders were computed with the other value.
                     let apart = |order: usize| {
                         let [a, b] = values.map(|place| memory[order * width + place]);
                         (a - b).abs() > SAME * (a.abs() + b.abs())
@@ -213,7 +213,7 @@ fn at_piece(table: &Table, numbers: &[f64], piece: usize, x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |value, coefficient| value * (x - origin) + coefficient)
 }
 
-/// Puts the values of order 0 of a piece where the steps of a table read them.
+/// Writes the values of order 0 of a piece to the indices that the steps of a table read.
 fn put_piece(table: &Table, numbers: &[f64], (first, piece): (usize, usize), x: f64, memory: &mut [f64]) {
     let (origin, coefficients) = piece_of(table, numbers, piece);
     let (terms, behind) = (table.terms, x - origin);

@@ -21,7 +21,7 @@ const ROUNDING: f64 = 1e-14;
 #[derive(Debug, Clone)]
 struct Operation {
     operator: Operator,
-    /// Places of its operands; of [`Operator::Table`] the first is the table's number.
+    /// Indices of its operands; of [`Operator::Table`] the first is the table's number.
     operands: [usize; 4],
     /// Where its value is, and of [`Operator::SineCosine`] the cosine.
     out: [usize; 2],
@@ -51,7 +51,8 @@ impl Operation {
         )
     }
 
-    /// How far its arguments move, in scales; `extent` gives of a place how large its value is and how far it moves. More than 1 is not resolved.
+    /// How far its arguments move, in scales; `extent` returns for an index the size of its value and how far it moves.
+    /// More than 1 is not resolved.
     fn moved(&self, extent: impl Fn(usize) -> (f64, f64)) -> f64 {
         let of = |k: usize| extent(self.operands[k]);
         let part = |size: f64, moved: f64| if moved == 0.0 { 0.0 } else { moved / size };
@@ -151,12 +152,12 @@ impl Resolution {
         }
     }
 
-    /// Whether no operation has a scale: polynomials between places where they have kinks.
+    /// Whether no operation has a scale: polynomials between kinks.
     pub fn is_empty(&self) -> bool {
         self.scaled.is_empty()
     }
 
-    /// Places of the arguments of operations that have a scale.
+    /// Indices of the arguments of operations that have a scale.
     pub fn arguments(&self) -> impl Iterator<Item = usize> + '_ {
         self.scaled.iter().flat_map(|k| {
             let operation = &self.operations[*k];

@@ -1,7 +1,8 @@
 //! Taylor series of all values of a plan, coefficient by coefficient.
 //!
-//! The coefficients of each value follow from those of its operands ([`Step`]). So a differential equation whose right side is a plan gives its
-//! solution's series one coefficient after the other: each rate gives the next coefficient of its state.
+//! The coefficients of each value follow from those of its operands ([`Step`]). So the series of the solution of a
+//! differential equation whose right side is a plan follows one coefficient after the other: each rate gives the next
+//! coefficient of its state.
 
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
@@ -165,7 +166,7 @@ impl<N: Value> Series<N> {
         self.memory[order * self.width + first..][..coefficients.len()].copy_from_slice(coefficients);
     }
 
-    /// A coefficient of the value at a place of the plan's memory.
+    /// A coefficient of the value at an index of the plan's memory.
     #[inline]
     pub fn value(&self, place: usize, order: usize) -> N {
         self.memory[order * self.width + place]
@@ -177,19 +178,19 @@ impl<N: Value> Series<N> {
         &self.memory[order * self.width + place]
     }
 
-    /// All coefficients of the value at a place of the plan's memory.
+    /// All coefficients of the value at an index of the plan's memory.
     #[inline]
     pub fn of(&self, place: usize) -> impl DoubleEndedIterator<Item = N> + ExactSizeIterator {
         self.memory[place..].iter().step_by(self.width).copied()
     }
 
-    /// `Σ c_j x_(k−j)` over j = 1 … k, where c are the coefficients of the value at a place.
+    /// `Σ c_j x_(k−j)` over j = 1 … k, where c are the coefficients of the value at an index.
     #[inline]
     pub fn convolution(&self, place: usize, k: usize, x: impl Fn(usize) -> N) -> N {
         (1..k + 1).fold(N::all(0.0), |sum, j| sum + self.value(place, j) * x(k - j))
     }
 
-    /// Finds the coefficients of an order, at least 1, of all values from those of the inputs.
+    /// Computes the coefficients of an order, at least 1, of all values from those of the inputs.
     pub fn advance(&mut self, k: usize) {
         let Self { width, steps, native, memory, .. } = self;
         match native {
@@ -291,7 +292,7 @@ impl PiecedSeries {
         }
     }
 
-    /// Whether something jumps where the series begin, so that they belong to one instant alone.
+    /// Whether a value jumps where the series begin, so that they are valid at one instant only.
     pub fn jump(&self) -> bool {
         self.pieces.jump()
     }

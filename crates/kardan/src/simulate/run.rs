@@ -907,7 +907,7 @@ impl RunLoop {
             *loss += lost;
         }
         let what = format!(
-            "{} jams: its load drives it, and the locking torque exceeds the driving torque (Painlevé); the impact dissipates {lost:.6} J",
+            "{} jams: its load drives it, and its locking torque would exceed the driving torque (Painlevé); the impact dissipates {lost:.6} J",
             self.names[direction]
         );
         self.events.extend([what].into_iter().chain(happened).map(|what| Event { time, what }));

@@ -135,7 +135,7 @@ impl Profile {
         out
     }
 
-    /// From a time on it has one value, and before it none.
+    /// Has one value from a time on, and none before it.
     pub(super) fn set_constant(&mut self, from: f64, value: f64) {
         self.pieces.clear();
         self.pieces.push((from, value, 0.0));

@@ -10,7 +10,7 @@ use crate::names::unknown_name;
 use crate::num::StateArchive;
 use crate::results::{Event, Outcome, Physical};
 
-/// A closed loop that is stepped from outside, in as large or small steps as one likes.
+/// A closed loop that is stepped from outside, in steps of any size.
 ///
 /// It is the loop that [`simulate`](super::simulate) runs: the same steps of the integrator, the same events. The times
 /// at which the caller stops do not change the motion: the integration may be ahead, and its dense output gives the
@@ -54,7 +54,7 @@ pub struct Simulation {
     failed: Option<String>,
     /// Identifies the simulated model and controllers.
     fingerprint: u64,
-    /// With which values of parameters.
+    /// The hash of its parameter values.
     values: u64,
 }
 
@@ -79,7 +79,7 @@ pub enum SimulationError {
         /// The nearest name, or all of them.
         help: String,
     },
-    /// A value or a time that is no finite number.
+    /// A value or a time that is not finite.
     #[error("{what} must be a finite number, found {value}")]
     NotFinite {
         /// The value or time that is not finite.
@@ -116,11 +116,11 @@ pub struct Snapshot {
     data: Vec<u64>,
 }
 
-/// First word of a snapshot as bytes: its name, and the version of its order.
+/// First word of a snapshot as bytes: its name, and the version of its format.
 const MARK: u64 = u64::from_le_bytes(*b"kardan\0\x05");
 
 impl Snapshot {
-    /// As bytes, for a file: little endian words, the last one a sum over the others.
+    /// As bytes, for a file: little endian words, the last one a checksum of the others.
     pub fn to_bytes(&self) -> Vec<u8> {
         let all = [MARK, self.fingerprint, self.values].into_iter().chain(self.data.iter().copied());
         all.chain([sum(&self.data, self.fingerprint ^ self.values)]).flat_map(u64::to_le_bytes).collect()
@@ -129,7 +129,7 @@ impl Snapshot {
     /// From bytes. The checksum detects damage, not forgery: deliberately made bytes with a valid checksum are trusted.
     ///
     /// # Errors
-    /// [`SimulationError::Snapshot`] if they are no snapshot, or damaged.
+    /// [`SimulationError::Snapshot`] if they are not a snapshot, or damaged.
     ///
     /// ```
     /// use kardan::simulate::Snapshot;

@@ -1,4 +1,5 @@
-//! Integration by Taylor series: every step is the series of the motion at its begin, as long as its last terms are within the tolerance.
+//! Integration by Taylor series: every step is the series of the motion at its begin, as long as its last terms are
+//! within the tolerance.
 //!
 //! The order follows from the tolerance, the length of a step from the last two terms (Jorba and Zou, Experimental Mathematics 14, 2005,
 //! 99). Where the step is short anyway, as between two samples of a controller, fewer terms suffice. The series is the dense output.
@@ -16,7 +17,7 @@ use crate::num::StateArchive;
 
 /// Part of the length at which the last terms are as large as the tolerance.
 const SAFETY: f64 = 0.9;
-/// Two terms in turn that are so small, in tolerances, are the last ones of a step whose length is known.
+/// Two successive terms this small, in tolerances, are the last ones of a step whose length is known.
 const SMALL_TERM: f64 = 1e-2;
 /// The last two terms are suddenly small below this part of their extrapolation from the two before them.
 const SUDDENLY: f64 = 1e-2;
@@ -34,11 +35,11 @@ pub(super) const SLOPE_DEFECT: f64 = 30.0;
 pub(super) const INSIDE: [f64; 2] = [0.618_034, 1.0];
 /// In half of a step an error of the series shrinks below this part; a rounding error does not.
 const ROUNDING: f64 = 0.25;
-/// Part of the state that rounding is below; above, an error of the series may fall slowly too.
+/// Part of the state that bounds rounding; above, an error of the series may decrease slowly too.
 const SLIGHT: f64 = 1e-2;
 /// Steps between two measurements of the rounding error of a step.
 const LOOK_AT_ROUNDING: u64 = 64;
-/// Orders that are used at least and at most.
+/// The lowest and the highest order.
 const ORDERS: std::ops::RangeInclusive<usize> = 4..=24;
 
 /// Solver of `ẋ = f(t, x)` by Taylor series.
@@ -46,7 +47,7 @@ const ORDERS: std::ops::RangeInclusive<usize> = 4..=24;
 pub(super) struct Taylor {
     relative: f64,
     absolute: Vec<f64>,
-    /// The highest order there is memory for.
+    /// The highest order that the memory allows.
     most: usize,
     previous_time: f64,
     time: f64,
@@ -145,7 +146,7 @@ impl Taylor {
         self.order = 1;
     }
 
-    /// Makes one step, at most to `until`; `evaluated` is how much the machine has evaluated by now.
+    /// Makes one step, at most to `until`; `evaluated` is how much the machine has evaluated so far.
     pub(super) fn step(
         &mut self,
         until: f64,
@@ -205,7 +206,7 @@ impl Taylor {
         Ok(())
     }
 
-    /// Whether the last two terms of a step are smaller than those before them let expect.
+    /// Whether the last two terms of a step are smaller than their extrapolation from those before them.
     fn ends_suddenly(&self, order: usize, length: f64) -> bool {
         // Logarithms of the terms, the last one first.
         let (long, accuracy) = (ln(length), -ln(self.relative));
@@ -217,7 +218,7 @@ impl Taylor {
                 },
             );
         let last = terms[0].max(terms[1]);
-        // An even fall leaves of the whole, 1/relative tolerances, one.
+        // With an even decay the whole, 1/relative tolerances, falls to one.
         let too_large = |k: usize| terms[k] > ln(ABOVE) + accuracy * k as f64 / order as f64;
         last < ln(TOO_SMALL) || last > ln(FALL) + terms[2].max(terms[3]) || (2..terms.len()).any(too_large)
     }
@@ -336,7 +337,7 @@ impl Taylor {
         &self.rounding
     }
 
-    /// The largest coefficient of an order, in tolerances of components that move for so long.
+    /// The largest coefficient of an order, in tolerances of components that move for this time.
     fn largest(&self, order: usize, length: f64) -> f64 {
         let of = |order: usize| self.of(order).iter();
         let lists = of(0).zip(of(1)).zip(of(order)).zip(&self.absolute);
@@ -368,7 +369,7 @@ impl Taylor {
         self.begun.is_some() && self.of(1).iter().all(|slope| *slope == 0.0)
     }
 
-    /// Stays where it is until a time.
+    /// Keeps the state constant until a time.
     pub(super) fn rest(&mut self, until: f64) {
         self.previous.copy_from_slice(&self.state);
         (self.previous_time, self.time) = (self.time, until);

@@ -892,7 +892,7 @@ impl Machine {
             (!self.gear_losses.is_empty(), "there are gear losses"),
             (!self.unilaterals.is_empty(), "there are stops, clutches or locks"),
             (!self.jenkins.directions.is_empty() || self.relaxes, "there are massless motions"),
-            (self.own_laws, "a law without sample time, a program or blocks have own equations"),
+            (self.own_laws, "a law without sample time, a program or blocks compute with their own code"),
             (self.moves, "speeds are prescribed"),
             (
                 self.laws
