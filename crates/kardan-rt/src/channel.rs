@@ -19,10 +19,10 @@ pub enum Channel<T> {
 }
 
 impl<T: Real> Channel<T> {
-    /// The acceleration to request of the output, rad/s²: (6.137) of the source for a position (rad), `(reference −
-    /// load)/J` as in (6.131) for a torque (N m); position in rad, speed in rad/s, load in N m. `None` where that is
-    /// not finite: use the previous request then. All four arguments are checked, also those that the kind of channel
-    /// does not use.
+    /// The acceleration to request of the output, rad/s²: (6.137) of the source for a position (rad),
+    /// `(reference − load)/J` as in (6.131) for a torque (N m); position in rad, speed in rad/s, load in N m. `None`
+    /// where that is not finite: use the previous request then. All four arguments are checked, also those that the
+    /// kind of channel does not use.
     ///
     /// ```
     /// let wheel = kardan_rt::Channel::Torque { inverse_inertia: 4.0 };

@@ -84,9 +84,9 @@ impl OperatingPoint {
     }
 }
 
-/// The stiffness that springs, laws and balancing torques add at transmissions whose ratio depends on the angle: `−μ
-/// γ″` along the driving side, with μ the torque that acts on the driven one; `laws` are the slopes of the laws there.
-/// Without laws and balancing torques there is none: springs are then taken as relaxed.
+/// The stiffness that springs, laws and balancing torques add at transmissions whose ratio depends on the angle:
+/// `−μ γ″` along the driving side, with μ the torque that acts on the driven one; `laws` are the slopes of the laws
+/// there. Without laws and balancing torques there is none: springs are then taken as relaxed.
 ///
 /// # Panics
 /// If the position has not one entry per coordinate.

@@ -104,9 +104,9 @@ pub struct Redundant {
 
 /// Reduced coordinates in which the motions without inertia are separate: `q_r = T [x; y]` with `H T_y = 0`.
 ///
-/// Where dampers act, `T_yᵀ D T_x = 0` (D with the speed slopes of laws) and `D_y ẏ = T_yᵀ(F τ − S q_r)` with `D_y =
-/// T_yᵀ D T_y`, so that y has a rate where x has an acceleration. Where frictions alone act beside springs, each y is
-/// the slip angle of one of them.
+/// Where dampers act, `T_yᵀ D T_x = 0` (D with the speed slopes of laws) and `D_y ẏ = T_yᵀ(F τ − S q_r)` with
+/// `D_y = T_yᵀ D T_y`, so that y has a rate where x has an acceleration. Where frictions alone act beside springs, each
+/// y is the slip angle of one of them.
 #[derive(Debug, Clone)]
 pub struct Relaxation {
     /// Numbers of the reduced coordinates that the damped y replace.

@@ -29,8 +29,8 @@ pub(super) fn slips(
 }
 
 impl Reduced {
-    /// The torque of each slider where it sticks at reduced coordinates `position`, N m: its friction and `−T_yᵀ(S q −
-    /// s₀)`.
+    /// The torque of each slider where it sticks at reduced coordinates `position`, N m: its friction and
+    /// `−T_yᵀ(S q − s₀)`.
     pub fn carried_by_sliders(&self, position: &[f64]) -> Vec<(usize, f64)> {
         let mut kinematics = Kinematics::new(self);
         kinematics.update(position, &vec![0.0; position.len()]);

@@ -64,8 +64,8 @@ impl Machine {
         equations.solve(self.size - 2, out);
     }
 
-    /// The same as linear equations of states and constraint torques: `H v̇ + Gᵀλ = ∂(f − H a − Gᵀλ₀)/∂x x`, `G v̇ =
-    /// −∂(b + G a)/∂x x`, in whose derivatives accelerations a and torques λ₀ are constant.
+    /// The same as linear equations of states and constraint torques: `H v̇ + Gᵀλ = ∂(f − H a − Gᵀλ₀)/∂x x`,
+    /// `G v̇ = −∂(b + G a)/∂x x`, in whose derivatives accelerations a and torques λ₀ are constant.
     pub(in crate::simulate) fn find_descriptor(&mut self, time: f64, state: &[f64], out: &mut Descriptor) {
         let Some(mut jacobian) = self.jacobian.take() else { return out.clear(0) };
         let (r, states) = (self.degrees_of_freedom, self.size - 2);

@@ -1,9 +1,9 @@
 //! The Taylor series of the motion in one set of modes, coefficient by coefficient.
 //!
-//! All values except the accelerations follow from the expressions of the loop ([`PiecedSeries`]). With `H(t) a(t) =
-//! f(t) − Gᵀ(t) λ(t)` the coefficient k of the accelerations is the solution with the same factors for `f_k − Σ_j H_j
-//! a_(k−j) − Σ_j G_jᵀ λ_(k−j)` over j from 1, and that of the constraint torques makes `Σ_j g_j a_(k−j)` and the bias
-//! vanish in each direction.
+//! All values except the accelerations follow from the expressions of the loop ([`PiecedSeries`]). With
+//! `H(t) a(t) = f(t) − Gᵀ(t) λ(t)` the coefficient k of the accelerations is the solution with the same factors for
+//! `f_k − Σ_j H_j a_(k−j) − Σ_j G_jᵀ λ_(k−j)` over j from 1, and that of the constraint torques makes `Σ_j g_j a_(k−j)`
+//! and the bias vanish in each direction.
 
 use kardan_rt::functions::{powf, powi};
 

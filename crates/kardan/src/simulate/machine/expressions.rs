@@ -640,8 +640,9 @@ fn find_multipliers(
     places.multiplier_speeds = all.found("kept_speed", speeds);
 }
 
-/// The power of constraints that prescribe speeds, `uᵀτ_c` with `τ_c = H (K q̈_r + k) + D q̇ + S q + friction − laws −
-/// F τ`: its part without accelerations and without sticking friction, then its coefficient for each of these.
+/// The power of constraints that prescribe speeds, `uᵀτ_c` with
+/// `τ_c = H (K q̈_r + k) + D q̇ + S q + friction − laws − F τ`: its part without accelerations and without sticking
+/// friction, then its coefficient for each of these.
 fn prescribed_power(all: &mut Loop<'_>, reduced: &Reduced, applied: &[Expr], friction: &[Expr]) -> [Vec<Expr>; 3] {
     let (r, equations) = (reduced.degrees_of_freedom(), &reduced.equations);
     let (mut now, mut accelerations) = (Vec::new(), vec![Vec::new(); r]);

@@ -2,9 +2,9 @@
 //! the loss.
 //!
 //! The torque τ of a gear's constraint on the first body of its direction is affine in accelerations and in the torques
-//! of active and sliding directions. While a gear slides, the loss `T = s f(|τ|)` against the motion solves `τ = τ₀ + Λ
-//! T`, by Newton's method on this piecewise smooth equation; at rest its limit is `f`, with a loss of its own for each
-//! sense, as power would flow one way or the other.
+//! of active and sliding directions. While a gear slides, the loss `T = s f(|τ|)` against the motion solves
+//! `τ = τ₀ + Λ T`, by Newton's method on this piecewise smooth equation; at rest its limit is `f`, with a loss of its
+//! own for each sense, as power would flow one way or the other.
 //!
 //! One gear has one solution as long as `1 − s σ f′ Λ > 0` for both signs σ of τ. Where the load drives a gear that
 //! would self-lock against the inertia of that load, this fails (Painlevé): there are two motions or none. kardan

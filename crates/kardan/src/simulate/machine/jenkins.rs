@@ -3,10 +3,10 @@
 //!
 //! No acceleration decides: while an element sticks its torque is that of the springs, while it slips the springs keep
 //! their torque. It begins to slip where that torque reaches the friction and grows, and sticks where its motion
-//! reverses. Springs without inertia between elements couple their slips: with the torques τ of the springs, `τ̇ = r −
-//! S_y ẏ`, and of those at their limits each either slips onwards, `τ̇ = 0`, or sticks while its torque falls. That is
-//! the convex problem of friction with slip speeds for torques, `½ ẏᵀS_yẏ − rᵀẏ` least over the speeds that each may
-//! have; S_y is positive definite, so its solution is unique.
+//! reverses. Springs without inertia between elements couple their slips: with the torques τ of the springs,
+//! `τ̇ = r − S_y ẏ`, and of those at their limits each either slips onwards, `τ̇ = 0`, or sticks while its torque
+//! falls. That is the convex problem of friction with slip speeds for torques, `½ ẏᵀS_yẏ − rᵀẏ` least over the speeds
+//! that each may have; S_y is positive definite, so its solution is unique.
 
 use super::Machine;
 use super::jenkins_springs::JenkinsElements;

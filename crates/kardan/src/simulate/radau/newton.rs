@@ -1,6 +1,6 @@
-//! The linear systems of the iteration, `(σ I − J) x = b` for the real σ and the complex pairs of the tableau, as `(σ E
-//! − A) x = E b`: the time and memory of sparse factors depend on the structure, and already for loops of ten states
-//! they are below those of dense ones.
+//! The linear systems of the iteration, `(σ I − J) x = b` for the real σ and the complex pairs of the tableau, as
+//! `(σ E − A) x = E b`: the time and memory of sparse factors depend on the structure, and already for loops of ten
+//! states they are below those of dense ones.
 
 use faer::c64;
 
