@@ -1,4 +1,4 @@
-//! Programs: outputs of blocks at the samples of one clock, as expressions of their inputs. Data only.
+//! Programs: what blocks compute at the samples of one clock, as expressions of their inputs. Data only.
 
 use std::sync::{Arc, OnceLock};
 
@@ -13,9 +13,9 @@ pub enum Read {
     Position(String),
     /// Its rate.
     Rate(String),
-    /// A sensor reading, by its name, not the true value; the last good reading if it gives no number.
+    /// A sensor, by its name: its reading, not the true value; the last valid reading, where it outputs no number.
     Sensor(String),
-    /// The raw reading, a number or none: the input of a monitor.
+    /// The same without replacement, a number or NaN: the input of a monitor.
     AsRead(String),
     /// An external input of the task, by its name: a signal of the scenario, an output of another task.
     Source(String),
@@ -42,26 +42,26 @@ pub struct TableCall {
     pub name: String,
     /// The table.
     pub table: Arc<Lookup>,
-    /// Where it is looked up.
+    /// The arguments of the lookup.
     pub at: Vec<Expr>,
 }
 
-/// The suffix of a sampled sensor in the names of symbols.
+/// The suffix of a sensor's name in the names of symbols, where it is read at a sample.
 pub(crate) const AS_READ: &str = " as read";
 
-/// The name of the input of a symbol.
+/// The name that a symbol reads.
 pub(crate) fn read_name(symbol: &str) -> &str {
     symbol.strip_suffix(AS_READ).unwrap_or(symbol)
 }
 
-/// A condition on a varying key of a block that a run checks.
+/// A condition that a run must satisfy, from a key of a block that varies.
 #[derive(Debug, Clone)]
 pub struct KeyRule {
     /// The block.
     pub block: String,
-    /// The message where it is violated: "`low` is above `high`".
+    /// The error where it is violated: "`low` is above `high`".
     pub what: String,
-    /// The expression that must not be negative.
+    /// The value that must not be negative.
     pub value: Expr,
     /// Whether it must be above zero.
     pub above: bool,
@@ -69,23 +69,23 @@ pub struct KeyRule {
     pub dimension: Dimension,
 }
 
-/// Values of blocks and signals that are checked in the rows of a run, with their graph.
+/// The checks of blocks and signals in the rows of a run, with their graph.
 #[derive(Debug, Clone, Default)]
 pub struct Looked {
-    /// The graph: its symbols have the names of the inputs.
+    /// The graph: its symbols have the names that are read.
     pub graph: Graph,
     /// The tables that are read.
     pub calls: Vec<TableCall>,
-    /// Conditions on keys of blocks.
+    /// The conditions on keys of blocks.
     pub rules: Vec<KeyRule>,
 }
 
-/// A discrete state of a task.
+/// A state of a task from one sample to the next.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
-    /// Its name: that of its block.
+    /// The name of its block.
     pub name: String,
-    /// Its symbol.
+    /// The symbol that represents it.
     pub symbol: Symbol,
     /// Its initial value.
     pub start: f64,
@@ -115,12 +115,12 @@ impl PartialEq for Task {
 }
 
 impl Task {
-    /// Its arguments: its inputs, then its states.
+    /// Its arguments: the inputs, then the states.
     pub fn inputs(&self) -> Vec<Symbol> {
         self.reads.iter().map(|(symbol, _)| *symbol).chain(self.memory.iter().map(|entry| entry.symbol)).collect()
     }
 
-    /// Its outputs, then its next states, with names.
+    /// Its outputs, then the next states, with names.
     pub fn outputs(&self) -> Vec<(String, Expr)> {
         let outputs = self.outputs.iter().map(|answer| (answer.name.clone(), answer.value));
         let next = self.memory.iter().enumerate().map(|(k, entry)| (format!("next.{k}"), entry.next));
@@ -130,18 +130,18 @@ impl Task {
     /// Its outputs from its inputs.
     ///
     /// # Panics
-    /// If it names an unknown input.
+    /// If it names an input that it does not read.
     pub fn plan(&self) -> &Arc<Plan> {
         let compiled =
-            || compile(&self.graph, &self.inputs(), &self.outputs()).expect("a task names all that it reads");
+            || compile(&self.graph, &self.inputs(), &self.outputs()).expect("a task declares all its inputs");
         self.lists.values.get_or_init(|| Arc::new(compiled()))
     }
 }
 
-/// The outputs computed at the samples of one clock.
+/// Expressions that are computed together at the samples of one clock.
 #[derive(Debug, Clone)]
 pub struct Task {
-    /// Its name in sentences.
+    /// Its name in messages.
     pub name: String,
     /// Sample time, s; none: at every instant.
     pub period: Option<Exact>,
@@ -153,30 +153,30 @@ pub struct Task {
     pub memory: Vec<Entry>,
     /// Its outputs.
     pub outputs: Vec<TaskAnswer>,
-    /// The inputs and states that depend on the plant; the others count, measure time or switch.
+    /// Those of its inputs and states that move with the controlled plant; the rest counts, measures time or switches.
     pub moving: Vec<Symbol>,
-    /// The names in its commands as written, sorted; empty for blocks.
+    /// The names in its commands as they are written, sorted; empty for blocks.
     pub names: Vec<String>,
     /// The order in which the blocks compute, for a reader: each with the names that it needs at once.
     pub order: Vec<Step>,
-    /// Derived values.
+    /// Derived data.
     pub lists: Lists,
 }
 
-/// A task as lists of operations, each built on first use.
+/// A task as lists of operations, each compiled at its first use.
 #[derive(Debug, Default)]
 pub struct Lists {
     values: OnceLock<Arc<Plan>>,
 }
 
 impl Clone for Lists {
-    /// A copy, which may become another task, builds its own.
+    /// Those of a copy, which may become another task, are compiled again.
     fn clone(&self) -> Self {
         Self::default()
     }
 }
 
-/// A block in its place among those of a task.
+/// A block with its index among those of a task.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Step {
     /// The block.
@@ -185,6 +185,6 @@ pub struct Step {
     pub kind: &'static str,
     /// Its inputs.
     pub reads: Vec<String>,
-    /// Those with direct feedthrough to its output.
+    /// Those inputs that its output depends on at the same sample.
     pub at_once: Vec<String>,
 }

@@ -70,7 +70,7 @@ fn tolerances_below_rounding_are_reported_and_cost_little() {
             let reported = format!("{model} {}, {method:?}", tight.name);
             let (few, many) = (usual.effort.steps, tight.effort.steps);
             assert!(many < 20 * few, "{reported}: {few}, {many} steps");
-            let said = tight.notes.iter().any(|note| note.contains("below what double precision gives"));
+            let said = tight.notes.iter().any(|note| note.contains("below double precision"));
             assert!(model != "sia-steering" || said && tight.effort.rounding > 1.0, "{reported}: {:?}", tight.notes);
             assert!(!usual.notes.iter().any(|note| note.contains("double precision")), "{reported}: {:?}", usual.notes);
             for signal in tight.series.signals.iter().filter(|signal| signal.name.ends_with(".phi")) {

@@ -388,7 +388,7 @@ until = \"0.7 s\"
         assert_eq!(at(&run, "lost", t), f64::from(u8::from(alarm)), "at {t} s");
     }
     assert!(at(&run, "m.tau", 0.0) == 0.0 && at(&run, "m.tau", 0.02) > 1.0);
-    let reported = "The blocks at 0.01 s: in 20 of 101 samples a reading was no number, and the last good one was held";
+    let reported = "The blocks at 0.01 s: in 20 of 101 samples a reading was not a number, and the controller used the last valid one";
     assert!(run.notes.iter().any(|note| note.starts_with(reported)), "{:?}", run.notes);
     assert!(run.notes.iter().all(|note| !note.contains("estimate")), "{:?}", run.notes);
 }

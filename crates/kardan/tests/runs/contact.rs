@@ -47,7 +47,7 @@ fn a_bouncing_ball_comes_to_rest() {
             let run = by(&ball(&format!("restitution = {e}")), method);
             let rests = (2.0 * 0.8 / 10.0_f64).sqrt() * (1.0 + e) / (1.0 - e);
             let what = format!("{method:?} e = {e}");
-            near(time_of(&run, "ground is rested on"), rests, 1e-9, &what);
+            near(time_of(&run, "ground is in resting contact"), rests, 1e-9, &what);
             for (k, time) in run.series.time.iter().enumerate().filter(|(_, time)| **time > rests + 1e-9) {
                 assert_eq!(signal(&run, "ball.v")[k], 0.0, "{what} at {time}");
                 near(signal(&run, "ball.s")[k], 0.0, 1e-12, &what);
@@ -80,7 +80,7 @@ fn a_ball_comes_to_rest_in_long_runs() {
             let run = by(&source, method);
             let rests = (2.0 * 0.8 / 10.0_f64).sqrt() * (1.0 + e) / (1.0 - e);
             let what = format!("{method:?} {duration} s");
-            near(time_of(&run, "ground is rested on"), rests, 1e-8, &what);
+            near(time_of(&run, "ground is in resting contact"), rests, 1e-8, &what);
             near(run.energy.dissipated, 16.0, 1e-9, &what);
             assert!(run.effort.events < 600, "{what}: {:?}", run.effort);
         }
@@ -437,7 +437,7 @@ fn what_cannot_be_ends_the_run() {
     };
     let run = ended(brake);
     let Outcome::Failed { time, cause } = &run.outcome else { panic!("{:?}", run.outcome) };
-    assert!((time - 0.5).abs() < 1e-6 && cause.contains("friction below zero would drive"), "{cause}");
+    assert!((time - 0.5).abs() < 1e-6 && cause.contains("negative friction would drive"), "{cause}");
     assert!(run.series.time.len() >= 50, "{}", run.series.time.len());
     let below = ball("restitution = 0.5").replace("80 cm", "-1 cm");
     let reported = study::check(&below);
@@ -584,8 +584,8 @@ fn locks_that_share_are_not_called_friction() {
         + &bound("3.5 rad/s")
         + &bound("1e9 rad/s");
     let run = by(&source, Method::Taylor);
-    let said = "While `l1`, `l3`, `l2` hold together, the split of the torque between them is not unique (nor are constraint torques between them); \
-                shown is one with which all hold.";
+    let said = "While `l1`, `l3`, `l2` act together, the split of the torque between them is not unique (nor are constraint torques between them); \
+                shown is one that satisfies all limits.";
     assert!(run.notes.iter().any(|note| note == said), "{:?}", run.notes);
     let texts: Vec<&str> =
         run.requirements.iter().map(|one| one.text.rsplit(" < ").next().unwrap_or_default()).collect();
@@ -750,5 +750,9 @@ fn knocking_without_an_end_is_reported() {
     let run = by(source, Method::Automatic);
     near(last(&run, "a.v"), 0.0, 1e-12, "it rests");
     near(run.energy.dissipated, 0.5, 1e-12, "its energy");
-    assert!(run.notes.iter().any(|note| note.contains("were taken without restitution")), "{:?}", run.notes);
+    assert!(
+        run.notes.iter().any(|note| note.contains("computed the last ones without restitution")),
+        "{:?}",
+        run.notes
+    );
 }

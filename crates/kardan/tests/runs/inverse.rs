@@ -64,7 +64,7 @@ fn a_motion_that_is_all_prescribed_meets_losses_and_stops() {
     let study = Project::open(&locked).run(&runs_only(), &Silent).expect("it is a model");
     let Outcome::Failed { time, cause } = &study.runs[0].outcome else { panic!("it is locked") };
     assert!((time - 1.1).abs() < 1e-9, "{time}");
-    assert!(cause.contains("`l` holds what `pm` prescribes, and not the same way"), "{cause}");
+    assert!(cause.contains("`l` constrains a motion that `pm` prescribes, and contradicts it"), "{cause}");
     assert!(study.runs[0].warnings.is_empty(), "{:?}", study.runs[0].warnings);
 }
 

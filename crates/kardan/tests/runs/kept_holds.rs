@@ -185,7 +185,7 @@ fn what_cannot_both_hold_is_named() {
         study::run(source, &runs_only(), &Silent).unwrap_or_else(|reported| panic!("{reported:?}")).runs.remove(0);
     let Outcome::Failed { time, cause } = &reported.outcome else { panic!("{:?}", reported.outcome) };
     assert!(
-        (time - 0.5).abs() < 1e-9 && cause.contains("`drive`, `joined`, `wall` hold one motion rigidly"),
+        (time - 0.5).abs() < 1e-9 && cause.contains("`drive`, `joined`, `wall` constrain one motion rigidly"),
         "{cause}"
     );
     assert_eq!(reported.series.time.len(), 51);

@@ -343,11 +343,11 @@ fn teeth_that_jam_are_reported() {
     // 5 rad/s, and 8 N m on J₁ + J₂/(i² η) for a quarter of a period.
     let speed = 5.0 + 8.0 / (0.3 + 50.0 / 16.0 / 0.4) / std::f64::consts::PI;
     let energy = 0.5 * (0.3 + 50.0 / 16.0) * speed * speed;
-    assert!(jam.description.ends_with(&format!("the blow takes {energy:.6} J")), "{} {energy}", jam.description);
+    assert!(jam.description.ends_with(&format!("the impact dissipates {energy:.6} J")), "{} {energy}", jam.description);
     let run = tried(&heavy("8 N m", "0 N m"));
     assert_eq!(run.outcome, Outcome::Completed);
     assert!(
-        run.events.iter().any(|event| event.description.contains("two motions go on from here")),
+        run.events.iter().any(|event| event.description.contains("two motions are possible from here")),
         "{:?}",
         run.events
     );
@@ -366,7 +366,7 @@ fn two_motions_are_reported_from_their_beginning() {
     let reported: Vec<f64> = run
         .events
         .iter()
-        .filter(|event| event.description.contains("two motions go on from here"))
+        .filter(|event| event.description.contains("two motions are possible from here"))
         .map(|event| event.time)
         .collect();
     assert!(reported.len() == 1 && (reported[0] - 1.0 / (1.6 * influence)).abs() < 1e-12, "{:?}", run.events);
@@ -388,7 +388,7 @@ fn what_holds_with_a_bounded_torque_gives_no_impulse_where_teeth_jam() {
     for speed in [2.0, 3.0, 1.5] {
         let run = only(&model(clutch, speed));
         let jam = run.events.iter().find(|event| event.description.starts_with("g jams")).expect("it jams");
-        assert!(jam.time == 0.0 && jam.description.ends_with("the blow takes 0.650000 J"), "{jam:?}");
+        assert!(jam.time == 0.0 && jam.description.ends_with("the impact dissipates 0.650000 J"), "{jam:?}");
         for time in [0.0, 0.5, 1.0] {
             assert!((at(&run, "f.w", time) - (speed - 0.3 * time)).abs() < 1e-9, "{speed} {}", at(&run, "f.w", time));
         }
@@ -398,7 +398,7 @@ fn what_holds_with_a_bounded_torque_gives_no_impulse_where_teeth_jam() {
     }
     let run = only(&model("[lock.e]\nengaged = \"1\"", 2.0));
     let jam = run.events.iter().find(|event| event.description.starts_with("g jams")).expect("it jams");
-    assert!(jam.description.ends_with("the blow takes 2.650000 J"), "{jam:?}");
+    assert!(jam.description.ends_with("the impact dissipates 2.650000 J"), "{jam:?}");
     assert_eq!(at(&run, "f.w", 1.0), 0.0);
 }
 
@@ -427,7 +427,7 @@ fn a_blow_that_passes_teeth_is_reported() {
         )
     };
     let reported = |run: &Run| {
-        run.notes.iter().any(|note| note.starts_with("A rigid blow has passed the teeth of `worm` without their loss"))
+        run.notes.iter().any(|note| note.starts_with("A rigid impact passed through the gear `worm` without gear loss"))
     };
     let run = tried(&model("restitution = 0"));
     assert!(reported(&run), "{:?}", run.notes);

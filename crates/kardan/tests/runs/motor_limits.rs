@@ -164,8 +164,9 @@ fn a_design_whose_motors_saturate_in_the_scenario_says_so() {
     let own = run.motor_loads.iter().find(|found| found.motor == "wg_motor").unwrap();
     assert_eq!(own.at_torque_limit, motor_load.motor_load.at_torque_limit);
     assert!(
-        run.notes.iter().any(|note| note.contains("wg_motor is at its torque limit")
-            && note.contains("does not do what its design says"))
+        run.notes.iter().any(
+            |note| note.contains("wg_motor is at its torque limit") && note.contains("does not behave as designed")
+        )
     );
 }
 

@@ -351,7 +351,7 @@ fn points_that_nothing_holds_and_kinks_are_reported() {
         let slope = "`gravity` has no slope at the operating point";
         refused(&pendulum(&format!("-4 N m * {law}"), &at), "control::slope", &[slope, "its slope is infinite"]);
     }
-    refused(&pendulum("-4 N m / (arm.phi)", ""), "control::slope", &["its value is no number"]);
+    refused(&pendulum("-4 N m / (arm.phi)", ""), "control::slope", &["its value is not a number"]);
     let jump = "-4 N m * sign(arm.phi)";
     refused(&pendulum(jump, ""), "control::slope", &["it jumps where `arm.phi` = 0"]);
     // An analysis refuses it the same way.
