@@ -141,7 +141,6 @@ fn report_result(
     Ok(if problems.is_empty() && missing.is_empty() { verdict(&study.runs, args.strict) } else { ERROR })
 }
 
-<<<<<<< HEAD
 /// The files that were written, one line each; of more tables or plots than a few their number.
 fn written_files(files: &Files, all: bool) -> String {
     let list = |paths: Vec<&String>, what: &str| match &paths[..] {
@@ -155,10 +154,7 @@ fn written_files(files: &Files, all: bool) -> String {
     tables + &others + &list(files.plots.iter().collect(), "plots")
 }
 
-/// Writes everything that can be written, tables first; gives what could not.
-=======
 /// Writes all files that can be written, tables first; returns those that could not.
->>>>>>> 6a756c5bff95461ac4045bfc6abb12dc0f05d5dd
 fn write(study: &Study, page: &report::Page, folder: &mut Folder, args: &RunArgs) -> (Files, Vec<Diagnostic>) {
     let mut files = Files::default();
     let mut problems = Vec::new();

@@ -120,7 +120,11 @@ fn likelihood(probability: f64) -> String {
 /// Residual tests.
 fn tests(all: &[ResidualTest]) -> Body {
     let rows = all.iter().map(|test| {
-        row![&test.hypothesis, likelihood(test.probability), if test.if_rejected.is_empty() { "passes" } else { &test.if_rejected }]
+        row![
+            &test.hypothesis,
+            likelihood(test.probability),
+            if test.if_rejected.is_empty() { "passes" } else { &test.if_rejected }
+        ]
     });
     Body::default().table_of(ROWS, &["if the model is right", "#probability", "verdict"], rows)
 }

@@ -94,13 +94,8 @@ fn whose(study: &Study) -> String {
     }
 }
 
-<<<<<<< HEAD
-/// One sentence: did all variants run to the end, do the requirements hold? `true` if nothing is wrong.
-pub(super) fn verdict(study: &Study) -> Verdict {
-=======
 /// One sentence: did all variants complete, are the requirements met? `true` if so.
-fn verdict(study: &Study) -> Verdict {
->>>>>>> 6a756c5bff95461ac4045bfc6abb12dc0f05d5dd
+pub(super) fn verdict(study: &Study) -> Verdict {
     if study.runs.is_empty() {
         return Verdict { sound: true, text: "No runs.".into() };
     }
@@ -232,13 +227,8 @@ fn ended(study: &Study) -> String {
     parts.fold(format!("{completed} of {all} variants completed"), |text, (_, part)| format!("{text}, {part}"))
 }
 
-<<<<<<< HEAD
-/// An alert for each run whose numbers are not those of a whole run, and for each warning.
-pub(super) fn alerts(study: &Study) -> Vec<Alert> {
-=======
 /// An alert for each run with incomplete numbers, and for each warning.
-fn alerts(study: &Study) -> Vec<Alert> {
->>>>>>> 6a756c5bff95461ac4045bfc6abb12dc0f05d5dd
+pub(super) fn alerts(study: &Study) -> Vec<Alert> {
     let name = |run: &Run| {
         let label = variant_label(study, run);
         if label == run.name { label } else { format!("{} ({label})", run.name) }
@@ -391,13 +381,8 @@ fn figures(study: &Study) -> Body {
     }
 }
 
-<<<<<<< HEAD
-/// A number in the unit that is asked for, if there is one.
-pub(super) fn measured(value: Option<f64>, display: Option<&DisplayUnit>, unit: &str) -> String {
-=======
 /// A number in the requested unit, if there is one.
-fn measured(value: Option<f64>, display: Option<&DisplayUnit>, unit: &str) -> String {
->>>>>>> 6a756c5bff95461ac4045bfc6abb12dc0f05d5dd
+pub(super) fn measured(value: Option<f64>, display: Option<&DisplayUnit>, unit: &str) -> String {
     match (value.filter(|value| value.is_finite()), display) {
         (Some(value), Some(display)) => format!("{} {}", number(display.of(value)), display.unit),
         (Some(value), None) => format!("{} {unit}", number(value)).trim_end().to_string(),

@@ -343,24 +343,14 @@ fn format_margin(worst: &SweptWorst) -> String {
 
 fn worst(found: &Sweep, worst: &SweptWorst) -> Body {
     let variant = if found.variants.len() > 1 { format!(", variant {}", worst.variant) } else { String::new() };
-<<<<<<< HEAD
     let before = worst
         .margin_before_search
         .map_or_else(String::new, |x| format!(", {} before the search", shown(x, &worst.unit, None)));
     let SweptWorst { sample, exploration_samples: explored, .. } = worst;
     let rested = match worst.restarts {
-        0 => "the search did not come to rest yet: more samples may find more".to_string(),
-        1 => "the search came to rest once, and began anew elsewhere".to_string(),
-        many => format!("the search came to rest {many} times, and began anew elsewhere"),
-=======
-    let before =
-        worst.before.map_or_else(String::new, |x| format!(", {} before the search", shown(x, &worst.unit, None)));
-    let SweptWorst { sample, explored, .. } = worst;
-    let rested = match worst.rests {
         0 => "the search has not converged yet: more samples may find worse ones".to_string(),
         1 => "the search converged once, and restarted elsewhere".to_string(),
         many => format!("the search converged {many} times, and restarted elsewhere"),
->>>>>>> 6a756c5bff95461ac4045bfc6abb12dc0f05d5dd
     };
     let hint = format!(
         "Sample {sample}{variant}: {}{before}. {explored} samples filled the space; {rested}. A found case is no proof that there is no worse one.",

@@ -250,13 +250,8 @@ fn tried(
 /// Stores the partial results of a design, with the list of missing ones.
 fn store_partial(progress: &dyn Progress, design: &Design, missing: &[&str]) {
     progress.store_partial(&|| {
-<<<<<<< HEAD
-        let unfinished = Some(format!("not looked at: {}", missing.join(", ")));
-        Part::Design(Box::new(Design { incomplete_reason: unfinished, ..design.clone() }))
-=======
-        let unfinished = Some(format!("not analysed: {}", missing.join(", ")));
-        Part::Design(Box::new(Design { unfinished, ..design.clone() }))
->>>>>>> dfb8b3d1d2d954508ac352bc73130e28d7f7c6d3
+        let incomplete_reason = Some(format!("not analysed: {}", missing.join(", ")));
+        Part::Design(Box::new(Design { incomplete_reason, ..design.clone() }))
     });
 }
 

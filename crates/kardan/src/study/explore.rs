@@ -305,7 +305,8 @@ fn attempt(variant: &PreparedVariant, number: usize, change: &Change, base: Cloc
 /// Recommendations.
 fn advice(found: &Exploration) -> Vec<String> {
     let Some(own) = found.designs.first() else { return Vec::new() };
-    let of = if found.relative_to_limits { "of the torque of the most loaded motor" } else { "demanded of a motor at most" };
+    let of =
+        if found.relative_to_limits { "of the torque of the most loaded motor" } else { "demanded of a motor at most" };
     let mut out = vec![format!(
         "The design of the file: {} {:.3e} {}, {} {of}, noise {} rms.",
         found.interaction,

@@ -185,7 +185,8 @@ fn a_car_with_road_load_has_a_linear_model_at_its_speed() {
     // With the lock open nothing drives the car.
     let open = refusal(&source, &[("car.v", "20 km/h"), ("t", "5.5 s")]);
     assert!(
-        open.contains("no steady motion was found: `em` cannot balance it") && open.contains("the smallest residual is"),
+        open.contains("no steady motion was found: `em` cannot balance it")
+            && open.contains("the smallest residual is"),
         "{open}"
     );
 }

@@ -262,9 +262,8 @@ fn tables_that_blocks_leave_are_reported() {
         (format!("{signal}\"tb(a.phi + t * 0.5 rad/s)\""), "s", 0.5),
     ] {
         let reported = run(&rest);
-        let end = format!(
-            "s by {by:.6} rad above its last point at 1.000000 rad, where the value of that point is used"
-        );
+        let end =
+            format!("s by {by:.6} rad above its last point at 1.000000 rad, where the value of that point is used");
         assert!(
             reported.len() == 1 && reported[0].contains(&format!("`{who}` read table `tb` outside its range")),
             "{rest}: {reported:?}"

@@ -81,7 +81,11 @@ fn margins_in_contact_are_those_without_backlash() {
             "both at once",
         );
     }
-    assert!(margins.verdict.contains("All results above are with `mesh1`, `mesh2` open (backlash)."), "{}", margins.verdict);
+    assert!(
+        margins.verdict.contains("All results above are with `mesh1`, `mesh2` open (backlash)."),
+        "{}",
+        margins.verdict
+    );
     // With teeth open all is as without what stands behind them.
     let all = contact(&design, &["mesh1", "mesh2"]);
     assert!((all.channels[0].disk - margins.channels[0].disk).abs() > 1e-3, "contact changes the margins");

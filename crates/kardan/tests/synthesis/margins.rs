@@ -71,7 +71,11 @@ fn a_driveline_that_rolls_on() {
             let found = design(&source, &settings, &Silent).expect("a design");
             let margins = found.margins.expect("margins");
             assert_eq!(margins.stable, Some(true), "{clock} {lag}: {}", margins.verdict);
-            assert_eq!((margins.uncontrolled_poles, margins.uncontrolled_modes.join(" ").as_str()), (2, "a b c"), "{clock} {lag}");
+            assert_eq!(
+                (margins.uncontrolled_poles, margins.uncontrolled_modes.join(" ").as_str()),
+                (2, "a b c"),
+                "{clock} {lag}"
+            );
             assert!(margins.verdict.contains("Uncontrolled rigid-body motion of `a`, `b` and `c`: 2 poles at zero"));
             let limit = margins.longest_lag.expect("a limit").value;
             if clock.is_empty() {

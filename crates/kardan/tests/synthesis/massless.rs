@@ -364,8 +364,5 @@ fn what_cannot_be_is_reported() {
     let parameter = "[parameters]\ni = \"0.001 kg m^2\"\n";
     let heavy = damped.replace("[shaft.m]\n", "[shaft.m]\ninertia = \"i\"\n") + parameter;
     let reported = refused(&format!("{heavy}{}{STEP}", TO_B.replace("KEYS", "design = { i = \"0 kg m^2\" }\n")));
-    assert!(
-        reported.contains("its design model and the model have different motions without inertia"),
-        "{reported}"
-    );
+    assert!(reported.contains("its design model and the model have different motions without inertia"), "{reported}");
 }

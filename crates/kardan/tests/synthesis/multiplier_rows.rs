@@ -125,7 +125,11 @@ fn an_analysis_stands_at_an_equilibrium_on_the_rod() {
     poles.sort_by(f64::total_cmp);
     close(poles[0], wanted[0], 1e-9);
     close(poles[1], wanted[1], 1e-9);
-    assert!(found.notes.iter().any(|note| note.contains("constant torques balance the operating point: m = ")), "{:?}", found.notes);
+    assert!(
+        found.notes.iter().any(|note| note.contains("constant torques balance the operating point: m = ")),
+        "{:?}",
+        found.notes
+    );
 }
 
 const BLADE: &str = "[model]\nname = \"blade\"\n[mass.x]\nmass = \"2 kg\"\n[mass.y]\nmass = \"2 kg\"\n[shaft.th]\ninertia = \"0.5 kg m^2\"\n\
@@ -217,9 +221,9 @@ fn what_has_no_linear_model_there_is_reported() {
         + "[[control.c.channels]]\noutput = \"crank.phi\"\ninput = \"m\"\nreference = \"ref\"\npoles = [-5, -6]\n";
     let reported = refused(&full);
     assert!(
-        reported
-            .iter()
-            .any(|one| one.message.contains("does not support constraints that are not solved for a coordinate: `rod`")),
+        reported.iter().any(|one| one
+            .message
+            .contains("does not support constraints that are not solved for a coordinate: `rod`")),
         "{reported:?}"
     );
     // A crank of 10 cm with a rod of 30 cm ends at 40 cm.
@@ -265,7 +269,11 @@ fn named_points_of_an_analysis_are_met() {
         let (slope, bend) = (x / root, 1.0 / root.powi(3));
         let rate = (20.0 * bend / (2.0 * (1.0 + slope * slope))).sqrt();
         close(found.modes[0].eigenvalue.im.abs(), rate, 1e-9);
-        assert!(found.notes.iter().any(|note| note.contains("constant torques balance the operating point: f = ")), "{:?}", found.notes);
+        assert!(
+            found.notes.iter().any(|note| note.contains("constant torques balance the operating point: f = ")),
+            "{:?}",
+            found.notes
+        );
     }
     let all = format!("{BLADE}[analysis]\nat = {{ \"th.phi\" = \"0 deg\", \"x.s\" = \"1 m\", \"y.s\" = \"2 m\" }}\n");
     assert!(Project::open(&all).analyze(&AnalyzeSettings::default(), &Silent).is_ok());

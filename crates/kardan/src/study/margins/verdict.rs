@@ -67,7 +67,10 @@ fn free_motions(margins: &Margins, out: &mut Vec<String>) {
             true => format!("Charges without effect (integrators of the current) through {of}"),
             false => format!("Uncontrolled rigid-body motion of {of}"),
         };
-        out.push(format!("{what}: {} {poles} at zero, {how}, left out of all statements here.", margins.uncontrolled_poles));
+        out.push(format!(
+            "{what}: {} {poles} at zero, {how}, left out of all statements here.",
+            margins.uncontrolled_poles
+        ));
         if margins.drift > 0.0 && !margins.uncontrolled_are_integrals {
             out.push(format!(
                 "At this sample time it is not quite free: without control it grows with {:.2e} 1/s.",

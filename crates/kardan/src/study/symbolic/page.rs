@@ -68,14 +68,10 @@ fn remarks(found: &SymbolicEquations, mark: impl Fn(&SymbolicText) -> String) ->
     };
     let ripples = found.ripples.iter().map(|name| format!("the ripple of {name}, {name}.ripple, which acts beside it"));
     let remarks = [
-<<<<<<< HEAD
-        ("What holds by modes; names and numbers as in the model, SI units".to_string(), lines(&found.contact_states)),
-=======
         (
             "Unilateral and switched constraints; names and numbers as in the model, SI units".to_string(),
-            lines(&found.modes),
+            lines(&found.contact_states),
         ),
->>>>>>> dfb8b3d1d2d954508ac352bc73130e28d7f7c6d3
         ("Functions of time, as they are written".to_string(), lines(&found.prescribed)),
         ("Not in the equations".to_string(), ripples.collect()),
     ];
