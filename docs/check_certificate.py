@@ -111,8 +111,8 @@ def check(found):
 
     e, a, b, c, d = (read(*x) for x in [("E", n, n), ("A", n, n), ("B", n, m), ("C", p, n), ("D", p, m)])
     turn = lambda x, width: [[row[j] for row in x] for j in range(width)]
-    g, at_b = side(found, e, a, b, ["controllable", "controllable_rank", "min_inputs", "inputs", "reached", "unreached"])
-    h, at_c = side(found, turn(e, n), turn(a, n), turn(c, n), ["observable", "observable_rank", "min_outputs", "outputs", "seen", "unseen"])
+    g, at_b = side(found, e, a, b, ["controllable", "controllable_rank", "min_inputs", "inputs", "controllability_minor", "uncontrollable_invariant"])
+    h, at_c = side(found, turn(e, n), turn(a, n), turn(c, n), ["observable", "observable_rank", "min_outputs", "outputs", "observability_minor", "unobservable_invariant"])
     need(not found["certificate"]["proven"] or found["certificate"]["failure_probability"] == 0, "proven with a probability of failure")
     told = ["ranks", "least numbers"]
     # Relative degrees: D, CB, CGB, … vanish before, and not then.
@@ -153,7 +153,7 @@ def check(found):
     properties, proofs = found.get("properties"), found["certificate"]["stability"]
     if properties:
         action = lambda key: [[F(x) for x in row] for row in (found["certificate"][key] or {"action": []})["action"]]
-        blocks = {"stable": g, "stabilisable": action("unreached"), "detectable": action("unseen")}
+        blocks = {"stable": g, "stabilisable": action("uncontrollable_invariant"), "detectable": action("unobservable_invariant")}
         for key, zeros in [("stable", None), ("stabilisable", "input_decoupling_zeros"), ("detectable", "output_decoupling_zeros")]:
             if proofs[key] or properties[key] is not None:
                 stability(properties[key], proofs[key], blocks[key], found["discrete"] is not None)
@@ -274,10 +274,10 @@ def at_infinity(found):
         moved = [[sum((x * v[j] for j, x in enumerate(row)), F(0)) for v in kernel] for row in a]
         stated = found[key]
         impulses = n - echelon([x + y + z for x, y, z in zip(e, moved, b)])[0]
-        need(impulses == stated["missed_impulses"] and stated["impulse"] == (impulses == 0), "impulses")
+        need(impulses == stated["impulse_defect"] and stated["impulse"] == (impulses == 0), "impulses")
         missed = n - echelon([x + z for x, z in zip(e, b)])[0]
         complete = None if stated["finite"] is None else stated["finite"] and missed == 0
-        need(stated["complete"] == complete and (stated["missed_at_infinity"] == 0) == (missed == 0), "completeness")
+        need(stated["complete"] == complete and (stated["infinite_defect"] == 0) == (missed == 0), "completeness")
     need(found["rank_of_e"] == echelon([[full("E", i, j) for j in range(n)] for i in range(n)])[0], "rank of E")
     need(found["index"] == max(found["infinite_blocks"], default=0) and found["impulse_free"] == (found["index"] <= 1), "index")
 

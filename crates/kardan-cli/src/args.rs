@@ -1,4 +1,4 @@
-//! What can be asked for on the command line.
+//! The options of the command line.
 
 use std::path::PathBuf;
 
@@ -7,16 +7,16 @@ use clap_complete::Shell;
 use kardan::study::Shard;
 use kardan::units::parse_number;
 
-/// From one model file of a drivetrain to its equations, controllers, closed-loop runs and a report.
+/// Derive equations, controllers, closed-loop runs and a report from one model file of a drivetrain.
 #[derive(Debug, Parser)]
 #[command(
     name = "kardan",
     version,
     arg_required_else_help = true,
     after_help = "Examples:\n  kardan run                        run the built-in study, report in kardan-out/report.html\n  \
-                  kardan models sia-steering --write my.toml\n  kardan check my.toml\n  kardan run my.toml --out my-out\n  kardan analyze my.toml\n  kardan design my.toml\n  kardan identify my.toml bench.csv\n  kardan schema run                 the keys of what `kardan run --json` prints\n\n\
-                  Exit codes: 0 done, 1 a requirement of the study failed (or, with `--strict` of `run` and `identify`, something stands against the result), \
-                  2 error, a run whose energy balance does not close, or ended early by a limit or a signal (what was computed until then is written)."
+                  kardan models sia-steering --write my.toml\n  kardan check my.toml\n  kardan run my.toml --out my-out\n  kardan analyze my.toml\n  kardan design my.toml\n  kardan identify my.toml bench.csv\n  kardan schema run                 the JSON keys of `kardan run --json`\n\n\
+                  Exit codes: 0 done, 1 a requirement of the study failed (or, with `--strict` of `run` and `identify`, the result is doubtful), \
+                  2 error, a run whose energy balance does not close, or ended early by a limit or a signal (results until then are written)."
 )]
 pub struct Cli {
     #[command(subcommand)]
@@ -24,7 +24,7 @@ pub struct Cli {
     /// No progress bars and no notes.
     #[arg(long, short, global = true)]
     pub quiet: bool,
-    /// No machine code of its own: equations are interpreted, with the same results.
+    /// Interpret the equations instead of compiling machine code; the results are the same.
     #[arg(long, global = true)]
     pub portable: bool,
 }
@@ -49,7 +49,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// Whether one JSON object is to be printed instead of text.
+    /// Whether the command prints one JSON object instead of text.
     pub fn json(&self) -> bool {
         match self {
             Self::Run(args) => args.json,
@@ -78,11 +78,11 @@ impl Command {
                         kardan run my.toml --json | jq '.variants[].signals[\"rk.phi\"].max'"
 )]
 pub struct RunArgs {
-    /// Path of a model file, name of a built-in model, or `-` for standard input; a file that is called like a built-in
-    /// model needs `./` before it.
+    /// Path of a model file, name of a built-in model, or `-` for standard input; a file with the name of a built-in
+    /// model needs the prefix `./`.
     #[arg(default_value = "sia-steering")]
     pub model: PathBuf,
-    /// Folder for all files; made if it is not there.
+    /// Folder for all files; created if missing.
     #[arg(long, short, value_name = "DIR", default_value = "kardan-out")]
     pub out: PathBuf,
     /// Format of the tables.
@@ -91,39 +91,42 @@ pub struct RunArgs {
     /// Print one JSON object instead of the summary.
     #[arg(long)]
     pub json: bool,
+    /// Print everything that the report says, instead of a summary of at most 60 lines.
+    #[arg(long, short, conflicts_with = "json")]
+    pub verbose: bool,
     /// Write the tables only, neither report nor plots.
     #[arg(long)]
     pub no_report: bool,
     /// Write the report as Markdown (`report.md`) instead of HTML.
     #[arg(long, conflicts_with = "no_report")]
     pub markdown: bool,
-    /// Keep only these variants (may be given several times).
+    /// Run only these variants (may be given several times).
     #[arg(long = "variant", value_name = "NAME")]
     pub variants: Vec<String>,
-    /// Run rows of `kardan sweep` again, with all signals: a file of rows, in place of the variants. The same model, `--set`, `--method` and `--tolerance`
+    /// Rerun rows of `kardan sweep` with all signals: a file of rows, in place of the variants. The same model, `--set`, `--method` and `--tolerance`
     /// give the same bits.
     #[arg(long, value_name = "FILE")]
     pub variants_from: Option<PathBuf>,
-    /// Of these rows those of these samples, separated by commas.
+    /// Rerun only the rows of these samples, separated by commas.
     #[arg(long = "sample", value_name = "NUMBERS", value_delimiter = ',', requires = "variants_from")]
     pub samples: Vec<u64>,
-    /// Let these faults of the file happen too, `[fault.NAME]`, separated by commas.
+    /// Also inject these faults of the file, `[fault.NAME]`, separated by commas.
     #[arg(long = "fault", value_name = "NAMES", value_delimiter = ',', conflicts_with = "variants_from")]
     pub faults: Vec<String>,
-    /// Run controllers too that are unstable at their sample time, or whose references no motor can hold.
+    /// Also run controllers that are unstable at their sample time, or whose references no motor can balance.
     #[arg(long)]
     pub force: bool,
-    /// Only the runs: neither the structure of the model, nor the designs of its controllers, nor an estimate of errors. Faster.
+    /// Only simulate: no structure analysis, no controller designs, no error estimate. Faster.
     #[arg(long)]
     pub runs_only: bool,
-    /// End with exit code 1 where something speaks against the numbers of a run: an estimated error as large as a signal, or a second run with other
+    /// End with exit code 1 if the numbers of a run are doubtful: an estimated error as large as a signal, or a second run with other
     /// events.
     #[arg(long, conflicts_with = "runs_only")]
     pub strict: bool,
     /// How the runs are integrated.
     #[arg(long, value_enum, default_value = "automatic")]
     pub method: RunMethod,
-    /// Relative error allowed per step, from 1e-13 to 1e-3, in place of that of the file (1e-10 if it tells none).
+    /// Relative error allowed per step, from 1e-13 to 1e-3, in place of that of the file (1e-10 if it gives none).
     #[arg(long, value_name = "NUMBER", value_parser = relative_tolerance)]
     pub tolerance: Option<f64>,
     #[command(flatten)]
@@ -137,13 +140,13 @@ pub struct RunArgs {
 pub enum RunMethod {
     /// The Runge-Kutta method of order 8 of Dormand and Prince for everything: the reference.
     Dop853,
-    /// Taylor series of the equations: fewest evaluations. Loops with a law that computes by itself at every instant by dop853.
+    /// Taylor series of the equations: fewest evaluations. Loops with a law that is evaluated at every instant run with dop853.
     Taylor,
     /// Radau IIA, an implicit method with exact Jacobian: for stiff loops, whose fastest motions decay at once. Loops with a law that
-    /// computes by itself at every instant by dop853.
+    /// is evaluated at every instant run with dop853.
     Radau,
     /// Loops that are linear between the breakpoints of the scenario by matrix exponentials, however stiff; others by radau where the rates
-    /// at the start show that this takes less time, else by taylor. The table of effort names what ran.
+    /// at the start show that this takes less time, else by taylor. The effort table names the method used.
     Automatic,
 }
 
@@ -161,21 +164,21 @@ fn relative_tolerance(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Analyse the structure of a model: modes, controllability, observability, zeros, least numbers and places of motors
-/// and sensors, and how far toleranced parameters are from losing it.
+/// Analyse the structure of a model: modes, controllability, observability, zeros, minimum numbers and placement of motors
+/// and sensors, and the distance of toleranced parameters from losing it.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Examples:\n  kardan analyze two-bodies\n  kardan analyze my.toml --inputs motor --outputs \
                         rack.phi,rack.w --report analysis.html\n  kardan analyze my.toml --json | jq '.uncontrollable'\n  \
                         kardan analyze my.toml --certify\n  kardan analyze my.toml --parity --false-alarms 0.01 --filter 0.02\n  kardan analyze --state-space abcd.json")]
 pub struct AnalyzeArgs {
-    /// Path of a model file, name of a built-in model, or `-` for standard input; a file that is called like a built-in
-    /// model needs `./` before it.
+    /// Path of a model file, name of a built-in model, or `-` for standard input; a file with the name of a built-in
+    /// model needs the prefix `./`.
     #[arg(default_value = "sia-steering")]
     pub model: PathBuf,
     /// Analyse plain matrices A, B, C, D from this file instead of a model (`-` for standard input).
     #[arg(long, value_name = "FILE", conflicts_with_all = ["model", "variant", "set"])]
     pub state_space: Option<PathBuf>,
-    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
+    /// Print one JSON object instead of the text; `kardan schema` lists its keys.
     #[arg(long)]
     pub json: bool,
     /// Write the analysis as one HTML page too, as Markdown if FILE ends with `.md`; a file that exists is replaced.
@@ -195,26 +198,26 @@ pub struct AnalyzeArgs {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub outputs: Vec<String>,
     /// Operating point in place of `at` of `[analysis]` (may be given several times): `--at car.v="20 km/h"` in steady motion, `--at arm.phi="60 deg"` at
-    /// rest, `--at t="3.2 s"` where the run is then.
+    /// rest, `--at t="3.2 s"` the state of the run at that time.
     #[arg(long, value_name = "SIGNAL=VALUE", conflicts_with = "state_space")]
     pub at: Vec<String>,
-    /// Prove every answer over the rationals; without it some are wrong with a tiny, stated probability.
+    /// Prove every result over the rationals; without it some are wrong with a tiny, stated probability.
     #[arg(long)]
     pub certify: bool,
-    /// Says nothing any more: motions without inertia (massless shafts) are eliminated by themselves.
+    /// Without effect: kardan eliminates motions without inertia (massless shafts) automatically.
     #[arg(long, conflicts_with = "state_space")]
     pub eliminate_massless: bool,
-    /// Tell which faults of sensors and inputs can be detected and told from each other at all, by which relations between the
+    /// Report which faults of sensors and inputs can be detected and isolated at all, by which relations between the
     /// readings, from which thresholds, and with which smallest sets of sensors; disturbances are unknown.
     #[arg(long, conflicts_with = "state_space")]
     pub parity: bool,
     /// False alarms that a residual of `--parity` may give, per hour [default: 0.001].
     #[arg(long, value_name = "PER_HOUR", value_parser = rate, requires = "parity")]
     pub false_alarms: Option<f64>,
-    /// Samples one after the other beyond a threshold of `--parity` that are an alarm [default: 3].
+    /// Consecutive samples beyond a threshold of `--parity` that raise an alarm [default: 3].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000), requires = "parity")]
     pub debounce: Option<u32>,
-    /// Time constant, s, of the filter that residuals of `--parity` in time go through, as often as they have derivatives [default: ten samples].
+    /// Time constant, s, of the filter for time residuals of `--parity`, applied once per derivative [default: ten samples].
     #[arg(long, value_name = "SECONDS", value_parser = seconds, requires = "parity")]
     pub filter: Option<f64>,
     #[command(flatten)]
@@ -222,15 +225,15 @@ pub struct AnalyzeArgs {
 }
 
 /// Design one controller of a model: whether its outputs can be decoupled, gains, poles, zero dynamics, the exact proof and
-/// what is left of cross coupling in the nonlinear simulation.
+/// the remaining cross coupling in the nonlinear simulation.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Examples:\n  kardan design\n  kardan design my.toml --control column --report design.html \
                         --controller column.json\n  kardan design my.toml --law decoupling --inputs wg_motor,rk_motor \
                         --outputs rk.phi,fs.phi\n  kardan design robot-joint --law lqr --at arm.phi=\"60 deg\"\n  kardan design my.toml --json | jq '.gains.K.exact'\n  \
                         kardan design sia-steering-ecu --explore --tolerance 20% --report design.html")]
 pub struct DesignArgs {
-    /// Path of a model file, name of a built-in model, or `-` for standard input; a file that is called like a built-in
-    /// model needs `./` before it.
+    /// Path of a model file, name of a built-in model, or `-` for standard input; a file with the name of a built-in
+    /// model needs the prefix `./`.
     #[arg(default_value = "sia-steering")]
     pub model: PathBuf,
     /// Controller of the file to design; the one with the most motors if not given.
@@ -246,7 +249,7 @@ pub struct DesignArgs {
     /// Outputs of that controller, separated by commas: signals such as `rack.phi`; those of `[analysis]` if not given.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', conflicts_with = "control")]
     pub outputs: Vec<String>,
-    /// Where that controller holds, `--at arm.phi="60 deg"` (may be given several times): its operating point, as by the key `at`.
+    /// Operating point of that controller, `--at arm.phi="60 deg"` (may be given several times), as by the key `at`.
     #[arg(long, value_name = "SIGNAL=VALUE", conflicts_with = "control")]
     pub at: Vec<String>,
     /// Which feedback may decouple; as the controller says, or static, if not given.
@@ -255,7 +258,7 @@ pub struct DesignArgs {
     /// Variant to design for; the first if not given.
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
-    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
+    /// Print one JSON object instead of the text; `kardan schema` lists its keys.
     #[arg(long)]
     pub json: bool,
     /// Write the design as one HTML page too, as Markdown if FILE ends with `.md`; a file that exists is replaced.
@@ -267,14 +270,14 @@ pub struct DesignArgs {
     /// Do not measure cross coupling in the nonlinear simulation.
     #[arg(long)]
     pub no_simulation: bool,
-    /// Look at other designs too: interaction against torque, rate, bandwidth and sensors, and which sensor to add first.
+    /// Also explore other designs: interaction against torque, rate, bandwidth and sensors, and which sensor to add first.
     #[arg(long)]
     pub explore: bool,
     /// Try the design on plants within the tolerances of the file, or, with a percentage, within that part of every inertia,
     /// damping and stiffness: 1000 samples and a search for the worst corner.
     #[arg(long, value_name = "PERCENT", num_args = 0..=1, default_missing_value = "file")]
     pub tolerance: Option<String>,
-    /// Show a controller too that is unstable at its sample time.
+    /// Also show a controller that is unstable at its sample time.
     #[arg(long)]
     pub force: bool,
     #[command(flatten)]
@@ -283,33 +286,33 @@ pub struct DesignArgs {
     pub changes: Changes,
 }
 
-/// Values of the model that hold instead of those of its file, and whether to wait for a new file.
+/// Values that replace those of the model file, and whether to wait for a new file.
 #[derive(Debug, Clone, Default, Args)]
 pub struct Changes {
-    /// Take another value (may be given several times): of a parameter, `beta="20 deg"`; of a key of what the model names,
+    /// Replace a value (may be given several times): of a parameter, `beta="20 deg"`; of a key of a named table,
     /// `wg.inertia="2 kg cm^2"`; of any key by its path, `scenario.duration="2 s"`, `requirement[0].below="1 rad"`.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Do it again whenever the model file or another file that is read changes, until Ctrl-C.
+    /// Repeat whenever the model file or another input file changes, until Ctrl-C.
     #[arg(long)]
     pub watch: bool,
 }
 
-/// The word of a choice, which is its word in a model file too.
+/// The name of a choice, as in a model file.
 pub fn word(choice: impl ValueEnum) -> Option<String> {
     choice.to_possible_value().map(|value| value.get_name().into())
 }
 
-/// Steps of a simulation, where none are given.
+/// Default number of steps of a simulation.
 pub const MOST_STEPS: u64 = 100_000_000;
 
-/// When a command ends early, with what it has then and exit code 2.
+/// When a command ends early, with partial results and exit code 2.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Limits {
-    /// Steps of the integrator after which a simulation ends early; what it has by then is written.
+    /// Steps of the integrator after which a simulation ends early; results until then are written.
     #[arg(long, value_name = "N", default_value_t = MOST_STEPS, value_parser = clap::value_parser!(u64).range(1..))]
     pub max_steps: u64,
-    /// Time after which the command ends early, s; what it has by then is written [default: none].
+    /// Time after which the command ends early, s; results until then are written [default: none].
     #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with = "watch")]
     pub time_limit: Option<f64>,
 }
@@ -330,12 +333,12 @@ fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Find parameters of a model in measured logs: values with confidence intervals, what the data cannot tell, tests of what is
-/// left over, validation on segments that the fit has not seen.
+/// Find parameters of a model in measured logs: values with confidence intervals, unidentifiable parameters, residual
+/// tests, validation on segments left out of the fit.
 #[derive(Debug, Clone, Args)]
 #[command(
-    after_help = "Logs: CSV and other text, Parquet, MAT (v5 to v7), MDF 4. Columns that are called like signals of the \
-                        model (wg.phi, cs.w, wg_motor.tau) are found; others are named in [log.NAME] of the model file \
+    after_help = "Logs: CSV and other text, Parquet, MAT (v5 to v7), MDF 4. Columns with names of signals of the \
+                        model (wg.phi, cs.w, wg_motor.tau) are assigned; [log.NAME] of the model file names others \
                         (kardan elements log).\n\nExamples:\n  kardan identify my.toml bench.mf4\n  \
                         kardan identify my.toml day1.csv day2.csv --parameters wg.damping,wg.friction --report fit.html\n  \
                         kardan identify my.toml bench.mat --method dynamic --window \"50 ms\" --loss huber\n  \
@@ -347,18 +350,18 @@ pub struct IdentifyArgs {
     /// The logs; several are several recordings, or are joined by time where the model file has a [log.NAME] for each.
     #[arg(required = true, value_name = "LOG")]
     pub logs: Vec<PathBuf>,
-    /// What is to be found, separated by commas: `shaft.damping`, `bar.stiffness`, `gear.backlash`, or entries of [parameters], which
-    /// may stand in laws of torques too; those of
+    /// Parameters to identify, separated by commas: `shaft.damping`, `bar.stiffness`, `gear.backlash`, or entries of [parameters], which
+    /// torque laws may use too; those of
     /// [identification], or every damping and friction, if not given (with `--method dynamic` every inertia and stiffness too).
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub parameters: Vec<String>,
-    /// Segments of constant speed, or everything with filtered derivatives.
+    /// Segments of constant speed, or all samples with filtered derivatives.
     #[arg(long, value_enum)]
     pub method: Option<IdentifyMethod>,
     /// Width of the windows in which samples are smoothed: `50ms`, `0.05`; 50 samples if not given.
     #[arg(long, value_name = "TIME")]
     pub window: Option<String>,
-    /// How residuals count: outliers like all others, by their size alone, or not at all.
+    /// Weight of residuals: outliers count squared like all others, linearly, or not at all.
     #[arg(long, value_enum)]
     pub loss: Option<IdentifyLoss>,
     /// Confidence of the intervals in percent [default: 95].
@@ -367,23 +370,23 @@ pub struct IdentifyArgs {
     /// Compare models by cross-validation: those of [[identification.candidate]], or with and without each kind of friction.
     #[arg(long)]
     pub compare: bool,
-    /// Try terms that the tests of what is left over ask for, one by one on segments that no fit has seen, and tell which to take.
+    /// Try the terms that the residual tests suggest, one by one on segments left out of the fit, and report which to take.
     #[arg(long)]
     pub suggest: bool,
     /// Variant of the model; the first if not given.
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
-    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
+    /// Print one JSON object instead of the text; `kardan schema` lists its keys.
     #[arg(long)]
     pub json: bool,
     /// Write the identification as one HTML page too, as Markdown if FILE ends with `.md`; a file that exists is replaced.
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
-    /// Write a copy of the model file with the values found and their intervals, and with terms that were found (those that `--suggest`
-    /// takes, too) as laws of torques; a file that exists is replaced.
+    /// Write a copy of the model file with the identified values and their intervals, and with identified terms (those that `--suggest`
+    /// takes, too) as torque laws; a file that exists is replaced.
     #[arg(long, value_name = "FILE")]
     pub write: Option<PathBuf>,
-    /// Exit with 1 unless every parameter is determined, from logs that are whole with sound clocks, without a warning.
+    /// Exit with 1 unless every parameter is identified from complete logs with sound clocks, without a warning.
     #[arg(long)]
     pub strict: bool,
     #[command(flatten)]
@@ -393,35 +396,35 @@ pub struct IdentifyArgs {
 /// A percentage from 1 to below 100.
 fn confidence(text: &str) -> Result<f64, String> {
     match number(text.trim().trim_end_matches('%')) {
-        // Nobody wants an interval that is right once in a hundred times.
+        // An interval with a confidence below 1 % has no use.
         Some(x) if x > 0.0 && x < 1.0 => Err(format!("in percent: did you mean {}?", 100.0 * x)),
         Some(x) if (1.0..100.0).contains(&x) => Ok(x),
         _ => Err("not from 1 to below 100: write 95".into()),
     }
 }
 
-/// What of a log is used.
+/// Which samples of a log are used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum IdentifyMethod {
     /// Segments of constant speed.
     Steady,
-    /// Everything, with filtered derivatives.
+    /// All samples, with filtered derivatives.
     Dynamic,
 }
 
-/// How residuals count.
+/// Weight of residuals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum IdentifyLoss {
     /// Squares.
     Squares,
-    /// Large ones by their size alone.
+    /// Large ones linearly.
     Huber,
     /// Large ones not at all.
     Bisquare,
 }
 
-/// Run the virtual test bench of a model: logs of a plant whose true values the model does not know, moved by an excitation that
-/// is designed to tell parameters best, or under the controllers of the file.
+/// Run the virtual test bench of a model: logs of a plant whose true values the model does not know, driven by an excitation that
+/// is designed for the best identification of parameters, or by the controllers of the file.
 #[derive(Debug, Clone, Args)]
 #[command(
     after_help = "Examples:\n  kardan bench\n  kardan bench my.toml --plan multisine --format csv,parquet --out logs\n  \
@@ -431,11 +434,11 @@ pub enum IdentifyLoss {
                         kardan bench --json | jq '.plan.parameters[] | {name, standard_error}'"
 )]
 pub struct BenchArgs {
-    /// Path of a model file, name of a built-in model, or `-` for standard input; a file that is called like a built-in
-    /// model needs `./` before it.
+    /// Path of a model file, name of a built-in model, or `-` for standard input; a file with the name of a built-in
+    /// model needs the prefix `./`.
     #[arg(default_value = "harmonic-drive-bench")]
     pub model: PathBuf,
-    /// Folder for the logs, `plan.txt` and `truth.toml` (and what a study writes); made if it is not there.
+    /// Folder for the logs, `plan.txt` and `truth.toml` (and what a study writes); created if missing.
     #[arg(long, short, value_name = "DIR", default_value = "kardan-out")]
     pub out: PathBuf,
     /// Formats of the logs, separated by commas.
@@ -453,21 +456,21 @@ pub struct BenchArgs {
     /// Logs to write, each with the next seed: other noise, another start, the same plant and plan.
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub repetitions: u32,
-    /// Variant whose parameter values hold; the first if not given.
+    /// Variant whose parameter values apply; the first if not given.
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
     /// Run the scenario of the file under its controllers, this one among them, instead of an excitation; with `--study`: the
     /// controller of the study, if it is not the first.
     #[arg(long, value_name = "NAME", conflicts_with = "plan")]
     pub control: Option<String>,
-    /// Go the whole way: excite, log, identify, write the model with the values found, design its controller on them, run that in
+    /// Run the complete study: excite, log, identify, write the model with the identified values, design its controller on them, run that in
     /// simulation and on the bench, and show both side by side in `report.html`.
     #[arg(long)]
     pub study: bool,
     /// Write the report of the study as Markdown (`report.md`) instead of HTML.
     #[arg(long, requires = "study")]
     pub markdown: bool,
-    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
+    /// Print one JSON object instead of the text; `kardan schema` lists its keys.
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
@@ -476,8 +479,8 @@ pub struct BenchArgs {
     pub changes: Changes,
 }
 
-/// Try every fault of a model file in every variant and at every value of `[safety]`: when each is detected, how the unit reacts, what it
-/// does, and whether that is within bounds; with the command that runs each row again.
+/// Try every fault of a model file in every variant and at every value of `[safety]`: when each is detected, how the unit reacts, its
+/// effects, and whether they are within bounds; with the command that reruns each row.
 ///
 /// The exit code is 1 if a fault is not detected and harmful, if its effect is beyond a bound, or if something is detected without a fault.
 #[derive(Debug, Clone, Args)]
@@ -486,8 +489,8 @@ pub struct BenchArgs {
                         kardan safety my.toml --json | jq '.rows[] | [.command, .verdict]'"
 )]
 pub struct SafetyArgs {
-    /// Path of a model file, name of a built-in model, or `-` for standard input; a file that is called like a built-in
-    /// model needs `./` before it.
+    /// Path of a model file, name of a built-in model, or `-` for standard input; a file with the name of a built-in
+    /// model needs the prefix `./`.
     pub model: PathBuf,
     /// Write a report there, as HTML or, to a file that ends with `.md`, as Markdown; a file that exists is replaced.
     #[arg(long, value_name = "FILE")]
@@ -495,7 +498,7 @@ pub struct SafetyArgs {
     /// Write the table there as comma-separated values; a file that exists is replaced.
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
-    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
+    /// Print one JSON object instead of the text; `kardan schema` lists its keys.
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
@@ -504,7 +507,7 @@ pub struct SafetyArgs {
     pub changes: Changes,
 }
 
-/// Run a model over many values of its parameters: probabilities of its requirements, distributions of its figures, and what they follow.
+/// Run a model over many values of its parameters: probabilities of its requirements, distributions of its figures, and their dependence on parameters.
 #[derive(Debug, Clone, Args)]
 #[command(
     after_help = "Examples:\n  kardan sweep my.toml\n  kardan sweep my.toml --samples 10000 --seed 7 --out out\n  kardan sweep my.toml --samples 10000 --seed 7 --out out --resume\n  \
@@ -519,8 +522,8 @@ pub struct SafetyArgs {
 pub struct SweepArgs {
     #[command(subcommand)]
     pub merge: Option<SweepCommand>,
-    /// Path of a model file, name of a built-in model, or `-` for standard input; a file that is called like a built-in
-    /// model needs `./` before it.
+    /// Path of a model file, name of a built-in model, or `-` for standard input; a file with the name of a built-in
+    /// model needs the prefix `./`.
     #[arg(required = true)]
     pub model: Option<PathBuf>,
     /// Samples, in place of those of the file.
@@ -532,40 +535,40 @@ pub struct SweepArgs {
     /// Run these variants only (may be given several times), in place of those of `[sweep]`.
     #[arg(long = "variant", value_name = "NAME")]
     pub variants: Vec<String>,
-    /// Folder for the rows, a Parquet file for each block of samples, written as soon as it is there, and for the report; made if it is not there.
-    /// Left out: nothing is written.
+    /// Folder for the rows, a Parquet file for each block of samples, written as soon as it is complete, and for the report; created if missing.
+    /// Without it no file is written.
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Go on with the rows in the folder: blocks that are there are not run again.
+    /// Continue with the rows in the folder: complete blocks are not run again.
     #[arg(long, requires = "out")]
     pub resume: bool,
     /// Replace the rows of another sweep in the folder.
     #[arg(long, requires = "out", conflicts_with = "resume")]
     pub force: bool,
-    /// Samples, of those that there are, until the interval of each requirement is at most so wide, counted from its middle: `0.01` for a probability to 1 %.
+    /// Run samples, at most those given, until the half-width of each requirement's interval is at most this: `0.01` for a probability to 1 %.
     #[arg(long, value_name = "HALF", conflicts_with_all = ["worst", "rare", "shard", "on"])]
     pub until: Option<f64>,
-    /// Search for the worst case of a requirement, by its number or its words, with at most as many samples: half of them fill the space, the others go on from
+    /// Search for the worst case of a requirement, by its number or its text, with at most `--samples` samples: half of them fill the space, the others start from
     /// the worst one.
     #[arg(long, value_name = "REQUIREMENT", conflicts_with_all = ["rare", "shard", "on"])]
     pub worst: Option<String>,
-    /// How likely such a requirement fails, down to some 1e-7, by subset simulation; `--samples` are those of a level.
+    /// Failure probability of such a requirement, down to some 1e-7, by subset simulation; `--samples` is the number per level.
     #[arg(long, value_name = "REQUIREMENT", conflicts_with_all = ["shard", "on"])]
     pub rare: Option<String>,
-    /// Run this part of the samples alone, such as `2/7`, on as many machines as there are parts: `kardan sweep merge` puts them together.
+    /// Run this part of the samples alone, such as `2/7`, on as many machines as there are parts: `kardan sweep merge` merges them.
     #[arg(long, value_name = "I/N", value_parser = shard, requires = "out")]
     pub shard: Option<Shard>,
     /// Threads that run the samples [default: as many as there are cores]; with `--on` those of each shard [default: 1]. Rows do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1024))]
     pub threads: Option<u64>,
-    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
+    /// Print one JSON object instead of the text; `kardan schema` lists its keys.
     #[arg(long)]
     pub json: bool,
-    /// How the runs are integrated; `automatic` also lets them go side by side in lanes, where what varies are coefficients alone, and states how far they are
-    /// from runs one by one.
+    /// How the runs are integrated; `automatic` also runs them in SIMD lanes if only coefficients vary, and states their deviation
+    /// from separate runs.
     #[arg(long, value_enum, default_value = "automatic")]
     pub method: RunMethod,
-    /// Relative error allowed per step, from 1e-13 to 1e-3, in place of that of the file (1e-10 if it tells none).
+    /// Relative error allowed per step, from 1e-13 to 1e-3, in place of that of the file (1e-10 if it gives none).
     #[arg(long, value_name = "NUMBER", value_parser = relative_tolerance)]
     pub tolerance: Option<f64>,
     #[command(flatten)]
@@ -580,17 +583,17 @@ pub struct SweepArgs {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "On many machines")]
 pub struct OnArgs {
-    /// Run the sweep as shards: write an array job into the folder, submit it, follow it, submit again what failed, merge. The folder is seen from all
-    /// machines under the same path. With `--resume` the same command follows what is missing.
+    /// Run the sweep as shards: write an array job into the folder, submit it, follow it, submit again what failed, merge. All machines see the folder
+    /// under the same path. With `--resume` the same command follows the missing shards.
     #[arg(long, value_enum, value_name = "WHERE", requires = "out", conflicts_with_all = ["shard", "watch"])]
     pub on: Option<Target>,
     /// How many shards [default: about 1000 samples each, at most 1000; `local`: not fewer than processes].
     #[arg(long, value_name = "N", requires = "on", value_parser = clap::value_parser!(u64).range(1..=1000))]
     pub shards: Option<u64>,
-    /// How often shards that failed are submitted again, at most.
+    /// How often kardan resubmits failed shards, at most.
     #[arg(long, value_name = "N", requires = "on", default_value = "2", value_parser = clap::value_parser!(u64).range(0..=100))]
     pub retries: u64,
-    /// The job in place of that of kardan: `kardan sweep template slurm` prints one to begin with.
+    /// A job template in place of kardan's: `kardan sweep template slurm` prints one to start from.
     #[arg(long, value_name = "FILE", requires = "on")]
     pub template: Option<PathBuf>,
     /// Write and print the job; submit nothing.
@@ -598,7 +601,7 @@ pub struct OnArgs {
     pub dry_run: bool,
 }
 
-/// What runs shards.
+/// The system that runs shards.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Target {
     /// An array of Slurm: `sbatch`, `squeue`.
@@ -613,39 +616,39 @@ pub enum Target {
     Local,
 }
 
-/// What `kardan sweep` does beside it.
+/// Subcommands of `kardan sweep`.
 #[derive(Debug, Clone, Subcommand)]
 pub enum SweepCommand {
     Merge(MergeArgs),
     Template(TemplateArgs),
 }
 
-/// Print the job that `--on` fills in, for a template of one's own: words in double braces are replaced.
+/// Print the job template that `--on` uses, as a start for a custom one: words in double braces are replaced.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:\n  kardan sweep template slurm > mine.sh")]
 pub struct TemplateArgs {
-    /// What runs the shards.
+    /// The system that runs the shards.
     pub on: Target,
 }
 
-/// Put the rows of shards together: whether all are there and of one sweep, and what they say.
+/// Merge the rows of shards: check that all are present and of one sweep, and report their results.
 #[derive(Debug, Clone, Args)]
 #[command(
     after_help = "Examples:\n  kardan sweep merge my.toml part1 part2 part3 --out all\n  kardan sweep merge my.toml parts/* --json"
 )]
 pub struct MergeArgs {
-    /// The model that was swept.
+    /// The model of the sweep.
     pub model: PathBuf,
     /// Folders with rows, those of `--out` of each shard.
     #[arg(required = true, value_name = "DIR")]
     pub parts: Vec<PathBuf>,
-    /// The variants that were asked for, if they were.
+    /// The variants of `--variant`, if it was given.
     #[arg(long = "variant", value_name = "NAME")]
     pub variants: Vec<String>,
-    /// Folder for the page and the answers as JSON; made if it is not there. Left out: nothing is written.
+    /// Folder for the page and the results as JSON; created if missing. Without it no file is written.
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
+    /// Print one JSON object instead of the text; `kardan schema` lists its keys.
     #[arg(long)]
     pub json: bool,
     /// How the runs were integrated.
@@ -663,18 +666,18 @@ pub struct MergeArgs {
 
 fn samples(text: &str) -> Result<u64, String> {
     match whole(text) {
-        Some(0) => Err("a sweep has one sample at least; write a number such as 1000".into()),
+        Some(0) => Err("a sweep has at least one sample; write a number such as 1000".into()),
         Some(number) => Ok(number),
-        None => Err("samples are counted by a whole number; write it in digits alone, such as 1000".into()),
+        None => Err("samples are counted by a whole number; write it in digits only, such as 1000".into()),
     }
 }
 
 fn seed(text: &str) -> Result<u64, String> {
     whole(text)
-        .ok_or_else(|| format!("a seed is a whole number from 0 to {}; write it in digits alone, such as 7", u64::MAX))
+        .ok_or_else(|| format!("a seed is a whole number from 0 to {}; write it in digits only, such as 7", u64::MAX))
 }
 
-/// A number in digits alone.
+/// A number in digits only.
 fn whole(text: &str) -> Option<u64> {
     text.parse().ok()
 }
@@ -689,7 +692,7 @@ fn shard(text: &str) -> Result<Shard, String> {
     }
 }
 
-/// How outputs are to be decoupled.
+/// How outputs are decoupled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum FeedbackKind {
     /// Every output by static state feedback.
@@ -726,13 +729,13 @@ pub struct EquationsArgs {
     /// LaTeX instead of plain text.
     #[arg(long)]
     pub latex: bool,
-    /// The list of operations by which a run evaluates them, with what it costs.
+    /// The list of operations by which a run evaluates them, with its cost.
     #[arg(long, conflicts_with_all = ["latex", "json"])]
     pub plan: bool,
     /// The names of parameters and values instead of their numbers: H, forces, input map, constraints and their torques as formulas.
     #[arg(long, conflicts_with = "plan")]
     pub symbolic: bool,
-    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
+    /// Print one JSON object instead of the text; `kardan schema` lists its keys.
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
@@ -765,13 +768,13 @@ pub struct LineariseArgs {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub outputs: Vec<String>,
     /// Operating point in place of `at` of `[analysis]` (may be given several times): `--at car.v="20 km/h"` in steady motion, `--at arm.phi="60 deg"` at
-    /// rest, `--at t="3.2 s"` where the run is then.
+    /// rest, `--at t="3.2 s"` the state of the run at that time.
     #[arg(long, value_name = "SIGNAL=VALUE")]
     pub at: Vec<String>,
     /// Leave the inertia on the left side: E ẋ = A x + B u.
     #[arg(long)]
     pub descriptor: bool,
-    /// Says nothing any more: motions without inertia (massless shafts) are eliminated by themselves.
+    /// Without effect: kardan eliminates motions without inertia (massless shafts) automatically.
     #[arg(long)]
     pub eliminate_massless: bool,
     /// The same as `--format json`.
@@ -792,13 +795,13 @@ pub enum LinearFormat {
     Py,
 }
 
-/// Look for mistakes in a model file; nothing is run.
+/// Check a model file for errors without running it.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:\n  kardan check my.toml")]
 pub struct CheckArgs {
     /// Path of a model file, name of a built-in model, or `-` for standard input.
     pub model: PathBuf,
-    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
+    /// Print one JSON object instead of the text; `kardan schema` lists its keys.
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
@@ -809,12 +812,12 @@ pub struct CheckArgs {
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Examples:\n  kardan models\n  kardan models sia-steering --write my.toml")]
 pub struct ModelsArgs {
-    /// The model whose TOML is wanted.
+    /// The model whose TOML to print.
     pub name: Option<String>,
     /// Save it there instead of printing it; a file that exists is not touched.
     #[arg(long, value_name = "FILE", requires = "name")]
     pub write: Option<PathBuf>,
-    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
+    /// Print one JSON object instead of the text; `kardan schema` lists its keys.
     #[arg(long)]
     pub json: bool,
 }
@@ -823,26 +826,26 @@ pub struct ModelsArgs {
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:\n  kardan elements harmonic_drive")]
 pub struct ElementsArgs {
-    /// The table whose page is wanted.
+    /// The table whose page to print.
     pub name: Option<String>,
-    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
+    /// Print one JSON object instead of the text; `kardan schema` lists its keys.
     #[arg(long)]
     pub json: bool,
 }
 
 /// List the JSON schemas of model files and of what commands print with `--json`, or print one of them.
 ///
-/// `kardan schema model` is for editors: with it they complete keys, show units and mark mistakes in a model file (docs/editors.md).
-/// Each object begins with the key `schema`: the version of the format, `kardan/1`. Numbers are in SI; one that is not finite is
+/// `kardan schema model` is for editors: with it they complete keys, show units and mark errors in a model file (docs/editors.md).
+/// Each object begins with the key `schema`: the version of the format, `kardan/1`. Numbers are in SI; a non-finite one is
 /// `null`, a complex one is `[re, im]`, an exact one a text.
 #[derive(Debug, Clone, Args)]
 #[command(
     after_help = "Examples:\n  kardan schema\n  kardan schema run > run.schema.json\n  kardan schema model > kardan.schema.json"
 )]
 pub struct SchemaArgs {
-    /// What the schema is of: `model` for model files, or one of those that `kardan schema` lists.
+    /// Subject of the schema: `model` for model files, or one of those that `kardan schema` lists.
     pub name: Option<String>,
-    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
+    /// Print one JSON object instead of the text; `kardan schema` lists its keys.
     #[arg(long)]
     pub json: bool,
 }
@@ -853,7 +856,7 @@ pub struct SchemaArgs {
 pub struct CompletionsArgs {
     /// The shell.
     pub shell: Shell,
-    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
+    /// Print one JSON object instead of the text; `kardan schema` lists its keys.
     #[arg(long)]
     pub json: bool,
 }
@@ -891,7 +894,7 @@ mod tests {
         assert_eq!((args.inputs.len(), args.outputs.len(), args.model.to_str()), (2, 2, Some("sia-steering")));
     }
 
-    /// Arguments that nobody meant: known words, values, parts of them and noise, in any order. Each list is taken or refused in words.
+    /// Random arguments: known words, values, parts of them and noise, in any order. Each list is accepted, or rejected with a message.
     #[test]
     fn any_arguments_are_taken_or_refused() {
         let command = Cli::command();

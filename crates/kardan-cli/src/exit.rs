@@ -1,4 +1,4 @@
-//! How a command ends: its exit code, and what went wrong.
+//! How a command ends: its exit code, and its error.
 
 use kardan::diagnostics::Diagnostic;
 
@@ -8,16 +8,16 @@ use crate::stop;
 
 /// Exit code: done.
 pub const DONE: u8 = 0;
-/// Exit code: a requirement of the study failed, or with `--strict` something stands against an identification or the numbers of a run.
+/// Exit code: a requirement of the study failed, or with `--strict` an identification or the numbers of a run are doubtful.
 pub const REQUIREMENT_FAILED: u8 = 1;
-/// Exit code: bad input, a file that cannot be read or written, a run that failed or whose energy balance does not close, or what a limit or a signal ended early.
+/// Exit code: bad input, a file that cannot be read or written, a run that failed or whose energy balance does not close, or a command that a limit or a signal ended early.
 pub const ERROR: u8 = 2;
 
-/// The exit code; what went wrong is said, and why if the command was to end early.
+/// The exit code; reports the error, and the reason if the command had to end early.
 pub fn exit_code(done: Result<u8, Failure>, json: bool) -> u8 {
     done.unwrap_or_else(|mut failure| {
         if let Some(reason) = stop::reason() {
-            let early = Diagnostic::error("command::early", format!("{reason}: what was there by then is not enough"));
+            let early = Diagnostic::error("command::early", format!("{reason}: the results until then are not enough"));
             failure.diagnostics.insert(0, early);
         }
         if json {

@@ -1,15 +1,15 @@
-//! Every operation that changes a file passes here, so that tests can let each of them fail, or end the process there.
+//! Every operation that changes a file passes through this module, so that tests can let each of them fail, or end the process there.
 //!
 //! In builds with debug assertions `KARDAN_FAULT=fail:N` makes operation N (from 0) fail as on a full disk, a writing one after
-//! half of its bytes; `full:N` that one and all after it; `kill:N` aborts the process there. `kept:N` ends the command, as a signal
-//! does, where it has kept what it has for the time N and goes no further; `spec:N` where it asks for the time N whether to end.
-//! In other builds all this is nothing.
+//! half of its bytes; `full:N` makes that one and all after it fail; `kill:N` aborts the process there. `kept:N` ends the command, as a signal
+//! does, when it stores its partial results for the Nth time, and goes no further; `asked:N` when it checks for the Nth time whether to end.
+//! In other builds this has no effect.
 
 use std::io::{self, Write};
 #[cfg(debug_assertions)]
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Does an operation that changes files.
+/// Performs an operation that changes files.
 pub fn step<T>(operation: impl FnOnce() -> io::Result<T>) -> io::Result<T> {
     match requested_fault() {
         Some(fault) => Err(fault.happens()),
@@ -60,7 +60,7 @@ fn requested_fault() -> Option<Fault> {
     None
 }
 
-/// Whether the command is to end early here: `kept` something, or `spec`.
+/// Whether the command ends early here: `kept` or `asked`.
 #[cfg(debug_assertions)]
 pub fn early(what: &str) -> bool {
     static COUNT: AtomicUsize = AtomicUsize::new(0);

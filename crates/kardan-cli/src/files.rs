@@ -1,4 +1,4 @@
-//! Files that are read: plain ones alone. A pipe may never end, a device has no end or no bytes, and a directory holds files.
+//! Files that are read: plain ones only. A pipe may never end, a device has no end or no bytes, and a directory contains files.
 
 use std::fs::{self, File, Metadata};
 use std::io;
@@ -6,7 +6,7 @@ use std::path::Path;
 
 use kardan::diagnostics::Diagnostic;
 
-/// What something is that is no plain file.
+/// The kind of a path that is not a plain file.
 fn other_kind(found: &Metadata) -> Option<&'static str> {
     let kind = found.file_type();
     #[cfg(unix)]
@@ -28,14 +28,14 @@ fn other_kind(found: &Metadata) -> Option<&'static str> {
     }
 }
 
-/// Refuses a path to anything but a plain file; `name` is what the user calls it. That nothing is there is for [`open`] to say.
+/// Rejects a path to anything but a plain file; `name` is the user's name for it. [`open`] reports a missing file.
 pub fn expect_plain(path: &Path, name: &str) -> Result<(), Diagnostic> {
     let Some(kind) = fs::metadata(path).ok().as_ref().and_then(other_kind) else { return Ok(()) };
     let message = format!("`{name}` is {kind}, not a file");
     Err(match kind {
         "a directory" => Diagnostic::error("file::directory", message).help("name a file inside it"),
         _ => Diagnostic::error("file::not-plain", message).help(
-            "write what it gives to a file first, and name that; a model may also come through standard input: `-`",
+            "write its output to a file first, and name that file; a model may also come from standard input: `-`",
         ),
     })
 }
@@ -46,14 +46,14 @@ pub fn open(path: &Path) -> io::Result<File> {
     File::open(path)
 }
 
-/// What is in a plain file.
+/// The bytes of a plain file.
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     io::Read::read_to_end(&mut open(path)?, &mut bytes)?;
     Ok(bytes)
 }
 
-/// The text in a plain file.
+/// The text of a plain file.
 pub fn read_text(path: &Path) -> io::Result<String> {
     String::from_utf8(read(path)?).map_err(io::Error::other)
 }

@@ -1,4 +1,4 @@
-//! The folder that results go to: tried before anything is computed, and without files of an earlier run beside the new ones.
+//! The output folder: checked before any computation, and without files of an earlier run beside the new ones.
 
 use std::collections::HashSet;
 use std::fs;
@@ -11,23 +11,23 @@ use crate::files;
 use crate::output::{prepare_folder, reason, save_in, stays};
 use crate::render::note;
 
-/// A folder known to take files.
+/// A writable folder.
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
     used_names: HashSet<String>,
-    /// What was written there: names with sums of their bytes.
+    /// The files written there: names with sums of their bytes.
     written: Vec<(String, u32)>,
 }
 
 impl Folder {
-    /// Makes the folder if it is not there, and tries to write in it; what killed runs left there goes.
+    /// Creates the folder if missing, and checks that it is writable; removes leftovers of killed runs.
     pub fn prepare(path: &Path) -> Result<Self, Diagnostic> {
         prepare_folder(path)?;
         Ok(Self { path: path.to_owned(), used_names: HashSet::new(), written: Vec::new() })
     }
 
-    /// Writes a file whose name is made from `stem`, and gives its path.
+    /// Writes a file with a name made from `stem`, and returns its path.
     pub fn write(&mut self, stem: &str, extension: &str, bytes: &[u8]) -> Result<String, Diagnostic> {
         let name = self.name(stem, extension);
         let path = save_in(&self.path, &name, bytes)?;
@@ -35,7 +35,7 @@ impl Folder {
         Ok(path.display().to_string())
     }
 
-    /// A name that is safe on any file system and was not given before.
+    /// A name that is safe on any file system and not in use.
     fn name(&mut self, stem: &str, extension: &str) -> String {
         let safe = |c: char| if c.is_alphanumeric() || "-_.+=".contains(c) { c } else { '-' };
         let stem: String = stem.chars().map(safe).take(60).collect();
@@ -50,8 +50,8 @@ impl Folder {
         name
     }
 
-    /// Ends the work of a command here: what its run before has written and this one has not goes to `earlier/`, so that files of
-    /// two runs do not stand side by side. What somebody has changed since stays. Gives the paths that have gone.
+    /// Ends the work of a command here: files that only an earlier run wrote move to `earlier/`, so that files of
+    /// two runs are not mixed. Files that were changed since stay. Returns the moved paths.
     pub fn finish(&self, command: &str) -> Result<Vec<String>, Diagnostic> {
         let list = self.path.join(LIST);
         let before = files::read_text(&list).unwrap_or_default();
@@ -83,17 +83,17 @@ impl Folder {
         done.map_err(|error| {
             let message = format!("cannot move `{}` of an earlier run to `{}`", from.display(), folder.display());
             Diagnostic::error("output::earlier", format!("{message}: {}", reason(&error)))
-                .help("the new files are complete; take the old one away, or name another folder with --out DIR")
+                .help("the new files are complete; remove the old one, or name another folder with --out DIR")
         })
     }
 }
 
-/// Says which files of an earlier run have gone, and where.
+/// Reports which files of an earlier run were moved, and where.
 pub fn note_moved_files(gone: &[String], quiet: bool) {
     if let (false, Some(first)) = (quiet, gone.first()) {
         let folder = Path::new(first).with_file_name(EARLIER);
         let names = quoted(gone.iter().map(String::as_str));
-        note(&format!("this run has not written {names} of an earlier one: moved to `{}`", folder.display()));
+        note(&format!("this run did not write {names} of an earlier run: moved to `{}`", folder.display()));
     }
 }
 
@@ -110,7 +110,7 @@ struct Line<'a> {
 }
 
 impl<'a> Line<'a> {
-    /// `run 1f3a5b7c report.html`; nothing if it is none, or names a file elsewhere.
+    /// `run 1f3a5b7c report.html`; `None` if the line is invalid, or names a file elsewhere.
     fn read(text: &'a str) -> Option<Self> {
         let (command, rest) = text.split_once(' ')?;
         let (sum, name) = rest.split_once(' ')?;
@@ -158,7 +158,7 @@ mod tests {
         for text in ["", "run", "run x report.html", "run 1 ../model.toml", "run 1 ..", "run 1 .kardan-files"] {
             assert!(Line::read(text).is_none(), "{text}");
         }
-        // One bit, the order of words, and a zero more are seen.
+        // The sum detects one changed bit, another order of words, and an additional zero.
         let blocks = b"eight by8 bytes.and a rest";
         for other in
             [&b"eight by8 bytes.and a resu"[..], b"8 bytes.eight byand a rest", b"eight by8 bytes.and a rest\0", b""]

@@ -1,4 +1,4 @@
-//! Where a model comes from: a built-in one, a file or standard input; every way that can fail is said kindly.
+//! Where a model comes from: a built-in one, a file or standard input; with a message for every failure.
 
 use std::io::Read;
 use std::path::Path;
@@ -38,7 +38,7 @@ pub fn open(model: &Path, changes: &Changes, quiet: bool) -> Result<(Source, Pro
     Ok((source, project))
 }
 
-/// The bytes of a file that a model names, from the folder of the model; why there are none, else.
+/// The bytes of a file that a model names, from the folder of the model, or the reason of the failure.
 fn beside(model: &Path, source: &Source, name: &str) -> FileBytes {
     let folder = match source.origin {
         Origin::File => model.parent().unwrap_or_else(|| Path::new("")),
@@ -50,7 +50,7 @@ fn beside(model: &Path, source: &Source, name: &str) -> FileBytes {
     file(&path, &shown, LIMIT, &missing).map(Into::into).map_err(|diagnostic| diagnostic.message)
 }
 
-/// The same, prepared: a bar tells how far that is where it takes long.
+/// The same, prepared: a bar shows the progress if it takes long.
 pub fn prepared(model: &Path, changes: &Changes, quiet: bool) -> Result<(Source, Project), Failure> {
     let opened = open(model, changes, quiet)?;
     let bars = Bars::new(quiet);
@@ -67,10 +67,10 @@ pub fn read(model: &Path, quiet: bool) -> Result<Source, Diagnostic> {
     }
     if let Some(builtin) = BUILTIN.iter().find(|builtin| model.as_os_str() == builtin.name) {
         let name = builtin.name.to_owned();
-        // Which of two is meant is said only where there are two.
+        // The note on which of two models is used appears only if there are two.
         let beside = [name.clone(), format!("{name}.toml")].into_iter().find(|file| Path::new(file).exists());
         if let (false, Some(file)) = (quiet, beside) {
-            render::note(&format!("taking the built-in model {name}; the file of that name is ./{file}"));
+            render::note(&format!("using the built-in model {name}; the file of that name is ./{file}"));
         }
         return Ok(Source::new(name, builtin.source.to_owned(), Origin::Builtin));
     }
@@ -84,7 +84,7 @@ pub fn read(model: &Path, quiet: bool) -> Result<Source, Diagnostic> {
     Ok(Source::new(name, text, Origin::File))
 }
 
-/// Reads plain matrices as they are, and what to call them.
+/// Reads plain matrices, and returns their name.
 pub fn read_matrices(path: &Path) -> Result<(String, Vec<u8>), Diagnostic> {
     let (name, bytes) = if path.as_os_str() == "-" {
         let name = "standard input".to_owned();
@@ -99,12 +99,14 @@ pub fn read_matrices(path: &Path) -> Result<(String, Vec<u8>), Diagnostic> {
         (name, bytes)
     };
     if bytes.is_empty() {
-        return Err(Diagnostic::error("file::empty", format!("`{name}` is empty")).help("it should hold A, B, C and D"));
+        return Err(
+            Diagnostic::error("file::empty", format!("`{name}` is empty")).help("it should contain A, B, C and D")
+        );
     }
     Ok((name, bytes))
 }
 
-/// Reads a file of text that is no model.
+/// Reads a text file that is not a model.
 pub fn read_text(path: &Path) -> Result<String, Diagnostic> {
     let name = path.display().to_string();
     let bytes = file(path, &name, LIMIT, &|name| {
@@ -123,7 +125,7 @@ pub fn builtin_hint(name: &str) -> String {
     let begin_so = || BUILTIN.iter().map(|builtin| builtin.name).filter(|known| known.starts_with(name));
     if name.chars().count() > 1 && begin_so().next().is_some() {
         let list = begin_so().collect::<Vec<_>>().join(", ");
-        return format!("built-in models that begin with `{name}`: {list}");
+        return format!("built-in models that start with `{name}`: {list}");
     }
     let list = format!("built-in models: {}", builtin_names());
     match nearest(name, BUILTIN.iter().map(|builtin| builtin.name)) {
@@ -132,7 +134,7 @@ pub fn builtin_hint(name: &str) -> String {
     }
 }
 
-/// Reads a file; `missing` says that it is not there.
+/// Reads a file; `missing` is the error if it does not exist.
 fn file(path: &Path, name: &str, limit: u64, missing: &dyn Fn(&str) -> Diagnostic) -> Result<Vec<u8>, Diagnostic> {
     let unreadable = |error: std::io::Error| match error.kind() {
         std::io::ErrorKind::NotFound => missing(name),
@@ -147,7 +149,7 @@ fn file(path: &Path, name: &str, limit: u64, missing: &dyn Fn(&str) -> Diagnosti
     bounded(name, file, limit)
 }
 
-/// Reads to the end, but never much more than a limit: standard input does not tell its size.
+/// Reads to the end, but never much more than a limit: the size of standard input is unknown.
 fn bounded(name: &str, from: impl Read, limit: u64) -> Result<Vec<u8>, Diagnostic> {
     let mut bytes = Vec::new();
     from.take(limit + 1)
@@ -158,12 +160,12 @@ fn bounded(name: &str, from: impl Read, limit: u64) -> Result<Vec<u8>, Diagnosti
 
 fn too_large(name: &str, limit: u64) -> Diagnostic {
     let message = format!("`{name}` is larger than {} MiB, too large to be read", limit >> 20);
-    Diagnostic::error("file::too-large", message).help("is it the file that you meant?")
+    Diagnostic::error("file::too-large", message).help("is this the intended file?")
 }
 
 fn decode(name: &str, bytes: &[u8]) -> Result<String, Diagnostic> {
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
-        return Err(Diagnostic::error("file::utf-16", format!("`{name}` is UTF-16 text, and has to be UTF-8"))
+        return Err(Diagnostic::error("file::utf-16", format!("`{name}` is UTF-16 text; kardan reads UTF-8"))
             .help("save it as UTF-8, or convert it: iconv -f UTF-16 -t UTF-8 OLD > NEW"));
     }
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
@@ -172,7 +174,7 @@ fn decode(name: &str, bytes: &[u8]) -> Result<String, Diagnostic> {
         let line = bytes[..at].iter().filter(|&&byte| byte == b'\n').count() + 1;
         let byte = bytes[at];
         let message = format!("`{name}` is not UTF-8 text: byte 0x{byte:02X} at offset {at} (line {line})");
-        Diagnostic::error("file::not-utf-8", message).help("it is read as text; save it as UTF-8")
+        Diagnostic::error("file::not-utf-8", message).help("kardan reads it as text; save it as UTF-8")
     })?;
     if text.trim().is_empty() {
         return Err(Diagnostic::error("file::empty", format!("`{name}` is empty")).help(format!(

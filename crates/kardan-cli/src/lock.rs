@@ -1,4 +1,4 @@
-//! A folder is filled by one sweep at a time: it is locked while that runs. The system releases the locks of a process that ends, however it ends.
+//! Only one sweep at a time writes to a folder: it locks the folder while it runs. The system releases the locks when the process ends for any reason.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use kardan::study::Shard;
 use crate::fault;
 use crate::output::{reason, stays};
 
-/// What is locked: alone by a sweep, together with others by a shard.
+/// The lock: exclusive for a sweep, shared for a shard.
 const LOCK: &str = ".kardan-lock";
 
 /// Locks on a folder, as long as they live.
@@ -20,7 +20,7 @@ pub struct Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // Closing does not do, where a process that begins at this moment has them open too.
+        // Closing is not enough, if a process that starts at this moment has them open too.
         self.files.iter().for_each(|file| {
             let _ = file.unlock();
         });
@@ -28,7 +28,7 @@ impl Drop for Lock {
 }
 
 impl Lock {
-    /// Locks the folder for a sweep, or for a shard of it: shards may fill one folder together, each once.
+    /// Locks the folder for a sweep, or for a shard of it: several shards may write to one folder, each once.
     pub fn take(folder: &Path, shard: Option<Shard>) -> Result<Self, Diagnostic> {
         let mut files = vec![locked(folder, LOCK, shard.is_some())?];
         if let Some(Shard { number, of }) = shard {
@@ -37,7 +37,7 @@ impl Lock {
         Ok(Self { folder: folder.to_owned(), files })
     }
 
-    /// Takes the files away that were locked, those of shards too; nobody has locked them beside this.
+    /// Removes the lock files, those of shards too; no other process has locked them.
     pub fn remove(self) {
         let entries = fs::read_dir(&self.folder).into_iter().flatten().filter_map(Result::ok);
         let own = entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(LOCK));
@@ -47,7 +47,7 @@ impl Lock {
     }
 }
 
-/// A file of the folder, locked; where the file system knows no locks it is as if nobody else were there.
+/// A locked file of the folder; on a file system without locks, kardan assumes no other process.
 fn locked(folder: &Path, name: &str, shared: bool) -> Result<File, Diagnostic> {
     let path = folder.join(name);
     stays(folder, &path)?;
@@ -60,7 +60,7 @@ fn locked(folder: &Path, name: &str, shared: bool) -> Result<File, Diagnostic> {
     match if shared { file.try_lock_shared() } else { file.try_lock() } {
         Err(TryLockError::WouldBlock) => {
             let message = format!("another sweep is running in the folder `{}`", folder.display());
-            let help = "wait until it has ended, or name another folder with --out DIR";
+            let help = "wait until it ends, or name another folder with --out DIR";
             Err(Diagnostic::error("output::locked", message).help(help))
         }
         Ok(()) | Err(TryLockError::Error(_)) => Ok(file),

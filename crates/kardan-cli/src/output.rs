@@ -1,11 +1,11 @@
-//! Where results go: a folder that was tried before anything is computed, files that appear whole or not at all, and
+//! Output: a folder checked before any computation, files that appear complete or not at all, and
 //! standard output that may be closed early.
 //!
 //! [`save`] is the only way to a file. It writes beside the target, with the mode and the owner of the file that is replaced,
-//! brings the bytes to the disk and renames: at any moment the old file is there or the new one, whole. Where that cannot be
-//! done without taking something away it refuses and says so: a file that the command reads, one that is read-only, belongs to
-//! somebody else, or has several names (hard links: renaming would leave the others with the old content, writing in place
-//! could lose both). A symbolic link that the user has named is followed; one in an output folder, where the command chooses the
+//! syncs the bytes to the disk and renames: at any moment either the old or the new file exists, complete. If that cannot be
+//! done without a loss it reports an error: for a file that the command reads, one that is read-only, belongs to
+//! another user, or has several names (hard links: renaming would leave the others with the old content, writing in place
+//! could lose both). It follows a symbolic link that the user named; one in an output folder, where the command chooses the
 //! names, only if it stays in the folder ([`save_in`]). Extended attributes and access lists are not carried over.
 
 use std::fs::{self, File, OpenOptions};
@@ -23,7 +23,7 @@ use crate::render::{note, stderr};
 /// Symbolic links that lead to one another.
 const LINKS: usize = 40;
 
-/// Writes to standard output; a reader who has gone away (`| head -1`) is no error.
+/// Writes to standard output; a closed pipe (`| head -1`) is not an error.
 pub fn print(text: &str) -> Result<(), Diagnostic> {
     print_bytes(text.as_bytes())
 }
@@ -32,6 +32,12 @@ pub fn print(text: &str) -> Result<(), Diagnostic> {
 pub fn render_text(page: &Page, origin: &str) -> String {
     let terminal = terminal_size::terminal_size_of(io::stdout());
     page.text_within(origin, terminal.map_or(100, |(width, _)| usize::from(width.0)))
+}
+
+/// The same in so many lines at most.
+pub fn render_summary(page: &Page, origin: &str, lines: usize) -> String {
+    let terminal = terminal_size::terminal_size_of(io::stdout());
+    page.text_on_screen(origin, terminal.map_or(100, |(width, _)| usize::from(width.0)), lines)
 }
 
 fn print_bytes(bytes: &[u8]) -> Result<(), Diagnostic> {
@@ -70,7 +76,7 @@ pub fn reason(error: &io::Error) -> String {
     }
 }
 
-/// What tells a file from all others, by whatever name it is called.
+/// The identity of a file, independent of its name.
 #[cfg(unix)]
 type Identity = (u64, u64);
 #[cfg(not(unix))]
@@ -87,16 +93,16 @@ fn identity(path: &Path) -> Option<Identity> {
     fs::canonicalize(path).ok().filter(|path| path.is_file())
 }
 
-/// The files that this command reads, and how they are called.
+/// The files that this command reads, with their names.
 static READ: Mutex<Vec<(Identity, PathBuf)>> = Mutex::new(Vec::new());
 
-/// Says that a file is read by this command: nothing is written over it, whatever comes.
+/// Records that this command reads a file: no output overwrites it.
 pub fn protect(path: &Path) {
     let found = identity(path).map(|identity| (identity, path.to_owned()));
     READ.lock().unwrap_or_else(PoisonError::into_inner).extend(found);
 }
 
-/// The command begins anew: nothing has been read.
+/// The command restarts: no file has been read.
 pub fn begin() {
     READ.lock().unwrap_or_else(PoisonError::into_inner).clear();
 }
@@ -111,7 +117,7 @@ fn is_read(path: &Path) -> bool {
     identity(path).is_some_and(|own| read.iter().any(|(identity, _)| *identity == own))
 }
 
-/// Makes the folder if it is not there, and tries to write in it; what killed runs left there goes.
+/// Creates the folder if missing, and checks that it is writable; removes leftovers of killed runs.
 pub fn prepare_folder(path: &Path) -> Result<(), Diagnostic> {
     let shown = path.display();
     let wrong = |message: String| {
@@ -141,7 +147,7 @@ pub fn prepare_folder_in(folder: &Path, name: &str) -> Result<PathBuf, Diagnosti
     Ok(path)
 }
 
-/// Refuses a path in a folder that is a symbolic link out of it: nobody has named what it leads to.
+/// Rejects a path in a folder that is a symbolic link out of it: the user did not name its target.
 pub fn stays(folder: &Path, path: &Path) -> Result<(), Diagnostic> {
     let mut target = path.to_owned();
     for _ in 0..LINKS {
@@ -155,7 +161,7 @@ pub fn stays(folder: &Path, path: &Path) -> Result<(), Diagnostic> {
         return Ok(());
     }
     let message = format!(
-        "`{}` is not written: it is a symbolic link to `{}`, out of the folder `{}`",
+        "`{}` is not written: it is a symbolic link to `{}`, outside the folder `{}`",
         path.display(),
         target.display(),
         folder.display()
@@ -163,12 +169,12 @@ pub fn stays(folder: &Path, path: &Path) -> Result<(), Diagnostic> {
     Err(Diagnostic::error("file::link", message).help("remove the link, or name another folder with --out DIR"))
 }
 
-/// Says whether a file can be written there, before anything is computed; makes its folder if that is not there.
+/// Checks that a file can be written there, before any computation; creates its folder if missing.
 pub fn prepare_file(path: &Path) -> Result<(), Diagnostic> {
     prepare_files(&[path], None)
 }
 
-/// The same for several files, no two of which may be one; `own` is a file that is read and may be replaced all the same, by the
+/// The same for several different files; `own` is a file that the command reads and may still replace, by the
 /// last of them.
 pub fn prepare_files(paths: &[&Path], own: Option<&Path>) -> Result<(), Diagnostic> {
     let mut places = Vec::new();
@@ -192,7 +198,7 @@ pub fn prepare_files(paths: &[&Path], own: Option<&Path>) -> Result<(), Diagnost
         let place =
             fs::canonicalize(folder_of(&target)).unwrap_or_default().join(target.file_name().unwrap_or_default());
         if places.contains(&place) {
-            let message = format!("two results would go to the same file, `{}`", path.display());
+            let message = format!("two results would be written to the same file, `{}`", path.display());
             return Err(Diagnostic::error("file::same", message).help("give them different names"));
         }
         places.push(place);
@@ -204,17 +210,17 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// What is written to.
+/// The target of a write.
 enum Place {
-    /// A plain file, there or not, with links followed to their end.
+    /// A plain file, existing or not, with links resolved.
     File(PathBuf),
-    /// A device, a pipe or a socket: bytes go there and cannot be taken back.
+    /// A device, a pipe or a socket: written bytes cannot be undone.
     Stream(PathBuf),
     /// The standard output or the standard error of this process.
     Standard(bool),
 }
 
-/// Where a path leads, and whether that may be written; `own` is a file that is read and may be replaced all the same.
+/// The target of a path, and whether it may be written; `own` is a file that the command reads and may still replace.
 fn place(path: &Path, own: Option<&Path>) -> Result<Place, Diagnostic> {
     let shown = path.display();
     let refused = |code, why: String| Diagnostic::error(code, format!("`{shown}` is not written: {why}"));
@@ -229,18 +235,18 @@ fn place(path: &Path, own: Option<&Path>) -> Result<Place, Diagnostic> {
         }
         match fs::symlink_metadata(&target) {
             Ok(metadata) if metadata.file_type().is_symlink() => {
-                // What /proc gives as links are open files: their names may be gone or taken.
+                // Links in /proc are open files: their names may be deleted or reused.
                 if target.starts_with("/proc") || target.starts_with("/dev/fd") {
                     return Ok(Place::Stream(target));
                 }
                 let next = fs::read_link(&target).map_err(unwritable)?;
                 target = folder_of(&target).join(next);
                 if links >= LINKS {
-                    return Err(refused("file::unwritable", "too many symbolic links lead to one another".into()));
+                    return Err(refused("file::unwritable", "too many symbolic links in a chain".into()));
                 }
             }
             Ok(metadata) if metadata.is_dir() => {
-                return Err(refused("file::unwritable", "a directory of that name is there".into()));
+                return Err(refused("file::unwritable", "a directory of that name exists".into()));
             }
             Ok(metadata) if !metadata.is_file() => {
                 if is_block_device(&metadata) {
@@ -256,7 +262,7 @@ fn place(path: &Path, own: Option<&Path>) -> Result<Place, Diagnostic> {
                     let help = "make it writable (`chmod u+w`), or give another name";
                     return Err(refused("file::read-only", "the file is read-only".into()).help(help));
                 }
-                // Renaming would not ask whether the file itself may be written.
+                // Renaming does not check whether the file itself is writable.
                 OpenOptions::new().write(true).open(&target).map_err(unwritable)?;
                 let names = names(&metadata);
                 if names > 1 {
@@ -267,7 +273,7 @@ fn place(path: &Path, own: Option<&Path>) -> Result<Place, Diagnostic> {
                 }
                 return Ok(Place::File(target));
             }
-            // Where the folder is none, its preparation says so.
+            // If the path of the folder is not a folder, its preparation reports that.
             Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
                 return Ok(Place::File(target));
             }
@@ -299,13 +305,13 @@ fn names(_: &fs::Metadata) -> u64 {
     1
 }
 
-/// Writes a file that appears whole or not at all; one that exists is replaced, unless this command reads it. What is no plain
+/// Writes a file that appears complete or not at all; replaces an existing one, unless this command reads it. A target that is not a plain
 /// file is written to.
 pub fn save(path: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
     save_over(path, bytes, None)
 }
 
-/// The same for a file whose name the command has chosen, in a folder that the user has named; gives its path.
+/// The same for a file whose name the command chose, in a folder that the user named; returns its path.
 pub fn save_in(folder: &Path, name: &str, bytes: &[u8]) -> Result<PathBuf, Diagnostic> {
     let path = folder.join(name);
     stays(folder, &path)?;
@@ -318,14 +324,14 @@ pub fn shown(page: &Page, markdown: bool) -> (&'static str, String) {
     if markdown { ("md", page.markdown()) } else { ("html", page.html()) }
 }
 
-/// Says that a file was written, and how to look at it if it is a page.
+/// Reports that a file was written, and how to open it if it is a page.
 pub fn note_written(path: &Path) {
     let path = path.display().to_string();
     note(&format!("wrote {path}"));
     stderr(&where_to_look(&path));
 }
 
-/// How to look at a page that was written; nothing for Markdown.
+/// How to open a written page; nothing for Markdown.
 pub fn where_to_look(path: &str) -> String {
     if !path.ends_with(".html") {
         return String::new();
@@ -343,13 +349,13 @@ pub fn where_to_look(path: &str) -> String {
     format!("open it in a browser: {address}\n")
 }
 
-/// Writes a page; as Markdown where the name of the file says so.
+/// Writes a page; as Markdown if the name of the file ends so.
 pub fn save_page(path: &Path, page: &Page) -> Result<(), Diagnostic> {
     let markdown = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("md"));
     save(path, shown(page, markdown).1.as_bytes())
 }
 
-/// The same as [`save`] where `own` is read by this command and may be replaced all the same.
+/// The same as [`save`] where this command reads `own` and may still replace it.
 pub fn save_over(path: &Path, bytes: &[u8], own: Option<&Path>) -> Result<(), Diagnostic> {
     let saved = match place(path, own)? {
         Place::Standard(true) => return print_bytes(bytes),
@@ -365,7 +371,7 @@ pub fn save_over(path: &Path, bytes: &[u8], own: Option<&Path>) -> Result<(), Di
     })
 }
 
-/// Writes beside, brings it to the disk, and renames.
+/// Writes to a temporary file, syncs it to the disk, and renames it.
 fn replace(target: &Path, bytes: &[u8]) -> io::Result<()> {
     let folder = folder_of(target);
     let old = fs::metadata(target).ok();
@@ -377,7 +383,7 @@ fn replace(target: &Path, bytes: &[u8]) -> io::Result<()> {
     fault::step(|| sync_folder(folder))
 }
 
-/// Brings the name of a new file to the disk; some file systems have nothing to bring.
+/// Syncs the name of a new file to the disk; some file systems do not support this.
 #[cfg(unix)]
 fn sync_folder(folder: &Path) -> io::Result<()> {
     match File::open(folder).and_then(|folder| folder.sync_all()) {
@@ -398,8 +404,8 @@ fn sync_folder(_: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// A hidden file beside where the real one will be; it goes with this value, unless it was renamed. While it is written it is
-/// locked, so that what a killed run left can be told from what a living one writes.
+/// A hidden temporary file beside the target; dropping this value removes it, unless it was renamed. While it is written it is
+/// locked, which distinguishes it from a leftover of a killed run.
 struct Part {
     file: File,
     path: PathBuf,
@@ -416,7 +422,7 @@ impl Drop for Part {
 
 impl Part {
     fn create(folder: &Path, old: Option<&fs::Metadata>) -> io::Result<Self> {
-        // No name is used twice, so that nobody who takes away a leftover can mistake one file for another.
+        // Each name is used once, so that the removal of a leftover cannot hit another file.
         static NUMBER: AtomicUsize = AtomicUsize::new(0);
         let process = std::process::id();
         let mut error = io::Error::from(ErrorKind::AlreadyExists);
@@ -425,11 +431,11 @@ impl Part {
             let path = folder.join(format!(".kardan-{process}-{number}.part"));
             match fault::step(|| create_new(&path, old.is_some())) {
                 Ok(file) => {
-                    // Where there are no locks nobody removes anything either.
+                    // Without locks no process removes leftovers.
                     let _ = file.lock();
                     let part = Self { file, path, renamed: false };
                     if !part.exists() {
-                        continue; // taken for a leftover in the moment before it was locked
+                        continue; // removed as a leftover just before it was locked
                     }
                     if let Some(old) = old {
                         fault::step(|| resemble(&part.file, old))?;
@@ -456,7 +462,7 @@ impl Part {
     }
 }
 
-/// A new file as the mask of the user has it, or for this user alone until it resembles another one.
+/// A new file with the user's umask, or private to the user until it gets the mode of another one.
 fn create_new(path: &Path, hidden: bool) -> io::Result<File> {
     let mut options = OpenOptions::new();
     options.write(true).create_new(true);
@@ -477,7 +483,8 @@ fn resemble(file: &File, old: &fs::Metadata) -> io::Result<()> {
     let own = file.metadata()?;
     if (own.uid(), own.gid()) != (old.uid(), old.gid()) {
         fchown(file, Some(old.uid()), Some(old.gid())).map_err(|_| {
-            let why = format!("the file belongs to user {} and group {}, and would not any more", old.uid(), old.gid());
+            let why =
+                format!("the file belongs to user {} and group {}, and would change its owner", old.uid(), old.gid());
             io::Error::other(why)
         })?;
     }
@@ -489,12 +496,12 @@ fn resemble(_: &File, _: &fs::Metadata) -> io::Result<()> {
     Ok(())
 }
 
-/// Removes what killed runs left where this file goes, if nothing is prepared there.
+/// Removes leftovers of killed runs for this target, if no file is prepared there.
 pub fn sweep_beside(path: &Path) {
     sweep(folder_of(path));
 }
 
-/// Removes what killed runs left in a folder: files of our name that nobody has locked.
+/// Removes leftovers of killed runs in a folder: unlocked files with kardan's temporary names.
 fn sweep(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
@@ -548,7 +555,7 @@ mod tests {
         }
     }
 
-    /// What somebody writes at this moment stays, what nobody does goes.
+    /// A file that a process is writing stays; a leftover is removed.
     #[test]
     fn only_what_nobody_writes_is_swept() {
         let folder = std::env::temp_dir().join(format!("kardan-sweep-{}", std::process::id()));

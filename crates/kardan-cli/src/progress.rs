@@ -1,4 +1,4 @@
-//! How far the variants are, on standard error if somebody looks.
+//! Progress of the variants, on standard error if that is a terminal.
 
 use std::collections::HashMap;
 use std::io::IsTerminal;
@@ -14,7 +14,7 @@ use crate::render::note;
 use crate::stop;
 
 const STEPS: u64 = 1000;
-/// What takes less is over before one could read a bar.
+/// Shorter computations show no bar.
 const QUICK: Duration = Duration::from_millis(400);
 /// Time between two drawings of a bar, so that its times go on where a part takes long.
 const TICK: Duration = Duration::from_millis(200);
@@ -25,11 +25,11 @@ pub struct Bars {
     quiet: bool,
     /// Whether there is a terminal to draw on.
     visible: bool,
-    /// Nothing is drawn any more.
+    /// Drawing has stopped.
     over: Arc<AtomicBool>,
-    /// By the number of the variant; none: what is prepared before.
+    /// By the number of the variant; `None`: the preparation.
     running: Mutex<HashMap<Option<usize>, ProgressBar>>,
-    /// When many runs were counted first, and how many were there before.
+    /// Start time of a count of many runs, and the number of runs done before.
     counted: Mutex<Option<(Instant, usize)>>,
     most_steps: Option<u64>,
     show: Option<Show>,
@@ -39,7 +39,7 @@ pub struct Bars {
 type Show = Arc<dyn Fn(Part) -> u8 + Send + Sync>;
 
 impl Bars {
-    /// Bars, or nothing if the user wants it quiet; drawn once it takes long enough to be read.
+    /// Bars, or none with `--quiet`; drawn once the computation takes long enough.
     pub fn new(quiet: bool) -> Self {
         let visible = !quiet && std::io::stderr().is_terminal() && crate::render::obeys();
         stop::computing(true);
@@ -66,7 +66,7 @@ impl Bars {
         }
     }
 
-    /// The same for a command that shows what is finished, should it end early.
+    /// The same for a command that shows partial results if it ends early.
     pub fn showing(self, show: impl Fn(Part) -> u8 + Send + Sync + 'static) -> Self {
         Self { show: Some(Arc::new(show)), ..self }
     }
@@ -76,7 +76,7 @@ impl Bars {
         Self { most_steps: Some(limits.max_steps), ..Self::new(quiet) }
     }
 
-    /// Takes the bars off the screen.
+    /// Removes the bars from the screen.
     pub fn clear(&self) {
         self.over.store(true, Ordering::Relaxed);
         for bar in self.running.lock().unwrap_or_else(PoisonError::into_inner).values() {
@@ -85,7 +85,7 @@ impl Bars {
         let _ = self.all.clear();
     }
 
-    /// Takes the bars off the screen: what follows is written.
+    /// Removes the bars from the screen before text is written.
     pub fn finish(&self) {
         self.clear();
         stop::computing(false);
@@ -117,7 +117,7 @@ impl Bars {
     }
 }
 
-/// How many of many runs are done, and how many in a second, once there is something to tell it from.
+/// How many of many runs are done, and the rate per second, once it can be estimated.
 fn counted(done: usize, all: usize, (since, before): (Instant, usize)) -> String {
     let (seconds, made) = (since.elapsed().as_secs_f64(), done.saturating_sub(before));
     match made as f64 / seconds {
@@ -127,7 +127,7 @@ fn counted(done: usize, all: usize, (since, before): (Instant, usize)) -> String
     }
 }
 
-/// The time left, once there is something to tell it from.
+/// The time left, once it can be estimated.
 fn remaining_time(state: &ProgressState, out: &mut dyn std::fmt::Write) {
     let _ = match state.pos() {
         0 => write!(out, "{} so far", HumanDuration(state.elapsed())),
@@ -183,7 +183,7 @@ impl Progress for Bars {
     }
 }
 
-/// Says in what was finished why there is no more of it.
+/// Adds to partial results the reason why they are partial.
 fn early(mut part: Part, reason: &str) -> Part {
     match &mut part {
         Part::Study(study) => {
@@ -191,8 +191,8 @@ fn early(mut part: Part, reason: &str) -> Part {
             Arc::make_mut(study).warnings.push(warning);
         }
         Part::Analysis(found) => because(&mut found.unfinished, reason),
-        Part::Design(found) => because(&mut found.unfinished, reason),
-        Part::Identification(found) => because(&mut found.unfinished, reason),
+        Part::Design(found) => because(&mut found.incomplete_reason, reason),
+        Part::Identification(found) => because(&mut found.incomplete_reason, reason),
         Part::Safety(table) => {
             if let Some(last) = table.warnings.last_mut().filter(|_| table.missing > 0) {
                 *last = format!("{reason}: {last}");
@@ -213,7 +213,7 @@ pub fn because(unfinished: &mut Option<String>, reason: &str) {
 mod tests {
     use super::*;
 
-    /// Runs that were there before count as done, not as made; before the first there is no rate.
+    /// Runs of an earlier command count as done but not in the rate; before the first new run there is no rate.
     #[test]
     fn runs_are_counted_with_their_rate() {
         let ago = |seconds| Instant::now() - Duration::from_secs(seconds);

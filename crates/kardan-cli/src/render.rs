@@ -68,12 +68,12 @@ pub fn show(source: Option<&Source>, diagnostics: &[Diagnostic]) {
     stderr(&text);
 }
 
-/// A remark on standard error.
+/// A note on standard error.
 pub fn note(text: &str) {
     stderr(&format!("note: {}\n", visible(text)));
 }
 
-/// Writes to standard error; nobody can be told if that fails.
+/// Writes to standard error; a failure cannot be reported.
 pub fn stderr(text: &str) {
     let _ = std::io::stderr().lock().write_all(text.as_bytes());
 }
@@ -129,7 +129,7 @@ fn count(diagnostics: &[Diagnostic], source: &Source) -> String {
     format!("{} in {}", parts.join(" and "), visible(&source.to_string()))
 }
 
-/// A source text as the reader sees it, with an index of its lines: a diagnostic costs what is shown of it, wherever it stands.
+/// A source text as the reader sees it, with an index of its lines: the cost of a diagnostic depends only on its shown lines, not on its position.
 #[derive(Debug, Clone)]
 struct Shown(Arc<Text>);
 
@@ -180,7 +180,7 @@ fn render(out: &mut String, handler: &GraphicalReportHandler, diagnostic: &Diagn
     if let Some(help) = &diagnostic.help {
         shown = shown.with_help(visible(help));
     }
-    // What the command has put into the model stands in no line of the file.
+    // Values that the command set in the model are in no line of the file.
     let (added, in_source): (Vec<&Label>, Vec<&Label>) =
         diagnostic.labels.iter().partition(|label| label.place.path().is_some());
     if let Some(path) = added.first().and_then(|label| label.place.path()) {
@@ -289,7 +289,7 @@ mod tests {
         }
     }
 
-    /// Two places of one mistake are shown each with its lines, not with all that stands between.
+    /// Two spans of one error are shown each with its lines, not with the text between.
     #[test]
     fn places_far_apart_are_shown_apart() {
         let text: String = (0..1000).map(|k| format!("key_{k} = 1\n")).collect();

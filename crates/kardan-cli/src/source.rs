@@ -1,8 +1,8 @@
-//! The text of a model, and where it is from.
+//! The text of a model, and its origin.
 
 use std::fmt;
 
-/// The text of a model and where it was found.
+/// The text of a model and its origin.
 #[derive(Debug, Clone)]
 pub struct Source {
     pub name: String,

@@ -1,9 +1,9 @@
-//! Ending early: signals (SIGINT, SIGTERM) and limits of time end any command, and what it has is written.
+//! Ending early: signals (SIGINT, SIGTERM) and time limits end any command, which writes its partial results.
 //!
-//! What can be ended in its middle asks [`reason`] now and then and ends by itself. What cannot (proofs, eigenvalues, fits) has
-//! handed over by [`store_partial`] how to show what was finished before; after a short grace that is shown from here, and the process
-//! ends. What has nothing to show is ended too, and what finishes a part before it ends ([`finish_parts`]) is waited for. Files appear
-//! whole or not at all, so nothing half done is left.
+//! Computations that can be interrupted poll [`reason`] and end by themselves. Others (proofs, eigenvalues, fits) have
+//! stored by [`store_partial`] how to show earlier results; after a short grace period this module shows them, and the process
+//! ends. Computations without partial results are ended too; those that finish a part first ([`finish_parts`]) are waited for. Files appear
+//! complete or not at all, so no partial file remains.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -14,38 +14,38 @@ use crate::fault;
 use crate::output::print;
 use crate::render::stderr;
 
-/// Exit code of what ended early.
+/// Exit code of a command that ended early.
 const ENDED_EARLY: u8 = 2;
 /// Exit code after a second signal, as shells have it for SIGINT.
 const KILLED: i32 = 130;
-/// What a computation gets to answer, before what was kept of it is shown from here.
+/// Time that a computation has to react before this module shows its stored results.
 const GRACE: Duration = Duration::from_millis(400);
-/// What one gets that has asked whether to end, and of which nothing was kept.
+/// Time for a computation that has polled the end and has no stored results.
 const PATIENCE: Duration = Duration::from_secs(5);
 const SIGNAL: &str = "stopped by a signal (Ctrl-C, SIGINT or SIGTERM)";
 
-/// Shows what is finished of a command, told why it ends, and gives the exit code.
+/// Shows the partial results of a command, given why it ends, and returns the exit code.
 pub type Show = Box<dyn FnOnce(&str) -> u8 + Send>;
 
 static REASON: OnceLock<String> = OnceLock::new();
-/// When the time is over, and how many seconds it was.
+/// The deadline, and the time limit in seconds.
 static LIMIT: OnceLock<(Instant, f64)> = OnceLock::new();
-/// Whether something has heard of the end and now keeps what it has.
+/// Whether a computation has polled the end and now returns its partial results.
 static SIGNALLED: AtomicBool = AtomicBool::new(false);
-/// Whether what is computed ends by itself behind the part that is begun, however long that takes.
+/// Whether the computation ends by itself after its current part, however long that takes.
 static FINISHING: AtomicBool = AtomicBool::new(false);
 /// Whether the reader of the standard output waits for an object of JSON.
 static JSON: AtomicBool = AtomicBool::new(false);
-/// What is done at this moment; locked by the one who writes.
+/// The current activity; the writer holds the lock.
 static STATE: Mutex<State> = Mutex::new(State { computing: true, partial_output: None });
 
 struct State {
-    /// Whether something is computed, not written.
+    /// Whether kardan is computing, not writing.
     computing: bool,
     partial_output: Option<Show>,
 }
 
-/// Listens to signals from now on. Where they cannot be heard, they end the program at once, as without this.
+/// Handles signals from now on. If that is not possible, they end the program at once, as without this.
 pub fn listen(json: bool) {
     JSON.store(json, Ordering::Relaxed);
     let _ = ctrlc::set_handler(|| {
@@ -73,12 +73,12 @@ fn limit_reached(seconds: f64) -> String {
     format!("the time limit of {seconds} s is reached (`--time-limit`)")
 }
 
-/// Why the command is to end now; who asks keeps what it has.
+/// Why the command has to end now; the caller returns its partial results.
 pub fn reason() -> Option<String> {
     if fault::early("asked") {
         request(SIGNAL.into());
     }
-    // What waits for the time may be late.
+    // The thread that waits for the deadline may be late.
     if let Some((end, seconds)) = LIMIT.get()
         && Instant::now() >= *end
     {
@@ -93,17 +93,17 @@ fn state() -> std::sync::MutexGuard<'static, State> {
     STATE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Says whether something is computed from now on, or written; what was kept is out of date then.
+/// Sets whether kardan computes or writes from now on; stored partial results become obsolete.
 pub fn computing(yes: bool) {
     *state() = State { computing: yes, partial_output: None };
 }
 
-/// From now on a part that is begun is finished before the end.
+/// From now on the current part is finished before the end.
 pub fn finish_parts() {
     FINISHING.store(true, Ordering::SeqCst);
 }
 
-/// Keeps how to show what is finished, in place of what was kept before; nothing: all of it is done.
+/// Stores how to show the partial results, replacing what was stored before; `None`: all is done.
 pub fn store_partial(show: Option<Show>) {
     let partial_output = show.is_some();
     state().partial_output = show;
@@ -122,11 +122,11 @@ fn request(reason: String) {
     let reason = REASON.get().map_or("", String::as_str);
     if FINISHING.load(Ordering::SeqCst) {
         stderr(&format!(
-            "note: {reason}; the block of runs that is begun is finished and written (a second signal ends at once, and that block is lost)\n"
+            "note: {reason}; kardan finishes and writes the current block of runs (a second signal ends at once and loses that block)\n"
         ));
         return;
     }
-    stderr(&format!("note: {reason}; what is there is kept (a second signal ends at once)\n"));
+    stderr(&format!("note: {reason}; kardan keeps the results until then (a second signal ends at once)\n"));
     thread::spawn(move || {
         thread::sleep(GRACE);
         end(reason, true);
@@ -135,9 +135,9 @@ fn request(reason: String) {
     });
 }
 
-/// Ends a computation that does not end by itself; with `wait` not one that has asked and of which nothing was kept.
+/// Ends a computation that does not end by itself; with `wait` not one that has polled the end and has no stored results.
 fn end(reason: &str, wait: bool) {
-    // Whoever would write now waits for this lock, and does not come to it.
+    // A thread that would write now waits for this lock until the process ends.
     let mut state = state();
     if !state.computing {
         return;
@@ -146,8 +146,7 @@ fn end(reason: &str, wait: bool) {
         Some(show) => show(reason),
         None if wait && SIGNALLED.load(Ordering::SeqCst) => return,
         None => {
-            let message =
-                format!("{reason}: this command has no partial results; files that are there already are complete");
+            let message = format!("{reason}: this command has no partial results; existing files are complete");
             if JSON.load(Ordering::Relaxed) {
                 let _ = print(&(kardan::export::json_error(&message, "", &[]) + "\n"));
             }

@@ -1,4 +1,4 @@
-//! `--watch`: a command done again whenever a file that it reads has changed.
+//! `--watch`: repeats a command whenever a file that it reads has changed.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,14 +13,14 @@ use crate::output::{begin, read_paths};
 use crate::render::note;
 use crate::stop;
 
-/// Time between two looks at the files.
+/// Polling interval of the files.
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// Does it, and again after each change of the files that it has read, until a signal comes; gives the last exit code.
+/// Runs the command, and again after each change of its input files, until a signal; returns the last exit code.
 pub fn again_and_again(model: &Path, quiet: bool, json: bool, mut work: impl FnMut() -> u8) -> u8 {
     let name = model.display();
     let what = match model.to_str() {
-        Some("-") => Some("standard input is read once: there is nothing to watch".to_string()),
+        Some("-") => Some("standard input is read once: `--watch` cannot watch it".to_string()),
         Some(name) if builtin(name).is_some() => Some(format!("the built-in model `{name}` does not change")),
         _ => None,
     };
@@ -58,13 +58,13 @@ pub fn again_and_again(model: &Path, quiet: bool, json: bool, mut work: impl FnM
     }
 }
 
-/// What changes when a file is written: nothing if it is not there.
+/// The properties that change when a file is written; `None` if it does not exist.
 fn state(path: &Path) -> Option<(u64, SystemTime)> {
     let metadata = fs::metadata(path).ok()?;
     Some((metadata.len(), metadata.modified().ok()?))
 }
 
-/// Waits until nothing is being written: editors write in steps.
+/// Waits until the files stop changing: editors write in steps.
 fn settle(model: &[PathBuf], paths: &[PathBuf]) {
     let now = || model.iter().chain(paths).map(|path| state(path)).collect::<Vec<_>>();
     for _ in 0..20 {

@@ -3,13 +3,13 @@ use std::ops::{Deref, DerefMut};
 
 use crate::width::Value;
 
-/// What a processor reads at once.
+/// The block that a processor reads at once.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 struct Line(#[expect(dead_code, reason = "read as values")] [f64; 8]);
 
-/// Memory for values that begins at a multiple of 64 bytes, so that none of them lies across such a multiple: code for lanes then takes two
-/// thirds of the time. It need not be so.
+/// Memory for values that begins at a multiple of 64 bytes, so that none of them crosses such a multiple: code for
+/// lanes then takes two thirds of the time. This alignment is optional.
 ///
 /// ```
 /// use kardan_native::Aligned;
@@ -26,9 +26,9 @@ pub struct Aligned<N> {
 }
 
 impl<N: Value> Aligned<N> {
-    /// Memory for so many values, all of them 0.
+    /// Memory for `count` values, all of them 0.
     pub fn new(count: usize) -> Self {
-        let numbers = count.checked_mul(N::WIDTH as usize).expect("there is not that much memory");
+        let numbers = count.checked_mul(N::WIDTH as usize).expect("the size exceeds the address space");
         Self { lines: vec![Line([0.0; 8]); numbers.div_ceil(8)], count, values: PhantomData }
     }
 }
@@ -37,7 +37,8 @@ impl<N: Value> Deref for Aligned<N> {
     type Target = [N];
 
     fn deref(&self) -> &[N] {
-        // SAFETY: a value is as many numbers as its width tells, one after the other and nothing else, and the lines have so many.
+        // SAFETY: a value consists of `WIDTH` numbers, one after the other and nothing else, and the lines have that
+        // many.
         unsafe { std::slice::from_raw_parts(self.lines.as_ptr().cast(), self.count) }
     }
 }

@@ -5,7 +5,7 @@ use crate::width::Width;
 /// A vector register.
 pub type Register = u8;
 
-/// A register or a place in memory, as the last operand of an instruction.
+/// A register or an address in memory, as the last operand of an instruction.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Operand {
     /// A register.
@@ -22,7 +22,7 @@ pub enum Operand {
     Second,
 }
 
-/// What an instruction does with one number, or all of a register.
+/// The operation of an instruction on one number, or on all numbers of a register.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Opcode {
     /// The map of opcodes: 1 for 0F, 2 for 0F 38, 3 for 0F 3A.
@@ -60,7 +60,7 @@ pub const MINIMUM: Opcode = number(0x5d);
 pub const DIVIDE: Opcode = number(0x5e);
 /// The first if it is larger, else the second.
 pub const MAXIMUM: Opcode = number(0x5f);
-/// All digits where a comparison holds, none elsewhere; of eight numbers one digit each, in a register of masks.
+/// All bits set where a comparison is true, none elsewhere; for eight numbers one bit each, in a mask register.
 const COMPARE: Opcode = number(0xc2);
 const LOAD: Opcode = number(0x10);
 const STORE: Opcode = number(0x11);
@@ -213,7 +213,7 @@ impl Assembler {
         }
     }
 
-    /// Keeps the arguments in registers that calls leave alone: the memory in rbx, constants in rbp.
+    /// Stores the arguments in registers that calls preserve: the memory in rbx, constants in rbp.
     pub fn begin(&mut self) {
         self.bytes(&[0x53, 0x55]); // push rbx, push rbp
         self.bytes(&[0x48, 0x83, 0xec, 0x08]); // sub rsp, 8: calls want multiples of 16
@@ -225,8 +225,9 @@ impl Assembler {
         self.bytes(&[0x48, 0x83, 0xc4, 0x08, 0x5d, 0x5b, 0xc3]); // add rsp, 8; pop rbp; pop rbx; ret
     }
 
-    /// The begin of code for series: coefficients of the order sought in rbx, the first ones in rbp, how many orders are below it in rdx, whole
-    /// numbers in rcx, which begin with the sign; a number of the order in the lowest register, which is kept in all of another one.
+    /// The prologue of code for series: coefficients of the current order in rbx, the first ones in rbp, the number of
+    /// lower orders in rdx, whole numbers in rcx, which begin with the sign; the order's number in the lowest register,
+    /// which is broadcast to all of another one.
     pub fn begin_series(&mut self, sign: Register, number: Register) {
         self.bytes(&[0x53, 0x55]); // push rbx, push rbp
         self.bytes(&[0x48, 0x89, 0xfb, 0x48, 0x89, 0xf5]); // mov rbx, rdi; mov rbp, rsi
@@ -239,8 +240,8 @@ impl Assembler {
         self.bytes(&[0x5d, 0x5b, 0xc3]); // pop rbp; pop rbx; ret
     }
 
-    /// Does something for each term of a sum `Σ a_j b_(k−j)`, a from `first` bytes above the first coefficients, b from `second` bytes above those
-    /// of the order sought; `stride` bytes are between two orders.
+    /// Emits code for each term of a sum `Σ a_j b_(k−j)`, a from `first` bytes above the first coefficients, b from
+    /// `second` bytes above those of the current order; `stride` bytes are between two orders.
     pub fn repeat(&mut self, terms: Terms, [first, second]: [i32; 2], stride: u32, term: impl FnOnce(&mut Self)) {
         self.bytes(&[0x48, 0x8d, 0xbd]); // lea rdi, [rbp + first]
         self.bytes(&first.to_le_bytes());
@@ -279,7 +280,7 @@ impl Assembler {
         self.code[jump + 1] = (self.code.len() - jump - 2) as u8;
     }
 
-    /// Calls a function with addresses of places: two that it reads, two that it writes.
+    /// Calls a function with addresses: two that it reads, two that it writes.
     pub fn call(&mut self, function: u64, places: [u32; 4]) {
         self.bytes(&[0xc5, 0xf8, 0x77]);
         // lea rdi, rsi, rdx, rcx of rbx + offset

@@ -1,4 +1,5 @@
-//! From a plan to machine code: one instruction or two for each operation, results kept in registers while there are some free.
+//! From a plan to machine code: one or two instructions for each operation; results stay in registers while some are
+//! free.
 
 use kardan_rt::{Operator, Plan};
 
@@ -47,7 +48,7 @@ impl Writer {
     fn operation(&mut self, operator: Operator, x: &[u32], out: u32, second: u32) -> Option<()> {
         if let Some(function) = function(operator, self.width) {
             let b = x.get(1).unwrap_or(&x[0]);
-            // Functions of one value write it twice.
+            // Functions of one value write it two times.
             let second = if operator.values() == 2 { second } else { out };
             let places = [x[0], *b, out, second].map(|place| place * self.width.bytes());
             self.assembler.call(function as usize as u64, places);

@@ -1,4 +1,4 @@
-//! Elementary functions as the code calls them: by addresses of what they read and write.
+//! Elementary functions as the code calls them: by the addresses of their arguments and results.
 
 use kardan_rt::{Lanes, Number, Operator, functions};
 
@@ -7,7 +7,7 @@ use crate::width::Width;
 /// A function: addresses of two operands and two results.
 type Function = unsafe extern "C" fn(*const f64, *const f64, *mut f64, *mut f64);
 
-/// What an operator computes of a and b.
+/// The result of an operator for a and b.
 #[inline(always)]
 fn results<N: Number<One = f64>>(operator: Operator, a: N, b: N) -> (N, N) {
     let one = match operator {
@@ -28,8 +28,8 @@ macro_rules! function {
     ($name:ident, $operator:path, $number:ty $(, $feature:literal)?) => {
         $(#[target_feature(enable = $feature)])?
         unsafe extern "C" fn $name(a: *const f64, b: *const f64, first: *mut f64, second: *mut f64) {
-            // SAFETY: the code passes addresses of places in the memory of a plan, which it was given for this call;
-            // each is as long as this number, and aligned as its lanes are.
+            // SAFETY: the code passes addresses within the memory of a plan, which it received for this call; each is
+            // as long as this number, and aligned as its lanes are.
             unsafe {
                 let (one, other) = results($operator, *a.cast::<$number>(), *b.cast::<$number>());
                 *second.cast::<$number>() = other;

@@ -1,13 +1,13 @@
 //! Plans as machine code.
 //!
 //! [`kardan_rt::Plan`] interprets a list of operations, on every target and in safe code. On x86-64 processors with
-//! AVX2 this crate writes the same operations as straight-line instructions, for one number or for four side by side,
-//! with AVX-512F also for eight ([`lanes`] tells which). The bits are the same in each lane: each product and each sum
-//! is rounded by itself, functions are those of [`kardan_rt::functions`].
+//! AVX2 this crate writes the same operations as straight-line instructions, for one number or for four in SIMD lanes,
+//! with AVX-512F also for eight ([`lanes`] returns the number). The bits are the same in each lane: each product and
+//! each sum is rounded separately, functions are those of [`kardan_rt::functions`].
 //!
-//! One evaluation takes half of the time of the interpreter's, four at once a quarter each. Of eight each takes two
-//! thirds of that where functions take most of the time. Sums and products gain nothing on processors that store 64
-//! bytes in two parts (Zen 4), and lose where places are not at multiples of 64 bytes, which is allowed.
+//! One evaluation takes half of the interpreter's time, four at once a quarter each. Of eight each takes two thirds of
+//! that where functions take most of the time. Sums and products are not faster on processors that store 64 bytes in
+//! two parts (Zen 4), and slower where addresses are not multiples of 64 bytes, which is allowed.
 //!
 //! ```
 //! use kardan_native::Native;
@@ -98,9 +98,9 @@ impl<N: Value> Native<N> {
         None
     }
 
-    /// Does what [`Plan::evaluate`] does, in memory that [`Plan::begin`] has prepared. False where an input or output
-    /// of any lane is no number, or the memory is too short.
-    #[must_use = "false tells that an output is no number"]
+    /// Evaluates as [`Plan::evaluate`], in memory that [`Plan::begin`] has prepared. False where an input or output of
+    /// any lane is not a number, or the memory is too short.
+    #[must_use = "false: an output is not finite"]
     pub fn evaluate(&self, memory: &mut [N]) -> bool {
         if memory.len() < self.places {
             return false;
@@ -111,7 +111,7 @@ impl<N: Value> Native<N> {
             && self.outputs.iter().all(|output| memory.get(*output as usize).is_some_and(finite))
     }
 
-    /// The same without asking whether anything is no number.
+    /// The same without checks for NaN and infinity.
     ///
     /// # Panics
     /// If the memory is too short.
@@ -122,8 +122,8 @@ impl<N: Value> Native<N> {
 
     #[cfg(all(target_arch = "x86_64", unix))]
     fn run(&self, memory: &mut [N]) {
-        // SAFETY: `compile` wrote a function of this type; it reads and writes the places of the plan, each as many
-        // numbers as `N` has, and the memory has them all; `new` asked whether the processor can.
+        // SAFETY: `compile` wrote a function of this type; it reads and writes the values of the plan, each of as many
+        // numbers as `N` has, and the memory contains them all; `new` checked that the processor supports it.
         unsafe {
             let run: unsafe extern "C" fn(*mut N, *const u64) = std::mem::transmute(self.code.start());
             run(memory.as_mut_ptr(), registers::BITS.as_ptr().cast());

@@ -1,4 +1,4 @@
-//! Memory that holds code: written first, then executable and never written again.
+//! Executable memory: written first, then executable and never written again.
 
 use std::ptr::{NonNull, null_mut};
 
@@ -17,7 +17,7 @@ impl Executable {
     /// Makes code executable; none where the system does not allow it.
     pub fn new(code: &[u8]) -> Option<Self> {
         let length = code.len().max(1);
-        // SAFETY: new memory of that length, that nothing else knows of.
+        // SAFETY: new memory of that length, to which there is no other reference.
         let start = unsafe {
             let (access, kind) = (libc::PROT_READ | libc::PROT_WRITE, libc::MAP_PRIVATE | libc::MAP_ANONYMOUS);
             libc::mmap(null_mut(), length, access, kind, -1, 0)

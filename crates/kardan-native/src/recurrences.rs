@@ -1,4 +1,4 @@
-//! Code for coefficients of Taylor series: what [`Step::find`] does, in the same order of additions.
+//! Code for coefficients of Taylor series: the same as [`Step::find`], in the same order of additions.
 
 use std::ops::Range;
 
@@ -11,11 +11,11 @@ use crate::width::Width;
 
 /// Orders that code of their own may have.
 pub const ORDERS: usize = 32;
-/// What the code reads: the sign alone, then the whole numbers from 1, then 0.
+/// Constants of the code: the sign bit, then the whole numbers from 1, then 0.
 pub static NUMBERS: [f64; ORDERS + 2] = numbers();
 /// The register with `1/k`.
 const PER: Register = SIZE;
-/// A register for what is used up at once.
+/// A register for a value that is used at once.
 const PRODUCT: Register = MASK;
 
 /// Where 0 is in them.
@@ -80,7 +80,8 @@ pub fn sums(step: &Step) -> usize {
     }
 }
 
-/// Writes a function for steps that have rules, over so many values an order: for one order, or with loops for any from 1 on.
+/// Writes a function for steps that have rules, with `width` values per order: for one order, or with loops for any
+/// order from 1 on.
 pub fn write(assembler: &mut Assembler, steps: &[Step], values: u32, width: Width, order: Option<u32>) {
     assembler.begin_series(SIGN, PER);
     let bytes = width.bytes();
@@ -96,7 +97,7 @@ pub fn write(assembler: &mut Assembler, steps: &[Step], values: u32, width: Widt
 struct Writer<'a> {
     assembler: &'a mut Assembler,
     registers: Registers,
-    /// From one place to the next, and from one order to the next.
+    /// From one value to the next, and from one order to the next.
     bytes: u32,
     stride: u32,
     order: Option<u32>,
@@ -219,7 +220,8 @@ impl Writer<'_> {
         self.assembler.operation(MULTIPLY, term, a, b);
     }
 
-    /// Whether registers keep a coefficient for other terms: always those of the order sought, others where there are many registers.
+    /// Whether registers store a coefficient for other terms: always those of the current order, others where there are
+    /// many registers.
     fn stays_in_register(&self, place: Operand) -> bool {
         self.registers.are_many() || matches!(place, Operand::Memory(_))
     }
@@ -238,7 +240,8 @@ impl Writer<'_> {
         if self.stays_in_register(place) { self.registers.operand(place) } else { place }
     }
 
-    /// `Σ a_j b_(k−j)` over all j; of a square twice the sum over the lower half, and the square in the middle where there is one.
+    /// `Σ a_j b_(k−j)` over all j; for a square two times the sum over the lower half, plus the square in the middle
+    /// where there is one.
     fn product(&mut self, a: u32, b: u32) -> Register {
         if a != b {
             return self.sum([a, b], Span::All, false);

@@ -1,35 +1,35 @@
-//! Which values the registers hold while code is written.
+//! Register allocation: which value each register contains while code is written.
 
 use crate::assembler::{Assembler, Operand, Register};
 use crate::width::Width;
 
-/// Registers that hold values below those that are a mask, and constants; of eight numbers there are as many as this more behind them.
+/// Registers for values, below those for a mask and constants; for eight numbers there are as many more above them.
 const LOWER: usize = 13;
 const UPPER: usize = 16;
-/// A register for what is needed at once.
+/// A register for a value that is used at once.
 pub const MASK: Register = 13;
 /// The sign alone.
 pub const SIGN: Register = 14;
 /// All but the sign.
 pub const SIZE: Register = 15;
 
-/// Bits that the code reads: eight times the sign alone, eight times all but the sign.
+/// Bit masks of the code: eight times the sign bit, eight times all other bits.
 pub const BITS: [[u64; 8]; 2] = [[1 << 63; 8], [u64::MAX >> 1; 8]];
 /// Where the second of them begin, in bytes.
 pub const SIZE_OFFSET: u32 = 64;
 
-/// The value of a place in memory that each register holds, and when it was used last. Each result is stored at once, so that a register
-/// can be given away at any time.
+/// The memory index of the value in each register, and when it was used last. Each result is stored at once, so a
+/// register can be reused at any time.
 pub struct Registers {
-    /// How many of them there are.
+    /// The number of such registers.
     count: usize,
     contents: [Option<(Operand, u64)>; LOWER + UPPER],
-    /// Those that are not given away for now.
+    /// The registers that are reserved for now.
     reserved: [bool; LOWER + UPPER],
     now: u64,
 }
 
-/// The number of the k-th register that holds values, and back.
+/// The number of the k-th register for values, and back.
 fn number(k: usize) -> Register {
     (if k < LOWER { k } else { k + 3 }) as Register
 }
@@ -45,7 +45,7 @@ impl Registers {
         Self { count, contents: [None; LOWER + UPPER], reserved: [false; LOWER + UPPER], now: 0 }
     }
 
-    /// The register that was not used for longest: none of those that the operation at hand has in use.
+    /// The least recently used register that the current operation does not use.
     pub fn free(&mut self) -> Register {
         let age = |contents: &Option<(Operand, u64)>| contents.map_or(0, |(_, used)| used);
         let available = (0..self.count).filter(|&k| !self.reserved[k]);
@@ -59,14 +59,14 @@ impl Registers {
         self.count > LOWER
     }
 
-    /// A register that is not given away until [`release`](Self::release); a few at a time.
+    /// A register that is reserved until [`release`](Self::release); a few at a time.
     pub fn take(&mut self) -> Register {
         let register = self.free();
         self.reserved[index(register)] = true;
         register
     }
 
-    /// All registers can be given away again.
+    /// All registers may be reused again.
     pub fn release(&mut self) {
         self.reserved = [false; LOWER + UPPER];
     }
@@ -76,7 +76,7 @@ impl Registers {
         self.of(place).map_or(place, Operand::Register)
     }
 
-    /// The register that holds a value.
+    /// The register that contains a value.
     pub fn of(&mut self, place: Operand) -> Option<Register> {
         self.now += 1;
         let k = self.contents[..self.count]
@@ -119,7 +119,7 @@ impl Registers {
         self.contents[index(register)] = Some((place, self.now));
     }
 
-    /// Nothing is held any more.
+    /// All registers are free from here on.
     pub fn forget(&mut self) {
         self.contents = [None; LOWER + UPPER];
     }

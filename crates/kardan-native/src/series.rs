@@ -11,7 +11,7 @@ use crate::{
     width::is_able,
 };
 
-/// Bytes that code for single orders may have: beyond, reading it takes longer than loops do.
+/// Most bytes of code for single orders: reading more takes longer than loops do.
 #[cfg(all(target_arch = "x86_64", unix))]
 const MOST: usize = 3 << 14;
 
@@ -19,7 +19,7 @@ const MOST: usize = 3 << 14;
 #[cfg(all(target_arch = "x86_64", unix))]
 fn own_orders(steps: &[Step], order: usize) -> usize {
     let sums: usize = steps.iter().map(sums).sum();
-    // Bytes of a term and of what else a step takes, about.
+    // Approximate bytes of a term and of the rest of a step.
     let long = |k: &usize| 21 * sums * k + 14 * steps.len();
     let mut room = if sums == 0 { 0 } else { MOST };
     let fits = |k: &usize| {
@@ -56,7 +56,7 @@ fn own_orders(steps: &[Step], order: usize) -> usize {
 pub struct NativeSeries<N> {
     #[cfg(all(target_arch = "x86_64", unix))]
     code: Executable,
-    /// Where the code of each order from 1 begins, as far as there is such code; then where that of all others does.
+    /// The start of the code of each order from 1, where there is such code; then the start of that for all others.
     starts: Vec<usize>,
     /// Values of an order.
     width: usize,
@@ -73,8 +73,9 @@ impl<N> Debug for NativeSeries<N> {
 }
 
 impl<N: Value> NativeSeries<N> {
-    /// Writes the code of steps over so many values, fastest up to an order. None as [`Native::new`](crate::Native::new), where a step names a
-    /// value that there is not, and where one [has no rule](Step::has_rule).
+    /// Writes the code of steps with `width` values per order, fastest up to an order. None as
+    /// [`Native::new`](crate::Native::new), where a step names a value that does not exist, and where one [has no
+    /// rule](Step::has_rule).
     #[cfg(all(target_arch = "x86_64", unix))]
     pub fn new(steps: &[Step], width: usize, order: usize) -> Option<Self> {
         // Offsets have 31 bits, also of the orders that have code of their own.
@@ -100,8 +101,9 @@ impl<N: Value> NativeSeries<N> {
         None
     }
 
-    /// Does what [`Step::find`] does with each step in turn: finds the coefficients of order `k` of all values, from those of operands that are
-    /// no step's. `memory` holds all coefficients, those of one order after those of the order before. Of order 0 there is nothing to find.
+    /// Runs [`Step::find`] for each step in turn: computes the coefficients of order `k` of all values, from those of
+    /// operands that no step computes. `memory` contains all coefficients, order after order. For order 0 it does
+    /// nothing.
     ///
     /// # Panics
     /// If the memory has no order `k`.
@@ -111,9 +113,9 @@ impl<N: Value> NativeSeries<N> {
         assert!(needed.is_some_and(|needed| needed <= memory.len()), "no coefficients of order {k}");
         let Some(own) = k.checked_sub(1) else { return };
         let begin = self.starts[own.min(self.starts.len() - 1)];
-        // SAFETY: `write` wrote functions of this type, the code of each begins where it was written. They read and write places of `width`
-        // values of the orders from 0 to k, which the memory has, each as many numbers as `N` has, and read `NUMBERS`; `new` asked whether the
-        // processor can.
+        // SAFETY: `write` wrote functions of this type, the code of each begins where it was written. They read and
+        // write `width` values of each order from 0 to k, which the memory contains, each of as many numbers as `N`
+        // has, and read `NUMBERS`; `new` checked that the processor supports it.
         unsafe {
             let start = self.code.start().cast::<u8>().add(begin);
             let run: unsafe extern "C" fn(*mut N, *mut N, usize, *const f64, f64) = std::mem::transmute(start);

@@ -1,4 +1,4 @@
-//! How the coefficients of one value of a series follow from those of others.
+//! The recurrence of the Taylor coefficients of one value.
 //!
 //! The coefficients of a product are sums of products, those of a function follow from its differential equation (Griewank and Walther,
 //! Evaluating Derivatives, 2008, chapter 13).
@@ -7,34 +7,35 @@ use std::ops::Range;
 
 use kardan_rt::{Number, Operator, Real};
 
-/// How the coefficients of one value follow from those of others, by places among the values of an order.
+/// How the coefficients of one value follow from those of others, by indices into the values of an order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Step {
-    /// What the value is of its operands.
+    /// The operator that computes the value from its operands.
     pub operator: Operator,
-    /// Whether the second operand does not change, so that a product or quotient needs the coefficient of its own order alone.
+    /// Whether the second operand is constant, so that a product or quotient needs only the coefficient of its own
+    /// order.
     pub scaled: bool,
     /// Where the value is.
     pub out: u32,
     /// Its operands.
     pub operands: [u32; 3],
-    /// What the rule keeps beside, if it does: the cosine of a sine, 1 + t² of a tangent, √(1 − a²) of an arc sine or cosine, 1 + a² of an
-    /// arc tangent, a² + b² of an angle of a point. Of what is selected the value whose sign tells which: the first operand where it is negative,
-    /// else the second.
+    /// The auxiliary value of the rule, if it has one: the cosine of a sine, 1 + t² of a tangent, √(1 − a²) of an arc
+    /// sine or cosine, 1 + a² of an arc tangent, a² + b² of an angle of a point. For a selection, the value whose sign
+    /// selects: the first operand where it is negative, else the second.
     pub more: u32,
 }
 
 impl Step {
-    /// Whether there is a rule: of what has kinks only for one of two values, as long as it is the same one.
+    /// Whether there is a rule: for an operation with kinks only for one of two values, as long as it is the same one.
     pub fn has_rule(&self) -> bool {
         use Operator::{Absolute, Maximum, Minimum, Table};
         !matches!(self.operator, Absolute | Minimum | Maximum | Table)
     }
 
-    /// Puts what the rule keeps beside into the coefficients of order 0, which hold the values.
+    /// Writes the auxiliary value of the rule into the coefficients of order 0, which contain the values.
     ///
     /// # Panics
-    /// If there is no such place.
+    /// If there is no such index.
     pub fn begin<N: Number<One = f64>>(&self, values: &mut [N]) {
         let at = |place: u32| values[place as usize];
         let (one, [a, b, _]) = (N::all(1.0), self.operands);
@@ -48,8 +49,8 @@ impl Step {
         values[self.more as usize] = beside;
     }
 
-    /// Finds the coefficient of order k, at least 1, of the value and of what is kept beside, in memory of so many values an order, those of one
-    /// order after those of the order before. NaN where there is no rule.
+    /// Computes the coefficient of order k, at least 1, of the value and of the auxiliary value, in memory with `width`
+    /// values per order, order after order. NaN where there is no rule.
     ///
     /// ```
     /// use kardan_native::Step;
@@ -62,7 +63,7 @@ impl Step {
     /// ```
     ///
     /// # Panics
-    /// If the memory has no such place.
+    /// If the memory has no such index.
     pub fn find<N: Number<One = f64>>(&self, memory: &mut [N], width: usize, k: usize) {
         let mut all = Coefficients { memory, width, k };
         let value = all.value(self);
@@ -70,7 +71,7 @@ impl Step {
     }
 }
 
-/// The coefficients of all values, while those of order k are found.
+/// The coefficients of all values, while those of order k are computed.
 struct Coefficients<'a, N> {
     memory: &'a mut [N],
     width: usize,

@@ -1,4 +1,4 @@
-//! How many numbers stand side by side, and whether there is machine code for so many.
+//! The number of SIMD lanes, and whether there is machine code for it.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -7,7 +7,7 @@ use kardan_rt::{Lanes, Number};
 /// Whether no code is to be written.
 static OFF: AtomicBool = AtomicBool::new(false);
 
-/// From here on there is no new machine code: [`Native::new`](crate::Native::new) gives none. Results do not change.
+/// From here on there is no new machine code: [`Native::new`](crate::Native::new) returns none. Results do not change.
 pub fn switch_off() {
     OFF.store(true, Ordering::Relaxed);
 }
@@ -23,8 +23,8 @@ pub fn is_able(_: Width) -> bool {
     false
 }
 
-/// The most numbers side by side for which machine code is written here: 8 with AVX-512F, 4 with AVX2. 1 where there is
-/// none, on other processors and systems and after [`switch_off`]: then the interpreter does one after the other.
+/// The largest number of lanes for which machine code is written here: 8 with AVX-512F, 4 with AVX2. 1 where there is
+/// none, on other processors and systems and after [`switch_off`]: then the interpreter evaluates one after the other.
 ///
 /// ```
 /// use kardan_native::lanes;
@@ -37,14 +37,14 @@ pub fn lanes() -> usize {
     [Width::Eight, Width::Four].into_iter().find(|width| is_able(*width)).unwrap_or(Width::One) as usize
 }
 
-/// What machine code computes with: `f64`, or four or eight of them. They need no other alignment than `f64`.
+/// The number type of machine code: `f64`, or four or eight of them. They need no other alignment than `f64`.
 pub trait Value: Number<One = f64> + Wide {}
 
 impl Value for f64 {}
 impl Value for Lanes<f64, 4> {}
 impl Value for Lanes<f64, 8> {}
 
-/// How many numbers stand side by side.
+/// The number of SIMD lanes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Width {
     /// A number alone.
@@ -56,14 +56,14 @@ pub enum Width {
 }
 
 impl Width {
-    /// Bytes of a place in memory.
+    /// Bytes of a value in memory.
     #[cfg(all(target_arch = "x86_64", unix))]
     pub fn bytes(self) -> u32 {
         8 * self as u32
     }
 }
 
-/// What is as wide as a register can be.
+/// A type as wide as a register can be.
 pub trait Wide {
     /// How many numbers it is.
     const WIDTH: Width;

@@ -1,4 +1,4 @@
-//! The pictures of an analysis: drawn in the page's own colours, so that they follow it into the dark and onto paper.
+//! The pictures of an analysis: drawn in the page's colours, so that they adapt to dark mode and paper.
 
 use std::collections::HashMap;
 
@@ -15,13 +15,13 @@ use kardan_rt::functions::{asinh, hypot, log10, powf, powi};
 
 /// Width of a character of the labels, px, generously.
 pub(super) const CHARACTER: f64 = 7.0;
-/// How far pictures shrink: letters of 12 px to 9.
+/// Smallest scale of pictures: letters of 12 px shrink to 9 px.
 const SMALLEST: f64 = 0.75;
 /// More modes are in the table only.
 pub(super) const MODES: usize = 24;
-/// Elements of one kind with a colour of their own; one more colour is that of the others.
+/// Number of elements of one kind with a separate colour; all others share one more colour.
 const COLOURS: usize = ON_WHITE.len() - 1;
-/// More sets of places are in the table only.
+/// More placements are in the table only.
 const SETS: usize = 12;
 
 /// A picture drawn at this size. On a narrow page it shrinks until letters are hard to read ([`SMALLEST`]), and scrolls from there.
@@ -66,7 +66,7 @@ pub(super) fn figure_of(title: &str, drawing: &str, caption: &str) -> Picture {
 struct Scale {
     low: f64,
     high: f64,
-    /// Below it the axis is linear; `None`: everywhere.
+    /// Below this value the axis is linear; `None`: linear everywhere.
     knee: Option<f64>,
     ticks: Vec<(f64, String)>,
 }
@@ -97,14 +97,14 @@ impl Scale {
         Scale { low, high, knee: Some(knee), ticks }
     }
 
-    /// Where a value lies, from 0 to 1.
+    /// Position of a value, from 0 to 1.
     fn place(&self, value: f64) -> f64 {
         let bent = self.knee.map_or(value, |knee| asinh(value / knee));
         (bent - self.low) / (self.high - self.low)
     }
 }
 
-/// Points of the complex plane: place, how often, what fails there.
+/// Points of the complex plane: value, multiplicity, failing property.
 struct Point {
     at: Pole,
     times: usize,
@@ -142,7 +142,7 @@ pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> Option<Picture> {
         return None;
     }
     let plane = Plane::new(poles.iter().chain(&circles).map(|point| point.at));
-    let mut body = plane.frame("eigenvalues here grow");
+    let mut body = plane.frame("unstable half-plane");
     for point in &circles {
         let title = format!("zero at {}", phrases::pair(point.at));
         body += &mark(plane.place(point.at), "zero", &title, point);
@@ -150,9 +150,9 @@ pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> Option<Picture> {
     for point in &poles {
         let fails = match (point.unreached, point.unobservable) {
             (false, false) => "",
-            (true, false) => ", not reached",
-            (false, true) => ", not seen",
-            (true, true) => ", neither reached nor seen",
+            (true, false) => ", not controllable",
+            (false, true) => ", not observable",
+            (true, true) => ", neither controllable nor observable",
         };
         let title = format!("eigenvalue {}{fails}", phrases::pair(point.at));
         body += &mark(plane.place(point.at), "pole", &title, point);
@@ -163,15 +163,19 @@ pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> Option<Picture> {
     for (kind, sample, label) in [
         ("pole", sample(false, false), "eigenvalue"),
         ("zero", sample(false, false), "invariant zero"),
-        ("pole", sample(true, false), "inputs do not reach it"),
-        ("pole", sample(false, true), "outputs do not show it"),
+        ("pole", sample(true, false), "not controllable"),
+        ("pole", sample(false, true), "not observable"),
     ] {
         body += &mark((at + 8.0, below - 4.0), kind, label, &sample);
         body += &text(at + 28.0, below, "", label);
         at += 50.0 + 6.2 * label.len() as f64;
     }
     let drawn = drawing(Plane::FULL_WIDTH, below + 12.0, "poles and zeros in the complex plane", &body);
-    Some(figure_of("Poles and zeros", &drawn, &format!("{} In the shaded half-plane motions grow.", plane.caption())))
+    Some(figure_of(
+        "Poles and zeros",
+        &drawn,
+        &format!("{} Modes in the shaded half-plane are unstable.", plane.caption()),
+    ))
 }
 
 /// The complex plane with its axes.
@@ -187,7 +191,7 @@ impl Plane {
     pub(super) const LEFT: f64 = 84.0;
     const TOP: f64 = 12.0;
     const WIDTH: f64 = 600.0;
-    /// With everything around it.
+    /// Full width with margins.
     pub(super) const FULL_WIDTH: f64 = Self::LEFT + Self::WIDTH + 16.0;
 
     /// Large enough for these points and their conjugates.
@@ -199,7 +203,7 @@ impl Plane {
         Plane { real, imaginary, flat, height: if flat { 110.0 } else { 380.0 } }
     }
 
-    /// Where a point lies in the picture.
+    /// Position of a point in the picture.
     pub(super) fn place(&self, at: Pole) -> (f64, f64) {
         (self.x(at.re), self.y(at.im))
     }
@@ -212,7 +216,7 @@ impl Plane {
         Self::TOP + self.height * (1.0 - self.imaginary.place(imaginary))
     }
 
-    /// Grid, axes and the half-plane of growth.
+    /// Grid, axes and the unstable half-plane.
     pub(super) fn frame(&self, growing: &str) -> String {
         let (left, top, width, height, flat) = (Self::LEFT, Self::TOP, Self::WIDTH, self.height, self.flat);
         let (x, y) = (|value| self.x(value), |value| self.y(value));
@@ -274,7 +278,7 @@ pub(super) fn heading(k: usize, mode: &Mode) -> String {
     format!("{}: {} Hz", k + 1, figure(mode.natural_frequency / std::f64::consts::TAU, 3))
 }
 
-/// The elements that keep energy, in groups by its kind, each from the largest sum of shares.
+/// The elements that store energy, in groups by its kind, each sorted from the largest sum of shares.
 fn groups<'a>(modes: &'a [Mode]) -> [Vec<String>; 2] {
     let mut sums: Vec<(&str, [f64; 2], f64)> = Vec::new();
     let mut places = HashMap::new();
@@ -340,7 +344,7 @@ pub(super) fn energies(modes: &[Mode]) -> Option<Picture> {
         if names.is_empty() { String::new() } else { format!("{word}: {entries}<br/>") }
     };
     let caption = format!(
-        "{}{}The upper bar shows where the energy of a mode is stored, the lower one where it is lost.",
+        "{}{}Upper bar: where a mode stores energy; lower bar: where it loses energy.",
         legend(0, "Kinetic"),
         legend(1, "Potential")
     );
@@ -379,7 +383,7 @@ fn stack((left, y, width, height): (f64, f64, f64, f64), parts: &[(&str, f64)], 
     body
 }
 
-/// The scores of the best sets of places as bars.
+/// The scores of the best placements as bars.
 pub(super) fn ranking(search: &PlacementSearch) -> Option<Picture> {
     let sets = &search.sets[..search.sets.len().min(SETS)];
     let scores = || sets.iter().map(|set| set.score).filter(|score| *score > 0.0 && score.is_finite());
@@ -407,11 +411,11 @@ pub(super) fn ranking(search: &PlacementSearch) -> Option<Picture> {
     }
     body += &line((left, 0.0), (left, row * sets.len() as f64), "axis");
     let room = CHARACTER * (10 + search.unit.chars().count()) as f64;
-    let drawn = drawing(left + width + room, row * sets.len() as f64 + 2.0, "scores of the sets of places", &body);
+    let drawn = drawing(left + width + room, row * sets.len() as f64 + 2.0, "scores of the placements", &body);
     Some(figure_of("", &drawn, if logarithmic { "The bars are logarithmic." } else { "" }))
 }
 
-/// How far the next loss of structure is: what is proven, what is open, and where a loss was found.
+/// Distance to the nearest loss of structure: proven ranges, undecided ranges, and found losses.
 pub(super) fn margins(sensitivity: &Sensitivity) -> Option<Picture> {
     let rows: Vec<(&str, &DistanceToUncontrollability)> =
         [("controllability", &sensitivity.controllability), ("observability", &sensitivity.observability)]

@@ -1,8 +1,8 @@
-//! What outputs did in the simulation and on the bench, both in one chart.
+//! Outputs in the simulation and on the bench, both in one chart.
 
 use kardan::results::{BenchStudy, Experiment, Plot, PlottedReference, Response, Run, Series, Study};
 
-/// The runs of all experiments with a plot for each output, simulation and bench in one, as a study that charts are made of.
+/// The runs of all experiments as a study for charts, with one plot per output for simulation and bench.
 pub(super) fn pictured(study: &BenchStudy) -> Study {
     let experiments = &study.closed_loop.experiments;
     let runs = experiments.iter().flat_map(|experiment| {
@@ -13,7 +13,7 @@ pub(super) fn pictured(study: &BenchStudy) -> Study {
     Study { runs: runs.collect(), plots: plots.collect(), ..Study::default() }
 }
 
-/// How the two runs of an experiment are called in the legend.
+/// Names of the two runs of an experiment in the legend.
 fn names(experiment: &Experiment) -> [String; 2] {
     ["simulation", "bench"].map(|where_| format!("{where_}, {}", experiment.name))
 }
@@ -43,8 +43,8 @@ fn plot(experiment: &Experiment, response: &Response) -> Plot {
     Plot {
         id: format!("{}-{}", experiment.name, response.output),
         title: format!("{}: {}", experiment.name, response.output),
-        caption: "Simulation: the controller in continuous time on the model that it was designed on, without friction. Bench: as it \
-                  runs on the plant of the bench; noise of sensors is not drawn."
+        caption: "Simulation: the continuous-time controller on its design model, without friction. Bench: the \
+                  controller as it runs on the bench plant; sensor noise is not drawn."
             .into(),
         signals: vec![response.signal.clone()],
         references: vec![PlottedReference { signal: response.reference.clone(), opposite: false }],

@@ -1,4 +1,4 @@
-//! The plots of the page: interactive charts, and the pictures that stand for them on paper.
+//! The plots of the page: interactive charts, and the pictures that replace them on paper.
 
 use super::PlotFile;
 use super::curves::{self, Curve};
@@ -9,10 +9,10 @@ use kardan::results::{Plot, Study};
 use rayon::prelude::*;
 
 const POINTS: usize = 4000;
-/// Zoom buttons beyond this number would only be in the way.
+/// Largest number of zoom buttons.
 const MARKS: usize = 12;
 
-/// A plot with the picture that stands for it on paper; `index` is its place in the data.
+/// A plot with the picture that replaces it on paper; `index` is its index in the data.
 pub(super) fn chart(index: usize, plot: &Plot, picture: &PlotFile) -> Chart {
     Chart {
         still: curves::still(plot),
@@ -28,13 +28,13 @@ pub(super) fn chart(index: usize, plot: &Plot, picture: &PlotFile) -> Chart {
     }
 }
 
-/// What the page's script draws, as JSON: `{"marks": [s, …], "plots": [{"y", "least_span", "curves": [{"label", "unit",
+/// Data for the page's script, as JSON: `{"marks": [s, …], "plots": [{"y", "least_span", "curves": [{"label", "unit",
 /// "colour", "dash", "width", "t", "v"}]}], "clock": {"per_second", "unit"}}`; `t` in s, to be shown in the unit of the clock.
 pub(super) fn data(study: &Study) -> String {
     let plot = |plot: &Plot| {
         let mut curves = curves::curves(study, plot);
         if curves::still(plot) {
-            // Its picture is shown.
+            // The page shows its picture.
             curves.all.clear();
         }
         let label = json_string(&curves::axis_label(plot, &curves.all));
@@ -66,10 +66,11 @@ fn curve(curve: &Curve) -> String {
     )
 }
 
-/// The times at which references step or ramp, s: what a reader wants to see closely.
+/// The times at which references step or ramp, s: readers zoom in there.
 fn marks(study: &Study) -> Vec<f64> {
     let events = study.runs.iter().flat_map(|run| &run.events);
-    let commanded = events.filter(|event| event.what.contains("steps to") || event.what.contains("ramps to"));
+    let commanded =
+        events.filter(|event| event.description.contains("steps to") || event.description.contains("ramps to"));
     let mut marks: Vec<f64> = commanded.map(|event| event.time).filter(|time| time.is_finite()).collect();
     marks.sort_by(f64::total_cmp);
     let resolution = 1e-6 / curves::clock(study).per_second;

@@ -1,11 +1,11 @@
-//! What a plot shows: which signals of which runs, under which name, in which style.
+//! The curves of a plot: signals of runs, with their names and styles.
 
 use super::text::Clock;
 use kardan::results::{Physical, Plot, PlottedReference, Run, Signal, Spectrum, Study};
 use std::borrow::Cow;
 
-/// The colours of curves on white: hues of Okabe and Ito, so bright that each stands out from the paper (contrast 3 and more) and
-/// that no two are alike for any kind of colour blindness.
+/// The colours of curves on white: hues of Okabe and Ito, with a contrast to the paper of 3 or more;
+/// no two look the same for any kind of colour blindness.
 pub(super) const ON_WHITE: [&str; 7] = ["#006aa9", "#ba4700", "#0e9e72", "#af6290", "#ca8300", "#7a92c6", "#645e5b"];
 /// The same hues, lighter, on a dark page.
 pub(super) const ON_DARK: [&str; 7] = ["#3595d0", "#f07e36", "#11c28e", "#be80ab", "#fbbf40", "#91d2fa", "#bec1c6"];
@@ -14,12 +14,12 @@ const DASHES: [&[f64]; 4] = [&[], &[1.5, 2.5], &[9.0, 3.0, 1.5, 3.0], &[14.0, 4.
 /// The dash pattern (px) of references.
 const REFERENCE_DASH: &[f64] = &[6.0, 4.0];
 
-/// Widths of curves and references, px; what each curve that lies below another one is wider, and so many at most.
+/// Widths of curves and references, px; extra width of each curve below another one, and their largest number.
 const WIDTH: f64 = 1.5;
 const REFERENCE_WIDTH: f64 = 1.2;
 const STEP: f64 = 1.4;
 const MOST: usize = 4;
-/// What a line covers of an axis.
+/// Part of an axis that a line covers.
 const LINE: f64 = 0.003;
 /// Longer names of curves are not repeated.
 const NAME: usize = 28;
@@ -41,23 +41,23 @@ pub(super) struct Curve<'a> {
     pub(super) dash: &'static [f64],
     /// Width, px: of curves that coincide the lower ones are wider.
     pub(super) width: f64,
-    /// What the values are.
+    /// The quantity of the values.
     pub(super) physical: Physical,
     /// Their unit.
     pub(super) unit: &'a str,
-    /// Time, s, or what stands on the horizontal axis.
+    /// Time, s, or the quantity of the horizontal axis.
     pub(super) time: Cow<'a, [f64]>,
-    /// As many values.
+    /// Values, one for each time.
     pub(super) values: Cow<'a, [f64]>,
 }
 
-/// What a plot shows.
+/// The content of a plot.
 pub(super) struct Curves<'a> {
-    /// Its curves, references last (they lie on top). Signals that a run does not have are left out.
+    /// Its curves, references last (drawn on top). Signals that a run lacks are left out.
     pub(super) all: Vec<Curve<'a>>,
-    /// The least span of the axis of values: below it there is nothing but rounding.
+    /// The least span of the value axis: smaller changes are rounding.
     pub(super) least_span: f64,
-    /// How to read it, where that does not go without saying.
+    /// How to read the plot, if that is not obvious.
     pub(super) note: String,
 }
 
@@ -91,8 +91,8 @@ pub(super) fn curves<'a>(study: &'a Study, plot: &'a Plot) -> Curves<'a> {
     let mut note: Vec<&str> = logarithmic.iter().map(String::as_str).collect();
     if coincident {
         note.push(
-            "Curves that coincide to within the width of a line are drawn in one another, the first of them widest; the legend \
-             says which.",
+            "Curves that coincide within a line width are drawn over each other, the first one widest; the legend \
+             names them.",
         );
     }
     let moves = all.iter().any(|curve| span(&curve.values).is_some_and(|(low, high)| high > low));
@@ -100,12 +100,12 @@ pub(super) fn curves<'a>(study: &'a Study, plot: &'a Plot) -> Curves<'a> {
         && moves
         && all.iter().all(|curve| span(&curve.values).is_some_and(|(low, high)| high - low < least_span))
     {
-        note.push("What moves here is less than a billionth of what these signals do in other runs: rounding.");
+        note.push("The changes here are less than a billionth of these signals' range in other runs: rounding.");
     }
     Curves { all, least_span, note: note.join(" ") }
 }
 
-/// Whether a plot is drawn once: it shows something else than values over the time.
+/// Whether a plot is not over time, and so drawn once.
 pub(super) fn still(plot: &Plot) -> bool {
     plot.over.is_some() || plot.spectrum || plot.log_x || plot.log_y
 }
@@ -136,11 +136,11 @@ fn in_unit<'a>(plot: &'a Plot, signal: &Signal) -> (f64, &'a str) {
     display.map_or((1.0, signal.physical.unit()), |display| (display.unit.size, display.unit.unit.as_str()))
 }
 
-/// The curves over another signal or the frequency, with what has no logarithm taken out; and what the reader is told.
+/// The curves over another signal or the frequency, without values that have no logarithm; and notes for the reader.
 fn on_axes<'a>(study: &Study, plot: &Plot, curves: Vec<Curve<'a>>) -> (Vec<Curve<'a>>, Vec<String>) {
     let mut notes = Vec::new();
     if plot.spectrum {
-        notes.push("Amplitudes with a window of Hann, without the mean: a sine shows its amplitude.".to_string());
+        notes.push("Amplitudes with a Hann window, mean removed: a sine shows its amplitude.".to_string());
         let missing = study.spectra.iter().filter(|spectrum| spectrum.plot == plot.id);
         for (name, why) in missing.filter_map(|spectrum| Some((&spectrum.signal, spectrum.missing.as_ref()?))) {
             notes.push(format!("No spectrum of {name}: {why}."));
@@ -162,12 +162,12 @@ fn on_axes<'a>(study: &Study, plot: &Plot, curves: Vec<Curve<'a>>) -> (Vec<Curve
         out.push(curve);
     }
     if excluded > 0 {
-        notes.push(format!("{excluded} points are not above zero and have no place on a logarithmic axis."));
+        notes.push(format!("{excluded} points are not above zero; a logarithmic axis cannot show them."));
     }
     (out, notes)
 }
 
-/// What a curve is called in the legend, by its number among signals and references.
+/// The name of a curve in the legend, by its number among signals and references.
 fn label<'a>(plot: &'a Plot, number: usize, name: &'a str) -> &'a str {
     plot.labels.get(number).map_or(name, String::as_str)
 }
@@ -186,12 +186,12 @@ fn references<'a>(
         let Some(signal) = run.series.signal(&reference.signal) else { continue };
         let mut own = curve((study, plot), run, signal, String::new(), Some(index), REFERENCE_DASH);
         if reference.opposite {
-            // No zero gets a sign.
+            // Zeros have no sign.
             own.values = own.values.iter().map(|value| 0.0 - value).collect();
         }
         drawn += 1;
         let accuracy = accuracy([&own.values[..]], 0.0);
-        // Of runs that ended early it is the same as far as they went.
+        // References of runs that ended early are equal up to their end.
         let same = |candidate: &Curve| coincide(&as_far_as(candidate, &own), &as_far_as(&own, candidate), accuracy);
         match kinds.iter_mut().find(|(candidate, _)| same(candidate)) {
             Some((longest, variants)) => {
@@ -217,7 +217,7 @@ fn references<'a>(
     kinds.into_iter().map(named).collect()
 }
 
-/// The part of a curve up to the sample that lies where another one ends, or just behind.
+/// The part of a curve up to the first sample at or after the end of another one.
 fn as_far_as<'a>(curve: &Curve<'a>, other: &Curve) -> Curve<'a> {
     let end = other.time.last().copied().unwrap_or(f64::NEG_INFINITY);
     let count = (curve.time.partition_point(|&time| time < end) + 1).min(curve.time.len());
@@ -244,7 +244,7 @@ fn curve<'a>(
     let count = run.series.time.len().min(signal.values.len());
     let time = &run.series.time[..count];
     let (from, until) = plot.window.map_or((0, count), |window| {
-        (time.partition_point(|&t| t < window.from), time.partition_point(|&t| t <= window.until))
+        (time.partition_point(|&t| t < window.start), time.partition_point(|&t| t <= window.end))
     });
     let shown = from.min(until)..until;
     let (size, unit) = in_unit(plot, signal);
@@ -287,12 +287,12 @@ fn rounding(study: &Study, plot: &Plot, curves: &[Curve]) -> f64 {
         let ends = all.filter_map(|signal| span(&signal.values)).flat_map(|(low, high)| [low.abs(), high.abs()]);
         largest = largest.max(ends.fold(0.0, f64::max) / size);
     }
-    // Signals of several kinds share no axis that could be too fine.
+    // Signals of different kinds have no common least span.
     let one = curves.windows(2).all(|pair| pair[0].physical == pair[1].physical);
     if one { 1e-9 * largest } else { 0.0 }
 }
 
-/// What no reader can tell apart: in the values of an axis that shows all of these, and in the time as a part of it.
+/// Differences that no reader can see: in value, on an axis that shows all these curves, and in time, as a fraction.
 fn accuracy<'v>(values: impl IntoIterator<Item = &'v [f64]>, least_span: f64) -> f64 {
     let ends = values.into_iter().filter_map(span);
     let (low, high) =
@@ -300,7 +300,7 @@ fn accuracy<'v>(values: impl IntoIterator<Item = &'v [f64]>, least_span: f64) ->
     LINE * (high - low).max(least_span).max(0.0)
 }
 
-/// Whether two curves lie in one another when drawn: each is everywhere, within the width of a line, where the other is.
+/// Whether two drawn curves coincide: everywhere within a line width of each other.
 fn coincide(one: &Curve, other: &Curve, accuracy: f64) -> bool {
     let (Some(first), Some(last)) = (one.time.first(), one.time.last()) else { return other.time.is_empty() };
     let near = LINE * (last - first);
@@ -310,11 +310,11 @@ fn coincide(one: &Curve, other: &Curve, accuracy: f64) -> bool {
     one.unit == other.unit && same_ends && follows(one, other, near, accuracy) && follows(other, one, near, accuracy)
 }
 
-/// Whether every value of a curve lies between the values that another one has about that time.
+/// Whether every value of a curve lies between the values of another one around that time.
 fn follows(one: &Curve, other: &Curve, near: f64, accuracy: f64) -> bool {
     let (mut from, mut until, mut next) = (0, 0, 0);
     one.time.iter().zip(one.values.iter()).all(|(&time, &value)| {
-        // Mostly there is a sample at that time, and it is near enough.
+        // Usually a sample at that time exists and is close enough.
         while next < other.time.len() && other.time[next] < time {
             next += 1;
         }
@@ -332,7 +332,7 @@ fn follows(one: &Curve, other: &Curve, near: f64, accuracy: f64) -> bool {
         if !value.is_finite() {
             return about.iter().any(|value| !value.is_finite());
         }
-        // Mostly the sample in the middle is near enough.
+        // Usually the sample in the middle is close enough.
         if about.get(about.len() / 2).is_some_and(|middle| (value - middle).abs() <= accuracy) {
             return true;
         }
@@ -356,7 +356,7 @@ fn straight(curve: &Curve, next: usize, time: f64) -> Option<(f64, f64)> {
     value.is_finite().then_some((value, value))
 }
 
-/// Makes the lower ones of curves that coincide wider and says in the legend with which one they do; whether there are any.
+/// Widens the lower ones of coinciding curves and names their partner in the legend; returns whether any coincide.
 fn mark_coincident(curves: &mut [Curve], least_span: f64) -> bool {
     let accuracy = accuracy(curves.iter().map(|curve| &curve.values[..]), least_span);
     let mut groups: Vec<Vec<usize>> = Vec::new();
@@ -399,11 +399,11 @@ pub(super) fn axis_label(plot: &Plot, curves: &[Curve]) -> String {
     }
 }
 
-/// Most letters of a variant told by its parameters.
+/// Longest name of a variant from its parameters.
 const BRIEF: usize = 40;
 
 /// The name of a variant for the reader, `beta = 10 deg`: the parameters in which the study's variants differ. Where
-/// that does not tell them apart briefly, the name in the file.
+/// these do not distinguish them briefly, the name in the file.
 pub(super) fn variant_label(study: &Study, run: &Run) -> String {
     let differs = |name: &str| study.runs.iter().any(|candidate| text_of(candidate, name) != text_of(run, name));
     let describe = |run: &Run| -> Vec<String> {

@@ -1,4 +1,4 @@
-//! The pictures of a design: poles of the closed loop, and what steps of one channel do to the others.
+//! The pictures of a design: poles of the closed loop, and coupling of steps between channels.
 
 use super::analysis_pictures::{CHARACTER, Plane, cut, drawing, figure_of, text};
 use super::model::Picture;
@@ -11,7 +11,7 @@ use kardan_rt::functions::log10;
 const NAME: usize = 24;
 /// More rows or columns are in the table only.
 const CELLS: usize = 10;
-/// Coupling below this share of the own step looks like none.
+/// Coupling below this share of the own step is drawn as none.
 const FAINTEST: f64 = 1e-6;
 
 fn finite(pole: Pole) -> bool {
@@ -28,14 +28,14 @@ pub(super) fn plane(design: &Design) -> Option<Picture> {
     }
     let all = poles.iter().map(|(pole, _)| *pole).chain(zeros.iter().copied());
     let plane = Plane::new(all);
-    let mut body = plane.frame("poles here grow");
+    let mut body = plane.frame("unstable half-plane");
     let both =
         |pole: Pole| [Some(pole), (pole.im != 0.0).then_some(Complex::new(pole.re, -pole.im))].into_iter().flatten();
     for &(pole, times) in &poles {
         let owner = design_phrases::owner(pole, design);
         let of = if owner.is_empty() { owner } else { format!(" ({owner})") };
         let title = format!("pole {}{of}", phrases::pair(pole));
-        // Of a pair close to the real axis the two counts would lie upon each other.
+        // The two counts of a pair close to the real axis would overlap.
         for (at, times) in both(pole).zip([times, 1]) {
             body += &cross(plane.place(at), at.re < 0.0, times, &title);
         }
@@ -52,10 +52,11 @@ pub(super) fn plane(design: &Design) -> Option<Picture> {
     body += &text(left + 20.0, below, "", "pole of the closed loop");
     if !zeros.is_empty() {
         body += &ring((next, below - 4.0), true, "zero dynamics");
-        body += &text(next + 20.0, below, "", "zero dynamics: no output shows it");
+        body += &text(next + 20.0, below, "", "zero dynamics: not observable");
     }
     let drawn = drawing(Plane::FULL_WIDTH, below + 12.0, "poles of the closed loop in the complex plane", &body);
-    let caption = format!("{} In the shaded half-plane motions grow; what does not decay is red.", plane.caption());
+    let caption =
+        format!("{} Modes in the shaded half-plane are unstable; modes that do not decay are red.", plane.caption());
     Some(figure_of("Pole map", &drawn, &caption))
 }
 
@@ -87,7 +88,7 @@ fn names<'a>(all: impl Iterator<Item = &'a String>) -> Vec<&'a str> {
     names
 }
 
-/// What a step of each reference (column) does to each output (row).
+/// The effect of a step of each reference (column) on each output (row).
 pub(super) fn couplings(design: &Design) -> Option<Picture> {
     let found = &design.cross_coupling;
     if found.is_empty() {
@@ -118,7 +119,7 @@ pub(super) fn couplings(design: &Design) -> Option<Picture> {
     let mut caption = String::from(
         "Largest deviation of each output (row) after a step of each reference (column). \
          <span class=\"entry\"><span class=\"swatch c0\"></span>own channel</span><span class=\"entry\"><span \
-         class=\"swatch coupled\"></span>another channel, stronger the more it moves</span><span class=\"entry\"><span \
+         class=\"swatch coupled\"></span>another channel, darker for larger deviations</span><span class=\"entry\"><span \
          class=\"swatch proven\"></span>framed: exactly zero in the linear loop</span>",
     );
     if rows.len() > CELLS || columns.len() > CELLS {
@@ -135,8 +136,9 @@ fn cell(design: &Design, found: Option<&CrossCoupling>, (x, y, width, height): (
             let peak =
                 format!("{} {}", figure(found.peak.unwrap_or(f64::NAN), 3), unit(&found.unit)).trim_end().to_owned();
             let share = design_phrases::relative(found, &design.cross_coupling);
-            let second = share.map_or(String::new(), |share| format!("{} of its own", design_phrases::share(share, 2)));
-            match (found.own, share) {
+            let second =
+                share.map_or(String::new(), |share| format!("{} of own step", design_phrases::share(share, 2)));
+            match (found.same_channel, share) {
                 (true, _) => ("own", 1.0, peak, "own channel".into()),
                 (false, Some(share)) => ("coupled", strength(share), peak, second),
                 (false, None) => ("coupled", if found.peak == Some(0.0) { 0.0 } else { 0.25 }, peak, second),
@@ -150,7 +152,7 @@ fn cell(design: &Design, found: Option<&CrossCoupling>, (x, y, width, height): (
             format!("{} → {}; linear loop: {}", found.reference, found.output, design_phrases::transfer(entry))
         }
         (Some(found), None) => format!("{} → {}", found.reference, found.output),
-        _ => "no step was made".into(),
+        _ => "no step was run".into(),
     };
     let centre = x + 0.5 * width;
     let on = if kind == "own" { " on" } else { "" };
@@ -175,7 +177,7 @@ fn cell(design: &Design, found: Option<&CrossCoupling>, (x, y, width, height): (
     )
 }
 
-/// How strong the colour of a cell is: by powers of ten of the share, from 0 to 0.55.
+/// Opacity of the colour of a cell: by powers of ten of the share, from 0 to 0.55.
 fn strength(share: f64) -> f64 {
     if share <= FAINTEST { 0.0 } else { 0.05 + 0.5 * (1.0 - log10(share.min(1.0)) / log10(FAINTEST)) }
 }

@@ -1,4 +1,4 @@
-//! A frame with axes, and what is drawn in it.
+//! A frame with axes, and its contents.
 
 use super::analysis_pictures::{CHARACTER, line, text};
 use super::text::escape;

@@ -1,4 +1,4 @@
-//! What a loop answers to sines and to steps, as pictures: Bode, Nyquist, Nichols, singular values, steps.
+//! Frequency and step responses of a loop as pictures: Bode, Nyquist, Nichols, singular values, steps.
 
 use super::analysis_pictures::{drawing, figure_of, line, text};
 use super::model::Picture;
@@ -21,17 +21,17 @@ const HEIGHT: f64 = 190.0;
 const BETWEEN: f64 = 18.0;
 /// Side of a square plot.
 const SQUARE: f64 = 460.0;
-/// Curves have so many colours.
+/// Number of curve colours.
 const COLOURS: usize = 7;
-/// Gains that are shown lie within so many dB.
+/// Range of shown gains, dB.
 const DEPTH: f64 = 120.0;
-/// Phases that are shown lie within so many degrees.
+/// Range of shown phases, degrees.
 const TURNS: f64 = 1080.0;
-/// How far a Nyquist plot goes from its middle, at least and at most.
+/// Least and largest half-width of a Nyquist plot.
 const NEAR: [f64; 2] = [1.6, 2.6];
 /// The middle of a Nyquist plot, on the real axis.
 const MIDDLE: f64 = -0.5;
-/// Responses below this part of the largest one of their output are none.
+/// Responses below this fraction of the largest one of their output count as zero.
 const NONE: f64 = 1e-9;
 /// Closed-loop gains with a contour in a Nichols chart, dB.
 const CONTOURS: [f64; 8] = [-20.0, -12.0, -6.0, -3.0, 0.0, 3.0, 6.0, 12.0];
@@ -42,7 +42,7 @@ struct Axis {
     low: f64,
     high: f64,
     logarithmic: bool,
-    /// Distance of ticks; of a logarithmic axis nothing.
+    /// Distance of ticks; unused for a logarithmic axis.
     step: f64,
 }
 
@@ -51,7 +51,7 @@ impl Axis {
         Self { low, high, logarithmic: true, step: 0.0 }
     }
 
-    /// About so many ticks, at multiples of one of these steps.
+    /// About this number of ticks, at multiples of one of these steps.
     fn by(steps: &[f64], low: f64, high: f64, most: f64) -> Self {
         let step = steps.iter().copied().find(|step| (high - low) / step <= most);
         let step = step.unwrap_or_else(|| steps.last().copied().unwrap_or(1.0));
@@ -163,7 +163,7 @@ impl Panel {
         }
     }
 
-    /// What of a stretch is within the frame (Liang and Barsky).
+    /// The part of a segment inside the frame (Liang and Barsky).
     fn cut(&self, from: (f64, f64), to: (f64, f64)) -> Option<((f64, f64), (f64, f64))> {
         let (mut first, mut last) = (0.0f64, 1.0f64);
         let (dx, dy) = (to.0 - from.0, to.1 - from.1);
@@ -256,7 +256,7 @@ fn phases(real: &[f64], imaginary: &[f64]) -> Vec<f64> {
     out
 }
 
-/// A response that is drawn.
+/// A drawn response.
 struct Drawn<'a> {
     name: String,
     real: &'a [f64],
@@ -274,21 +274,21 @@ impl Drawn<'_> {
         phases(self.real, self.imaginary)
     }
 
-    /// The phase margin as a place: frequency and the phase of L there.
+    /// The point of the phase margin: frequency and the phase of L there.
     fn phase_margin(&self, frequencies: &[f64]) -> Option<(f64, f64, f64)> {
         let margin = self.margin?;
         let at = margin.phase_frequency.filter(|_| margin.phase.is_finite())?;
         let phases = self.phases();
         let next = frequencies.partition_point(|frequency| *frequency < at).min(frequencies.len().checked_sub(1)?);
         let near = *phases.get(next)?;
-        // At the crossover |L| = 1, its phase is half a turn and the margin, on one side of it.
+        // At the crossover |L| = 1, the phase is ±180° plus or minus the margin.
         let limit = 360.0 * ((near + 180.0) / 360.0).round() - 180.0;
         let margin = margin.phase.to_degrees();
         let phase = if near >= limit { limit + margin } else { limit - margin };
         Some((at, phase, limit))
     }
 
-    /// The factors that are too much, with their frequencies.
+    /// The factors at which the loop becomes unstable, with their frequencies.
     fn gain_margins(&self) -> impl Iterator<Item = (f64, f64)> {
         let both = self.margin.map(|margin| margin.gain.into_iter().zip(margin.gain_frequency));
         both.into_iter().flatten().filter_map(|(factor, frequency)| {
@@ -312,13 +312,13 @@ impl Drawn<'_> {
 
 /// The loop gains that are drawn: those of the motors or those of the readings.
 fn drawn<'a>(found: &'a LoopResponses, margins: &'a [ChannelMargin], readings: bool) -> Vec<Drawn<'a>> {
-    let all = found.loops.iter().filter(|one| one.reading == readings && !one.open);
+    let all = found.loops.iter().filter(|one| one.is_sensor == readings && !one.open);
     let of = |(colour, one): (usize, &'a LoopGain)| Drawn {
         name: one.name.clone(),
         real: &one.real,
         imaginary: &one.imaginary,
         colour,
-        margin: margins.iter().find(|margin| margin.name == one.name && margin.reading == readings),
+        margin: margins.iter().find(|margin| margin.name == one.name && margin.is_sensor == readings),
     };
     all.enumerate().map(of).collect()
 }
@@ -331,9 +331,9 @@ pub(super) fn loops(found: &LoopResponses, margins: &[ChannelMargin], readings: 
     }
     let at = if readings { "a reading" } else { "a motor" };
     let caption = format!(
-        "Loop gain L with the loop broken at {at} alone, all others closed. Dots: where a factor (upper plot) or a turn of the \
-         phase (lower plot) makes the loop unstable, with the way to it. {}<br>{}",
-        if found.nyquist.is_some() { "Sampling, hold, delay and lag are in it." } else { "Lags are in it." },
+        "Loop gain L with the loop broken only at {at}, all others closed. Dots: where a factor (upper plot) or a \
+         phase rotation (lower plot) makes the loop unstable, with the margin to it. {}<br>{}",
+        if found.nyquist.is_some() { "L includes sampling, hold, delay and lag." } else { "L includes lags." },
         legend(curves.iter().map(|one| (one.colour, one.legend())))
     );
     let title = format!("Bode plot of the loop at {}", if readings { "each reading" } else { "each motor" });
@@ -347,7 +347,7 @@ fn frequency_axis(found: &LoopResponses) -> Axis {
     Axis::logarithmic(low, if found.nyquist.is_some() { 1.08 * high } else { high })
 }
 
-/// From where to where gains are shown, dB.
+/// The range of shown gains, dB.
 fn gain_axis(sizes: impl Iterator<Item = f64>) -> Axis {
     let all: Vec<f64> = sizes.map(decibels).filter(|x| x.is_finite()).collect();
     let high = all.iter().copied().fold(f64::MIN, f64::max).max(-DEPTH);
@@ -433,18 +433,18 @@ fn nyquist(found: &LoopResponses, curves: &[Drawn<'_>], at: &str) -> Picture {
     let encirclements = |one: &Drawn<'_>| {
         let gain = found.loops.iter().find(|gain| gain.name == one.name && !gain.open);
         match gain.and_then(|gain| gain.unstable_poles) {
-            Some(0) => format!("{}: no pole of the broken loop grows, so L must not go around −1", one.name),
-            Some(1) => format!("{}: one pole of the broken loop grows, so L must go around −1 once", one.name),
+            Some(0) => format!("{}: the broken loop has no unstable pole, so L must not encircle −1", one.name),
+            Some(1) => format!("{}: the broken loop has one unstable pole, so L must encircle −1 once", one.name),
             Some(count) => {
-                format!("{}: {count} poles of the broken loop grow, so L must go around −1 {count} times", one.name)
+                format!("{}: the broken loop has {count} unstable poles, so L must encircle −1 {count} times", one.name)
             }
             None => one.name.clone(),
         }
     };
     let caption = format!(
-        "Loop gain L with the loop broken at {at} alone, for positive frequencies (numbers: rad/s) and, thin, negative ones; it \
-         goes on beyond the frame. The red cross is −1, the dashed circle has the radius one. Dotted: the disk that L must stay out of, by \
-         the disk margin of its colour.<br>{}",
+        "Loop gain L with the loop broken only at {at}, for positive frequencies (numbers: rad/s) and, thin, \
+         negative ones; L continues outside the frame. Red cross: −1. Dashed: the unit circle. Dotted: the disk, \
+         from the disk margin of the same colour, that L must not enter.<br>{}",
         legend(curves.iter().map(|one| (one.colour, encirclements(one))))
     );
     let drawn = drawing(LEFT + SQUARE + RIGHT, TOP + SQUARE + 44.0, "loop gain in the complex plane", &body);
@@ -476,7 +476,7 @@ fn nichols(found: &LoopResponses, curves: &[Drawn<'_>], at: &str) -> Picture {
     let sizes = || curves.iter().flat_map(Drawn::sizes).map(decibels).filter(|x| x.is_finite());
     let (low, high) = (sizes().fold(0.0, f64::min).max(-40.0), sizes().fold(0.0, f64::max).min(40.0));
     let up = Axis::by(&[5.0, 10.0], low - 1.0, high + 1.0, 9.0);
-    // Phases of what is in the frame.
+    // Phases of the curves in the frame.
     let phases = curves.iter().zip(&phase_curves).flat_map(|(one, phases)| {
         one.sizes().map(decibels).zip(phases.iter().copied()).filter(|(size, _)| (up.low..=up.high).contains(size))
     });
@@ -516,7 +516,7 @@ fn nichols(found: &LoopResponses, curves: &[Drawn<'_>], at: &str) -> Picture {
         }
     }
     let caption = format!(
-        "Loop gain L with the loop broken at {at} alone. Grey: where |L/(1 + L)| is that many dB. Red crosses: −1. Dots: gain and \
+        "Loop gain L with the loop broken only at {at}. Grey: |L/(1 + L)| constant, in dB. Red crosses: −1. Dots: gain and \
          phase margins.<br>{}",
         legend(curves.iter().map(|one| (one.colour, one.name.clone())))
     );
@@ -540,7 +540,7 @@ fn closed_loop_gain(panel: &Panel, contour: f64, turns: std::ops::RangeInclusive
         .collect();
     let mut out = String::new();
     for turn in turns.clone() {
-        // A jump in the phase ends a stretch.
+        // A jump in the phase ends a segment.
         for stretch in points.chunk_by(|a, b| (a.0 - b.0).abs() < 180.0) {
             let moved = stretch.iter().map(|(phase, size)| (phase + 360.0 * f64::from(turn), *size));
             out += &panel.curve(moved, "stroke=\"var(--line)\" stroke-width=\"1\"");
@@ -567,9 +567,9 @@ fn closed_loop_gain(panel: &Panel, contour: f64, turns: std::ops::RangeInclusive
     out
 }
 
-/// How a function of the loop is named.
+/// The name of a function of the loop.
 pub(super) fn name(one: &SingularValues) -> String {
-    let at = if one.readings { "readings" } else { "motors" };
+    let at = if one.at_sensors { "readings" } else { "motors" };
     match one.function {
         LoopFunction::S => format!("S at the {at}"),
         LoopFunction::T => format!("T at the {at}"),
@@ -581,7 +581,7 @@ pub(super) fn name(one: &SingularValues) -> String {
 pub(super) fn singular_values(found: &LoopResponses) -> Vec<Picture> {
     let of = |readings: bool, noise: bool| -> Vec<&SingularValues> {
         let all = found.sensitivities.iter();
-        all.filter(|one| one.readings == readings && (one.function == LoopFunction::Ks) == noise).collect()
+        all.filter(|one| one.at_sensors == readings && (one.function == LoopFunction::Ks) == noise).collect()
     };
     let titles = [
         ("Singular values of S and T at the motors", of(false, false)),
@@ -597,7 +597,7 @@ fn sigma(found: &LoopResponses, title: &str, all: &[&SingularValues]) -> Option<
         return None;
     }
     let top = all.iter().filter_map(|one| Some(one.largest?.value));
-    // Small singular values would only make the large ones flat.
+    // Small singular values would flatten the large ones.
     let highest = largest().fold(0.0, f64::max);
     let every = all.iter().flat_map(|one| one.values.iter().flatten().copied());
     let up = gain_axis(every.filter(|x| *x > 1e-3 * highest).chain(top));
@@ -629,19 +629,19 @@ fn sigma(found: &LoopResponses, title: &str, all: &[&SingularValues]) -> Option<
     }
     let entry = |(colour, one): (usize, &&SingularValues)| {
         let largest = one.largest.map_or(String::new(), |largest| {
-            let at = largest.frequency.map_or("without end".into(), |at| format!("at {} rad/s", figure(at, 4)));
+            let at = largest.frequency.map_or("unbounded".into(), |at| format!("at {} rad/s", figure(at, 4)));
             let unit = if one.unit.is_empty() { String::new() } else { format!(" {}", unit(&one.unit)) };
             format!(": at most {}{unit} ({} dB), {at}", figure(largest.value, 4), figure(decibels(largest.value), 3))
         });
         (colour, name(one) + &largest)
     };
     let mixed = if mixed {
-        " The readings have different units: these are numbers in SI units, and other units would give others."
+        " The readings have different units: these values are in SI units; other units give other values."
     } else {
         ""
     };
     let caption = format!(
-        "The largest singular value, and thin the others, with all channels at once.{mixed}<br>{}",
+        "Thick: the largest singular value; thin: the others; with all channels at once.{mixed}<br>{}",
         legend(all.iter().enumerate().map(entry))
     );
     let drawn = drawing(LEFT + WIDTH + RIGHT, TOP + 1.5 * HEIGHT + 44.0, title, &body);
@@ -678,10 +678,10 @@ pub(super) fn references(found: &LoopResponses) -> Option<Picture> {
     let none = if none.is_empty() {
         String::new()
     } else {
-        format!("Not drawn, as nothing comes through but rounding: {}. ", escape(&none.join(", ")))
+        format!("Not drawn, as the transfer is only rounding: {}. ", escape(&none.join(", ")))
     };
     let caption = format!(
-        "Closed loop, in dB over one SI unit each. {none}{}<br>{}",
+        "Closed loop, in dB relative to one SI unit each. {none}{}<br>{}",
         if found.nyquist.is_some() { "Outputs at the sample instants." } else { "" },
         legend(curves.iter().map(|one| (one.colour, one.name.clone())))
     );
@@ -689,7 +689,7 @@ pub(super) fn references(found: &LoopResponses) -> Option<Picture> {
     Some(figure_of("Bode plot from the references to the outputs", &drawn, &caption))
 }
 
-/// Disk margins of the motors over the angle at which the joints stand.
+/// Disk margins of the motors over the joint angle.
 pub(super) fn over_positions(found: &MarginsOverPositions) -> Option<Picture> {
     let names: Vec<&str> = found
         .positions
@@ -708,32 +708,32 @@ pub(super) fn over_positions(found: &MarginsOverPositions) -> Option<Picture> {
     let across = Axis::by(&[15.0, 30.0, 45.0, 90.0, 180.0, 360.0], low, high, 9.0);
     let panel =
         Panel { x: LEFT, y: TOP, width: WIDTH, height: HEIGHT, across, up: Axis::fitting(disks.chain([0.0]), 0.06, 5) };
-    let mut body = panel.frame("angle of the joints [°]", "disk margin");
+    let mut body = panel.frame("joint angle [°]", "disk margin");
     for (colour, name) in names.iter().enumerate() {
         let of = |one: &PositionMargins| {
             let motor = one.motors.iter().find(|motor| motor.name == *name);
             (one.angle.to_degrees(), motor.map_or(f64::NAN, |motor| motor.disk))
         };
-        // Where the angle starts anew, another motion does.
+        // Where the angle restarts, another motion starts.
         for stretch in found.positions.chunk_by(|a, b| b.angle > a.angle) {
             body += &panel.curve(stretch.iter().map(of), &solid(colour));
         }
     }
     let caption = format!(
-        "Of the linear loop where {} stand; a gap is a loop that is not stable.<br>{}",
-        escape(&found.coordinates),
+        "Linear loop with {} at this angle; a gap is a loop that is not stable.<br>{}",
+        escape(&found.rotated_coordinates),
         legend(names.iter().enumerate().map(|(colour, name)| (colour, name.to_string())))
     );
-    let drawn = drawing(LEFT + WIDTH + RIGHT, TOP + HEIGHT + 44.0, "disk margins over the angle of the joints", &body);
-    Some(figure_of("Disk margins over the angle of the joints", &drawn, &caption))
+    let drawn = drawing(LEFT + WIDTH + RIGHT, TOP + HEIGHT + 44.0, "disk margins over the joint angle", &body);
+    Some(figure_of("Disk margins over the joint angle", &drawn, &caption))
 }
 
-/// What follows a step of each reference.
+/// Responses to a step of each reference.
 pub(super) fn steps(found: &LoopResponses) -> Vec<Picture> {
     found.steps.iter().filter_map(step).collect()
 }
 
-/// A value as it is drawn: what is nothing but rounding is zero.
+/// A value for drawing: rounding becomes zero.
 fn without_rounding(value: f64) -> f64 {
     if value.abs() < 1e-12 { 0.0 } else { value }
 }
@@ -762,7 +762,7 @@ fn step(found: &StepResponse) -> Option<Picture> {
             own.iter().flat_map(|(_, one)| one.values.iter().map(|value| without_rounding(*value))).chain([0.0]);
         let height = 0.8 * HEIGHT;
         let panel = Panel { x: LEFT, y, width: WIDTH, height, across, up: Axis::fitting(values, 0.06, 5) };
-        let what = if *motor { "torques told" } else { "outputs" };
+        let what = if *motor { "commanded torques" } else { "outputs" };
         let below = if k == last { format!("time [{}]", clock.unit) } else { String::new() };
         body += &panel.frame(&below, &format!("{what} [{}]", unit(shown)));
         for (colour, one) in own {
@@ -778,7 +778,7 @@ fn step(found: &StepResponse) -> Option<Picture> {
     }
     let rounded =
         found.signals.iter().flat_map(|one| &one.values).any(|value| *value != 0.0 && without_rounding(*value) == 0.0);
-    let rounding = if rounded { " What is below 1e-12 is rounding, and drawn as zero." } else { "" };
+    let rounding = if rounded { " Values below 1e-12 are rounding and drawn as zero." } else { "" };
     let caption = format!(
         "The linear loop from rest, without limits and friction, after a step of {} by {} {}.{rounding}<br>{}",
         escape(&found.reference),
@@ -786,7 +786,7 @@ fn step(found: &StepResponse) -> Option<Picture> {
         escape(&unit(&found.unit)),
         legend(entries.into_iter())
     );
-    let drawn = drawing(LEFT + WIDTH + RIGHT, y - BETWEEN + 44.0, "answers to a step", &body);
+    let drawn = drawing(LEFT + WIDTH + RIGHT, y - BETWEEN + 44.0, "step responses", &body);
     Some(figure_of(&format!("Step of {}", found.reference), &drawn, &caption))
 }
 

@@ -1,4 +1,4 @@
-//! A page as one HTML file that fetches nothing.
+//! A page as one HTML file without external resources.
 
 use super::curves::{ON_DARK, ON_WHITE};
 use super::model::{Alert, Block, Body, Cell, Chart, Matrix, Page, Picture, Section, Tone};
@@ -21,8 +21,7 @@ const ROWS: usize = 100;
 const ACROSS: usize = 10;
 /// How to use charts; `still`: whether some of them cannot be zoomed.
 fn charts(still: bool) -> String {
-    let chart_note =
-        if still { "the charts over the time follow, the others stand still" } else { "all charts follow" };
+    let chart_note = if still { "the charts over time follow, the others do not" } else { "all charts follow" };
     format!(
         "<p class=\"hint\">Drag across a chart to zoom in time, double-click to return; {chart_note}. Click a name in a legend to hide or \
          show its curve.</p>\n"
@@ -79,12 +78,12 @@ pub(super) fn html(page: &Page) -> String {
     )
 }
 
-/// Plain text with its powers raised, and with nothing that HTML would interpret.
+/// Plain text with superscript powers, escaped for HTML.
 fn escape(text: &str) -> String {
     escaped(&powers(text))
 }
 
-/// The same with what stands between backticks as code, and long fractions as decimals with what they stand for.
+/// The same with text between backticks as code, and long fractions as decimals with the exact value.
 fn prose(text: &str) -> String {
     let markup = |piece: &Piece| match piece {
         Piece::Plain(text) => escape(text),
@@ -94,7 +93,7 @@ fn prose(text: &str) -> String {
     pieces(text).iter().map(markup).collect()
 }
 
-/// A box that nobody overlooks.
+/// A prominent box.
 fn alert(alert: &Alert) -> String {
     let (kind, text) = (escape(&alert.kind), prose(&alert.text));
     format!("<div class=\"failure\" role=\"alert\"><strong>{kind}:</strong> {text}</div>\n")
@@ -111,7 +110,7 @@ fn section(one: &Section) -> String {
     let (anchor, title) = (escape(&one.anchor), escape(&one.title));
     let all = &one.body.0;
     let parts: Vec<&Section> = all.iter().filter_map(anchored).collect();
-    // Contents of its own stand before the first of its parts.
+    // Its own contents precede the first of its parts.
     let (before, after) = all.split_at(all.iter().position(|block| anchored(block).is_some()).unwrap_or(all.len()));
     let contents = if parts.is_empty() { String::new() } else { contents(parts) };
     let (before, after) = (blocks(before, 3), blocks(after, 3));
@@ -120,7 +119,7 @@ fn section(one: &Section) -> String {
     format!("<section id=\"{anchor}\">\n<h2>{title}</h2>\n{hint}{before}{contents}{after}</section>\n")
 }
 
-/// A part that links may lead to.
+/// A part that may be a link target.
 fn anchored(block: &Block) -> Option<&Section> {
     match block {
         Block::Part(part) if !part.anchor.is_empty() => Some(part),
@@ -268,7 +267,7 @@ fn figure(picture: &Picture, level: usize) -> String {
     )
 }
 
-/// A chart, with the picture that stands for it on paper and without scripts.
+/// A chart, with the picture that replaces it on paper and without scripts.
 fn chart(chart: &Chart, level: usize) -> String {
     let Chart { anchor, title, index, still, svg, caption } = chart;
     let caption =
@@ -284,12 +283,12 @@ fn chart(chart: &Chart, level: usize) -> String {
         class = if *still { " class=\"still\"" } else { "" },
         anchor = escaped(anchor),
         title = escape(title),
-        // Inside HTML the namespace goes without saying.
+        // Inside HTML the namespace is implied.
         svg = svg.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1),
     )
 }
 
-/// The library without the first comment, whose address has no place in a page that names none; the licence stands
+/// The library without the first comment, whose address the page must not contain; the licence is
 /// before it instead.
 fn without_banner(library: &str) -> &str {
     match library.strip_prefix("/*!").and_then(|rest| rest.split_once("*/")) {
@@ -314,7 +313,7 @@ fn palette() -> String {
 mod tests {
     use super::*;
 
-    /// The hint is there where something can be zoomed, and names what does not follow.
+    /// The hint appears if a chart can be zoomed, and names charts that do not follow.
     #[test]
     fn the_hint_distinguishes_zoomable_from_static_charts() {
         let page = |still: &[bool]| {
@@ -324,6 +323,6 @@ mod tests {
         assert!(page(&[false]).contains("all charts follow"));
         assert!(!page(&[true]).contains("zoom"));
         let both = page(&[true, false]);
-        assert!(both.contains("the others stand still") && !both.contains("all charts follow"), "{both}");
+        assert!(both.contains("the others do not") && !both.contains("all charts follow"), "{both}");
     }
 }

@@ -8,17 +8,17 @@ use kardan::results::{FrictionPoint, Identification, IdentifiedParameter, Interv
 
 const WIDTH: f64 = 640.0;
 const HEIGHT: f64 = 240.0;
-/// Logs that are drawn apart.
+/// Logs that are drawn separately.
 const LOGS: usize = 6;
 /// Parameters in the picture of correlations.
 const CELLS: usize = 24;
 
-/// What has such a unit.
+/// The quantity of such a unit.
 fn effort(unit: &str) -> &'static str {
     if unit == "N" { "force" } else { "torque" }
 }
 
-/// Torque measured and predicted without having seen it, over time, for each row and the first logs.
+/// Torque measured, and predicted by a fit without it, over time, for each row and the first logs.
 pub(super) fn traces(found: &Identification) -> Vec<Picture> {
     let mut out = Vec::new();
     let several = found.logs.len() > 1;
@@ -32,7 +32,7 @@ pub(super) fn traces(found: &Identification) -> Vec<Picture> {
             let mut body = frame.drawn("time, s", &format!("{}, {}", effort(&trace.unit), trace.unit));
             body += &frame.dots(own.iter().map(|point| (point.time, point.measured)), 0, 4.0);
             body += &frame.dots(own.iter().map(|point| (point.time, point.predicted)), 1, 2.0);
-            body += &legend(LEFT, frame.end() + 10.0, &[(0, "measured"), (1, "predicted, not having seen it")]);
+            body += &legend(LEFT, frame.end() + 10.0, &[(0, "measured"), (1, "predicted by a fit without it")]);
             let title = if several {
                 let name = found.logs.get(log).map_or("", |log| log.name.as_str());
                 format!("{}, {}", trace.row, name.rsplit(['/', '\\']).next().unwrap_or(name))
@@ -40,11 +40,11 @@ pub(super) fn traces(found: &Identification) -> Vec<Picture> {
                 trace.row.clone()
             };
             let drawn = drawing(LEFT + WIDTH + 16.0, frame.end() + 22.0, &title, &body);
-            let caption = "The torque that the parameters asked for explain: what is measured less all that is taken from the file.";
+            let caption = "Torque that the requested parameters explain: the measured torque minus all terms taken from the file.";
             out.push(figure_of(&title, &drawn, caption));
         }
         if let (true, Some(last)) = (logs.len() > LOGS, out.last_mut()) {
-            last.caption += &format!(" {} more logs are in the fit.", logs.len() - LOGS);
+            last.caption += &format!(" The fit uses {} more logs.", logs.len() - LOGS);
         }
     }
     out
@@ -61,14 +61,14 @@ pub(super) fn curves(found: &Identification) -> Vec<Picture> {
         let mut body = frame.drawn(&format!("speed, {speed}"), &format!("friction {}, {unit}", effort(unit)));
         body += &frame.dots(points.into_iter(), 0, 3.4);
         body += &frame.curve(line.into_iter(), 1, |before, now| before < 0.0 && now > 0.0);
-        body += &legend(LEFT, frame.end() + 10.0, &[(0, "measured, less all other terms"), (1, "as found")]);
+        body += &legend(LEFT, frame.end() + 10.0, &[(0, "measured, minus all other terms"), (1, "identified")]);
         let drawn = drawing(LEFT + WIDTH + 16.0, frame.end() + 22.0, &curve.element, &body);
         figure_of(&curve.element, &drawn, "Damping and friction of this element over its speed.")
     };
     found.curves.iter().filter(|curve| !curve.points.is_empty()).map(one).collect()
 }
 
-/// What is left over, over time.
+/// The residuals over time.
 pub(super) fn residuals(found: &Identification) -> Vec<Picture> {
     let one = |trace: &kardan::results::Trace| {
         let points: Vec<(f64, f64)> =
@@ -80,13 +80,13 @@ pub(super) fn residuals(found: &Identification) -> Vec<Picture> {
         let mut body = frame.drawn("time, s", &format!("residual, {}", trace.unit));
         body += &frame.dots(points.iter().copied(), 0, 3.4);
         let drawn = drawing(LEFT + WIDTH + 16.0, frame.end(), &trace.row, &body);
-        let caption = "Measured less predicted without having seen it, all logs upon each other.";
+        let caption = "Measured minus predicted by a fit without it, all logs overlaid.";
         Some(figure_of(&trace.row, &drawn, caption))
     };
     found.traces.iter().filter_map(one).collect()
 }
 
-/// The intervals, each by the value found; marks for the file's and the published value.
+/// The intervals, each relative to the identified value; marks for the file's and the published value.
 pub(super) fn intervals(found: &Identification) -> Option<Picture> {
     let drawn = |one: &'_ IdentifiedParameter| one.value.filter(|value| *value != 0.0).zip(one.interval);
     let rows: Vec<(&IdentifiedParameter, f64, Interval)> =
@@ -102,7 +102,7 @@ pub(super) fn intervals(found: &Identification) -> Option<Picture> {
         [
             Some(part(*value, interval.lower)),
             Some(part(*value, interval.upper)),
-            relative(one.before),
+            relative(one.model_value),
             relative(one.published),
         ]
     });
@@ -119,7 +119,7 @@ pub(super) fn intervals(found: &Identification) -> Option<Picture> {
         body += &line((at, TOP), (at, bottom), "grid");
         body += &text(at, bottom + 18.0, "middle", &frame.across.label(tick));
     }
-    body += &text(left + frame.width / 2.0, bottom + 38.0, "middle", "difference from the value found, % of it");
+    body += &text(left + frame.width / 2.0, bottom + 38.0, "middle", "difference from the identified value, % of it");
     for (k, (one, value, interval)) in rows.into_iter().enumerate() {
         let y = TOP + 26.0 * k as f64 + 13.0;
         let at = |x: f64| frame.place((part(value, x), 0.0)).0;
@@ -149,11 +149,11 @@ pub(super) fn intervals(found: &Identification) -> Option<Picture> {
             ),
             None => String::new(),
         };
-        body += &mark(one.before, 1, "M0 -7L6 0L0 7L-6 0Z");
+        body += &mark(one.model_value, 1, "M0 -7L6 0L0 7L-6 0Z");
         body += &mark(one.published, 2, "M-5 -5L5 5M-5 5L5 -5");
     }
     let below = bottom + 58.0;
-    body += &legend(left, below, &[(0, "found, with its interval"), (1, "◇ in the file"), (2, "× published")]);
+    body += &legend(left, below, &[(0, "identified, with its interval"), (1, "◇ in the file"), (2, "× published")]);
     let drawing = drawing(LEFT + WIDTH + 16.0, below + 12.0, "intervals of the parameters", &body);
     let caption = format!(
         "Intervals of {} % confidence. Marks further than 100 % away are in the table only.",
@@ -202,5 +202,5 @@ pub(super) fn correlation(found: &Identification) -> Option<Picture> {
     }
     let width = left + size * n as f64 + CHARACTER * longest as f64 * 0.75 + 16.0;
     let drawn = drawing(width, top + size * n as f64 + 12.0, "correlations of the errors", &body);
-    Some(figure_of("Correlations of the errors", &drawn, "Close to one: hardly told apart by these data."))
+    Some(figure_of("Correlations of the errors", &drawn, "Close to one: these data barely distinguish the two."))
 }

@@ -1,6 +1,6 @@
-//! Presentation: what [`results`](kardan::results) say, as plain [`Page`]s, and those as HTML, as text and as Markdown.
+//! Presentation: [`results`](kardan::results) as plain [`Page`]s, and those as HTML, text and Markdown.
 //!
-//! Nothing physical is computed here. What is computed serves the eye only: extremes of plotted signals, thinning of
+//! This crate does no physics. It computes only for display: extremes of plotted signals, thinning of
 //! long series, axis ticks, and the natural frequency and damping ratio by which poles are listed.
 //!
 //! ```text
@@ -47,13 +47,14 @@ pub use present::identification::page as identification;
 pub use present::safety::page as safety;
 pub use present::study::page as study;
 pub use present::study::text_page as study_text;
+pub use present::summary::page as summary;
 pub use present::sweep::page as sweep;
 pub use present::sweep::page_with as sweep_with;
 pub use samples::{Again, Samples};
 
 impl Page {
-    /// One HTML file that opens offline: nothing is fetched, styles, scripts and data are inside, and the page's own content
-    /// policy forbids the rest. Every text is escaped. Where there are charts, pictures take their place on paper and without
+    /// One HTML file that opens offline: styles, scripts and data are inside, and the page's content
+    /// policy forbids external resources. Every text is escaped. Pictures replace charts on paper and without
     /// JavaScript.
     ///
     /// ```
@@ -73,7 +74,7 @@ impl Page {
         })
     }
 
-    /// Text in 100 columns for a terminal, without pictures and details; `origin` tells where it comes from, if it is known.
+    /// Text in 100 columns for a terminal, without pictures and details; `origin` is its source, if known.
     pub fn text(&self, origin: &str) -> String {
         self.text_within(origin, terminal::WIDTH)
     }
@@ -81,6 +82,11 @@ impl Page {
     /// The same in so many columns, at most 100: tables that do not fit are written row by row.
     pub fn text_within(&self, origin: &str, columns: usize) -> String {
         terminal::text(self, origin, columns)
+    }
+
+    /// The same in so many lines at most; those left out are counted.
+    pub fn text_on_screen(&self, origin: &str, columns: usize, lines: usize) -> String {
+        terminal::on_screen(&self.text_within(origin, columns), lines)
     }
 
     /// Markdown with tables, without pictures. Every text is escaped.
@@ -113,7 +119,7 @@ pub struct PlotFile {
     pub name: String,
     /// The picture: an SVG document without references to anything outside it.
     pub svg: String,
-    /// What the reader is told about its curves, such as which ones coincide; may be empty.
+    /// Notes on its curves, such as which ones coincide; may be empty.
     pub note: String,
 }
 
@@ -121,8 +127,8 @@ pub struct PlotFile {
 ///
 /// All signals of a plot are drawn for every variant it lists, in SI units or that of [`Plot::display`](kardan::results::Plot)
 /// over time in s; references are dashed and drawn once, or for each variant where they differ. Of curves that coincide the lower
-/// ones are wider, and the legend says so. Long series are thinned to about 2000 points a curve and keep every extreme; values that are not finite
-/// leave a gap. A plot without data gives empty axes that say so.
+/// ones are wider, and the legend names them. Long series are thinned to about 2000 points a curve and keep every extreme; values that are not finite
+/// leave a gap. A plot without data gives empty axes with a note.
 ///
 /// ```
 /// use kardan::results::{Plot, Study};

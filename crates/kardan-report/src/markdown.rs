@@ -74,7 +74,7 @@ fn blocks(out: &mut String, body: &Body, level: usize) {
                     *out += &format!("\n*{}*\n", escape(caption));
                 }
             }
-            // Markdown shows no drawings of its own.
+            // Markdown has no drawings.
             Block::Picture(_) => {}
         }
     }
@@ -118,8 +118,8 @@ fn code(text: &str) -> String {
     if text.trim().is_empty() { String::new() } else { format!("`{}`", text.replace('|', "\\|")) }
 }
 
-/// The text on one line: what stands between backticks as code, long fractions as decimals, and everything else that Markdown
-/// would interpret behind a backslash.
+/// The text on one line: text between backticks as code, long fractions as decimals, and other characters that Markdown
+/// would interpret escaped by a backslash.
 fn escape(text: &str) -> String {
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     let mut out = String::with_capacity(text.len());
@@ -140,7 +140,7 @@ fn plain(text: &str, out: &mut String) {
         let inside = before.is_alphanumeric() && rest.peek().is_some_and(|next| next.is_alphanumeric());
         match c {
             '\\' | '`' | '*' | '<' | '>' | '[' | ']' | '|' | '#' | '~' | '&' | '$' => out.extend(['\\', c]),
-            // Names are full of them, and within a word they mean nothing.
+            // Names often contain them, and Markdown ignores them within a word.
             '_' if !inside => out.extend(['\\', c]),
             '+' | '-' if out.is_empty() => out.extend(['\\', c]),
             c if c.is_control() => out.push(' '),

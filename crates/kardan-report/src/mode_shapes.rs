@@ -17,10 +17,10 @@ const ROWS: usize = 40;
 /// Length of a whole, px.
 const WHOLE: f64 = 40.0;
 
-/// What one shaft or spring has of a mode.
+/// The share of one shaft or spring in a mode.
 #[derive(Debug, Clone, PartialEq)]
 struct Bar {
-    /// In step, and a quarter of a period ahead; lengths as parts of the whole, with the sign of the motion.
+    /// In phase, and a quarter of a period ahead; lengths as parts of the whole, with the sign of the motion.
     parts: [f64; 2],
     /// Of springs.
     potential: bool,
@@ -59,7 +59,7 @@ fn share(mode: &Mode, row: &Row<'_>) -> f64 {
     own.filter(|one| (one.energy == EnergyKind::Potential) == row.potential).map(|one| one.share).sum()
 }
 
-/// The bar of a row in a mode. Kinetic energy goes with the square of the speed, so its parts in step and ahead add up to it. Without
+/// The bar of a row in a mode. Kinetic energy goes with the square of the speed, so its parts in phase and ahead add up to it. Without
 /// energies (after an elimination) the motion itself, relative to the largest.
 fn bar_of(mode: &Mode, row: &Row<'_>) -> Option<Bar> {
     let motion = mode.shape.iter().filter(|_| !row.potential).find(|part| part.name == row.name).map(|part| part.value);
@@ -134,19 +134,19 @@ fn caption(modes: &[Mode], rows: &[Row<'_>]) -> String {
     let mut out = String::new();
     if energies {
         out += "Scaled by energy: the lengths of all bars of a mode add up to the energy stored in it. The bar of a shaft is its \
-                share of kinetic energy (inertia times speed squared), on the side to which it turns: ";
+                share of kinetic energy (inertia times speed squared), in the direction in which it rotates: ";
     }
     if bare && !energies {
         out += "Motion of each shaft relative to the largest: ";
     }
-    out += "<span class=\"swatch c0\"></span>in step, <span class=\"swatch c1\"></span>a quarter of a period ahead. ";
+    out += "<span class=\"swatch c0\"></span>in phase, <span class=\"swatch c1\"></span>a quarter of a period ahead. ";
     if rows.iter().any(|row| row.potential) {
         out += "<span class=\"swatch c2 potential\"></span>Springs: their share of potential energy. ";
     }
     if bare && energies {
-        out += "In modes without stored energy bars are the motion relative to the largest. ";
+        out += "In modes without stored energy, bars show the motion relative to the largest. ";
     }
-    out += "Modes that inputs do not reach or outputs do not show are red.";
+    out += "Modes that are not controllable or not observable are red.";
     let count = |potential: bool| rows.iter().filter(|row| row.potential == potential).count();
     if modes.len() > MODES || count(false) >= ROWS || count(true) >= ROWS {
         out +=

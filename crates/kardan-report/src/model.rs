@@ -1,5 +1,5 @@
-//! A page as plain data: what is said, in which order, and what it is. How it looks is decided by the modules `html`,
-//! `terminal` and `markdown`.
+//! A page as plain data: its contents, their order and kind. The modules `html`, `terminal` and `markdown`
+//! decide its appearance.
 //!
 //! Texts are plain: powers are written `s^2`, the minus of numbers is `−`, hard spaces keep together what belongs together.
 
@@ -13,22 +13,22 @@ pub struct Page {
     pub name: String,
     /// Paragraphs below the title, with empty lines between.
     pub description: String,
-    /// Whether it is good, and why.
+    /// The verdict: good or bad, and why.
     pub verdict: Option<Verdict>,
-    /// What nobody may overlook.
+    /// Prominent warnings.
     pub alerts: Vec<Alert>,
-    /// What there is to say, in order.
+    /// The sections, in order.
     pub sections: Vec<Section>,
-    /// What the charts show, as JSON for the script of the page; `None` where there are none.
+    /// The data of the charts, as JSON for the script of the page; `None` without charts.
     pub data: Option<String>,
-    /// What the plots of the runs of a sweep show, as JSON for their script; `None` where there are none.
+    /// The data of the sweep's run plots, as JSON for their script; `None` without plots.
     pub samples: Option<String>,
 }
 
-/// What nobody may overlook: `Warning`, and what it is about.
+/// A prominent warning: `Warning`, and its subject.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Alert {
-    /// What kind.
+    /// Kind.
     pub kind: String,
     /// What.
     pub text: String,
@@ -37,20 +37,20 @@ pub struct Alert {
 /// A section with its place in the contents.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Section {
-    /// Where links lead; unique in the page.
+    /// Link target; unique in the page.
     pub anchor: String,
     /// Its title.
     pub title: String,
-    /// What it says.
+    /// Its contents.
     pub body: Body,
 }
 
-/// How a sentence is meant.
+/// The role of a sentence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tone {
     /// A statement.
     Plain,
-    /// How to read what stands beside.
+    /// How to read the adjacent content.
     Hint,
     /// Good news.
     Good,
@@ -63,9 +63,9 @@ pub enum Tone {
 pub enum Block {
     /// A paragraph.
     Text(Tone, String),
-    /// What came of it.
+    /// A verdict.
     Verdict(Verdict),
-    /// What nobody may overlook.
+    /// Prominent warnings.
     Alert(Alert),
     /// Sentences, each with its own mark.
     List(Vec<String>),
@@ -77,24 +77,24 @@ pub enum Block {
     Matrices(Vec<Matrix>),
     /// A drawing.
     Picture(Picture),
-    /// Curves to be looked at closely.
+    /// Curves that can be zoomed.
     Chart(Chart),
     /// A part with a title; with an anchor where it is a section of a whole page within this one.
     Part(Section),
-    /// What few want to see, folded away where that is possible.
+    /// Details, folded where possible.
     Fold(String, Body),
-    /// What is left out where there is little room.
+    /// Contents left out where space is limited.
     Detail(Body),
 }
 
-/// A table whose first column names the rows unless it holds numbers.
+/// A table whose first column names the rows unless it contains numbers.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Table {
-    /// Titles of the columns; numbers stand below those that start with `#`.
+    /// Titles of the columns; columns of titles that start with `#` contain numbers.
     pub columns: Vec<String>,
     /// As many cells in each row as there are columns.
     pub rows: Vec<Vec<Cell>>,
-    /// So many rows are enough where there is little room.
+    /// Number of rows where space is limited.
     pub brief: usize,
 }
 
@@ -105,11 +105,11 @@ pub enum Cell {
     Text(String),
     /// A formula.
     Code(String),
-    /// What is to be copied, as it is to the last character: a command.
+    /// A command to copy, kept verbatim.
     Verbatim(String),
     /// A verdict: good or bad.
     Mark(bool, String),
-    /// The name of this row and of as many rows in all as the number says; those below have [`Cell::Under`].
+    /// The name of this number of rows, this one included; those below have [`Cell::Under`].
     Span(String, usize),
     /// Covered by the cell above.
     Under,
@@ -117,7 +117,7 @@ pub enum Cell {
     Entry(Entry),
 }
 
-/// A number and the fraction that it stands for, if it is known.
+/// A number and its exact fraction, if known.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Entry {
     /// Its value; NaN where there is none.
@@ -152,14 +152,14 @@ pub struct Picture {
     pub caption: String,
 }
 
-/// A plot that can be zoomed, and the picture that stands for it on paper.
+/// A plot that can be zoomed, and the picture that replaces it on paper.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Chart {
-    /// Where links lead.
+    /// Link target.
     pub anchor: String,
     /// Its title.
     pub title: String,
-    /// Its place in [`Page::data`].
+    /// Its index in [`Page::data`].
     pub index: usize,
     /// Whether its picture is shown on the screen too: it cannot be zoomed.
     pub still: bool,
@@ -173,7 +173,7 @@ pub struct Chart {
 pub(super) const FRACTION: usize = 12;
 
 impl Entry {
-    /// The fraction where it is short, else a number of so many digits; with it whether a fraction was rounded.
+    /// The fraction if it is short, else a number of this many digits; and whether a fraction was rounded.
     pub(super) fn rounded_text(&self, digits: usize) -> (String, bool) {
         match &self.exact {
             Some(text) if text.chars().count() <= FRACTION => (text.replace('-', "−"), false),
@@ -252,7 +252,7 @@ impl From<usize> for Cell {
     }
 }
 
-/// Cells of what stands in a row.
+/// Cells of the values in a row.
 macro_rules! row {
     ($($cell:expr),* $(,)?) => { vec![$($crate::model::Cell::from($cell)),*] };
 }
@@ -282,7 +282,7 @@ impl Body {
         self.text(Tone::Plain, text)
     }
 
-    /// How to read what stands beside.
+    /// How to read the adjacent content.
     pub fn hint(self, text: impl Into<String>) -> Self {
         self.text(Tone::Hint, text)
     }
@@ -304,12 +304,12 @@ impl Body {
         self.with(Block::Names(what.into(), names.to_vec()), true)
     }
 
-    /// A table; numbers stand below titles that start with `#`.
+    /// A table; columns of titles that start with `#` contain numbers.
     pub fn table(self, columns: &[impl AsRef<str>], rows: impl IntoIterator<Item = Vec<Cell>>) -> Self {
         self.table_of(BRIEF, columns, rows)
     }
 
-    /// A table of which so many rows are enough where there is little room.
+    /// A table with at most this number of rows where space is limited.
     pub fn table_of(
         self,
         brief: usize,
@@ -344,19 +344,19 @@ impl Body {
         self.with(Block::Part(Section { anchor: String::new(), title: title.into(), body }), present)
     }
 
-    /// What few want to see.
+    /// Details, folded where possible.
     pub fn fold(self, title: &str, body: Body) -> Self {
         let present = !body.0.is_empty();
         self.with(Block::Fold(title.into(), body), present)
     }
 
-    /// What is left out where there is little room.
+    /// Contents left out where space is limited.
     pub fn detail(self, body: Body) -> Self {
         let present = !body.0.is_empty();
         self.with(Block::Detail(body), present)
     }
 
-    /// What another body says, after this one.
+    /// Appends another body.
     pub fn and(mut self, other: Body) -> Self {
         self.0.extend(other.0);
         self
@@ -364,17 +364,17 @@ impl Body {
 }
 
 impl Page {
-    /// The sections that say something: anchor, title, body.
+    /// The non-empty sections: anchor, title, body.
     pub(super) fn sections<'a>(all: impl IntoIterator<Item = (&'a str, &'a str, Body)>) -> Vec<Section> {
         let present = all.into_iter().filter(|(_, _, body)| !body.0.is_empty());
         present.map(|(anchor, title, body)| Section { anchor: anchor.into(), title: title.into(), body }).collect()
     }
 
-    /// The whole page as a section of another one; `hint` says whose it is.
+    /// The whole page as a section of another one; `hint` names its source.
     pub(super) fn into_section(self, anchor: &str, title: &str, hint: &str) -> Section {
         let alerts = self.alerts.into_iter().map(Block::Alert);
         let mut body = Body(self.verdict.map(Block::Verdict).into_iter().chain(alerts).collect()).hint(hint);
-        // The mechanism stands at the head of the page around it.
+        // The surrounding page already shows the mechanism.
         let sections = self.sections.into_iter().filter(|one| one.anchor != Section::MECHANISM);
         body.0.extend(sections.map(|one| {
             let anchor = format!("{anchor}-{}", one.anchor);

@@ -28,7 +28,7 @@
     return minus(value.toFixed(decimals));
   });
 
-  // Curves come on their own time grids: the one nearest in time that has a value.
+  // Curves have their own time grids: take the nearest time with a value.
   const nearest = (u, series, index, time) => {
     const [x, y] = [u.data[0], u.data[series]];
     if (series === 0 || y[index] != null) return index;
@@ -36,7 +36,7 @@
     while (low >= 0 && y[low] === undefined) low--;
     while (high < y.length && y[high] === undefined) high++;
     if (low < 0 && high >= y.length) return null;
-    // Beyond the end of a run there is nothing to read.
+    // No values exist after the end of a run.
     if (low < 0 || high >= y.length) return null;
     return time - x[low] <= x[high] - time ? low : high;
   };
@@ -77,14 +77,14 @@
       height: height(element.clientWidth),
       scales: {
         x: { time: false },
-        // What is nothing but rounding gets an axis on which it looks so.
+        // Values that are only rounding get an axis that shows them as flat.
         y: { range: (u, low, high) => {
           if (low === null || high === null) return [0, 1];
           const least = Math.max(plot.least_span, 1e-6 * Math.max(Math.abs(low), Math.abs(high)));
           const half = Math.max(least, 0.1 * Math.abs(low + high)) / 2;
           if (!(high - low >= least)) return [(low + high) / 2 - half, (low + high) / 2 + half];
           const [from, to] = uPlot.rangeNum(low, high, 0.1, true);
-          // Its rounding is too coarse for what hardly moves far from zero.
+          // Its rounding is too coarse for small changes far from zero.
           return from <= low && high <= to ? [from, to] : [low - 0.1 * (high - low), high + 0.1 * (high - low)];
         } },
       },
@@ -94,7 +94,7 @@
       ],
       series: [{ label: "time", value: (u, value) => (value == null ? "" : figure(value) + " " + clock.unit) }, ...series],
       legend: { markers: { dash: (u, index) => lineStyle(plot.curves[index - 1]), width: 2 } },
-      // What is shown, for who reads the page with a program.
+      // The shown range, for programs that read the page.
       hooks: { setScale: [(u, key) => {
         if (key === "x") [element.dataset.from, element.dataset.until] = [u.scales.x.min, u.scales.x.max];
       }] },
@@ -105,7 +105,7 @@
     return chart;
   }
 
-  // A plot of a part of the time has nothing beyond it: it shows what it has of the zoom, and stays as it is where that is nothing.
+  // A plot of a part of the time has no data outside: it shows its part of the zoomed range, and stays unchanged if that is empty.
   const ends = (chart) => [chart.data[0][0], chart.data[0][chart.data[0].length - 1]];
   const zoom = (from, to) => charts.forEach((chart) => {
     const [first, last] = ends(chart);
@@ -152,7 +152,7 @@
     drawAll();
     document.querySelectorAll(".tools").forEach(tools);
   } catch (error) {
-    // The pictures are still there.
+    // The static pictures remain.
     document.documentElement.className = "";
     throw error;
   }

@@ -10,7 +10,7 @@ const LEFT: f64 = 92.0;
 const TOP: f64 = 14.0;
 const WIDTH: f64 = 600.0;
 const HEIGHT: f64 = 340.0;
-/// Curves have so many colours.
+/// Number of curve colours.
 const COLOURS: usize = 6;
 
 /// A logarithmic axis over whole powers of ten, or parts of one.
@@ -66,7 +66,11 @@ pub(super) fn pareto(found: &Exploration) -> Option<Picture> {
         LEFT + WIDTH / 2.0,
         TOP + HEIGHT + 38.0,
         "middle",
-        if found.limited { "largest torque asked, over the motor's limit" } else { "largest torque asked, N m" },
+        if found.relative_to_limits {
+            "largest requested torque, over the motor's limit"
+        } else {
+            "largest requested torque, N m"
+        },
     );
     let mut times: Vec<f64> = all.iter().map(|one| one.sample_time).collect();
     times.sort_by(|a, b| b.total_cmp(a));
@@ -75,7 +79,7 @@ pub(super) fn pareto(found: &Exploration) -> Option<Picture> {
         let number = times.iter().position(|time| *time == one.sample_time).unwrap_or(0);
         format!("var(--curve-{})", number % COLOURS)
     };
-    // What differs in effort only lies on one curve.
+    // Designs that differ only in effort lie on one curve.
     let mut sorted = all.clone();
     sorted.sort_by(|a, b| a.effort.total_cmp(&b.effort));
     while let Some(first) = sorted.first().copied() {
@@ -126,9 +130,9 @@ pub(super) fn pareto(found: &Exploration) -> Option<Picture> {
     let label = format!("{} over torque", found.interaction);
     let drawn = drawing(LEFT + WIDTH + 16.0, below + 12.0, &label, &body);
     let caption = format!(
-        "{} in {}, over the largest torque. Joined: the same rate, bandwidth and sensors, with more effort from the upper end to the \
-         lower. Filled: no design with the same sensors, at no higher rate and no smaller bandwidth, is better in both. \
-         Ringed: the design of the file. What each is appears under the pointer.",
+        "{} in {}, over the largest torque. Lines join designs with the same rate, bandwidth and sensors; the effort \
+         grows from the upper end to the lower. Filled: no design with the same sensors, at no higher rate and no smaller bandwidth, is better in both. \
+         Ringed: the design of the file. Point at a design for its data.",
         escape(&found.interaction),
         unit(&found.unit)
     );

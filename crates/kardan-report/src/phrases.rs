@@ -18,7 +18,7 @@ use kardan_rt::functions::{atan2, hypot};
 const SMALL_MOTION: f64 = 0.05;
 /// Shares of the energy below this are not named.
 const SMALL_SHARE: f64 = 0.03;
-/// So many parts of a motion are named.
+/// Number of parts of a motion that are named.
 const NAMED: usize = 3;
 
 /// `a, b, c and 5 more`.
@@ -35,7 +35,7 @@ pub fn pair(value: Pole) -> String {
     if value.im == 0.0 { number(value.re) } else { format!("{} ± {} j", number(value.re), number(value.im.abs())) }
 }
 
-/// Poles with conjugate pairs joined (the upper one stands for both) and equal ones counted.
+/// Poles with conjugate pairs joined (the upper one represents both) and equal ones counted.
 pub fn joined(values: &[Pole]) -> Vec<(Pole, usize)> {
     let near = |a: Pole, b: Pole| hypot(a.re - b.re, a.im - b.im) <= 1e-9 * hypot(a.re, a.im);
     let mut out: Vec<(Pole, usize)> = Vec::new();
@@ -44,7 +44,7 @@ pub fn joined(values: &[Pole]) -> Vec<(Pole, usize)> {
         if value.im < 0.0 && values.iter().any(|&candidate| near(mirrored, candidate)) {
             continue;
         }
-        // Equal ones are counted, not those that lie near each other.
+        // Equal poles are counted, close ones are not.
         match out.iter_mut().find(|(known, _)| *known == value || *known == mirrored) {
             Some((_, times)) => *times += 1,
             None => out.push((value, 1)),
@@ -112,10 +112,10 @@ pub fn class(class: &Class) -> String {
     }
 }
 
-/// What breaks an assumption, elements with the same reason together.
+/// The causes that violate an assumption, elements with the same reason together.
 pub fn breaches(assumption: &Assumption) -> Vec<(Vec<&str>, &str)> {
     let mut out: Vec<(Vec<&str>, &str)> = Vec::new();
-    for Breach { element, why } in &assumption.breaches {
+    for Breach { element, reason: why } in &assumption.violations {
         match out.iter_mut().find(|(_, known)| known == why) {
             Some((elements, _)) => elements.push(element),
             None => out.push((vec![element], why)),
@@ -137,7 +137,7 @@ pub fn constraint_kind(constraint: &kardan::results::ConstraintClass) -> String 
     .join(", ")
 }
 
-/// What was eliminated because it has no inertia, and what stands for it: one sentence each.
+/// Eliminated motions without inertia, and their replacement: one sentence each.
 pub fn elimination(elimination: &Elimination, structure: &Structure) -> Vec<String> {
     let Elimination { motions, direction, removed, definitions } = elimination;
     let states = structure.states.len();
@@ -151,11 +151,11 @@ pub fn elimination(elimination: &Elimination, structure: &Structure) -> Vec<Stri
     let remain = if states == 1 { "remains" } else { "remain" };
     let mut sentences = vec![format!("{motion}: of {before} states {states} {remain}.")];
     if !removed.is_empty() {
-        let follow = if removed.len() == 1 { "is no state: it follows" } else { "are no states: they follow" };
-        sentences.push(format!("{} {follow} from the others and the inputs at once.", list(removed, 12)));
+        let follow = if removed.len() == 1 { "is not a state: it follows" } else { "are not states: they follow" };
+        sentences.push(format!("{} {follow} algebraically from the other states and the inputs.", list(removed, 12)));
     }
     let defined: Vec<String> =
-        definitions.iter().map(|Definition { state: name, is: what }| format!("{name} = {what}")).collect();
+        definitions.iter().map(|Definition { state: name, expression: what }| format!("{name} = {what}")).collect();
     if !defined.is_empty() {
         sentences.push(format!("New states: {}.", list(&defined, 12)));
     }
@@ -170,7 +170,7 @@ pub fn discs(bounds: &EigenvalueBounds) -> String {
     if low <= high { format!("{} … {}", number(low), number(high)) } else { "–".into() }
 }
 
-/// The shafts that move most: `rack 1, wheel -0.5`, with a phase where they do not move in step (`wheel 0.5 at 30°`).
+/// The shafts that move most: `rack 1, wheel -0.5`, with a phase where they do not move in phase (`wheel 0.5 at 30°`).
 pub fn motion(shape: &[ShapePart]) -> String {
     let size = |part: &&ShapePart| part.value.abs();
     let mut parts: Vec<_> = shape.iter().filter(|part| size(part) >= SMALL_MOTION).collect();
@@ -186,7 +186,7 @@ pub fn motion(shape: &[ShapePart]) -> String {
     first(parts.len(), parts.iter().map(one))
 }
 
-/// The first ones, and how many more there are of so many.
+/// The first entries, and the number of the others.
 fn first(count: usize, texts: impl Iterator<Item = String>) -> String {
     let shown = texts.take(NAMED).collect::<Vec<_>>().join(", ");
     if count > NAMED { format!("{shown} and {} more", count - NAMED) } else { shown }
@@ -232,7 +232,7 @@ fn round(value: f64) -> f64 {
     (100.0 * value).round() / 100.0
 }
 
-/// A mode that inputs do not reach: `The mode at -1 1/s (root of s + 1): body_2 moves; spring 50 % of the energy.`
+/// An uncontrollable mode: `The mode at -1 1/s (root of s + 1): body_2 moves; spring 50 % of the energy.`
 pub fn failing(mode: &FailingMode) -> String {
     let count = if mode.defect > 1 { format!(", {} independent motions", mode.defect) } else { String::new() };
     let mut text = format!("the mode at {} 1/s (root of {}{count})", pair(mode.eigenvalue), mode.factor);
@@ -251,7 +251,7 @@ pub fn failing(mode: &FailingMode) -> String {
 /// `rank 4 of 4: every state`; a rank that is not decided is a lower bound.
 pub fn rank(rank: usize, states: usize, decided: bool) -> String {
     if !decided {
-        return format!("rank at least {rank} of {states}: no proof that it is not more was found");
+        return format!("rank at least {rank} of {states}: equality is not proven");
     }
     match states.saturating_sub(rank) {
         0 => format!("rank {rank} of {states}: every state"),
@@ -264,14 +264,14 @@ pub fn rank(rank: usize, states: usize, decided: bool) -> String {
 pub fn least(what: &str, number: usize, proof: Option<&Count>) -> String {
     let some = if number == 1 { format!("1 {what} is") } else { format!("{number} {what}s are") };
     match proof {
-        None => format!("{some} needed and enough; this is not proven (see the certificate)."),
+        None => format!("{some} necessary and sufficient; this is not proven (see the certificate)."),
         Some(_) if number == 1 => format!("{some} enough: proven."),
         Some(proof) if proof.common_factor.is_empty() && proof.rows.is_empty() => format!("{some} enough: proven."),
         Some(_) => format!("{some} enough, and fewer are not: proven."),
     }
 }
 
-/// Why the least number is what it is; empty where there is no proof.
+/// The proof of the least number; empty if there is none.
 pub fn why_least(what: &str, number: usize, proof: Option<&Count>) -> Vec<String> {
     let Some(proof) = proof else { return Vec::new() };
     let (matrix, line) = if what == "input" { ("a controllability", "column") } else { ("an observability", "row") };
@@ -279,19 +279,22 @@ pub fn why_least(what: &str, number: usize, proof: Option<&Count>) -> Vec<String
     let mut sentences = Vec::new();
     if order > 0 {
         sentences.push(format!(
-            "{number} {what}{plural} can do it: some {what} matrix of whole numbers with {number} {line}{plural} gives {matrix} \
-             matrix with a minor of order {order} that does not vanish modulo the prime {}; so it does not vanish.",
+            "{number} {what}{plural} can be enough: some integer {what} matrix with {number} {line}{plural} gives \
+             {matrix} matrix with a minor of order {order} that is nonzero modulo the prime {}; so it is nonzero.",
             proof.minor.prime
         ));
     }
     if number > 1 && !proof.common_factor.is_empty() {
         sentences.push(format!(
-            "Fewer {what}s cannot: each root of {} has {number} independent eigenvectors, and each needs an {what} of its own.",
+            "Fewer {what}s are not enough: each root of {} has {number} independent eigenvectors, and each needs an {what} of its own.",
             polynomial(&proof.common_factor)
         ));
     } else if number == 1 {
-        let none =
-            if what == "input" { "Without an input nothing is reached." } else { "Without an output nothing is seen." };
+        let none = if what == "input" {
+            "Without an input no state is controllable."
+        } else {
+            "Without an output no state is observable."
+        };
         sentences.push(none.into());
     }
     sentences
@@ -325,41 +328,39 @@ pub fn construction(found: &Construction) -> Vec<String> {
         let added = sum(&mut step.direction.iter());
         let plural = if step.defect == 1 { "motion was" } else { "motions were" };
         let (factor, defect, column) = (&step.factor, step.defect, step.column + 1);
-        format!("For the roots of {factor} ({defect} {plural} not reached): {times}{added} in input {column}.")
+        format!("For the roots of {factor} ({defect} {plural} not controllable): {times}{added} in input {column}.")
     }));
     out
 }
 
-/// Whether zeros lie in the right half-plane, if there is something to say.
+/// Whether zeros lie in the right half-plane; `None` if there is no statement.
 pub fn half_plane(zeros: &Zeros) -> Option<&'static str> {
     match zeros.growing {
         Some(0) => None,
         Some(_) => Some("Some zeros lie in the right half-plane, decided exactly: the model is not minimum phase."),
         None if zeros.values.is_empty() => {
-            Some("Whether zeros lie in the right half-plane is not decided: their polynomial is not written out.")
+            Some("Whether zeros lie in the right half-plane is not decided: their polynomial is not expanded.")
         }
-        None => {
-            Some("Whether zeros lie in the right half-plane is not decided: their digits are those of floating point.")
-        }
+        None => Some("Whether zeros lie in the right half-plane is not decided: they are floating-point numbers."),
     }
 }
 
-/// What the distances of matrices are.
+/// Definition of the distances of matrices.
 pub const MATRIX_DISTANCE: &str = "Frobenius norm of the change of A and B (of A and C) that loses a mode; it depends on the \
-units of the states. The smaller number is proven for all changes (0 where rounding hides them), the larger one belongs to a change that is known exactly.";
+units of the states. The smaller number is a proven lower bound (0 where rounding hides it), the larger one belongs to an exactly known change.";
 
-/// A warning where the data do not tell the system from one that has lost a mode.
+/// A warning if the data do not distinguish the system from one that has lost a mode.
 pub fn within_last_digit(distances: Option<&MatrixDistances>) -> Option<String> {
     let distances = distances?;
     let both = [("controllable", &distances.controllability), ("observable", &distances.observability)];
     let lost: Vec<&str> = both
         .iter()
-        .filter(|(_, found)| found.as_ref().is_some_and(|found| found.below_last_digit))
+        .filter(|(_, found)| found.as_ref().is_some_and(|found| found.within_data_uncertainty))
         .map(|(what, _)| *what)
         .collect();
     (!lost.is_empty()).then(|| {
         format!(
-            "But the last digit of the data does not tell it from one that is not {}: see the distance of the matrices.",
+            "But within the last digit of the data there is a model that is not {}: see the distance of the matrices.",
             lost.join(" and not ")
         )
     })
@@ -370,12 +371,12 @@ pub fn nearest_system(what: &str, found: &MatrixDistance) -> String {
     let mode = pair(found.eigenvalue);
     let names: Vec<&str> = found.states.iter().take(4).map(|one| one.name.as_str()).collect();
     let moved = list(&names, 100);
-    match found.below_last_digit {
+    match found.within_data_uncertainty {
         true => format!(
-            "Warning: a change of {} makes it {what}, no more than the last digit of the data ({}). The mode {mode} 1/s is lost \
-             there ({moved}); rely on it only if the numbers are meant exactly.",
+            "Warning: a change of {} makes it {what}; that is within the last digit of the data ({}). The mode {mode} 1/s is lost \
+             there ({moved}); rely on the result only if the numbers are exact.",
             number(found.upper),
-            number(found.last_digit)
+            number(found.data_uncertainty)
         ),
         false => format!("A change of {} makes it {what}: the mode {mode} 1/s is lost ({moved}).", number(found.upper)),
     }
@@ -387,14 +388,14 @@ pub fn normal_rank(structure: &Structure) -> String {
     let (rank, full) = (structure.zeros.normal_rank, inputs.min(outputs));
     let meaning = match () {
         () if rank >= full => String::new(),
-        () if rank == 0 => ": the inputs do nothing to the outputs".into(),
-        () if inputs <= outputs => ": some combination of the inputs does nothing to the outputs".into(),
+        () if rank == 0 => ": the inputs do not affect the outputs".into(),
+        () if inputs <= outputs => ": some combination of the inputs does not affect the outputs".into(),
         () => ": some combination of the outputs never moves".into(),
     };
     format!("The transfer matrix ({outputs} × {inputs}) has normal rank {rank}{meaning}.")
 }
 
-/// How the sets were found and what their score is.
+/// The search of the sets and the definition of their score.
 pub fn search(search: &PlacementSearch) -> String {
     let gap = if search.exhaustive {
         String::new()
@@ -480,14 +481,14 @@ fn sampling(sampling: &Sampling) -> String {
     )
 }
 
-/// Proven, or how likely an error is.
+/// Proven, or the probability of an error.
 pub fn certificate(certificate: &Certificate) -> String {
     if certificate.proven {
-        "Every answer is proven over the rationals.".into()
+        "Every result is proven over the rationals.".into()
     } else {
         format!(
-            "What is not called proven was computed modulo primes drawn at random: the probability that any of it is wrong is at \
-             most {}. `kardan analyze --certify` proves it.",
+            "Results not marked as proven are computed modulo random primes: the probability that any of them is \
+             wrong is at most {}. `kardan analyze --certify` proves it.",
             number(certificate.failure_probability)
         )
     }
@@ -502,7 +503,7 @@ pub fn together(list: &str) -> String {
     list.split(", ").map(entry).collect::<Vec<_>>().join(", ")
 }
 
-/// Why some sets of places are marked.
+/// The meaning of marked placements.
 pub const EFFICIENT: &str = "Marked sets are efficient: every better set costs more.";
 
 pub fn capital(text: &str) -> String {
@@ -510,10 +511,10 @@ pub fn capital(text: &str) -> String {
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// Beyond it a factor says nothing but how numbers round.
+/// A larger factor is only rounding.
 const FARTHEST: f64 = 1e9;
 
-/// The factors between which something holds, in words; `write` is given the side and the number.
+/// The range of factors, as text; `write` gets the side and the number.
 pub(crate) fn factors([low, high]: [f64; 2], write: impl Fn(usize, f64) -> String) -> [String; 2] {
     let low = if low > 0.0 && low * FARTHEST < 1.0 { "less than 1e-9".into() } else { write(0, low) };
     let high = match high {

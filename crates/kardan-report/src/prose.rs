@@ -1,25 +1,25 @@
-//! What stands within a text: names and commands between backticks, and fractions too long to be read.
+//! Parts of a text: names and commands between backticks, and long fractions.
 
 use kardan_rt::functions::powi;
 
 use super::model::FRACTION;
 use super::text::figure;
 
-/// A stretch of a text.
+/// A part of a text.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Piece<'a> {
-    /// As it is.
+    /// Plain text.
     Plain(&'a str),
-    /// What stood between backticks.
+    /// Text between backticks.
     Code(&'a str),
-    /// A fraction of whole numbers and its decimals, which go on.
+    /// A fraction of integers and its truncated decimals.
     Fraction(&'a str, String),
 }
 
 /// Digits of a fraction that is too long to be read.
 const DIGITS: usize = 6;
 
-/// The stretches of a text, in order.
+/// The parts of a text, in order.
 pub(super) fn pieces(text: &str) -> Vec<Piece<'_>> {
     let mut out = Vec::new();
     let mut rest = text;
@@ -51,7 +51,7 @@ fn fractions<'a>(text: &'a str, out: &mut Vec<Piece<'a>>) {
     while let Some(found) = text[from..].find(|c: char| c.is_ascii_digit()) {
         let begin = from + found;
         let end = text[begin..].find(|c| !part(c)).map_or(text.len(), |length| begin + length);
-        // Within a name, a decimal or a path nothing is a fraction.
+        // A slash within a name, a decimal or a path is not a fraction.
         let is_boundary = |c: Option<char>| c.is_none_or(|c| !c.is_alphanumeric() && c != '_' && c != '/');
         let point = |c: Option<char>| c == Some('.');
         let before = text[..begin].chars().next_back();
@@ -101,7 +101,7 @@ mod tests {
         assert_eq!(rounded("k = 22000/26087"), "k = 22000/26087");
         assert_eq!(rounded("2428644332614449/2251799813685248 s"), "1.07853… s");
         assert_eq!(rounded("s^2 - 10000000000/30000000003 s + 1"), "s^2 - 0.333333… s + 1");
-        // Whole numbers beyond what floating point reaches.
+        // Integers beyond the range of floating point.
         let long = format!("{}/{}", "9".repeat(400), "3".repeat(399));
         assert_eq!(rounded(&long), "30…");
         for plain_start in

@@ -1,4 +1,4 @@
-//! The runs of a sweep as a picture that stands still: where there is no script.
+//! The runs of a sweep as a static picture, for pages without scripts.
 
 use super::analysis_pictures::{drawing, line};
 use super::frame::Frame;
@@ -33,8 +33,8 @@ pub(super) fn still(samples: &Samples, found: &Sweep) -> Option<Picture> {
     let entry =
         |class: &str, word: &str| format!("<span class=\"entry\"><span class=\"swatch {class}\"></span>{word}</span> ");
     let fails = static_samples.requirement.map(|text| format!("fails {}", escape(&powers(text))));
-    let fails = fails.unwrap_or_else(|| "fails a requirement or did not come to its end".into());
-    let mut caption = entry("c0", "holds") + &entry("c1", &fails);
+    let fails = fails.unwrap_or_else(|| "fails a requirement or did not complete".into());
+    let mut caption = entry("c0", "passes") + &entry("c1", &fails);
     if !static_samples.bounds.is_empty() {
         caption += "<span class=\"entry\">– – bound</span> ";
     }

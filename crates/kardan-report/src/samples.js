@@ -23,7 +23,7 @@
       if (value > high) high = value;
     }
     const some = low <= high;
-    // Where all are the same they stand in the middle.
+    // Equal values are drawn in the middle.
     const room = high > low ? 0 : (Math.abs(column.from) || 1) * 0.05;
     const [from, span] = some ? [low - room, high - low + 2 * room] : [0, 1];
     const places = values.map((value) => (Number.isFinite(value) ? (value - from) / span : NaN));
@@ -33,13 +33,13 @@
   });
   const NONE = 2;
   const passed = data.requirements.map((one) => bytes(one.passed));
-  // Whether a requirement is one of a variant.
+  // Whether a requirement belongs to a variant.
   const applies = passed.map((own) => {
     const found = data.variants.map(() => false);
     for (let k = 0; k < count; k++) if (own[k] !== NONE) found[variant[k]] = true;
     return found;
   });
-  // Any part of all runs that were drawn so far is a fair one.
+  // Any part of the runs drawn so far is representative.
   const step = (() => {
     const common = (a, b) => (b ? common(b, a % b) : a);
     let step = Math.max(1, Math.round(count * 0.618));
@@ -78,16 +78,16 @@
     return { box, canvas, context: canvas.getContext("2d"), layer: document.createElement("canvas") };
   };
   const key = make("p", place, "", { className: "hint" });
-  const scatter = frame("Runs as points; their numbers stand in the tables.");
+  const scatter = frame("Runs as points; the tables list their numbers.");
   const tip = make("div", scatter.box, "", { className: "tip", hidden: true });
   const pinned = make("p", place, "", { className: "pinned", hidden: true });
   const line = make("div", place, "", { className: "choices" });
   const measure = numbers.length > 0 ? choice(line, "last axis", numbers.map((k) => titles[k]), Math.max(0, numbers.indexOf(data.up))) : null;
-  const clear = make("button", line, "all runs", { type: "button", title: "forget what was chosen on axes" });
+  const clear = make("button", line, "all runs", { type: "button", title: "clear the selection on axes" });
   const told = make("span", line, "", { className: "hint" });
   told.setAttribute("role", "status");
   const parallel = frame("Runs as lines over their parameters.");
-  make("p", place, "Drag along an axis to choose runs, click it to forget; both plots follow. Click a point for the command that runs it again in full.", { className: "hint how" });
+  make("p", place, "Drag along an axis to select runs, click it to clear; both plots follow. Click a point for the command of its full run.", { className: "hint how" });
 
   let brushes = new Map();
   let axes = [];
@@ -113,7 +113,7 @@
       for (let b = 0; inside && b < bounds.length; b++) {
         const [places, low, high] = bounds[b];
         const at = places[k];
-        // A range that ends below the axis takes those without a number.
+        // A range that ends below the axis includes runs without a number.
         inside = at === at ? at >= low && at <= high : low < 0;
       }
       chosen[k] = inside ? 1 : 0;
@@ -122,7 +122,7 @@
       failing += fate[k] === 0;
       missing += xs[k] !== xs[k] || ys[k] !== ys[k];
     }
-    told.textContent = `${shown} of ${count} runs are chosen, ${failing} of them fail` + (Number(colour.value) ? " it." : ".");
+    told.textContent = `${shown} of ${count} runs are selected, ${failing} of them fail` + (Number(colour.value) ? " it." : ".");
     place.dataset.chosen = shown;
     clear.disabled = brushes.size === 0;
   }
@@ -137,7 +137,7 @@
     plot.canvas.parentElement.style.width = wide > width ? wide + "px" : "";
     [plot.canvas.width, plot.canvas.height] = pixels;
     plot.canvas.style.height = HEIGHT + "px";
-    // Many marks are counted in larger pixels: each frame looks at all of them.
+    // Many marks are counted in larger pixels: each frame processes all of them.
     plot.scale = count > 20000 && !paper.matches ? 1 : ratio;
     [plot.layer.width, plot.layer.height] = [wide, HEIGHT].map((size) => Math.round(size * plot.scale));
     const all = plot.layer.width * plot.layer.height;
@@ -147,7 +147,7 @@
   }
   const reset = (plot) => { plot.counts.forEach((one) => one.fill(0)); plot.behind.fill(0); };
 
-  // Counts of marks per pixel as colours: what fails lies above.
+  // Counts of marks per pixel as colours: failing runs are on top.
   function paint(plot, alphas) {
     const out = new Uint32Array(plot.image.data.buffer);
     out.fill(0);
@@ -181,7 +181,7 @@
     context.lineWidth = 1;
     return context;
   }
-  // Round numbers within an axis, by their places.
+  // Round numbers within an axis, by their positions.
   function ticks(column) {
     if (!column.some) return [];
     const raw = column.span / 5;
@@ -208,7 +208,7 @@
 
   const inner = () => [width - LEFT - RIGHT, HEIGHT - TOP - BELOW];
   let grid = null;
-  // A run as a square; it tells where, as a function that draws one.
+  // A run as a square, as a function that draws one and returns its position.
   function points() {
     const [w, h] = inner();
     const [xs, ys] = [columns[across.value].places, columns[up.value].places];
@@ -238,7 +238,7 @@
     for (const [at, text] of ticks(x)) context.fillText(text, LEFT + at * w, TOP + h + 22);
     context.textAlign = "right";
     for (const [at, text] of ticks(y)) context.fillText(text, LEFT - 12, TOP + (1 - at) * h + 4);
-    // Points at the ends stand clear of the axes.
+    // Points at the ends keep a distance from the axes.
     stroke(context, faint, [LEFT - 6, TOP - 6], [LEFT - 6, TOP + h + 6], [LEFT + w + 6, TOP + h + 6]);
     context.textAlign = "center";
     context.fillText(cut(context, x.title, w), LEFT + w / 2, HEIGHT - 8);
@@ -264,7 +264,7 @@
       context.stroke();
     }
   }
-  // Bounds of what is drawn, of the variants that are shown, with their columns.
+  // Bounds of the drawn quantities for the shown variants, with their columns.
   function bounds() {
     const own = only ? Number(only.value) - 1 : -1;
     const drawn = data.requirements.filter((one, k) => (own < 0 || applies[k][own]) && [across.value, up.value].includes(String(one.column)));
@@ -273,7 +273,7 @@
   function legend() {
     key.textContent = "";
     const which = Number(colour.value) - 1;
-    const words = which < 0 ? ["fails a requirement or did not end", "holds"] : [`fails ${data.requirements[which].text}`, "holds"];
+    const words = which < 0 ? ["fails a requirement or did not complete", "passes"] : [`fails ${data.requirements[which].text}`, "passes"];
     const entry = (number, text) => {
       const box = make("span", key, "", { className: "entry" });
       make("span", box, "", { className: "swatch c" + number });
@@ -290,7 +290,7 @@
     }
     if (inside.length) make("span", key, `– – bound: ${inside.join(", ")} `, { className: "entry" });
     if (outside.length) make("span", key, `bound beyond the axis: ${outside.join(", ")} `, { className: "entry" });
-    if (missing) key.append(`${missing} of the chosen runs have no number here.`);
+    if (missing) key.append(`${missing} of the selected runs have no number here.`);
   }
 
   // Runs by cells of the plot, for the one nearest to the pointer.
@@ -396,7 +396,7 @@
     });
   }
 
-  // A part of the work at a time, as much as a frame has time for; what is newer takes its place.
+  // The work is split into parts that fit into a frame; newer work replaces it.
   function* work() {
     choose();
     legend();
@@ -408,10 +408,10 @@
     for (let done = 0; done < count; done++) {
       const run = order[done];
       point(run);
-      // A part of the others is enough to see where they are.
+      // A part of the others is enough to show their positions.
       if (!chosen[run] && done >= 4000) continue;
       line(run);
-      // Few are there at once.
+      // A few are drawn at once.
       if (++drawn % 64 === 0 && count > 1000) yield drawn;
     }
     return drawn;
@@ -423,7 +423,7 @@
     job ??= work();
     let found;
     do found = job.next(); while (!found.done && performance.now() - begun < budget);
-    // What fails is seen, however few.
+    // Failing runs stay visible, however few.
     const few = Math.min(found.value, failing);
     const both = found.done || turn++ % 2 === 0;
     // Painting takes as long as counting: points follow in every other frame.
@@ -441,7 +441,7 @@
   }
   function schedule() {
     job = null;
-    // Nobody waits for the next frame of paper.
+    // Printing does not wait for the next frame.
     if (paper.matches) advance(Infinity);
     else if (!pending) pending = requestAnimationFrame(tick);
   }
@@ -475,7 +475,7 @@
     const [across_, up_] = [columns[across.value], columns[up.value]];
     const value = (column) => `${column.name} = ${figure(column.from + column.values[run])} ${column.unit}`.trim();
     const rest = parameters.map((k) => columns[k]).filter((one) => one !== across_ && one !== up_);
-    const head = `sample ${sample[run]}` + (data.variants.length > 1 ? `, ${data.variants[variant[run]]}` : "") + (ended[run] ? "" : ", did not come to its end");
+    const head = `sample ${sample[run]}` + (data.variants.length > 1 ? `, ${data.variants[variant[run]]}` : "") + (ended[run] ? "" : ", did not complete");
     tip.textContent = [head, value(across_), value(up_), ...rest.slice(0, 8).map(value)].join("\n");
     tip.style.left = Math.min(x + 14, width - tip.offsetWidth - 4) + "px";
     tip.style.top = Math.max(0, Math.min(y + 14, HEIGHT - tip.offsetHeight - 4)) + "px";
@@ -536,7 +536,7 @@
       button.textContent = word;
       setTimeout(() => { button.textContent = "copy"; }, 1500);
     };
-    // Where the clipboard is closed to pages, at least the text is chosen.
+    // If the page cannot use the clipboard, at least the text is selected.
     const select = () => {
       getSelection().selectAllChildren(code);
       done("chosen");

@@ -12,8 +12,8 @@ const MOST_NUMBERS: usize = 4_000_000;
 /// The word for a verdict that a run does not have.
 const NONE: u8 = 2;
 
-/// Runs that a page draws. Where there are too many it keeps those of least and largest numbers, and of the others as many that fail as that hold, as far as
-/// there are, by lots that follow from the seed and the numbers of samples.
+/// Runs that a page draws. If there are too many it draws those of least and largest numbers, and of the others equally many failing and passing runs, if
+/// there are enough, at random as determined by the seed and the numbers of samples.
 #[derive(Debug, Clone, Default)]
 pub struct Samples {
     head: SweepHead,
@@ -22,7 +22,7 @@ pub struct Samples {
     failing: usize,
 }
 
-/// How a run is made again: its command is `command` with the file of its block behind, its number, and its variant.
+/// How to rerun a run: its command is `command`, then the file of its block, its number, and its variant.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Again {
     /// The command up to the file of rows.
@@ -48,11 +48,12 @@ impl Again {
 }
 
 impl Samples {
-    /// Those of these rows that the page of a sweep with these answers draws.
+    /// The rows that the page of a sweep with these results draws.
     pub fn new(head: &SweepHead, found: &Sweep, rows: &SweepRows) -> Self {
         let columns = head.varied.len() + 2 * head.requirements.len() + head.figures.len() + 1;
         let measured = found.requirements.iter().map(|one| &one.measured);
-        let ends = measured.chain(found.figures.iter().map(|one| &one.values)).filter_map(|values| values.ends);
+        let ends =
+            measured.chain(found.figures.iter().map(|one| &one.values)).filter_map(|values| values.extreme_samples);
         let always_drawn: BTreeSet<u64> = ends.flatten().chain(found.worst.iter().map(|worst| worst.sample)).collect();
         Self::at_most(MOST.min(MOST_NUMBERS / columns), head, &always_drawn, rows)
     }
@@ -72,17 +73,17 @@ impl Samples {
         let (drawn, failing) =
             (self.drawn_rows.len(), self.drawn_rows.iter().filter(|row| fails(&row.reason, &row.passed)).count());
         if drawn == self.all {
-            return format!("All {drawn} runs, {failing} of which fail a requirement or did not come to their end.");
+            return format!("All {drawn} runs, {failing} of which fail a requirement or did not complete.");
         }
         let fate = if failing == self.failing {
             format!("all {failing} that fail")
         } else {
-            format!("{failing} of {} that fail, by lot", self.failing)
+            format!("{failing} of {} that fail, at random", self.failing)
         };
         let passing = drawn - failing;
         format!(
-            "{drawn} of {} runs are drawn: {fate}, and {passing} of {} others, by lot; those of least and largest numbers are among them. \
-             Where points lie close does not tell how likely failures are: the tables count all runs.",
+            "{drawn} of {} runs are drawn: {fate}, and {passing} of {} others, at random; those of least and largest numbers are among them. \
+             The density of points does not show how likely failures are: the tables count all runs.",
             self.all,
             self.all - self.failing
         )
@@ -93,7 +94,7 @@ impl Samples {
         self.drawn_rows.is_empty()
     }
 
-    /// What is drawn first: the number that most is known of, over the parameter that explains the most of it; places among all columns.
+    /// The axes drawn first: the number with most values, over the parameter that explains most of it; indices among all columns.
     fn first(&self, found: &Sweep) -> (usize, usize) {
         let SweepHead { varied, requirements, .. } = &self.head;
         let numbers = varied.len();
@@ -165,13 +166,13 @@ impl Samples {
         )
     }
 
-    /// What a requirement measures; all of it where another one measures the same.
+    /// The quantity that a requirement measures; the full text if another one measures the same.
     fn name<'s>(&self, one: &'s SweepRequirement) -> &'s str {
         let same = self.head.requirements.iter().filter(|candidate| candidate.measured == one.measured).count();
         if same > 1 { &one.text } else { &one.measured }
     }
 
-    /// A few of the runs in the axes that are drawn first, for a picture that stands still.
+    /// A few of the runs in the axes drawn first, for a static picture.
     pub(super) fn static_samples<'s>(&'s self, most: usize, found: &Sweep) -> StaticSamples<'s> {
         let (across, up) = self.first(found);
         let mut order: Vec<&SweepRow> = self.drawn_rows.iter().collect();
@@ -235,7 +236,7 @@ impl Samples {
     }
 }
 
-/// Runs for a picture that stands still: their places, and whether they fail.
+/// Runs for a static picture: their positions, and whether they fail.
 pub(super) struct StaticSamples<'s> {
     pub(super) points: Vec<(f64, f64, bool)>,
     pub(super) bounds: Vec<f64>,
@@ -282,7 +283,7 @@ fn titled(name: &str, unit: &str) -> String {
     if unit.is_empty() { powers(name) } else { powers(&format!("{name} [{unit}]")) }
 }
 
-/// Whether a run did not come to its end, or fails a requirement.
+/// Whether a run did not complete, or fails a requirement.
 fn fails(reason: &str, passed: &[f64]) -> bool {
     !reason.is_empty() || passed.iter().any(|&passed| passed < 0.5)
 }
@@ -291,7 +292,7 @@ fn verdict(passed: f64) -> u8 {
     if passed.is_nan() { NONE } else { u8::from(passed > 0.5) }
 }
 
-/// A lot that follows from the seed and the number (SplitMix64: Steele, Lea, Flood, OOPSLA 2014).
+/// A random number determined by the seed and the number (SplitMix64: Steele, Lea, Flood, OOPSLA 2014).
 fn lot(seed: u64, number: u64) -> u64 {
     let mixed = |x: u64| {
         let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -367,7 +368,7 @@ mod tests {
         out
     }
 
-    /// What stands behind each `"key":"`.
+    /// The value after each `"key":"`.
     fn strings<'t>(json: &'t str, key: &str) -> Vec<&'t str> {
         json.split(&format!("\"{key}\":\"")).skip(1).map(|rest| rest.split('"').next().unwrap()).collect()
     }
@@ -394,7 +395,7 @@ mod tests {
         assert_eq!(numbers(columns[0]), [0.0, 1.0, 0.25]);
         let measured = numbers(columns[1]);
         assert!(measured[0] == 150.0 && measured[1].is_nan() && measured[2] == 0.0, "{measured:?}");
-        // A sweep that is a search has no answers of its requirements: bounds and units are known all the same.
+        // A sweep that is a search has no results of its requirements, but bounds and units are known.
         assert!(
             data.contains("\"column\":1,\"below\":50.0,\"above\":null") && data.contains("\"unit\":\"cm\""),
             "{data}"
@@ -405,7 +406,7 @@ mod tests {
         assert_eq!(decoded(strings(&data, "sample")[0]), [0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]);
     }
 
-    /// Too many rows: what is told stays, then as many that fail as that hold, as far as there are, by lots, in whatever order they come.
+    /// Too many rows: those that the tables name stay, then equally many failing and passing runs, if there are enough, at random, independent of the order of the rows.
     #[test]
     fn too_many_runs_are_thinned_openly() {
         let of = |seed: u64, order: &dyn Fn(u64) -> u64, failing: u64| {
@@ -420,14 +421,17 @@ mod tests {
         assert_ne!(numbers(&one), numbers(&of(4, &|k| k, 5)));
         let text = one.describe();
         assert!(
-            text.starts_with("100 of 1000 runs are drawn: all 5 that fail, and 95 of 995 others, by lot"),
+            text.starts_with("100 of 1000 runs are drawn: all 5 that fail, and 95 of 995 others, at random"),
             "{text}"
         );
-        // Sample 7, which is told of, is one that fails, and one of 50.
+        // Sample 7, which the tables name, fails, and is one of 50.
         let text = of(3, &|k| k, 600).describe();
-        assert!(text.starts_with("100 of 1000 runs are drawn: 51 of 600 that fail, by lot, and 49 of 400"), "{text}");
+        assert!(
+            text.starts_with("100 of 1000 runs are drawn: 51 of 600 that fail, at random, and 49 of 400"),
+            "{text}"
+        );
         let text = of(3, &|k| k, 990).describe();
-        assert!(text.starts_with("100 of 1000 runs are drawn: 90 of 990 that fail, by lot, and 10 of 10"), "{text}");
+        assert!(text.starts_with("100 of 1000 runs are drawn: 90 of 990 that fail, at random, and 10 of 10"), "{text}");
     }
 
     #[test]

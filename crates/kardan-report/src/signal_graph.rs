@@ -1,4 +1,4 @@
-//! Blocks and who reads whom as a picture: a box for each, from left to right as signals go.
+//! Blocks and their connections as a picture: a box for each, from left to right in signal order.
 
 use std::collections::BTreeMap;
 
@@ -10,29 +10,29 @@ use crate::text::number;
 
 /// Width and height of a box, and the room between columns and between rows, px.
 const BOX: [f64; 2] = [184.0, 40.0];
-/// Width of the names of what comes from outside, px.
+/// Width of the names of external inputs, px.
 const NAMES: f64 = 120.0;
 const BETWEEN: [f64; 2] = [64.0, 16.0];
 /// Width of a letter, px: longer names are cut.
 const LETTER: f64 = 6.6;
 const MARGIN: f64 = 8.0;
-/// Between two lines that lead back, px.
+/// Distance of two feedback lines, px.
 const LANE: f64 = 9.0;
 
-/// A place in the drawing: something from outside, or a node by its number.
+/// An end of a line: an external input, or a node by its number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Place<'a> {
     Outside(&'a str),
     Node(usize),
 }
 
-/// Who a name belongs to.
+/// The owner of a name.
 fn place<'a>(nodes: &'a [SignalNode], name: &'a str) -> Place<'a> {
     let own = |node: &SignalNode| node.kind != "program" && node.outputs.iter().any(|answer| answer.name == name);
     nodes.iter().position(own).map_or(Place::Outside(name), Place::Node)
 }
 
-/// The column of each node: behind all that it reads, but for what leads back.
+/// The column of each node: right of all its inputs except feedback.
 fn columns(nodes: &[SignalNode]) -> Vec<usize> {
     fn visit(nodes: &[SignalNode], node: usize, open: &mut Vec<usize>, found: &mut [usize]) {
         if found[node] > 0 || open.contains(&node) {
@@ -56,7 +56,7 @@ fn columns(nodes: &[SignalNode]) -> Vec<usize> {
     found
 }
 
-/// Where everything stands: the upper left corner of each box.
+/// Positions: the upper left corner of each box.
 fn places(nodes: &[SignalNode]) -> BTreeMap<Place<'_>, [f64; 2]> {
     let of_node = columns(nodes);
     let mut columns: Vec<Vec<Place<'_>>> = vec![Vec::new(); of_node.iter().max().map_or(1, |last| last + 1)];
@@ -70,7 +70,7 @@ fn places(nodes: &[SignalNode]) -> BTreeMap<Place<'_>, [f64; 2]> {
     }
     let mut found: BTreeMap<Place<'_>, [f64; 2]> = BTreeMap::new();
     for (column, all) in columns.iter_mut().enumerate() {
-        // As high as what it reads on average.
+        // At the average height of its inputs.
         let height = |one: &Place<'_>| {
             let Place::Node(k) = one else { return 0.0 };
             let read = nodes[*k].reads.iter().filter_map(|name| found.get(&place(nodes, name)));
@@ -80,7 +80,7 @@ fn places(nodes: &[SignalNode]) -> BTreeMap<Place<'_>, [f64; 2]> {
         let mut heights: Vec<(f64, Place<'_>)> = all.iter().map(|one| (height(one), *one)).collect();
         heights.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (row, (_, one)) in heights.into_iter().enumerate() {
-            // Names on the left end where the boxes behind them leave off.
+            // The names on the left start where the boxes end.
             let x = MARGIN + column as f64 * (BOX[0] + BETWEEN[0]) - (BOX[0] - NAMES);
             found.insert(one, [x, MARGIN + row as f64 * (BOX[1] + BETWEEN[1])]);
         }
@@ -114,7 +114,7 @@ fn picture(nodes: &[SignalNode]) -> Option<Picture> {
     let (mut lines, mut boxes, mut lanes) = (String::new(), String::new(), 0.0);
     for (k, node) in nodes.iter().enumerate() {
         let [x, y] = places[&Place::Node(k)];
-        // What a block reads of itself is no line.
+        // A block that reads its own output gets no line.
         let reads: Vec<Place<'_>> =
             node.reads.iter().map(|name| place(nodes, name)).filter(|read| *read != Place::Node(k)).collect();
         let count = reads.len() as f64;
@@ -146,11 +146,11 @@ fn picture(nodes: &[SignalNode]) -> Option<Picture> {
         }
     }
     let height = low + LANE * lanes + MARGIN;
-    let label = format!("{} blocks and what they read", nodes.len());
+    let label = format!("{} blocks and their inputs", nodes.len());
     let drawn = drawing(right + MARGIN, height, &label, &(lines + &boxes));
     let drawn = drawn.replacen("class=\"drawing\"", "class=\"drawing signals\"", 1);
-    let caption = "Blocks, from left to right as signals go: the kind of each, and when it computes. On the left what they read from outside; \
-                   dashed what leads back to a block that computes before.";
+    let caption = "Blocks, from left to right in signal order: the kind of each, and when it computes. On the left \
+                   their external inputs; dashed: feedback to a block that computes earlier.";
     Some(figure_of("", &drawn, caption))
 }
 
@@ -184,7 +184,7 @@ mod tests {
         }
     }
 
-    /// Whatever reads something stands right of it, or the line leads back; each line is there once.
+    /// A reader is right of its input, or the line is feedback; each line appears once.
     #[test]
     fn lines_lead_from_left_to_right() {
         let nodes = [

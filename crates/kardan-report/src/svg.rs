@@ -23,7 +23,7 @@ use rayon::prelude::*;
 const WIDTH: f64 = 760.0;
 /// Height without title and legend.
 const HEIGHT: f64 = 380.0;
-/// Width and height of what the axes enclose in it, px; lowest and highest such frame of positions over a position.
+/// Width and height of the frame of the axes, px; least and largest height of a frame of positions over a position.
 const FRAME: [f64; 2] = [681.0, 330.0];
 const LOWEST: f64 = 200.0;
 const HIGHEST: f64 = 560.0;
@@ -41,7 +41,7 @@ pub(super) fn plots(study: &Study) -> Vec<PlotFile> {
     study.plots.par_iter().zip(stems).map(file).collect()
 }
 
-/// What `kuva` leaves to do: a view box, so that the picture can be scaled, and an id of its own for the clip path,
+/// Additions to `kuva`'s output: a view box, so that the picture can be scaled, and a unique id for the clip path,
 /// which `kuva` numbers through the life of the process.
 fn finish(svg: &str, stem: &str) -> String {
     let attribute = |name: &str| svg.split_once(&format!("{name}=\""))?.1.split('"').next();
@@ -55,7 +55,7 @@ fn finish(svg: &str, stem: &str) -> String {
     }
 }
 
-/// The picture, and what the reader is told about its curves.
+/// The picture, and notes on its curves.
 fn draw(study: &Study, plot: &Plot) -> (String, String) {
     let curves::Curves { all: curves, least_span, note, .. } = curves::curves(study, plot);
     let (x_label, per_second) = curves::x_axis(study, plot);
@@ -64,7 +64,7 @@ fn draw(study: &Study, plot: &Plot) -> (String, String) {
     let time = if plot.log_x { ticks::decades(times()) } else { ticks::axis(times(), margin, 9) };
     let values = || curves.iter().flat_map(|curve| curve.values.iter().copied()).filter(|value| value.is_finite());
     let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
-    // What is nothing but rounding gets an axis on which it looks so.
+    // Values that are only rounding get an axis that shows them as flat.
     let wider = (high - low < least_span).then_some([0.5 * (low + high - least_span), 0.5 * (low + high + least_span)]);
     let value = match plot.log_y {
         true => ticks::decades(values()),
@@ -114,7 +114,7 @@ fn draw(study: &Study, plot: &Plot) -> (String, String) {
     (SvgBackend::new().render_scene(&render_multiple(lines, layout.with_height(height))), note)
 }
 
-/// Whether positions are drawn over a position: then the way has its shape.
+/// Whether positions are drawn over a position: then both axes have one scale.
 fn is_map(study: &Study, plot: &Plot) -> bool {
     let kind = |name: &str| study.runs.iter().find_map(|run| run.series.signal(name)).map(|signal| signal.physical);
     let mut all = plot.over.iter().chain(&plot.signals).map(|name| kind(name));
@@ -153,7 +153,7 @@ fn entry(curve: &Curve) -> LegendEntry {
 
 /// The polylines of a curve: one for each stretch between two gaps.
 fn lines(curve: &Curve, per_second: f64, plot: &Plot) -> Vec<LinePlot> {
-    // `kuva` would raise what is below 1e-10 on an axis of its own.
+    // `kuva` would enlarge values below 1e-10 to their own axis range.
     let place = |logarithmic: bool, value: f64| if logarithmic { log10(value) } else { value };
     let selected = match plot.over.is_some() {
         true => both(curve),

@@ -4,9 +4,9 @@ use super::model::{Block, Body, Cell, Entry, Matrix, Page, Section, Table, Tone}
 use super::prose::rounded;
 use kardan::results::bidi_escaped;
 
-/// Columns where nobody tells how many there are, and the most.
+/// Default and largest number of columns.
 pub(super) const WIDTH: usize = 100;
-/// Fewer columns are not kept to.
+/// Least number of columns.
 const NARROWEST: usize = 30;
 /// A matrix with more rows or columns is not shown.
 const LARGE: usize = 24;
@@ -18,7 +18,7 @@ const NAMES: usize = 16;
 const ITEMS: usize = 20;
 /// Texts in a table are at least as wide.
 const LEAST: usize = 8;
-/// Digits of rounded entries of a matrix: somebody may type them in.
+/// Digits of rounded entries of a matrix: enough to type them in.
 const DIGITS: usize = 9;
 
 /// See [`Page::text_within`].
@@ -49,6 +49,16 @@ pub(super) fn text(page: &Page, origin: &str, columns: usize) -> String {
     bidi_escaped(&out).chars().map(plain).collect()
 }
 
+/// See [`Page::text_on_screen`].
+pub(super) fn on_screen(text: &str, lines: usize) -> String {
+    let count = text.lines().count();
+    if count <= lines {
+        return text.into();
+    }
+    let first: Vec<&str> = text.lines().take(lines.saturating_sub(1)).collect();
+    format!("{}\n… and {} more lines; --verbose prints them\n", first.join("\n"), count - first.len())
+}
+
 fn blocks(out: &mut String, body: &Body, width: usize) {
     for block in &body.0 {
         match block {
@@ -65,7 +75,7 @@ fn blocks(out: &mut String, body: &Body, width: usize) {
                 sentence(out, &format!("{what} ({}): {shown}", names.len()), width);
             }
             Block::Table(found) => table(out, found, width),
-            // Of a whole page within this one the verdict is enough.
+            // For a page within this one only the verdict is shown.
             Block::Part(part) if !part.anchor.is_empty() => {}
             Block::Matrices(all) => all.iter().for_each(|one| matrix(out, one, width)),
             Block::Part(Section { title, body, .. }) | Block::Fold(title, body) => {
@@ -81,7 +91,7 @@ fn blocks(out: &mut String, body: &Body, width: usize) {
     }
 }
 
-/// Lines break at blanks alone: units such as `N m s/rad` contain other places, and where text may break must not depend on the features that
+/// Lines break at blanks alone: units such as `N m s/rad` contain other break points, and line breaks must not depend on the features that
 /// other crates turn on.
 fn wrapping<'a>(width: usize) -> textwrap::Options<'a> {
     textwrap::Options::new(width).word_separator(textwrap::WordSeparator::AsciiSpace)
@@ -95,7 +105,7 @@ fn sentence(out: &mut String, text: &str, width: usize) {
     out.push('\n');
 }
 
-/// Says how many rows were not shown.
+/// Adds the number of rows not shown.
 fn more(out: &mut String, all: usize, shown: usize) {
     if all > shown {
         *out += &format!("  … and {} more; --json gives all\n", all - shown);
@@ -114,14 +124,14 @@ fn cell(cell: &Cell) -> String {
     }
 }
 
-/// A name, of a parameter or a signal: nobody can type it in from two lines.
+/// A name of a parameter or a signal, which must not be split over two lines.
 fn is_name(word: &str) -> bool {
     let inner = word.trim_matches(|c: char| !c.is_alphanumeric());
     inner.starts_with(char::is_alphabetic) && inner.contains(['.', '_', '-']) && !inner.contains('/')
 }
 
-/// A table as wide as its contents, at most `width`: first the titles above numbers give way, then texts between
-/// their words, the widest first, and in the end words, but no names. On a narrow screen that does not hold it, row by row.
+/// A table as wide as its contents, at most `width`: first it wraps the titles above numbers, then texts between
+/// their words, the widest first, and in the end words, but no names. On a screen that is too narrow, it is written row by row.
 fn table(out: &mut String, table: &Table, width: usize) {
     let number = |k: usize| table.columns[k].starts_with('#');
     let count = |text: &str| text.chars().count();
@@ -151,7 +161,7 @@ fn table(out: &mut String, table: &Table, width: usize) {
     narrow(&mut widths, &|k| least[k]);
     let named = titles.first().is_some_and(|_| !number(0));
     if width >= WIDTH && !named {
-        // Rows that nothing names stay rows, if need be with names in two lines.
+        // Rows without a name stay rows, if necessary with names in two lines.
         narrow(&mut widths, &|k| if number(k) { least[k] } else { LEAST });
     }
     if (width < WIDTH || named) && too_wide(&widths) {

@@ -1,4 +1,4 @@
-//! Numbers and texts as HTML and JSON want them.
+//! Numbers and texts for HTML and JSON.
 
 use std::fmt::Write;
 
@@ -40,7 +40,7 @@ pub(super) fn figure(value: f64, digits: usize) -> String {
     text.replace('-', "−")
 }
 
-/// Five significant digits: how numbers are written where nothing else is said.
+/// Five significant digits: the default format of numbers.
 pub(super) fn number(value: f64) -> String {
     figure(value, 5)
 }
@@ -48,7 +48,7 @@ pub(super) fn number(value: f64) -> String {
 /// The unit of time that suits a study: s, ms or µs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Clock {
-    /// How many there are in a second.
+    /// Units per second.
     pub(super) per_second: f64,
     /// Its symbol.
     pub(super) unit: &'static str,
@@ -143,7 +143,7 @@ pub(super) fn json_numbers(values: impl IntoIterator<Item = f64>) -> String {
         let fraction = mantissa[1..].trim_start_matches('.').trim_end_matches('0');
         let (first, places) = (&mantissa[..1], exponent.parse::<i32>().unwrap_or(0));
         out.push_str(sign);
-        // The digits begin before the point, end behind it, or stand on both sides.
+        // The digits begin before the point, end after it, or are on both sides.
         let (count, shift) = (fraction.len(), places.unsigned_abs() as usize);
         let scientific = 1 + usize::from(count > 0) + count + 1 + exponent.len();
         let plain = match places {
@@ -206,7 +206,7 @@ mod tests {
         assert_eq!(json_number(0.1 + 0.2), "0.3");
         assert_eq!(json_number(-1.25e-12), "-1.25e-12");
         assert_eq!(json_number(f64::NAN), "null");
-        // What Rust writes of the number that the nine digits are read as.
+        // Rust's output of the number that the nine digits parse to.
         let mut random = 1u64;
         for power in -40..40 {
             for part in [1.0, -1.0, 1.5, 0.123_456_789_012, 12.0, 120.0, 9.999_999_999_9, 0.0, 3.000_1] {

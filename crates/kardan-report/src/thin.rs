@@ -1,4 +1,4 @@
-//! Fewer samples that look the same.
+//! Thinning of samples without a visible change.
 
 /// Indices of the samples to keep so that a curve looks unchanged, ascending.
 ///

@@ -1,6 +1,6 @@
 use crate::Real;
 
-/// What a motor can do: torques within ± `torque`, changes within ± `change` from one sample to the next, N m.
+/// The limits of a motor: torques within ± `torque`, changes within ± `change` from one sample to the next, N m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds<T> {
     /// Largest torque either way, N m; `None`: unlimited.
@@ -10,9 +10,9 @@ pub struct Bounds<T> {
 }
 
 impl<T: Real> Bounds<T> {
-    /// The torque within the bounds that is nearest to the one asked; the one before where that is no finite number (the one
-    /// asked is NaN, or infinite without a bound). From a torque within the bounds follows one within the bounds; that it is not
-    /// the one asked tells that something was changed.
+    /// The torque within the bounds that is nearest to the requested one; the previous torque where that is not finite
+    /// (the request is NaN, or infinite without a bound). If the previous torque is within the bounds, so is the
+    /// result; a result that differs from the request shows that a bound was active.
     ///
     /// ```
     /// use kardan_rt::Bounds;

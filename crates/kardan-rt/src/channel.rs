@@ -1,27 +1,28 @@
 use crate::dense::finite;
 use crate::{PositionLoop, Real};
 
-/// What one decoupled channel does with its reference.
+/// How a decoupled channel uses its reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Channel<T> {
     /// The output follows a position reference.
     Position {
         /// The loop around the double integrator.
         position_loop: PositionLoop<T>,
-        /// Inverse of the inertia seen along the output, 1/(kg m²).
+        /// Inverse of the effective inertia along the output, 1/(kg m²).
         inverse_inertia: T,
     },
-    /// The reference is a torque that acts along the output, as if the output carried its effective inertia alone.
+    /// The reference is a torque on the output, as if the output had its effective inertia alone.
     Torque {
-        /// Inverse of the inertia seen along the output, 1/(kg m²).
+        /// Inverse of the effective inertia along the output, 1/(kg m²).
         inverse_inertia: T,
     },
 }
 
 impl<T: Real> Channel<T> {
-    /// The acceleration to ask of the output, rad/s²: (6.137) of the source for a position (rad), `(reference − load)/J`
-    /// as in (6.131) for a torque (N m); position in rad, speed in rad/s, load in N m. `None` where that is no finite number:
-    /// keep what you asked for before. All four are looked at, also those that the kind of channel does not use.
+    /// The acceleration to request of the output, rad/s²: (6.137) of the source for a position (rad),
+    /// `(reference − load)/J` as in (6.131) for a torque (N m); position in rad, speed in rad/s, load in N m. `None`
+    /// where that is not finite: use the previous request then. All four arguments are checked, also those that the
+    /// kind of channel does not use.
     ///
     /// ```
     /// let wheel = kardan_rt::Channel::Torque { inverse_inertia: 4.0 };

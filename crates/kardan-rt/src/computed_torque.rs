@@ -2,7 +2,7 @@ use crate::dense::{add_scaled, all_finite, at, copy, dot, factor, row, solve, so
 use crate::mechanism::{modelled_forces, take};
 use crate::{Channel, Evaluation, Mechanism, PositionLoop, Real};
 
-/// What one channel of a [`ComputedTorque`] law controls.
+/// The variable that one channel of a [`ComputedTorque`] law controls.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Task<T> {
     /// The angle of a shaft follows a reference in rad.
@@ -12,7 +12,7 @@ pub enum Task<T> {
         /// The loop around the double integrator.
         position_loop: PositionLoop<T>,
     },
-    /// The reference is a torque (N m) that acts on a shaft as if it carried its effective inertia `1/(b H⁻¹ bᵀ)` at the
+    /// The reference is a torque (N m) that acts on a shaft as if it had its effective inertia `1/(b H⁻¹ bᵀ)` at the
     /// present position alone.
     Torque {
         /// The shaft.
@@ -20,12 +20,12 @@ pub enum Task<T> {
     },
     /// The constraint torque in a cut of the mechanism equals the reference, N m.
     ConstraintTorque {
-        /// Number of the cut, that is of its coordinate among the held ones.
+        /// Number of the cut, that is of its coordinate among the cut coordinates.
         cut: usize,
     },
 }
 
-/// What the law measures and is told. Lists that are shorter than said count as zero behind their end.
+/// Measurements and other inputs of the law. Missing entries at the end of a list count as zero.
 #[derive(Debug, Clone, Copy)]
 pub struct Situation<'a, T> {
     /// Reduced coordinates q_r without the cuts, rad.
@@ -34,8 +34,8 @@ pub struct Situation<'a, T> {
     pub speed: &'a [T],
     /// One reference per task: rad or N m.
     pub references: &'a [T],
-    /// Estimated torques from outside on each shaft of the mechanism, N m; the law cancels them. Those that are not told
-    /// act on the outputs as on their effective inertia.
+    /// Estimated external torques on each shaft of the mechanism, N m; the law cancels them. Torques missing here act
+    /// on the outputs as on their effective inertia.
     pub disturbances: &'a [T],
 }
 
@@ -44,8 +44,8 @@ pub struct Situation<'a, T> {
 /// `b q̈_r + k = v` at each shaft under control (v from its [`PositionLoop`] or torque reference) and
 /// `h q̈_r − f u − passive = T` in each cut, where `H_r q̈_r = passive + d̂ + F_r u`.
 ///
-/// With y = H_r⁻¹ bᵀ (or hᵀ) for each task these are as many linear equations as motors; they are set up and solved anew
-/// at each step. Covers full computed torque (6.17), the partial one of the harmonic drive with the constraint torque of
+/// With y = H_r⁻¹ bᵀ (or hᵀ) for each task these are as many linear equations as motors; each step sets them up and
+/// solves them. Covers full computed torque (6.17), the partial one of the harmonic drive with the constraint torque of
 /// the flexspline, (6.20)-(6.27) in the corrected form (`T′ₐ` in (6.22), (6.24) and (6.26)), and noninteracting control
 /// (6.124), (6.130) without its assumption of a straight joint.
 ///
@@ -73,9 +73,9 @@ pub struct Situation<'a, T> {
 pub struct ComputedTorque<'a, T> {
     /// The model.
     pub mechanism: Mechanism<'a, T>,
-    /// What is controlled.
+    /// The controlled variables.
     pub tasks: &'a [Task<T>],
-    /// Numbers of the inputs commanded, as many as tasks.
+    /// Numbers of the commanded inputs, as many as tasks.
     pub inputs: &'a [usize],
     /// Speed w₀ (rad/s) of the friction feed-forward `c·w/√(w²+w₀²)` along each Coulomb direction; none: no feed-forward.
     pub friction_width: Option<T>,
@@ -93,10 +93,10 @@ impl<T: Real> ComputedTorque<'_, T> {
 
     /// One evaluation; `torques` receives u, N m, one entry per task.
     ///
-    /// Returns false and leaves `torques` as they are if there is no finite answer: the tasks depend on each other at this
-    /// position (the decoupling matrix is singular to 64 ulps), something measured or told is not finite, or a list or the
-    /// memory is too short.
-    #[must_use = "false tells that the torques are those of the last step"]
+    /// Returns false and leaves `torques` unchanged if there is no finite result: the tasks depend on each other at
+    /// this position (the decoupling matrix is singular to 64 ulps), an input is not finite, or a list or the memory is
+    /// too short.
+    #[must_use = "false: the torques are those of the last step"]
     pub fn torques(&self, now: Situation<'_, T>, memory: &mut [T], torques: &mut [T]) -> bool {
         self.solution(now, memory, torques).is_some()
     }
@@ -132,7 +132,7 @@ impl<T: Real> ComputedTorque<'_, T> {
         factor(evaluated.inertia, columns, r, lower)?;
         let y = y.get_mut(..r)?;
         for ((task, reference), equation) in self.tasks.iter().zip(references).zip(equations.chunks_exact_mut(width)) {
-            // What the left-hand side must be, and the coordinate of the cut.
+            // The required left-hand side, and the coordinate of the cut.
             let (target, cut_coordinate) = match *task {
                 Task::Position { shaft, position_loop } => {
                     let inverse_inertia = respond(lower, row(evaluated.basis, shaft, columns), y)?;
@@ -149,7 +149,7 @@ impl<T: Real> ComputedTorque<'_, T> {
                     (*reference, Some(cut_coordinate))
                 }
             };
-            // How the left-hand side answers to generalised forces.
+            // How the left-hand side responds to generalised forces.
             let answer = |force: &[T]| dot(y, force) - cut_coordinate.map_or(T::ZERO, |k| at(force, k));
             for (coefficient, input) in equation.iter_mut().zip(inputs.chunks_exact(columns)) {
                 *coefficient = answer(input);
@@ -175,7 +175,7 @@ fn respond<T: Real>(lower: &[T], b: &[T], y: &mut [T]) -> Option<T> {
     Some(dot(b, y))
 }
 
-/// The acceleration asked of a shaft less its bias, rad/s².
+/// The requested acceleration of a shaft minus its bias, rad/s².
 fn acceleration<T: Real>(channel: Channel<T>, shaft: usize, reference: T, evaluated: &Evaluation<'_, T>) -> Option<T> {
     let (angle, speed) = (at(evaluated.angles, shaft), at(evaluated.speeds, shaft));
     Some(channel.acceleration(reference, angle, speed, T::ZERO)? - at(evaluated.bias, shaft))

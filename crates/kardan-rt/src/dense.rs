@@ -1,4 +1,4 @@
-//! Small dense solvers in memory of the caller. Matrices lie row by row; nothing here panics.
+//! Small dense solvers in memory of the caller. Matrices are stored row by row; no function here panics.
 
 use crate::Real;
 
@@ -25,7 +25,7 @@ pub fn finite<T: Real>(x: T) -> Option<T> {
     x.is_finite().then_some(x)
 }
 
-/// Whether all numbers are some. Looks at all of them without a branch.
+/// Whether no entry is NaN or infinite. Checks all entries without a branch.
 #[inline]
 pub fn all_finite<T: Real>(x: &[T]) -> bool {
     x.iter().fold(true, |finite, x| finite & x.is_finite())
@@ -65,8 +65,8 @@ pub fn add_scaled<T: Real>(factor: T, x: &[T], out: &mut [T]) {
     }
 }
 
-/// L and D of the leading n × n block `L D Lᵀ` of a symmetric matrix with `columns` columns, L with a diagonal of ones, in
-/// whose place D is stored; `None` if the block is not numerically positive definite.
+/// L and D of the leading n × n block `L D Lᵀ` of a symmetric matrix with `columns` columns, L with a diagonal of ones,
+/// where D is stored instead; `None` if the block is not numerically positive definite.
 pub fn factor<T: Real>(matrix: &[T], columns: usize, n: usize, lower: &mut [T]) -> Option<()> {
     for j in 0..n {
         let source = row(matrix, j, columns);

@@ -38,7 +38,7 @@ impl<'a, T: Real> Gain<'a, T> {
     ///
     /// Returns false and leaves `out` as it is if a sum is not finite.
     #[inline]
-    #[must_use = "false tells that nothing was added"]
+    #[must_use = "false: nothing was added"]
     pub fn add_to(&self, x: &[T], out: &mut [T]) -> bool {
         let columns = self.columns.max(1);
         let mut rows = self.entries.chunks_exact(columns);
@@ -49,7 +49,7 @@ impl<'a, T: Real> Gain<'a, T> {
         finite
     }
 
-    /// [`add_to`](Self::add_to) without a look at the sums, for blocks that look at them before they are an answer.
+    /// [`add_to`](Self::add_to) without a check of the sums, for blocks that check them before they output them.
     #[inline]
     pub(crate) fn accumulate(&self, x: &[T], out: &mut [T]) {
         let columns = self.columns.max(1);
@@ -62,7 +62,7 @@ impl<'a, T: Real> Gain<'a, T> {
             four_sums(block, four, columns, x);
             (rows, values) = (next_rows, next_values);
         }
-        // Rows are split off one by one: to count them would take a division, which costs as much as a row.
+        // Rows are split off one by one: counting them would need a division, which costs as much as a row.
         for value in values {
             let Some((row, next_rows)) = rows.split_at_checked(columns) else { return };
             *value = sum(*value, row, x);
@@ -90,11 +90,11 @@ fn sum<T: Real>(start: T, row: &[T], x: &[T]) -> T {
     row.iter().zip(x).fold(start, |sum, (gain, state)| sum + *gain * *state)
 }
 
-/// `out = G x + H y`. Returns false and leaves `out` as it is if an entry of x, y or the answer is not finite. Where there are many
-/// answers, the sums are formed twice, which takes no memory.
+/// `out = G x + H y`. Returns false and leaves `out` unchanged if an entry of x, y or the result is not finite. For
+/// many outputs the sums are formed two times, which needs no memory.
 #[inline]
 pub fn combine<T: Real>((g, x): (&Gain<'_, T>, &[T]), (h, y): (&Gain<'_, T>, &[T]), out: &mut [T]) -> bool {
-    // An entry that no row sees is looked at all the same: that it is no number must be told.
+    // An entry that no row uses is checked too: the block must report that it is not a number.
     let finite_inputs = all_finite(x) && all_finite(y);
     let mut buffer = [T::ZERO; 8];
     if let Some(found) = buffer.get_mut(..out.len()) {

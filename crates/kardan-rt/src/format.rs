@@ -1,8 +1,8 @@
-//! What the elementary functions need to know of `f32` and `f64`.
+//! Constants of `f32` and `f64` for the elementary functions.
 
-/// What the functions need to know of a binary format.
+/// Constants of a binary format for the elementary functions.
 ///
-/// Polynomials stand with the constant first, in the variable that the function names.
+/// Polynomials list the constant first, in the variable that the function names.
 pub trait Format: Sized + Copy + 'static {
     /// 1/2.
     const HALF: Self;
@@ -16,7 +16,7 @@ pub trait Format: Sized + Copy + 'static {
     const NORMAL: Self;
     /// A power of two that makes lesser ones normal, and its exponent.
     const LIFT: (Self, Self);
-    /// Added and subtracted, it rounds to whole numbers, which then stand in the last digits of the sum.
+    /// Added and subtracted, it rounds to whole numbers, which are then in the last digits of the sum.
     const ROUND: Self;
     /// `2ᵏ + 1`, k half of the digits.
     const SPLIT: Self;
@@ -30,9 +30,9 @@ pub trait Format: Sized + Copy + 'static {
     const EIGHTHS: [(Self, Self); 5];
     /// tan π/8.
     const TAN_PI_8: Self;
-    /// Beyond these (above, below) sides of a triangle are multiplied by those factors.
+    /// The sides of a triangle above or below these values are scaled by those factors.
     const RANGES: ((Self, Self), (Self, Self));
-    /// Sides below this are so much shorter than the other that a quotient needs no rest.
+    /// Sides below this are so much shorter than the other that a quotient needs no remainder.
     const NO_REST: Self;
     /// Below and above these, eˣ is 0 and infinite.
     const EXPONENTS: (Self, Self);
@@ -42,7 +42,7 @@ pub trait Format: Sized + Copy + 'static {
     const LN_2: (Self, Self);
     /// `(sin x − x)/x³` in `x²` up to π/4.
     const SINE: &'static [Self];
-    /// What rounding took from the first of them.
+    /// The rounding error of the first of them.
     const SINE_REST: Self;
     /// `(cos x − 1 + x²/2)/x⁴` in `x²` up to π/4.
     const COSINE: &'static [Self];

@@ -1,10 +1,11 @@
 use crate::{Gain, Real};
 
-/// A reference governor: each reference moves towards what is wished only as far as the commands, predicted for a constant
+/// A reference governor: each reference moves towards its request only as far as the commands, predicted for a constant
 /// reference, stay within the bounds (Gilbert, Kolmanovsky, Tan 1995).
 ///
-/// The prediction is `P [x̂; ξ; r]`, one row for each motor and instant looked at. References are moved one after the other:
-/// one that asks for too much does not hold back the others. A row that is beyond its bound already may not get worse.
+/// The prediction is `P [x̂; ξ; r]`, one row for each motor and predicted instant. References are moved one after the
+/// other: a reference that requests too much does not limit the others. A row that violates its bound already may not
+/// get worse.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Governor<'a, T> {
     /// Pₓ, predictions × states.
@@ -18,8 +19,8 @@ pub struct Governor<'a, T> {
 }
 
 impl<T: Real> Governor<'_, T> {
-    /// Moves `references` towards those asked. Returns whether one was held back; one that is not finite, or a prediction that is
-    /// not, holds it where it is.
+    /// Moves `references` towards the requested ones. Returns whether the governor limited one; a request or a
+    /// prediction that is not finite leaves the reference unchanged.
     ///
     /// ```
     /// use kardan_rt::{Gain, Governor};

@@ -1,10 +1,10 @@
 //! Controller blocks for firmware and for the simulation: the same code in both.
 //!
 //! `no_std`, no heap, no panic: a block reads slices, writes slices, and stops at the shorter one. Gains are data that
-//! the `kardan` library designs; a firmware project keeps them as constants. Memory belongs to the caller, and what cannot be
-//! computed (a reading is NaN or infinite, a sum overflows, a matrix is singular) is told by the return value, with the last
-//! answer kept: `false`, `None` or a [`Health`]. No block ever writes a number that is not finite. README.md shows a controller in
-//! firmware and what it costs.
+//! the `kardan` library designs; a firmware project stores them as constants. Memory belongs to the caller. Where a
+//! result cannot be computed (a reading is NaN or infinite, a sum overflows, a matrix is singular), the block reports
+//! it by the return value (`false`, `None` or a [`Health`]) and leaves its last output unchanged. No block ever writes
+//! a number that is not finite. README.md shows a controller in firmware and its cost.
 //!
 //! | block | what it does |
 //! |---|---|
@@ -13,21 +13,21 @@
 //! | [`StateSpace`] | dynamic controllers, trajectory planners, observers |
 //! | [`ModelObserver`] | observer on the nonlinear model |
 //! | [`Regulator`] | control designed for a sample time: observer, reference model, feedback, bounds, [`Governor`] |
-//! | [`ScheduledRegulator`] | the same for a plant that bends: numbers that follow an angle by a [`Schedule`] |
-//! | [`hold`] | keeps the last good readings where a sensor fails |
+//! | [`ScheduledRegulator`] | the same for a nonlinear plant: gains scheduled by an angle with a [`Schedule`] |
+//! | [`hold`] | replaces invalid readings by the last valid ones |
 //! | [`Pid`], [`TransferFunction`], [`Integrator`], [`Delay`] | a program of signals: controllers, filters, memories |
 //! | [`Saturation`], [`DeadZone`], [`RateLimit`], [`Hysteresis`] | its limits and switches |
-//! | [`Observer`] | what it estimates: states of a linear plant by what is measured |
-//! | [`Monitor`], [`StateMachine`] | what watches it, and what it does then |
+//! | [`Observer`] | estimates the states of a linear plant from measurements |
+//! | [`Monitor`], [`StateMachine`] | detect faults, and switch the mode of operation |
 //! | [`Mechanism`] | the nonlinear model itself: angles, inertia, forces |
 //! | [`Plan`] | a model as a list of operations, for one evaluation or several side by side ([`Lanes`]) |
 //! | [`functions`] | sines, roots and logarithms with the same bits everywhere |
-//! | [`PositionLoop`], [`Channel`], [`Bounds`], [`Gain`] | what these are made of |
+//! | [`PositionLoop`], [`Channel`], [`Bounds`], [`Gain`] | the parts of these blocks |
 //!
 //! ```
 //! use kardan_rt::PositionLoop;
 //! let rack = PositionLoop { natural_frequency: 20.0, damping_ratio: 0.7 };
-//! // At the reference and at rest, nothing is asked for but the compensation of the load.
+//! // At the reference and at rest, the only request is the compensation of the load.
 //! assert_eq!(rack.acceleration(1.0, 1.0, 0.0, 0.5), Some(-0.5));
 //! ```
 #![no_std]

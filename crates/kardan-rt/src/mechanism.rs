@@ -7,8 +7,8 @@ use crate::{Plan, Real};
 /// `kardan::reduce::MechanismData` makes the plan from the expressions that simulations evaluate too. Its inputs are the coordinates and
 /// their speeds, its outputs the lists of an [`Evaluation`] in their order.
 ///
-/// The last [`cuts`](Self::cuts) coordinates are *cuts*: the angle by which a shaft runs ahead of its end in an element.
-/// They stay zero, and the generalised force that holds them there is the constraint torque on that shaft.
+/// The last [`cuts`](Self::cuts) coordinates are *cuts*: the angle by which a shaft runs ahead of its end in an
+/// element. They stay zero, and the generalised force that enforces this is the constraint torque on that shaft.
 ///
 /// ```
 /// use kardan_rt::{Mechanism, Operator, Plan, Run};
@@ -44,11 +44,11 @@ pub struct Mechanism<'a, T> {
     pub inputs: usize,
     /// Coulomb torques of the friction directions, N m.
     pub frictions: &'a [T],
-    /// What is evaluated.
+    /// The plan to evaluate.
     pub plan: Plan<'a, T>,
 }
 
-/// What [`Mechanism::evaluate`] finds, in the memory of the caller.
+/// The results of [`Mechanism::evaluate`], in the memory of the caller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evaluation<'m, T> {
     /// Angles of all shafts, rad.
@@ -92,10 +92,11 @@ impl<T: Real> Mechanism<'_, T> {
         sum(&[self.plan.memory(), sum(&self.lengths())])
     }
 
-    /// Evaluates the mechanism at `position` (rad) and `speed` (rad/s), one entry per coordinate; those left out are 0.
-    /// `None` if the memory is too short, the plan is not one of such a mechanism, or an entry of either or a number found is not finite.
+    /// Evaluates the mechanism at `position` (rad) and `speed` (rad/s), one entry per coordinate; missing entries are
+    /// 0. `None` if the memory is too short, the plan is not one of such a mechanism, or an entry of either or a result
+    /// is not finite.
     ///
-    /// Costs what its [`Plan::evaluate`] does.
+    /// Costs as much as its [`Plan::evaluate`].
     pub fn evaluate<'m>(&self, position: &[T], speed: &[T], memory: &'m mut [T]) -> Option<Evaluation<'m, T>> {
         let mut rest = memory;
         self.evaluate_in(position, speed, &mut rest)

@@ -11,14 +11,14 @@ pub struct Row {
     pub count: usize,
 }
 
-/// What a sensor reads of a mechanism: `Σ c q − rest` over the shafts, or `Σ c q̇ − rest`.
+/// The reading of a sensor of a mechanism: `Σ c q − rest` over the shafts, or `Σ c q̇ − rest`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensor<T> {
     /// Shafts and coefficients: one shaft with coefficient 1 for an encoder; stiffness times direction for the torque of a spring.
     pub row: Row,
     /// Whether it reads speeds.
     pub speed: bool,
-    /// What it reads less.
+    /// The constant that the reading subtracts.
     pub rest: T,
 }
 
@@ -33,8 +33,8 @@ impl<T: Real> Sensor<T> {
     }
 }
 
-/// An observer that runs the nonlinear model: a copy of the mechanism, driven by the commanded torques u and corrected by what
-/// the sensors read beyond what it expects of them.
+/// An observer that runs the nonlinear model: a copy of the mechanism, driven by the commanded torques u and corrected
+/// by the difference between the readings and their predictions.
 ///
 /// ```text
 /// q̂′ = ŵ + L_q e
@@ -75,9 +75,9 @@ impl<T: Real> Sensor<T> {
 pub struct ModelObserver<'a, T> {
     /// The model.
     pub mechanism: Mechanism<'a, T>,
-    /// Numbers of the inputs whose torques it is told.
+    /// Numbers of the inputs whose torques it receives.
     pub inputs: &'a [usize],
-    /// What is measured.
+    /// The sensors.
     pub sensors: &'a [Sensor<T>],
     /// Shaft and coefficient; the rows of the sensors are parts of this list.
     pub entries: &'a [(usize, T)],
@@ -107,8 +107,9 @@ impl<T: Real> ModelObserver<'_, T> {
 
     /// The derivative of the state, per second, while the inputs apply `torques` (N m) and the sensors read `readings`.
     ///
-    /// Returns false and leaves `out` as it is if there is no finite answer (a reading is NaN, say) or a list is too short.
-    #[must_use = "false tells that there is no answer"]
+    /// Returns false and leaves `out` unchanged if there is no finite result (a reading is NaN, say) or a list is too
+    /// short.
+    #[must_use = "false: there is no output"]
     pub fn rates(&self, state: &[T], torques: &[T], readings: &[T], memory: &mut [T], out: &mut [T]) -> bool {
         let mut rest = memory;
         let Some(found) = self.found(state, torques, readings, &mut rest) else { return false };
@@ -117,12 +118,13 @@ impl<T: Real> ModelObserver<'_, T> {
         true
     }
 
-    /// One sample: `x̂ ← x̂ + Γ x̂′`, with torques and readings held over it. Exact for the linear model that Γ belongs to; where
-    /// the model is another one, what it differs by is held over the sample too.
+    /// One sample: `x̂ ← x̂ + Γ x̂′`, with torques and readings constant over it (zero-order hold). Exact for the
+    /// linear model that Γ belongs to; for another model the difference is constant over the sample too.
     ///
-    /// Returns false and keeps the state if the new one is not finite, or so large that its fourth power is not: the equations,
-    /// which hold products of speeds and curves, would overflow from there on. So one bad sample does not stay in the block.
-    #[must_use = "false tells that the sample was dropped"]
+    /// Returns false and leaves the state unchanged if the new one is not finite, or so large that its fourth power is
+    /// not: the equations, which contain products of speeds and curves, would overflow from there on. So one bad sample
+    /// does not stay in the block.
+    #[must_use = "false: the sample was dropped"]
     pub fn step(&self, state: &mut [T], torques: &[T], readings: &[T], memory: &mut [T]) -> bool {
         let n = self.states();
         let mut rest = memory;

@@ -1,7 +1,7 @@
 use crate::feedback::combine;
 use crate::{Channel, Gain, Real};
 
-/// What the law measures and is told, one entry per channel.
+/// Measurements and other inputs of the law, one entry per channel.
 #[derive(Debug, Clone, Copy)]
 pub struct Measurement<'a, T> {
     /// Reduced coordinates of the design model, then their speeds.
@@ -17,7 +17,7 @@ pub struct Measurement<'a, T> {
 }
 
 /// Noninteracting control by partial feedback linearisation, `[diss. 6.3.3]`: `u = Kx·x + Ku·v`, where `v` are the
-/// accelerations asked of the outputs. With the designed gains each output is a double integrator of its own `v`.
+/// requested accelerations of the outputs. With the designed gains each output is a double integrator of its own `v`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noninteracting<'a, T> {
     /// Kx, one row per input, N m per rad and per rad/s.
@@ -31,9 +31,9 @@ pub struct Noninteracting<'a, T> {
 impl<T: Real> Noninteracting<'_, T> {
     /// One evaluation. `accelerations` is memory for v, one entry per channel; `torques` receives u, N m.
     ///
-    /// Returns false and leaves `torques` as they are if something measured or told is not finite, or an answer would not be.
+    /// Returns false and leaves `torques` unchanged if an input or a result is not finite.
     #[inline]
-    #[must_use = "false tells that the torques are those of the last step"]
+    #[must_use = "false: the torques are those of the last step"]
     pub fn torques(&self, measured: Measurement<'_, T>, accelerations: &mut [T], torques: &mut [T]) -> bool {
         let orders = measured.references.iter().zip(measured.loads);
         let motions = measured.positions.iter().zip(measured.speeds);

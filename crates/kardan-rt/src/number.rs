@@ -4,27 +4,28 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::Real;
 
-/// What a block of signals computes with: a [`Number`], or an expression that a program writes down, so that the lines of a block are
-/// also its formula.
+/// The arithmetic of a signal block: a [`Number`], or an expression that a program records, so that the code of a block
+/// is also its formula.
 pub trait Arithmetic:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     /// A whole number.
     fn whole(count: usize) -> Self;
-    /// `then` where `self < than`, else `otherwise`; each lane by itself.
+    /// `then` where `self < than`, else `otherwise`; for each lane separately.
     #[must_use]
     fn select(self, than: Self, then: Self, otherwise: Self) -> Self;
-    /// This where it is finite, else `other`; each lane by itself.
+    /// This where it is finite, else `other`; for each lane separately.
     #[must_use]
     fn finite_or(self, other: Self) -> Self;
-    /// 1 where this is a number, else 0; each lane by itself. An expression says so as long as the number is below 2⁵³.
+    /// 1 where this is a number, else 0; for each lane separately. Valid for an expression as long as the number is
+    /// below 2⁵³.
     #[must_use]
     fn is_number(self) -> Self;
     /// Whether all lanes are finite.
     fn all_finite(self) -> bool;
 }
 
-/// What a plan computes with: a number of the target, or several of them side by side ([`Lanes`]).
+/// The number type of a plan: a number of the target, or several of them in SIMD lanes ([`Lanes`]).
 pub trait Number: Arithmetic {
     /// The number of one lane.
     type One: Real;
@@ -36,7 +37,7 @@ pub trait Number: Arithmetic {
     /// A function of each lane of both.
     #[must_use]
     fn zip(self, other: Self, function: impl Fn(Self::One, Self::One) -> Self::One) -> Self;
-    /// Whether something holds in a lane.
+    /// Whether the predicate is true in a lane.
     fn any(self, predicate: impl Fn(Self::One) -> bool) -> bool;
 }
 

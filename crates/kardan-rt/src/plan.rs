@@ -4,7 +4,7 @@ use crate::dense::sum;
 use crate::number::Number;
 use crate::{Real, functions};
 
-/// What an operation computes of its operands a, b, c, d.
+/// The result of an operation on its operands a, b, c, d.
 ///
 /// Products and sums are rounded one after the other on every target, never contracted, so that the bits are the same everywhere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -74,16 +74,16 @@ impl Operator {
 /// Operations of one kind that do not need each other, one after the other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Run {
-    /// What they compute.
+    /// The operator.
     pub operator: Operator,
     /// How many they are.
     pub count: usize,
 }
 
-/// A function given by polynomials between knots; the first and the last hold beyond them.
+/// A function given by polynomials between knots; the first and the last extrapolate.
 ///
-/// Its numbers stand in [`Plan::numbers`], one after the other: the knots, rising, one less than there are pieces; where the argument of each
-/// piece is zero; the coefficients of the pieces, constant first.
+/// Its numbers are in [`Plan::numbers`], one after the other: the knots, rising, one fewer than pieces; the point at
+/// which the argument of each piece is zero; the coefficients of the pieces, constant first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Table {
     /// Where its numbers begin.
@@ -118,10 +118,10 @@ impl Table {
     }
 }
 
-/// A list of operations that finds outputs from inputs.
+/// A list of operations that computes outputs from inputs.
 ///
-/// Its memory holds the inputs first, then the constants, then the values of all operations in their order; operands are places in
-/// it. `kardan::plan` compiles models to such lists.
+/// Its memory contains the inputs first, then the constants, then the values of all operations in their order; operands
+/// are indices into it. `kardan::plan` compiles models to such lists.
 ///
 /// ```
 /// use kardan_rt::{Operator, Plan, Run};
@@ -150,7 +150,7 @@ pub struct Plan<'a, T> {
     pub constants: &'a [T],
     /// The operations, in runs of one kind.
     pub runs: &'a [Run],
-    /// Operands of all operations, one after the other: places in the memory.
+    /// Operands of all operations, one after the other: indices into the memory.
     pub operands: &'a [u32],
     /// Where the outputs are.
     pub outputs: &'a [u32],
@@ -171,7 +171,7 @@ fn is_finite<N: Number>(x: N) -> bool {
     !x.any(|x| !x.is_finite())
 }
 
-/// The value at a place. What is not there stands for a plan that is not whole.
+/// The value at an index. An index out of range means that the plan is incomplete.
 #[inline]
 fn value<N: Number>(computed: &[N], number: u32) -> N {
     computed.get(place(number)).map_or(N::all(N::One::NAN), |x| *x)
@@ -205,18 +205,18 @@ impl<T: Real> Plan<'_, T> {
         self.runs.iter().fold(sum(&[self.inputs, self.constants.len()]), |all, run| sum(&[all, values(run)]))
     }
 
-    /// Puts the constants into the memory; once, before the first evaluation.
+    /// Writes the constants into the memory; once, before the first evaluation.
     pub fn begin<N: Number<One = T>>(&self, memory: &mut [N]) {
         for (place, constant) in memory.iter_mut().skip(self.inputs).zip(self.constants) {
             *place = N::all(*constant);
         }
     }
 
-    /// Finds all values from the inputs at the begin of the memory. Returns whether all inputs and outputs are finite; false also
-    /// where the memory is too short, or the plan is not whole.
+    /// Computes all values from the inputs at the begin of the memory. Returns whether all inputs and outputs are
+    /// finite; false also where the memory is too short, or the plan is incomplete.
     ///
     /// Costs some 1 ns for each operation; sines, roots and quotients more.
-    #[must_use = "false tells that an output is no number"]
+    #[must_use = "false: an output is not finite"]
     pub fn evaluate<N: Number<One = T>>(&self, memory: &mut [N]) -> bool {
         let mut done = sum(&[self.inputs, self.constants.len()]);
         let mut operands = self.operands;

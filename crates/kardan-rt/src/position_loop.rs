@@ -12,9 +12,9 @@ pub struct PositionLoop<T> {
 }
 
 impl<T: Real> PositionLoop<T> {
-    /// The acceleration to ask for, rad/s², from reference and position (rad), speed (rad/s) and the estimated load
-    /// as an acceleration (load torque over inertia, rad/s²); `None` where that is no finite number (something measured or told
-    /// is not, or it overflows): keep what you asked for before.
+    /// The acceleration to request, rad/s², from reference and position (rad), speed (rad/s) and the estimated load as
+    /// an acceleration (load torque over inertia, rad/s²); `None` where that is not finite (an input is not finite, or
+    /// the result overflows): use the previous request then.
     ///
     /// ```
     /// let rack = kardan_rt::PositionLoop { natural_frequency: 20.0, damping_ratio: 0.7 };

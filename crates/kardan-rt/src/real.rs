@@ -21,13 +21,13 @@ pub trait Real:
     const ONE: Self;
     /// The distance from 1 to the next larger number.
     const EPSILON: Self;
-    /// No number.
+    /// NaN.
     const NAN: Self;
     /// √x, NaN below zero.
     fn sqrt(self) -> Self;
     /// The largest whole number that is not above.
     fn floor(self) -> Self;
-    /// The whole number towards zero; 0 below zero and for NaN, the largest there is where it is too large.
+    /// Truncation to an integer; 0 below zero and for NaN, the largest integer where it is too large.
     fn whole(self) -> usize;
     /// The nearest number.
     fn count(whole: usize) -> Self;
@@ -46,7 +46,7 @@ impl Real for f32 {
 
     #[inline]
     fn sqrt(self) -> Self {
-        // The root is exact either way; the compiler puts lanes together only in its own.
+        // The root is exact either way; the compiler vectorises only its own.
         #[cfg(feature = "std")]
         return f32::sqrt(self);
         #[cfg(not(feature = "std"))]
@@ -89,7 +89,7 @@ impl Real for f64 {
 
     #[inline]
     fn sqrt(self) -> Self {
-        // The root is exact either way; the compiler puts lanes together only in its own.
+        // The root is exact either way; the compiler vectorises only its own.
         #[cfg(feature = "std")]
         return f64::sqrt(self);
         #[cfg(not(feature = "std"))]

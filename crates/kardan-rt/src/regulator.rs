@@ -7,15 +7,15 @@ use crate::{Bounds, Gain, Governor, Real};
 /// At each sample, with the readings y and the references r:
 ///
 /// ```text
-/// x̂ ← x̂ + M (y − C x̂)                 what the readings tell
+/// x̂ ← x̂ + M (y − C x̂)                 correction by the readings
 /// r ← governed r                       if there is a governor
 /// u  = −K [x̂; ξ; r], within bounds
 /// ξ ← Aξ ξ + Bξ r                      reference model
-/// x̂ ← A x̂ + B u                        prediction, with the torques as they are: nothing winds up
+/// x̂ ← A x̂ + B u                        prediction, with the applied torques: no windup
 /// ```
 ///
-/// A reading or reference that is not finite is replaced by the last one that was. Commands are always finite and within the
-/// bounds, whatever is read.
+/// A reading or reference that is not finite is replaced by the last one that was. Commands are always finite and
+/// within the bounds, for any reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Regulator<'a, T> {
     /// A, states × states.
@@ -34,11 +34,11 @@ pub struct Regulator<'a, T> {
     pub feedback: Gain<'a, T>,
     /// Bounds of the motors.
     pub bounds: &'a [Bounds<T>],
-    /// Holds references back that would ask for more than the motors can give.
+    /// Limits references that would request more than the motors can give.
     pub governor: Option<Governor<'a, T>>,
 }
 
-/// What a [`Regulator`] remembers. All zero at the start, but for the estimate of where the plant stands.
+/// The state of a [`Regulator`]. All zero at the start, except for the estimate of the plant state.
 #[derive(Debug)]
 pub struct RegulatorMemory<'m, T> {
     /// x̂
@@ -51,30 +51,30 @@ pub struct RegulatorMemory<'m, T> {
     pub references: &'m mut [T],
     /// The commands in force.
     pub commands: &'m mut [T],
-    /// As many as [`Regulator::work`] says.
+    /// As many entries as [`Regulator::work`] returns.
     pub work: &'m mut [T],
 }
 
-/// What went wrong at a sample, and was dealt with.
+/// Faults at a sample that the block handled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Health {
-    /// Readings that were not finite, and were held.
+    /// Number of readings that were not finite and were replaced by the last valid ones.
     pub invalid_readings: usize,
-    /// References that were not finite, and were held.
+    /// Number of references that were not finite and were replaced by the last valid ones.
     pub invalid_references: usize,
-    /// Commands that are not what was wished: the bounds changed them, or the wish was not finite.
+    /// Number of commands that differ from the requested ones: the bounds changed them, or the request was not finite.
     pub commands_bounded: usize,
-    /// Whether the governor held a reference back.
+    /// Whether the governor limited a reference.
     pub governed: bool,
-    /// Whether the estimate or the reference model was kept as it was: it overflowed, or there was too little memory for
-    /// the work, and the commands were kept as well.
+    /// Whether the estimate or the reference model stayed unchanged: it overflowed, or the work memory was too short,
+    /// and then the commands stayed unchanged as well.
     pub estimate_frozen: bool,
 }
 
-/// What a block that knows more of the plant than its linear model tells a [`Regulator`] at a sample.
+/// Inputs of a [`Regulator`] at a sample from a block with a better plant model than the linear one.
 #[derive(Debug, Clone, Copy)]
 pub struct NonlinearTerms<'a, T> {
-    /// What the readings should be at x̂; none: C x̂.
+    /// The predicted readings at x̂; `None`: C x̂.
     pub foreseen: Option<&'a [T]>,
     /// Forces f on the plant that the linear model leaves out, N m.
     pub forces: &'a [T],
@@ -96,7 +96,7 @@ impl<T: Real> Regulator<'_, T> {
         self.advance(readings, references, memory, None)
     }
 
-    /// [`step`](Self::step) with what else is known.
+    /// [`step`](Self::step) with these further inputs.
     pub(crate) fn advance(
         &self,
         readings: &[T],
@@ -116,7 +116,7 @@ impl<T: Real> Regulator<'_, T> {
         copy(governed, desired);
         health.invalid_references = hold(references, desired);
 
-        // What the readings tell.
+        // The correction by the readings.
         error.fill(T::ZERO);
         match nonlinear.and_then(|nonlinear| nonlinear.foreseen) {
             Some(foreseen) => copy(foreseen, error),
@@ -145,7 +145,7 @@ impl<T: Real> Regulator<'_, T> {
         self.model_input.accumulate(governed, next_model);
         self.model.accumulate(own_model, next_model);
 
-        // u = −K [x̂; ξ; r]; the row of each command is summed in place of the one before.
+        // u = −K [x̂; ξ; r]; the sum for each command replaces the previous one.
         let before: &mut [T] = commands;
         for (number, command) in before.iter_mut().enumerate() {
             let fed = self.feedback.row_times(number, augmented);
@@ -178,8 +178,8 @@ impl<T: Real> Regulator<'_, T> {
     }
 }
 
-/// Takes readings (or references) over that are finite. Of those that are not, or are missing, the last good ones stay; returns
-/// how many.
+/// Copies readings (or references) that are finite. Where they are not, or are missing, the last valid ones stay;
+/// returns how many.
 ///
 /// ```
 /// let mut last_good = [1.0, 2.0];

@@ -2,7 +2,7 @@ use crate::Real;
 
 /// Numbers over an angle that repeat after a period: rows at equal distances, linear between them.
 ///
-/// Row k of N belongs to k/N of the period. Rows hold finite numbers.
+/// Row k of N belongs to k/N of the period. Rows contain finite numbers.
 ///
 /// ```
 /// use kardan_rt::Schedule;
@@ -35,7 +35,7 @@ impl<'a, T: Real> Schedule<'a, T> {
     ///
     /// Returns false and leaves `out` as it is if the angle is not finite or `out` is shorter than a row.
     #[inline]
-    #[must_use = "false tells that nothing was written"]
+    #[must_use = "false: nothing was written"]
     pub fn at(&self, angle: T, out: &mut [T]) -> bool {
         let turns = angle / self.period;
         let place = (turns - turns.floor()) * T::count(self.count);

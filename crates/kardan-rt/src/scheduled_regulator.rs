@@ -3,13 +3,13 @@ use crate::mechanism::take;
 use crate::regulator::NonlinearTerms;
 use crate::{Bounds, Gain, Governor, Health, Mechanism, Real, Regulator, RegulatorMemory, Schedule, Sensor};
 
-/// A [`Regulator`] for a plant whose linear model depends on where it stands: its numbers follow a coordinate of the estimate,
-/// its expectation of the readings is that of the mechanism itself, and so are the forces that grow with the square of the speeds.
+/// A [`Regulator`] for a plant whose linear model depends on its position: its gains are scheduled by a coordinate of
+/// the estimate; the mechanism itself predicts the readings and the forces that grow with the square of the speeds.
 ///
 /// ```text
 /// (A, B, C, M, K, …) = numbers at the coordinate, linear between the points of the design
-/// f = −Σ J (aᵀk) Kᵀa                   at q̂, ŵ: what bent directions of inertias make of speeds; 0 where a sample is too long
-/// x̂ ← x̂ + M (y − h(x̂))                h: what the sensors read at q̂, ŵ
+/// f = −Σ J (aᵀk) Kᵀa                   at q̂, ŵ: forces of nonlinear inertia directions, quadratic in speeds; 0 where a sample is too long
+/// x̂ ← x̂ + M (y − h(x̂))                h: the predicted readings at q̂, ŵ
 /// u  = −K [x̂; ξ; r] − K_f f, within bounds
 /// x̂ ← A x̂ + B u + G f
 /// ```
@@ -18,7 +18,7 @@ use crate::{Bounds, Gain, Governor, Health, Mechanism, Real, Regulator, Regulato
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScheduledRegulator<'a, T> {
     /// The numbers of each point: A, B, C, M, K, G, K_f, and of the governor Pₓ, Pξ, Pᵣ, each row by row; as many as
-    /// [`width`](Self::width) says.
+    /// [`width`](Self::width) returns.
     pub schedule: Schedule<'a, T>,
     /// Number of the coordinate that it follows.
     pub coordinate: usize,
@@ -32,7 +32,7 @@ pub struct ScheduledRegulator<'a, T> {
     pub governor_bounds: &'a [T],
     /// The plant.
     pub mechanism: Mechanism<'a, T>,
-    /// What is measured.
+    /// The sensors.
     pub sensors: &'a [Sensor<T>],
     /// Shaft and coefficient; the rows of the sensors are parts of this list.
     pub entries: &'a [(usize, T)],
@@ -64,8 +64,9 @@ impl<T: Real> ScheduledRegulator<'_, T> {
         sum(&[width, p, c, self.mechanism.memory()])
     }
 
-    /// One sample, as [`Regulator::step`]. `scratch` remembers nothing. With too little of it, or an estimate that is not finite,
-    /// everything is kept as it is; where the mechanism has no finite answer, the linear expectation C x̂ and no force stand in.
+    /// One sample, as [`Regulator::step`]. `scratch` has no state. If it is too short or an estimate is not finite, all
+    /// states stay unchanged; where the mechanism has no finite result, the block uses the linear prediction C x̂ and
+    /// no force.
     pub fn step(&self, readings: &[T], references: &[T], memory: RegulatorMemory<'_, T>, scratch: &mut [T]) -> Health {
         match self.found(readings, references, memory, scratch) {
             Some(health) => health,
@@ -113,7 +114,7 @@ impl<T: Real> ScheduledRegulator<'_, T> {
         Some(block.advance(readings, references, memory, Some(nonlinear)))
     }
 
-    /// What the sensors read at an estimate, and the forces of its speeds; `None` if a number is not finite.
+    /// The predicted readings at an estimate, and the forces of its speeds; `None` if a number is not finite.
     fn look(&self, estimate: &[T], foreseen: &mut [T], forces: &mut [T], memory: &mut [T]) -> Option<()> {
         let c = self.mechanism.coordinates;
         let (position, rest) = estimate.split_at_checked(c)?;
@@ -125,8 +126,9 @@ impl<T: Real> ScheduledRegulator<'_, T> {
         (all_finite(foreseen) && all_finite(forces)).then_some(())
     }
 
-    /// Whether the forces change no speed by more than a sixteenth of the largest one in a sample. Beyond that the sample time is
-    /// too long to tell what they do, and an estimate that one bad reading made huge would feed itself.
+    /// Whether the forces change no speed by more than a sixteenth of the largest one in a sample. Above that the
+    /// sample time is too long to predict their effect, and an estimate that one bad reading made huge would grow by
+    /// itself.
     fn within_a_sample(&self, estimate: &[T], force_input: &Gain<'_, T>, forces: &[T]) -> bool {
         let c = self.mechanism.coordinates;
         let speeds = estimate.iter().skip(c).take(c);

@@ -35,8 +35,8 @@ pub struct StateSpace<'a, T> {
 }
 
 impl<'a, T: Real> StateSpace<'a, T> {
-    /// A block from its matrices, row by row: A (states × states), B (states × signals), C (outputs × states),
-    /// D (outputs × signals); `None` if the lengths do not fit each other.
+    /// A block from its matrices, row by row: A (states × states), B (states × signals), C (outputs × states), D
+    /// (outputs × signals); `None` if the lengths are inconsistent.
     ///
     /// ```
     /// use kardan_rt::StateSpace;
@@ -45,7 +45,7 @@ impl<'a, T: Real> StateSpace<'a, T> {
     /// let mut out = [0.0];
     /// assert!(gain.outputs(&[], &[2.0, 5.0], &mut out));
     /// assert_eq!(out, [1.0]);
-    /// // A reading that is no number is told, and the last answer stays.
+    /// // The block reports a reading that is not a number, and the last output stays.
     /// assert!(!gain.outputs(&[], &[2.0, f64::NAN], &mut out));
     /// assert_eq!(out, [1.0]);
     /// assert!(StateSpace::new(&[1.0], &[1.0], &[], &[], 2, 1).is_none());
@@ -67,31 +67,31 @@ impl<'a, T: Real> StateSpace<'a, T> {
 
     /// `out = C ξ + D s`.
     ///
-    /// Returns false and leaves `out` as it is if a signal or an answer is not finite.
+    /// Returns false and leaves `out` unchanged if an input or an output is not finite.
     #[inline]
-    #[must_use = "false tells that the outputs are those of the last step"]
+    #[must_use = "false: the outputs are those of the last step"]
     pub fn outputs(&self, state: &[T], signals: &[T], out: &mut [T]) -> bool {
         combine((&self.c, state), (&self.d, signals), out)
     }
 
     /// `out = A ξ + B s`: the derivative of the state of a continuous block (per second), the next state of a sampled one.
     ///
-    /// Returns false and leaves `out` as it is if a signal or an answer is not finite.
+    /// Returns false and leaves `out` unchanged if an input or an output is not finite.
     #[inline]
-    #[must_use = "false tells that the rates are those of the last step"]
+    #[must_use = "false: the rates are those of the last step"]
     pub fn rates(&self, state: &[T], signals: &[T], out: &mut [T]) -> bool {
         combine((&self.b, signals), (&self.a, state), out)
     }
 
     /// One sample: `ξ ← A ξ + B s`. `next` is memory, one entry per state.
     ///
-    /// Returns whether the signals and the new state are finite; otherwise (a reading was NaN) the old one is kept, so that one
-    /// bad sample does not stay in the block for ever.
+    /// Returns whether the signals and the new state are finite; otherwise (a reading was NaN) the old state stays, so
+    /// that one bad sample does not stay in the block for ever.
     #[inline]
-    #[must_use = "false tells that the sample was dropped"]
+    #[must_use = "false: the sample was dropped"]
     pub fn step(&self, state: &mut [T], signals: &[T], next: &mut [T]) -> bool {
         next.fill(T::ZERO);
-        // The state last: what one step waits for from the one before is then the shortest.
+        // The state last: that shortens the dependence of one step on the previous one.
         self.b.accumulate(signals, next);
         self.a.accumulate(state, next);
         let finite = all_finite(next) && all_finite(signals);

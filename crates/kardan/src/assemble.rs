@@ -1,4 +1,4 @@
-//! Named terms to numbered rows: the equations of motion of the unconstrained bodies and their constraints.
+//! Assembles named terms into numbered rows: the equations of motion of the unconstrained bodies and their constraints.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -46,21 +46,21 @@ pub struct SpringLaw {
     pub rest: Exact,
 }
 
-/// What becomes of the springs and dampers of an element in the course of a run.
+/// How the springs and dampers of an element change during a run.
 #[derive(Debug, Clone, Default)]
 pub struct Weakened {
-    /// What is to be added to one for the part of their torques that is left, over the time.
+    /// Change over time of the remaining part of their torques: one plus this.
     pub share: Option<Arc<OfTime>>,
-    /// What their relaxed angle moves by, rad, over the time.
+    /// Shift of their relaxed angle over time, rad.
     pub moved: Option<Arc<OfTime>>,
 }
 
-/// The torque of a friction at speed, and what holds at rest.
+/// The torque of a friction at speed, and its law at rest.
 #[derive(Debug, Clone)]
 pub struct FrictionLaw {
     /// Coulomb torque, N m.
     pub torque: Exact,
-    /// More than that at rest and in slow motion.
+    /// The higher torque at rest and in slow motion.
     pub stribeck: Option<Stribeck>,
 }
 
@@ -105,7 +105,7 @@ impl CoefficientKind {
 pub struct TermCoefficient {
     /// `fs.damping`
     pub name: String,
-    /// What it is.
+    /// Its kind.
     pub kind: CoefficientKind,
     /// Number of the term among those of its kind.
     pub term: usize,
@@ -128,7 +128,7 @@ pub struct TransmissionRow {
     pub curve: Arc<dyn Curve>,
 }
 
-/// A constraint that a run keeps with its multiplier.
+/// A constraint that a run enforces by its multiplier.
 #[derive(Debug, Clone)]
 pub struct MultiplierConstraint {
     /// The element it belongs to.
@@ -137,12 +137,12 @@ pub struct MultiplierConstraint {
     pub law: MultiplierLaw<usize>,
 }
 
-/// A row of speeds that says what others say already.
+/// A row of speeds that is redundant.
 #[derive(Debug, Clone)]
 pub struct DependentConstraint {
     /// The row.
     pub row: MultiplierConstraint,
-    /// What it is the sum of: elements of kept rows, with factors.
+    /// The multiplier rows whose sum it is: elements, with factors.
     pub shares: Vec<(String, Rational)>,
 }
 
@@ -157,14 +157,14 @@ pub struct RestTorque {
 
 /// All terms of a model, by kind, over shafts numbered in the order of their names.
 ///
-/// The order of the file never shows: shafts are sorted by name, terms by the shafts that they act on and by element name.
+/// The result does not depend on the order of the file: shafts are sorted by name, terms by the shafts that they act on and by element name.
 #[derive(Debug, Clone, Default)]
 pub struct Equations {
     /// Names of shafts (their angles, rad) and charges (C), sorted; the coordinates q.
     pub coordinates: Vec<String>,
-    /// What each coordinate is.
+    /// The domain of each coordinate.
     pub domains: Vec<Domain>,
-    /// What the directions of an element are, by its name, where it is not what they act on.
+    /// Quantity of the directions of an element, by its name, where it differs from that of their coordinates.
     pub measures: BTreeMap<String, Domain>,
     /// Nodes of circuits, sorted; the last rows of `constraints` are their balances.
     pub nodes: Vec<String>,
@@ -174,40 +174,40 @@ pub struct Equations {
     pub springs: Vec<DirectionalTerm<SpringLaw>>,
     /// Dampers, N m s/rad.
     pub dampers: Vec<DirectionalTerm<Exact>>,
-    /// Frictions; none holds nothing at rest.
+    /// Frictions; each sticks at rest.
     pub frictions: Vec<DirectionalTerm<FrictionLaw>>,
-    /// What else holds: clutches, stops, locks.
+    /// Other unilateral and switched laws: clutches, stops, locks.
     pub unilaterals: Vec<DirectionalTerm<UnilateralConstraint>>,
-    /// Linear constraints, those of elements and behind them those of nodes; the value is the offset, rad or C.
+    /// Linear constraints, first those of elements, then those of nodes; the value is the offset, rad or C.
     pub constraints: Vec<DirectionalTerm<Exact>>,
-    /// Functions of time that right-hand sides of constraints are, by element; the value of such a row is that at time zero.
+    /// Right-hand sides of constraints that are functions of time, by element; the value of such a row is that at time zero.
     pub moving: BTreeMap<String, Arc<OfTime>>,
-    /// What becomes of springs and dampers in the course of a run, by element: what fails. No analysis and no design knows of it.
+    /// Failures of springs and dampers during a run, by element. Analyses and designs ignore them.
     pub failing: BTreeMap<String, Weakened>,
     /// Constraints that are not solved for a coordinate.
     pub multiplier_constraints: Vec<MultiplierConstraint>,
-    /// Those among them that follow from others; a reduced model has them here.
+    /// The redundant ones among them; set in a reduced model.
     pub dependent_constraints: Vec<DependentConstraint>,
-    /// Constraints that springs and dampers stand for, which are among `springs` and `dampers` under the same name; the value is the
+    /// Constraints replaced by springs and dampers, which are among `springs` and `dampers` under the same name; the value is the
     /// scale: torque of the spring and damper over it is the multiplier.
     pub compliances: Vec<DirectionalTerm<Exact>>,
     /// Nonlinear transmissions.
     pub transmissions: Vec<TransmissionRow>,
     /// Inputs.
     pub inputs: Vec<DirectionalTerm<InputKind>>,
-    /// Torques that expressions give.
+    /// Torques given by expressions.
     pub laws: Vec<DirectionalTerm<Arc<Formula>>>,
-    /// What multipliers carry along coordinates where rows that turn stand still for an analysis; of a run nothing.
+    /// Multiplier torques along coordinates where an analysis freezes rotating rows; empty for a run.
     pub carried: Vec<DirectionalTerm<RestTorque>>,
-    /// Whether coordinates without inertia follow from kept rows alone, so that these lend them inertia (`reduce/multiplier_constraints.rs`).
+    /// Whether coordinates without inertia are determined by multiplier rows alone, which then give them inertia (`reduce/multiplier_constraints.rs`).
     pub braced: bool,
-    /// Elements whose rows stand still for an analysis with coefficients that were rounded; of a run nothing.
+    /// Elements whose rows an analysis freezes with rounded coefficients; empty for a run.
     pub rounded: Vec<String>,
     /// Sensors by element name.
     pub sensors: Vec<(String, Sensor)>,
-    /// Those of signals: blocks and programs alone read them.
+    /// Sensors of signals: only blocks and programs read them.
     pub signal_sensors: Vec<(String, Sensor)>,
-    /// Names of coefficients that a run is given with its start: they are symbols of its motion.
+    /// Names of coefficients that a run receives at its start: symbols of its equations of motion.
     pub run_parameters: Vec<String>,
 }
 
@@ -356,13 +356,13 @@ fn add_shares(shares: &mut BTreeMap<usize, Rational>, more: Vec<(usize, Rational
     }
 }
 
-/// By the shafts that a term acts on: sums then run in the same order whatever the elements are called.
+/// By the shafts that a term acts on: the order of sums then does not depend on element names.
 fn sort<T>(terms: &mut [DirectionalTerm<T>]) {
     terms.sort_by_key(|term| term.row.iter().map(|(shaft, _)| *shaft).collect::<Vec<_>>());
 }
 
 impl Equations {
-    /// Directions of set-valued torques, with their elements: those of the frictions, behind them those of the holds.
+    /// Directions of set-valued torques, with their elements: first those of the frictions, then those of the unilateral and switched laws.
     pub fn set_valued(&self) -> impl Iterator<Item = (&str, &[(usize, Rational)])> {
         let frictions = self.frictions.iter().map(|term| (term.element.as_str(), term.row.as_slice()));
         frictions.chain(self.unilaterals.iter().map(|term| (term.element.as_str(), term.row.as_slice())))
@@ -377,14 +377,14 @@ impl Equations {
         self.inputs.iter().map(lag).collect()
     }
 
-    /// Teeth that rub, in the order of what holds.
+    /// Gear losses, in the order of the unilateral and switched laws.
     pub fn gear_losses(&self) -> impl Iterator<Item = (&DirectionalTerm<UnilateralConstraint>, &GearLoss)> {
         self.unilaterals.iter().filter_map(|unilateral| {
             if let UnilateralConstraint::GearLoss(gear) = &unilateral.value { Some((unilateral, gear)) } else { None }
         })
     }
 
-    /// The inertia of a shaft itself, without what moves with it, kg m².
+    /// The inertia of a shaft itself, without bodies coupled to it, kg m².
     pub fn own_inertia(&self, shaft: usize) -> Rational {
         let own = self.inertias.iter().filter_map(|term| match term.row.as_slice() {
             [(k, x)] if *k == shaft => Some(x.times(x).times(&term.value.to_rational())),
@@ -446,12 +446,12 @@ impl Equations {
         }
     }
 
-    /// What a coordinate is.
+    /// The domain of a coordinate.
     pub fn domain(&self, coordinate: usize) -> Domain {
         self.domains.get(coordinate).copied().unwrap_or_default()
     }
 
-    /// The domain of a law: what its direction is, else that of what it acts on.
+    /// The domain of a law: that of its direction if declared, else that of its coordinates.
     pub fn domain_of<T>(&self, term: &DirectionalTerm<T>) -> Domain {
         if let Some(domain) = self.measures.get(&term.element) {
             return *domain;
@@ -472,7 +472,7 @@ impl Equations {
         found.unwrap_or_default()
     }
 
-    /// The domain of what holds along a direction; teeth rub along their first body, whatever their constraint is a length of.
+    /// The domain of a unilateral or switched law along a direction; a gear loss acts along its first body, whatever the length in its constraint.
     pub fn domain_of_unilateral(&self, unilateral: &DirectionalTerm<UnilateralConstraint>) -> Domain {
         match (&unilateral.value, unilateral.row.first()) {
             (UnilateralConstraint::GearLoss(_), Some((coordinate, _))) => self.domain(*coordinate),
@@ -480,7 +480,7 @@ impl Equations {
         }
     }
 
-    /// The list that a sensor stands in.
+    /// The list that contains a sensor.
     fn sensors_like(&mut self, sensor: &Sensor) -> &mut Vec<(String, Sensor)> {
         let of_signal = matches!(sensor.measured, Measured::Signal(_));
         if of_signal { &mut self.signal_sensors } else { &mut self.sensors }
@@ -492,7 +492,7 @@ impl Equations {
         all.into_iter().find(|(candidate, _)| candidate == name).map(|(_, sensor)| sensor)
     }
 
-    /// What the reading of a sensor is: of a mass a position, a velocity or a force.
+    /// The quantity of a sensor's reading: of a mass a position, a velocity or a force.
     pub fn reading(&self, measured: &Measured) -> Quantity {
         let domain =
             |name: &str| self.coordinates.iter().position(|candidate| candidate == name).map(|k| self.domain(k));
@@ -512,7 +512,7 @@ impl Equations {
         }
     }
 
-    /// The coordinates that a kept row acts on, by number.
+    /// The coordinates that a multiplier row acts on, by number.
     pub fn shafts_of(&self, law: &MultiplierLaw<usize>) -> Vec<usize> {
         let mut shafts: Vec<usize> = match law {
             MultiplierLaw::Rates(row) => row.iter().map(|(shaft, _)| *shaft).collect(),
@@ -528,7 +528,7 @@ impl Equations {
         shafts
     }
 
-    /// The coordinates that a kept row depends on at all, by number.
+    /// All coordinates that a multiplier row depends on, by number.
     pub fn coordinates_of_multiplier(&self, law: &MultiplierLaw<usize>) -> Vec<usize> {
         let mut found = self.shafts_of(law);
         if let MultiplierLaw::Rates(row) = law {
@@ -538,7 +538,7 @@ impl Equations {
         found
     }
 
-    /// The domain of what a kept row adds up to; none of a relation in another unit, as an area.
+    /// The domain of the sum in a multiplier row; none for a relation in another unit, such as an area.
     pub fn domain_of_multiplier(&self, constraint: &MultiplierConstraint) -> Option<Domain> {
         let own = || self.shafts_of(&constraint.law).first().map(|shaft| self.domain(*shaft));
         if constraint.law.prescribes() {
@@ -548,7 +548,7 @@ impl Equations {
         [Domain::Rotation, Domain::Translation].into_iter().find(|domain| domain.dimensions()[0].is_like(&found))
     }
 
-    /// What a kept row adds up to; of rates what these are the rate of.
+    /// The quantity of the sum in a multiplier row; of rates, the quantity whose rate it is.
     pub fn dimension_of_multiplier(&self, constraint: &MultiplierConstraint) -> Dimension {
         let over = match &constraint.law {
             MultiplierLaw::Surface(formula) => Some(formula.dimension),
@@ -562,7 +562,7 @@ impl Equations {
         over.unwrap_or(Dimension::NONE)
     }
 
-    /// What the multiplier of a kept row is: a torque, a force, a voltage, or energy over what the row adds up to.
+    /// The quantity of the multiplier of a row: a torque, a force, a voltage, or energy divided by the quantity of the row.
     pub fn multiplier_quantity(&self, constraint: &MultiplierConstraint) -> (Quantity, Physical) {
         match self.domain_of_multiplier(constraint) {
             Some(domain) => (domain.effort(), domain.effort().physical()),
@@ -574,7 +574,7 @@ impl Equations {
         }
     }
 
-    /// Keeps constraints that move, by name, in place of solving them for a coordinate.
+    /// Enforces moving constraints, by name, by multipliers instead of solving them for a coordinate.
     pub fn prefer_moving(&mut self, names: &[String]) {
         for name in names {
             let place = self.constraints.iter().position(|constraint| constraint.element == *name);

@@ -1,4 +1,4 @@
-//! What is wrong with a user's file: every mistake with its place, its reason and what to do about it.
+//! Errors and warnings in a user's file: each with its place, its reason and a remedy.
 //!
 //! Data only. The library never prints; the command line renders a [`Diagnostic`] with the source text underneath.
 
@@ -10,33 +10,33 @@ pub use crate::names::{bidi_escaped, nearest, quoted, shortened};
 /// How serious a [`Diagnostic`] is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// The model is used, but its author should look here.
+    /// The model is usable, but its author should check this.
     Warning,
     /// The model cannot be used.
     Error,
 }
 
-/// A place in the model with a few words beneath it.
+/// A place in the model with a label.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Label {
     /// Where: in the source text, or the path of an entry.
     pub place: Place,
-    /// What is to be seen there.
+    /// The label.
     pub text: String,
 }
 
-/// One mistake (or one warning) in a model file.
+/// One error or warning in a model file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnostic {
     /// Error or warning.
     pub severity: Severity,
     /// A stable code such as `unit::dimension`, for searching the manual.
     pub code: &'static str,
-    /// What is wrong and why, in one sentence.
+    /// The error and its reason, in one sentence.
     pub message: String,
-    /// Where; empty if the mistake is the file as a whole.
+    /// Where; empty if the error concerns the whole file.
     pub labels: Vec<Label>,
-    /// What to do.
+    /// The remedy.
     pub help: Option<String>,
 }
 
@@ -51,13 +51,13 @@ impl Diagnostic {
         Self { severity: Severity::Warning, ..Self::error(code, message) }
     }
 
-    /// Adds a place and the words beneath it.
+    /// Adds a place and its label.
     pub fn at(mut self, place: impl Into<Place>, text: impl Into<String>) -> Self {
         self.labels.push(Label { place: place.into(), text: text.into() });
         self
     }
 
-    /// Says what to do.
+    /// Sets the remedy.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
@@ -120,7 +120,7 @@ pub fn plain(source: &str, diagnostics: &[Diagnostic]) -> String {
     out
 }
 
-/// Where the lines of a text begin, found in one pass: a place is then told without reading the text from its start again,
+/// Where the lines of a text begin, found in one pass: a place is then located without reading the text from its start again,
 /// however many places there are and however long the lines.
 ///
 /// ```
@@ -161,7 +161,7 @@ impl Lines {
         self.starts.partition_point(|start| *start <= offset) - 1
     }
 
-    /// The offset of the first byte of a line (from 0); that of the end behind the last line.
+    /// The offset of the first byte of a line (from 0); that of the end after the last line.
     pub fn start(&self, line: usize) -> usize {
         self.starts.get(line).map_or(self.length, |start| *start)
     }
@@ -188,7 +188,7 @@ fn beginnings(bytes: &[u8]) -> usize {
 mod tests {
     use super::*;
 
-    /// Line and column by reading from the start, as the definition says.
+    /// Line and column by reading from the start, as defined.
     fn read(text: &str, offset: usize) -> (usize, usize) {
         let before = &text[..text.floor_char_boundary(offset)];
         let line = before.rsplit('\n').next().unwrap_or_default();

@@ -1,7 +1,7 @@
-//! What a model is written as: a tree of keys and values, from a file or from a program.
+//! The source form of a model: a tree of keys and values, from a file or from a program.
 //!
-//! Everything that a model says stands in [`Entries`], each with its [`Place`]. Files become entries in
-//! [`file`](crate::file), typed tables of a program in [`schema`](crate::schema); from there on nothing knows which it was.
+//! [`Entries`] contain the whole model, each value with its [`Place`]. Files become entries in
+//! [`file`](crate::file), typed tables of a program in [`schema`](crate::schema); later code does not distinguish the two.
 
 use std::fmt;
 use std::ops::Range;
@@ -10,7 +10,7 @@ use std::sync::Arc;
 use crate::names::{HasName, NamedList};
 use crate::units::{Dimension, Exact};
 
-/// Where an entry stands: in a text, or at a path in a model that a program built.
+/// The place of an entry: in a text, or at a path in a model that a program built.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub enum Place {
     /// Byte range in the text of the file.
@@ -32,7 +32,7 @@ impl From<Range<usize>> for Place {
 }
 
 impl Place {
-    /// The byte range in the text; empty at the start for an entry that no text has.
+    /// The byte range in the text; empty at the start for an entry without text.
     pub fn span(&self) -> Range<usize> {
         match self {
             Self::Text(span) => span.clone(),
@@ -40,7 +40,7 @@ impl Place {
         }
     }
 
-    /// Where it begins in the text, to tell the mistakes of a file in order.
+    /// Where it begins in the text, to report the errors of a file in order.
     pub fn start(&self) -> usize {
         self.span().start
     }
@@ -71,9 +71,9 @@ impl Place {
 /// A value with its place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
-    /// What is written.
+    /// The value.
     pub value: RawValue,
-    /// Where: of a table its header, or the whole of it where it stands in one line.
+    /// Where: of a table its header, or all of an inline table.
     pub place: Place,
 }
 
@@ -82,7 +82,7 @@ pub struct Entry {
 pub enum RawValue {
     /// A text, without its quotes.
     Text(String),
-    /// A decimal number, as its digits stand.
+    /// A decimal number, as its digits are written.
     Number(String),
     /// A quantity that a program computed.
     Quantity(Exact, Dimension),
@@ -90,9 +90,9 @@ pub enum RawValue {
     List(Vec<Entry>),
     /// A table.
     Table(Entries),
-    /// Something that no model holds: what it is, and how it is written.
+    /// A type that no model uses: its name, and its source text.
     Other(&'static str, String),
-    /// What could not be read; that has been reported.
+    /// An unreadable value; it has been reported.
     Broken,
 }
 
@@ -103,7 +103,7 @@ pub struct KeyedEntry {
     pub key: String,
     /// Place of the key.
     pub place: Place,
-    /// What it holds.
+    /// Its value.
     pub entry: Entry,
 }
 
@@ -125,7 +125,7 @@ impl Entries {
         self.list.iter()
     }
 
-    /// Whether there is none.
+    /// Whether it is empty.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
@@ -148,12 +148,12 @@ impl Entries {
         }
     }
 
-    /// Adds an entry behind the others.
+    /// Adds an entry after the others.
     pub fn push(&mut self, entry: KeyedEntry) {
         self.list.push(entry);
     }
 
-    /// Sets a key, in its place if it is there; the entry is one of a program, and [`Entries::settle`] tells it where it stands.
+    /// Sets a key, in its place if it exists; the entry comes from a program, and [`Entries::settle`] sets its place.
     pub fn set(&mut self, key: &str, value: RawValue) {
         let new = KeyedEntry { key: key.into(), place: unsettled(), entry: Entry { value, place: unsettled() } };
         match self.list.get_mut(key) {
@@ -162,7 +162,7 @@ impl Entries {
         }
     }
 
-    /// The table of a key, which is made where there is none.
+    /// The table of a key, created if missing.
     pub fn table_mut(&mut self, key: &str) -> &mut Entries {
         if self.table(key).is_none() {
             self.set(key, RawValue::Table(Entries::default()));
@@ -174,7 +174,7 @@ impl Entries {
         }
     }
 
-    /// The list of a key, which is made where there is none. A single table is a list of one.
+    /// The list of a key, created if missing. A single table is a list of one.
     pub fn list_mut(&mut self, key: &str) -> &mut Vec<Entry> {
         if self.get(key).is_none() {
             self.set(key, RawValue::List(Vec::new()));
@@ -191,17 +191,17 @@ impl Entries {
         }
     }
 
-    /// Takes a key away.
+    /// Removes a key.
     pub fn remove(&mut self, key: &str) {
         self.list.retain(|entry| entry.key != key);
     }
 
-    /// Tells the entries of a program where they stand.
+    /// Sets the places of the entries of a program.
     pub fn settle(&mut self) {
         settle_table(self, "");
     }
 
-    /// Whether both say the same, wherever and in whatever order of keys.
+    /// Whether both are equal, regardless of places and the order of keys.
     pub fn same_as(&self, other: &Entries) -> bool {
         let same = |a: &KeyedEntry| other.get(&a.key).is_some_and(|b| same_value(&a.entry.value, b));
         self.list.len() == other.list.len() && self.list.iter().all(same)

@@ -1,8 +1,8 @@
 //! The terms of a drivetrain or a circuit: scalar laws along directions. Data only.
 //!
 //! Everything in a drivetrain acts along a *direction*, a row `a` of coefficients over the shaft angles `q`
-//! (see ARCHITECTURE.md, "one idea"). An element is a handful of [`Term`]s and nothing else; assembly, reduction,
-//! simulation, identification and structure analysis read these terms and never know which element made them.
+//! (see ARCHITECTURE.md, "one idea"). An element is only a few [`Term`]s; assembly, reduction,
+//! simulation, identification and structure analysis read these terms and do not depend on the kind of element.
 
 use std::fmt;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use crate::names::Quantity;
 use crate::num::{Rational, rational_from_f64};
 use crate::units::{Dimension, Exact, Expression};
 
-/// What a coordinate is. All laws are the same in both domains, only their units differ \[diss. Table 4.3\]: an inertia is
+/// The kind of a coordinate. All laws are the same in both domains, only their units differ \[diss. Table 4.3\]: an inertia is
 /// an inductance (H), a damping a resistance (Ohm), a stiffness an elastance (1/F), a torque a voltage (V).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Domain {
@@ -48,7 +48,7 @@ impl Domain {
         }
     }
 
-    /// What moves it.
+    /// The effort along it.
     pub fn effort(self) -> Quantity {
         match self {
             Self::Rotation => Quantity::Torque,
@@ -58,7 +58,7 @@ impl Domain {
         }
     }
 
-    /// The dimension of that.
+    /// The dimension of the effort.
     pub fn effort_dimension(self) -> Dimension {
         match self {
             Self::Rotation => Dimension::TORQUE,
@@ -68,7 +68,7 @@ impl Domain {
         }
     }
 
-    /// What moves it, as a word.
+    /// The noun for the effort.
     pub fn effort_word(self) -> &'static str {
         match self {
             Self::Rotation => "torque",
@@ -88,7 +88,7 @@ impl Domain {
         }
     }
 
-    /// What has such a coordinate, as a word.
+    /// The noun for a body with such a coordinate.
     pub fn carrier(self) -> &'static str {
         match self {
             Self::Rotation => "shaft",
@@ -98,7 +98,7 @@ impl Domain {
         }
     }
 
-    /// Whether nothing but rates matters of it: where it stands only counts.
+    /// Whether only its rate matters: its position is a mere integral.
     pub fn counts(self) -> bool {
         matches!(self, Self::Charge | Self::Number)
     }
@@ -143,7 +143,7 @@ pub trait Curve: fmt::Debug + Send + Sync {
     fn expressions(&self, graph: &mut Graph, x: Expr) -> [Expr; 3];
     /// The curve of the opposite direction, `driving = γ⁻¹(driven)`; none if it has no closed form: then the driving end must come first.
     fn inverse(&self) -> Option<Arc<dyn Curve>>;
-    /// The constant offset `γ(x) − x` if the curve is exactly a shifted identity, so that it can be treated as linear.
+    /// The constant offset `γ(x) − x` if the curve is exactly a shifted identity, which is treated as linear.
     fn shifted_identity(&self) -> Option<f64>;
     /// Whether its derivatives are the same half a turn later.
     fn repeats_each_half_turn(&self) -> bool {
@@ -160,13 +160,13 @@ pub trait Curve: fmt::Debug + Send + Sync {
 pub struct CurveFormulas {
     /// Values by the names that they have in the formulas.
     pub values: Vec<(&'static str, Exact)>,
-    /// Letters, each over what stands before it.
+    /// Letters, each in terms of the earlier ones.
     pub letters: Vec<(&'static str, String)>,
     /// γ, γ′ and γ″ at x.
     pub curve: [String; 3],
 }
 
-/// What a name in a [`Formula`] stands for.
+/// The meaning of a name in a [`Formula`].
 #[derive(Debug, Clone, PartialEq)]
 pub enum Meaning {
     /// A parameter.
@@ -179,35 +179,35 @@ pub enum Meaning {
     Time,
     /// A function of time.
     Signal(Arc<OfTime>),
-    /// What a block answers, by its name: it stands still from sample to sample.
+    /// The output of a block, by its name: constant between samples.
     Block(String, Dimension),
     /// A table, which is called.
     Table(Arc<Lookup>),
-    /// Another formula, which it shares with others.
+    /// Another formula, shared with others.
     Shared(Arc<Formula>),
-    /// Of the loss of a mesh: the size of the torque that it carries.
+    /// Of a gear loss: the magnitude of the transmitted torque.
     Load(Dimension),
-    /// Of the loss of a mesh: the size of its speed.
+    /// Of a gear loss: the magnitude of its speed.
     Slip(Dimension),
 }
 
-/// An expression of what moves, of parameters, the time and signals.
+/// An expression of coordinates, rates, parameters, the time and signals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Formula {
     /// As it is written.
     pub expression: Expression,
-    /// What each name in it stands for.
+    /// The meaning of each name in it.
     pub names: Vec<(String, Meaning)>,
-    /// What it is of.
+    /// Its dimension.
     pub dimension: Dimension,
 }
 
 impl Formula {
-    /// A law that an element brings, its names in order in place of each `@`: as a model file has them, within `'...'` where they need it. What no
-    /// expression can name, as a model that is refused may, has another name.
+    /// The law of an element, with its names in order in place of each `@`, quoted by `'...'` where needed. A name that no
+    /// expression can contain, as a rejected model may have, is replaced.
     ///
     /// # Panics
-    /// If the text is no expression of so many names.
+    /// If the text is not an expression of that many names.
     pub fn of(text: &str, names: Vec<(String, Meaning)>, dimension: Dimension) -> Arc<Self> {
         let expression_of = |names: &[(String, Meaning)], quote: &str| {
             let mut parts = text.split('@');
@@ -229,7 +229,7 @@ impl Formula {
         Arc::new(Self { expression, names, dimension })
     }
 
-    /// What the names in it and in the formulas that it shares stand for; a formula that two of them share comes twice.
+    /// The meanings of the names in it and in its shared formulas; a formula that two of them share is listed two times.
     pub fn all_names(&self) -> Vec<(&str, &Meaning)> {
         let mut out = Vec::new();
         for (name, meaning) in &self.names {
@@ -241,7 +241,7 @@ impl Formula {
         out
     }
 
-    /// The formulas that it shares by their names, each behind those that it shares itself; one that two of them share comes twice.
+    /// Its shared formulas by their names, each after those that it uses; one that two of them share is listed two times.
     pub fn shared(&self) -> Vec<(&str, &Self)> {
         let mut out = Vec::new();
         for (name, meaning) in &self.names {
@@ -261,14 +261,14 @@ impl Formula {
         })
     }
 
-    /// The fraction that it is, where nothing in it varies.
+    /// Its value as a fraction, if it is constant.
     pub fn number(&self) -> Option<Rational> {
         let mut graph = Graph::default();
         let value = self.of_positions(&mut graph, &|_| None)?;
         graph.number_of(value).cloned()
     }
 
-    /// What it is in a graph, where it is one of positions alone; `dimension` of a coordinate, if that may stand in it.
+    /// Its expression in a graph, if it depends on positions alone; `dimension` of a coordinate, if that is allowed in it.
     pub fn of_positions(&self, graph: &mut Graph, dimension: &dyn Fn(&str) -> Option<Dimension>) -> Option<Expr> {
         self.expressed(graph, &|graph, meaning| match meaning {
             Meaning::Position(body) => dimension(body).map(|own| Named::Varying(graph.symbol(body, own), own)),
@@ -276,7 +276,7 @@ impl Formula {
         })
     }
 
-    /// Its value at the begin of a run, where nothing but the time varies in it and that is a fraction.
+    /// Its value at the start of a run, if only the time varies in it and the value is a fraction.
     pub fn at_begin(&self) -> Option<Rational> {
         let mut graph = Graph::default();
         let value = self.expressed(&mut graph, &|_, meaning| match meaning {
@@ -290,7 +290,7 @@ impl Formula {
         graph.number_of(value).cloned()
     }
 
-    /// What it is in a graph; `varying` says what stands for what is neither a parameter nor a table.
+    /// Its expression in a graph; `varying` gives the expression of every name that is neither a parameter nor a table.
     fn expressed(&self, graph: &mut Graph, varying: &dyn Fn(&mut Graph, &Meaning) -> Option<Named>) -> Option<Expr> {
         let mut named =
             |graph: &mut Graph, name: &str| match self.names.iter().find(|(candidate, _)| candidate == name)? {
@@ -304,7 +304,7 @@ impl Formula {
         graph.lowered(&self.expression, &mut named).ok().map(|(value, _)| value)
     }
 
-    /// Whether a number in it, or in a formula that it shares, is no fraction times a power of π.
+    /// Whether a number in it, or in a shared formula, is not a fraction times a power of π.
     pub fn is_rounded(&self) -> bool {
         let constant = |name: &str| match self.names.iter().find(|(candidate, _)| candidate == name)? {
             (_, Meaning::Constant(value, dimension)) => Some((value.clone(), *dimension)),
@@ -313,17 +313,17 @@ impl Formula {
         self.expression.rounds(&constant) || self.shared().into_iter().any(|(_, formula)| formula.is_rounded())
     }
 
-    /// Whether it is another one at another time, whatever moves.
+    /// Whether it depends on the time explicitly.
     pub fn is_of_time(&self) -> bool {
         let varies = |meaning: &Meaning| matches!(meaning, Meaning::Time | Meaning::Signal(_) | Meaning::Block(..));
         self.all_names().into_iter().any(|(_, meaning)| varies(meaning))
     }
 }
 
-/// Formulas by the coordinates that they belong to.
+/// Formulas by their coordinates.
 pub type FormulaRow = Vec<(String, Arc<Formula>)>;
 
-/// What limits the torque of an input.
+/// The limits of the torque of an input.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Motor {
     /// Largest torque either way, N m.
@@ -332,7 +332,7 @@ pub struct Motor {
     pub rate_limit: Option<Exact>,
     /// Time constant of the first-order lag, s.
     pub lag: Option<Exact>,
-    /// What acts on the shaft beside the torque that the drive reports.
+    /// Torque on the shaft in addition to the torque that the drive reports.
     pub ripple: Option<Box<Ripple>>,
 }
 
@@ -354,10 +354,10 @@ pub struct Stribeck {
     pub speed: Exact,
 }
 
-/// What holds, blocks or presses along a direction a, with modes of its own.
+/// A unilateral or switched law along a direction a, with contact states of its own.
 #[derive(Debug, Clone, PartialEq)]
 pub enum UnilateralConstraint {
-    /// Coulomb friction of a torque that an expression gives; at rest it holds up to so many times that.
+    /// Coulomb friction with a torque given by an expression; at rest it sticks up to that torque times a factor.
     Friction {
         /// N m, not negative.
         torque: Arc<Formula>,
@@ -366,18 +366,18 @@ pub enum UnilateralConstraint {
     },
     /// aᵀq̇ ≥ 0.
     OneWay,
-    /// aᵀq ≥ offset, hard: what arrives goes back with a part of its speed.
+    /// aᵀq ≥ offset, rigid: an impact reverses the speed with a restitution factor.
     Stop {
-        /// Whether a is the direction of its element the other way round: then it is the stop at the upper end of that.
+        /// Whether a is the reversed direction of its element: then it is the stop at the upper end.
         upper: bool,
         /// rad
         offset: Exact,
-        /// That part, 0 to 1.
+        /// The restitution factor, 0 to 1.
         restitution: Exact,
     },
-    /// aᵀq ≥ offset, softly: beyond it `s δ + d δ̇` presses back, and never pulls.
+    /// aᵀq ≥ offset, compliant: penetration gives the repulsive force `s δ + d δ̇`, never an attractive one.
     Cushion {
-        /// Whether a is the direction of its element the other way round.
+        /// Whether a is the reversed direction of its element.
         upper: bool,
         /// rad
         offset: Exact,
@@ -391,28 +391,28 @@ pub enum UnilateralConstraint {
         /// The expression, without unit.
         engaged: Arc<Formula>,
     },
-    /// The teeth of the element's constraint rub: against motion along a acts a part of the torque τ that the constraint puts on the first body of a.
+    /// Load-dependent gear friction: a part of the torque τ of the element's constraint on the first body of a opposes motion along a.
     GearLoss(GearLoss),
 }
 
-/// What a mesh loses: `κ |τ|` and what an expression adds.
+/// A gear loss: `κ |τ|` plus an expression.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GearLoss {
     /// κ while the first body of the direction drives.
     pub forth: Exact,
-    /// κ while it is driven; from one on the mesh locks itself.
+    /// κ while it is driven; the mesh is self-locking if κ is at least one.
     pub back: Exact,
-    /// N m, over the sizes of τ and of the speed along a; not negative.
+    /// N m, over the magnitudes of τ and of the speed along a; not negative.
     pub loss: Option<Arc<Formula>>,
 }
 
 impl UnilateralConstraint {
-    /// Whether it acts along the direction of its element the other way round.
+    /// Whether it acts along the reversed direction of its element.
     pub fn is_upper(&self) -> bool {
         matches!(self, Self::Stop { upper: true, .. } | Self::Cushion { upper: true, .. })
     }
 
-    /// What its modes depend on.
+    /// The expressions that its contact states depend on.
     pub fn formula(&self) -> Option<&Arc<Formula>> {
         match self {
             Self::Friction { torque: formula, .. } | Self::Lock { engaged: formula } => Some(formula),
@@ -422,7 +422,7 @@ impl UnilateralConstraint {
     }
 }
 
-/// What an input is for.
+/// The purpose of an input.
 #[derive(Debug, Clone, PartialEq)]
 pub enum InputKind {
     /// A motor that a law or the scenario commands.
@@ -438,7 +438,7 @@ impl InputKind {
     }
 }
 
-/// What a sensor measures.
+/// The quantity of a sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Measured {
     /// The angle of a shaft.
@@ -453,26 +453,26 @@ pub enum Measured {
     ComplianceTorque(String, String),
     /// The net torque on a shaft: its own inertia times its acceleration.
     NetTorque(String),
-    /// A signal, by its name: what a block answers, or a function of time.
+    /// A signal, by its name: the output of a block, or a function of time.
     Signal(String),
 }
 
-/// A sensor: what it measures and how coarsely.
+/// A sensor: its quantity and resolution.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensor {
     /// The quantity.
     pub measured: Measured,
     /// Smallest step of the reading in SI units: of the angle (rad), for a torque of the twist, of the signal.
     pub resolution: Option<f64>,
-    /// Where within a step the sensor stands when it measures zero, 0 to 1: the reading is `step·⌊x/step + phase⌋`.
+    /// Phase of the sensor within a step at zero, 0 to 1: the reading is `step·⌊x/step + phase⌋`.
     pub phase: f64,
-    /// Time between two readings, s; held in between.
+    /// Time between two readings, s; zero-order hold between them.
     pub sample_time: Option<Exact>,
-    /// Standard deviation of what is added to each reading before it is rounded, SI.
+    /// Standard deviation of the noise added to each reading before rounding, SI.
     pub noise: Option<f64>,
 }
 
-/// A constraint that is not solved for a coordinate: a run keeps it with its multiplier.
+/// A constraint that is not solved for a coordinate: a run enforces it by its multiplier.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MultiplierLaw<Row> {
     /// `Σ a_i(q) q̇_i = 0`, coefficients as expressions of coordinates.
@@ -575,10 +575,10 @@ pub enum Term {
         direction: Direction,
         /// c
         torque: Exact,
-        /// What holds at rest, and how it falls.
+        /// The breakaway torque, and its decay.
         stribeck: Option<Stribeck>,
     },
-    /// What holds along a, one way or at times.
+    /// A unilateral or switched law along a.
     UnilateralConstraint {
         /// a
         direction: Direction,
@@ -592,13 +592,13 @@ pub enum Term {
         /// rad
         offset: Exact,
     },
-    /// The right-hand side of the constraint of this element is this function of the time: a rheonomic row, whose `offset` is what holds at
+    /// The right-hand side of the constraint of this element is this function of the time: a rheonomic row, whose `offset` is its value at
     /// time zero.
     Moving(Arc<OfTime>),
-    /// A constraint that a run keeps with its multiplier.
+    /// A constraint that a run enforces by its multiplier.
     MultiplierLaw(MultiplierLaw<String>),
     /// aᵀq = offset but for the twist θ = (offset − aᵀq)/scale, which the torque s θ + d θ̇ resists: a spring (and a damper) in
-    /// place of a constraint, along the same direction. Its torque over the scale is what the multiplier of the constraint would be.
+    /// place of a constraint, along the same direction. Its torque over the scale corresponds to the multiplier of the constraint.
     Compliance {
         /// a
         direction: Direction,
@@ -636,7 +636,7 @@ pub enum Term {
     },
     /// A measured quantity.
     Output(Sensor),
-    /// Declares a coordinate that is an angle and no shaft of the file.
+    /// Declares a coordinate that is an angle but not a shaft of the file.
     Angle {
         /// Its name.
         name: String,
@@ -651,14 +651,14 @@ pub enum Term {
         /// Its name.
         name: String,
     },
-    /// The directions of this element are such quantities, whatever they act on: a row over shafts and masses is a length.
+    /// The quantity of the directions of this element, regardless of their coordinates: a row over shafts and masses is a length.
     Measure(Domain),
     /// Declares a coordinate that is a charge.
     Charge {
         /// Its name.
         name: String,
     },
-    /// A share in the constraint row of a node, `Σ aᵀq = 0`: what has flowed out of it by way of one branch. The sum over
+    /// A share in the constraint row of a node, `Σ aᵀq = 0`: the charge that has left it through one branch. The sum over
     /// all branches is Kirchhoff's current law; its multiplier is the potential of the node.
     Balance {
         /// The node; [`GROUND`] has no row.
@@ -694,7 +694,7 @@ impl Term {
         }
     }
 
-    /// The coordinates that it names, without those that it declares.
+    /// The coordinates that it uses, without those that it declares.
     pub fn coordinates(&self) -> Vec<&str> {
         let names_of: fn(&Direction) -> Vec<&str> = |row| row.entries.iter().map(|(name, _)| name.as_str()).collect();
         match self {
@@ -727,7 +727,7 @@ impl Term {
         }
     }
 
-    /// What a coordinate that it declares is.
+    /// The domain of a coordinate that it declares.
     pub fn domain(&self) -> Domain {
         match self {
             Self::Charge { .. } => Domain::Charge,
@@ -737,7 +737,7 @@ impl Term {
         }
     }
 
-    /// Takes [`GROUND`] out of its direction: it does not move.
+    /// Removes [`GROUND`] from its direction: it does not move.
     pub fn leave_ground(&mut self) {
         if let Self::MultiplierLaw(MultiplierLaw::Speed(row, _) | MultiplierLaw::Acceleration(row, _)) = self {
             row.retain(|(name, _)| name != GROUND);
@@ -745,7 +745,7 @@ impl Term {
         if let Self::Torque { law, .. } = self
             && law.coordinates().any(|name| name == GROUND)
         {
-            // What an element says behind it holds in its place.
+            // A later term of the element replaces it.
             let is_ground =
                 |meaning: &Meaning| matches!(meaning, Meaning::Position(name) | Meaning::Rate(name) if name == GROUND);
             Arc::make_mut(law).names.retain(|(_, meaning)| !is_ground(meaning));

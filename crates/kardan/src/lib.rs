@@ -1,6 +1,6 @@
 //! kardan: from one model of a drivetrain to its equations, certified structure, controllers and closed-loop runs.
 //!
-//! Begin with [`project`]: a model is opened from a file or built with a typed struct for each of its tables, and answers everything
+//! Begin with [`project`]: a model is opened from a file or built with a typed struct for each of its tables, and provides everything
 //! else.
 //!
 //! ```
@@ -29,16 +29,16 @@
 //! # Ok::<(), kardan::simulate::SimulationError>(())
 //! ```
 //!
-//! | module | what one asks of it |
+//! | module | contents |
 //! |---|---|
 //! | [`project`] | a model: open, build, change, write |
 //! | [`study`] | runs, analyses, designs, identifications, virtual benches |
 //! | [`simulate`] | the loop stepped from outside: [`simulate::Simulation`] |
-//! | [`results`] | what comes out, with names and units; [`export`]: as JSON and tables |
-//! | [`element`], [`synthesis`], [`analysis`] | the elements, the control laws, exact structure, for those who go on from there |
-//! | [`diagnostics`], [`schema`], [`entries`], [`units`] | mistakes with their places, keys, what is written, exact quantities |
+//! | [`results`] | the results, with names and units; [`export`]: as JSON and tables |
+//! | [`element`], [`synthesis`], [`analysis`] | the elements, the control laws, exact structure, for further use |
+//! | [`diagnostics`], [`schema`], [`entries`], [`units`] | errors with their places, keys, source entries, exact quantities |
 //!
-//! The other modules are how it is done. They are not listed here, may change with any version, and are open to the tests.
+//! The other modules are implementation. They are not listed here, may change with any version, and are public for the tests.
 #![deny(clippy::disallowed_methods)]
 
 pub mod analysis;

@@ -1,4 +1,4 @@
-//! Programs: what blocks compute at the samples of one clock, as expressions of what they read. Data only.
+//! Programs: what blocks compute at the samples of one clock, as expressions of their inputs. Data only.
 
 use std::sync::{Arc, OnceLock};
 
@@ -6,18 +6,18 @@ use crate::expr::{Expr, Graph, Lookup, Symbol};
 use crate::plan::{Plan, compile};
 use crate::units::{Dimension, Exact};
 
-/// What a symbol of a task stands for.
+/// The meaning of a symbol of a task.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Read {
     /// A coordinate, by its name.
     Position(String),
     /// Its rate.
     Rate(String),
-    /// A sensor, by its name: as it reads, not what is true; the last good reading, where it gives no number.
+    /// A sensor, by its name: its reading, not the true value; the last valid reading, where it outputs no number.
     Sensor(String),
-    /// The same as it is, a number or none: what a monitor sees.
+    /// The same without replacement, a number or NaN: the input of a monitor.
     AsRead(String),
-    /// What comes from outside of the task, by its name: a signal of the scenario, what another task answers.
+    /// An external input of the task, by its name: a signal of the scenario, an output of another task.
     Source(String),
     /// The time, s.
     Time,
@@ -42,63 +42,63 @@ pub struct TableCall {
     pub name: String,
     /// The table.
     pub table: Arc<Lookup>,
-    /// Where it is looked up.
+    /// The arguments of the lookup.
     pub at: Vec<Expr>,
 }
 
-/// What stands behind the name of a sensor that is read at a sample, in the names of symbols.
+/// The suffix of a sensor's name in the names of symbols, where it is read at a sample.
 pub(crate) const AS_READ: &str = " as read";
 
-/// The name of what a symbol reads.
+/// The name that a symbol reads.
 pub(crate) fn read_name(symbol: &str) -> &str {
     symbol.strip_suffix(AS_READ).unwrap_or(symbol)
 }
 
-/// What a run is to keep, of a key of a block that varies.
+/// A condition that a run must satisfy, from a key of a block that varies.
 #[derive(Debug, Clone)]
 pub struct KeyRule {
     /// The block.
     pub block: String,
-    /// What is wrong where it is not kept: "`low` is above `high`".
+    /// The error where it is violated: "`low` is above `high`".
     pub what: String,
-    /// What must not be negative.
+    /// The value that must not be negative.
     pub value: Expr,
     /// Whether it must be above zero.
     pub above: bool,
-    /// What it is of.
+    /// Its dimension.
     pub dimension: Dimension,
 }
 
-/// What of blocks and signals is looked at in the rows of a run, with what it stands in.
+/// The checks of blocks and signals in the rows of a run, with their graph.
 #[derive(Debug, Clone, Default)]
 pub struct Looked {
-    /// The graph: its symbols have the names of what is read.
+    /// The graph: its symbols have the names that are read.
     pub graph: Graph,
     /// The tables that are read.
     pub calls: Vec<TableCall>,
-    /// What keys of blocks are to keep.
+    /// The conditions on keys of blocks.
     pub rules: Vec<KeyRule>,
 }
 
-/// What a task remembers from one sample to the next.
+/// A state of a task from one sample to the next.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
-    /// What it is called: the name of its block.
+    /// The name of its block.
     pub name: String,
-    /// What stands for it.
+    /// The symbol that represents it.
     pub symbol: Symbol,
-    /// What it is at the start.
+    /// Its initial value.
     pub start: f64,
-    /// What it is at the next sample.
+    /// Its value at the next sample.
     pub next: Expr,
 }
 
-/// What a task answers.
+/// An output of a task.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TaskAnswer {
-    /// Its name outside: that of a block, `block.answer`, or of an input that is commanded.
+    /// Its name outside: that of a block, `block.answer`, or of a commanded input.
     pub name: String,
-    /// What it is of.
+    /// Its dimension.
     pub dimension: Dimension,
     /// One sentence.
     pub description: String,
@@ -115,12 +115,12 @@ impl PartialEq for Task {
 }
 
 impl Task {
-    /// What it is evaluated from: what it reads, then what it remembers.
+    /// Its arguments: the inputs, then the states.
     pub fn inputs(&self) -> Vec<Symbol> {
         self.reads.iter().map(|(symbol, _)| *symbol).chain(self.memory.iter().map(|entry| entry.symbol)).collect()
     }
 
-    /// Its answers, then what it remembers next, with names.
+    /// Its outputs, then the next states, with names.
     pub fn outputs(&self) -> Vec<(String, Expr)> {
         let outputs = self.outputs.iter().map(|answer| (answer.name.clone(), answer.value));
         let next = self.memory.iter().enumerate().map(|(k, entry)| (format!("next.{k}"), entry.next));
@@ -130,61 +130,61 @@ impl Task {
     /// Its outputs from its inputs.
     ///
     /// # Panics
-    /// If it names what it does not read.
+    /// If it names an input that it does not read.
     pub fn plan(&self) -> &Arc<Plan> {
         let compiled =
-            || compile(&self.graph, &self.inputs(), &self.outputs()).expect("a task names all that it reads");
+            || compile(&self.graph, &self.inputs(), &self.outputs()).expect("a task declares all its inputs");
         self.lists.values.get_or_init(|| Arc::new(compiled()))
     }
 }
 
-/// What is computed together at the samples of one clock.
+/// Expressions that are computed together at the samples of one clock.
 #[derive(Debug, Clone)]
 pub struct Task {
-    /// What it is called in sentences.
+    /// Its name in messages.
     pub name: String,
     /// Sample time, s; none: at every instant.
     pub period: Option<Exact>,
-    /// What its expressions stand in.
+    /// The graph of its expressions.
     pub graph: Graph,
-    /// What it reads, sorted.
+    /// Its inputs, sorted.
     pub reads: Vec<(Symbol, Read)>,
-    /// What it remembers.
+    /// Its states.
     pub memory: Vec<Entry>,
-    /// What it answers.
+    /// Its outputs.
     pub outputs: Vec<TaskAnswer>,
-    /// What of all that it reads and remembers moves with what is controlled; the rest counts, tells the time or switches.
+    /// Those of its inputs and states that move with the controlled plant; the rest counts, measures time or switches.
     pub moving: Vec<Symbol>,
-    /// What its commands name as they are written, sorted; of blocks nothing.
+    /// The names in its commands as they are written, sorted; empty for blocks.
     pub names: Vec<String>,
     /// The order in which the blocks compute, for a reader: each with the names that it needs at once.
     pub order: Vec<Step>,
-    /// What follows from the others.
+    /// Derived data.
     pub lists: Lists,
 }
 
-/// A task as lists of operations, each made where it is asked for first.
+/// A task as lists of operations, each compiled at its first use.
 #[derive(Debug, Default)]
 pub struct Lists {
     values: OnceLock<Arc<Plan>>,
 }
 
 impl Clone for Lists {
-    /// Those of a copy, which may become another task, are made anew.
+    /// Those of a copy, which may become another task, are compiled again.
     fn clone(&self) -> Self {
         Self::default()
     }
 }
 
-/// A block in its place among those of a task.
+/// A block with its index among those of a task.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Step {
     /// The block.
     pub block: String,
     /// The word of its kind.
     pub kind: &'static str,
-    /// What it reads.
+    /// Its inputs.
     pub reads: Vec<String>,
-    /// Those of it that its answer follows from at the same sample.
+    /// Those inputs that its output depends on at the same sample.
     pub at_once: Vec<String>,
 }

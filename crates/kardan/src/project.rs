@@ -1,4 +1,4 @@
-//! The door: a model, from a file or built by a program, with everything that can be asked of it.
+//! The entry point: a model, from a file or built by a program, with all operations on it.
 //!
 //! [`Project`] is a model read once; [`Builder`] writes one with a typed struct for each table of a model file. The keyword in the
 //! file, the struct, its module and the page of the manual (`kardan elements`) have one name and come from one registry.

@@ -40,7 +40,7 @@ pub fn analyze(args: &AnalyzeArgs, quiet: bool) -> Result<u8, Failure> {
     report_result(&analysis, args, &origin, quiet)
 }
 
-/// Writes and prints what was found, all of it or not.
+/// Writes and prints the results, complete or partial.
 fn report_result(analysis: &Analysis, args: &AnalyzeArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
     if let Some(path) = &args.report {
         save_page(path, &report::analysis(analysis))?;
@@ -56,11 +56,11 @@ fn report_result(analysis: &Analysis, args: &AnalyzeArgs, origin: &str, quiet: b
     Ok(if analysis.unfinished.is_none() { DONE } else { ERROR })
 }
 
-/// The forms to take along; after the name of the file in JSON or as a MAT file.
+/// The matrices to export, as JSON or as a MAT file by the name of the file.
 fn save_forms(path: &Path, analysis: &Analysis) -> Result<(), Failure> {
     let Some(forms) = &analysis.realisations else {
-        let message = "there is nothing to export: no exact forms were found";
-        let help = "they are found for few states: 64 of short numbers, 12 of floating point; the analysis itself has no such limit";
+        let message = "there is no result to export: no exact forms were found";
+        let help = "kardan computes them for few states: 64 with short numbers, 12 with floating-point numbers; the analysis itself has no such limit";
         return Err(Diagnostic::error("analysis::forms", message).help(help).into());
     };
     let bytes = match is_mat(path) {
@@ -81,7 +81,7 @@ fn of_model(args: &AnalyzeArgs, settings: &AnalyzeSettings, quiet: bool) -> Resu
     let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
     args.report.as_deref().map_or(Ok(()), prepare_file)?;
     args.export.as_deref().map_or(Ok(()), prepare_file)?;
-    // Only the analysis knows which mistakes stop it; of the others the warnings are said.
+    // Only the analysis knows which errors stop it; the command reports the warnings.
     let mut warnings = project.diagnostics().to_vec();
     warnings.retain(|d| d.severity == Severity::Warning);
     render::show(Some(&source), &warnings);
@@ -105,7 +105,7 @@ fn of_matrices(
     args.export.as_deref().map_or(Ok(()), prepare_file)?;
     let found = with_bars(args, &name, quiet, |bars| study::analyze_state_space(&bytes, settings, bars));
     let analysis = found.map_err(|diagnostics| {
-        // Places in a file that is no text cannot be shown.
+        // Spans in a file that is not text cannot be shown.
         let text = String::from_utf8(bytes).unwrap_or_default();
         Failure { source: Some(Source::new(name.clone(), text, Origin::File)), diagnostics }
     })?;

@@ -1,4 +1,4 @@
-//! `kardan bench`: the virtual test bench, its logs, plan and true values, and the study that goes the whole way.
+//! `kardan bench`: the virtual test bench, its logs, plan and true values, and the complete study.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -57,7 +57,7 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
             Failure { source: Some(source), diagnostics }
         }
     };
-    // What would stop the study in its middle is told before it begins.
+    // Errors that would stop the study midway are reported before it starts.
     let tried = args
         .study
         .then(|| study::bench_controller(&project, args.control.as_deref(), args.variant.as_deref()))
@@ -67,12 +67,12 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
     let folder = Folder::prepare(&args.out)?;
     let mut output = Output { folder, files: Vec::new(), problems: Vec::new() };
     let logs = output.logs(&bench, &formats, u64::from(args.repetitions), args.limits, quiet);
-    // Without one of its logs a study would look like one of fewer logs.
+    // A study that lacks one of its logs would look like a study with fewer logs.
     let all_logged = logs.iter().all(|log| !log.files.is_empty());
     let found = match tried.filter(|_| all_logged) {
         Some(control) if stop::reason().is_none() => {
             let settings = BenchSettings {
-                // Drawn true values lie around those of this file, not of the one that is written.
+                // Random true values lie around those of this file, not of the written one.
                 truth: Some(study::truth_table(bench.truth())),
                 run: BenchRun::Control(control),
                 ..settings
@@ -86,7 +86,7 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
     }
     print(&printed(&bench, &logs, found.as_ref(), &output.files, args.json))?;
     let Output { folder, mut problems, .. } = output;
-    // Where something could not be written, what an earlier run has left may be all there is.
+    // If a file could not be written, files of an earlier run may be the only ones.
     let finished = if problems.is_empty() { folder.finish("bench") } else { Ok(Vec::new()) };
     let gone = finished.map_err(|problem| problems.push(problem)).unwrap_or_default();
     note_moved_files(&gone, quiet);
@@ -107,10 +107,10 @@ fn true_values(path: &Path) -> Result<Named, Failure> {
 /// A study that ended early.
 fn missing(reason: &str) -> Diagnostic {
     Diagnostic::error("bench::study", format!("{reason}: the study is not complete, its report is not written"))
-        .help("the files named are complete; `kardan identify` and `kardan design` take it up from there")
+        .help("the files named are complete; continue with `kardan identify` and `kardan design`")
 }
 
-/// What was found as an object of JSON, or as text.
+/// The results as a JSON object, or as text.
 fn printed(
     bench: &PreparedBench,
     logs: &[LogFiles],
@@ -140,7 +140,7 @@ fn printed(
     out
 }
 
-/// What is written, and what could not be.
+/// The files written, and those that could not be written.
 struct Output {
     folder: Folder,
     files: Vec<String>,
@@ -164,7 +164,7 @@ impl Output {
         }
     }
 
-    /// Runs the bench and writes all that can be written.
+    /// Runs the bench and writes all files that can be written.
     fn logs(
         &mut self,
         bench: &PreparedBench,
@@ -195,14 +195,14 @@ impl Output {
             next = until;
         }
         if let (true, Some(reason)) = (next < all, stop::reason()) {
-            let message = format!("{reason}: {next} of {all} logs are there");
-            self.problems.push(Diagnostic::error("bench::logs", message).help("those are complete"));
+            let message = format!("{reason}: {next} of {all} logs are complete");
+            self.problems.push(Diagnostic::error("bench::logs", message).help("they are usable"));
         }
         bars.finish();
         logs
     }
 
-    /// Should what is computed now end early, the files are named that are there.
+    /// If the current computation ends early, the command lists the files written so far.
     fn print_on_stop(&self, bench: &PreparedBench, logs: &[LogFiles], json: bool) {
         let (text, mut problems) = (printed(bench, logs, None, &self.files, json), self.problems.clone());
         stop::store_partial(Some(Box::new(move |reason| {
@@ -213,7 +213,7 @@ impl Output {
         })));
     }
 
-    /// From the logs on: identify, write the model, design on it, run in simulation and on the bench, report; nothing if it was to
+    /// Steps after the logs: identify, write the model, design on it, run in simulation and on the bench, report; `None` if it had to
     /// end before.
     #[allow(clippy::too_many_arguments)]
     fn study(
@@ -228,7 +228,7 @@ impl Output {
         quiet: bool,
     ) -> Result<Option<BenchStudy>, Failure> {
         let failed = |diagnostics| Failure { source: Some(source.clone()), diagnostics };
-        // One file of each log: the formats hold the same.
+        // One file of each log: all formats contain the same data.
         let paths: Vec<PathBuf> = logs.iter().filter_map(|log| log.files.first()).map(PathBuf::from).collect();
         let options = IdentifySettings { variant: settings.variant.clone(), ..IdentifySettings::default() };
         let bars = Bars::new(quiet);
@@ -256,7 +256,7 @@ impl Output {
         notes.extend(
             omissions.iter().map(|why| format!("Not in the model that the controller was designed on: {why}.")),
         );
-        let Some(plan) = bench.plan().cloned() else { unreachable!("a study begins with an excitation") };
+        let Some(plan) = bench.plan().cloned() else { unreachable!("a study starts with an excitation") };
         let found = BenchStudy {
             model: bench.name().into(),
             description: found.description.clone(),

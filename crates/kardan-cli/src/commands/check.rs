@@ -1,4 +1,4 @@
-//! `kardan check`: the diagnostics of a model file and nothing else.
+//! `kardan check`: only the diagnostics of a model file.
 
 use kardan::diagnostics::Severity;
 use kardan::export;
@@ -22,7 +22,7 @@ pub fn check(args: &CheckArgs, quiet: bool) -> Result<u8, Failure> {
         print(&(export::check_json(&source.to_string(), &source.text, &graph, &diagnostics) + "\n"))?;
         return Ok(DONE);
     }
-    // What is shown above must not be contradicted below.
+    // The summary must not contradict the diagnostics above it.
     let warnings = match diagnostics.iter().filter(|d| d.severity == Severity::Warning).count() {
         0 => String::new(),
         1 => ", 1 warning".into(),
@@ -33,6 +33,6 @@ pub fn check(args: &CheckArgs, quiet: bool) -> Result<u8, Failure> {
     let notes: String = rounded.iter().map(|note| format!("note: {note}\n")).collect();
     let blocks = project.prepared().variants.first().map(|variant| listed_blocks(&variant.model)).unwrap_or_default();
     let blocks: String = blocks.iter().map(|line| format!("{line}\n")).collect();
-    print(&visible(&format!("{source}: no mistakes{warnings}\n{blocks}{notes}")))?;
+    print(&visible(&format!("{source}: no errors{warnings}\n{blocks}{notes}")))?;
     Ok(DONE)
 }

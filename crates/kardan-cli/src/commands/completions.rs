@@ -38,7 +38,7 @@ fn with_models(command: Command) -> Command {
     })
 }
 
-/// Where a model may be named a file may be too.
+/// A model argument also accepts a file.
 fn finished(shell: Shell, script: &str) -> String {
     let list = names().collect::<Vec<_>>().join(" ");
     match shell {
@@ -47,7 +47,7 @@ fn finished(shell: Shell, script: &str) -> String {
                 "_kardan_models() {{\n    _alternative 'models:built-in model:({list})' 'files:model file:_files'\n}}\n\n"
             );
             let script = script.replace(&format!(":({list})"), ":_kardan_models");
-            // The function stands before the first one of the script.
+            // The function is placed before the first one of the script.
             match script.find("_kardan() {") {
                 Some(at) => [&script[..at], &models, &script[at..]].concat(),
                 None => script,

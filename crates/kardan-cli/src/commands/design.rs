@@ -1,4 +1,4 @@
-//! `kardan design`: one controller, designed, proven and tried.
+//! `kardan design`: design, proof and simulation of one controller.
 
 use std::path::{Path, PathBuf};
 
@@ -24,7 +24,7 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
     let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
     let outputs: Vec<&Path> = args.report.iter().chain(&args.controller).map(PathBuf::as_path).collect();
     prepare_files(&outputs, None)?;
-    // Only the design knows which mistakes stop it; of the others the warnings are said.
+    // Only the design knows which errors stop it; the command reports the warnings.
     let mut warnings = project.diagnostics().to_vec();
     if args.force {
         study::overrule(&mut warnings);
@@ -46,12 +46,12 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
         Failure { source: Some(source), diagnostics }
     })?;
     if let Some(reason) = stop::reason() {
-        because(&mut design.unfinished, &reason);
+        because(&mut design.incomplete_reason, &reason);
     }
     report_result(&design, args, &origin, quiet)
 }
 
-/// Writes and prints what was designed, all of it or not.
+/// Writes and prints the design, complete or partial.
 fn report_result(design: &Design, args: &DesignArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
     let page = report::design(design);
     if let Some(path) = &args.report {
@@ -64,7 +64,7 @@ fn report_result(design: &Design, args: &DesignArgs, origin: &str, quiet: bool) 
     for path in args.report.iter().chain(&args.controller).filter(|_| !quiet) {
         note_written(path);
     }
-    Ok(if design.unfinished.is_none() { DONE } else { ERROR })
+    Ok(if design.incomplete_reason.is_none() { DONE } else { ERROR })
 }
 
 fn settings(args: &DesignArgs) -> Result<DesignSettings, Failure> {
@@ -96,7 +96,7 @@ fn point(text: &str) -> Result<(String, String), Failure> {
     match parts.filter(|(signal, value)| !signal.is_empty() && !value.is_empty()) {
         Some((signal, value)) => Ok((signal.into(), value.into())),
         None => {
-            let message = format!("`--at {text}` is no signal with its value");
+            let message = format!("`--at {text}` is not a signal with a value");
             let diagnostic = Diagnostic::error("arguments::at", message).help("write `--at arm.phi=\"60 deg\"`");
             Err(Failure { source: None, diagnostics: vec![diagnostic] })
         }
@@ -111,9 +111,9 @@ fn tolerance(text: &str) -> Result<ToleranceBox, Failure> {
     match number(text.trim().trim_end_matches('%')) {
         Some(percent) if percent > 0.0 && percent < 100.0 => Ok(ToleranceBox::Part(percent / 100.0)),
         _ => {
-            let message = format!("`--tolerance {text}` is no percentage above 0 and below 100");
-            let help = "write `--tolerance 20%`; without a number the tolerances of the file are taken. \
-                        The model comes before the option";
+            let message = format!("`--tolerance {text}` is not a percentage above 0 and below 100");
+            let help = "write `--tolerance 20%`; without a number kardan uses the tolerances of the file. The model \
+                        comes before the option";
             let diagnostic = Diagnostic::error("arguments::tolerance", message).help(help);
             Err(Failure { source: None, diagnostics: vec![diagnostic] })
         }

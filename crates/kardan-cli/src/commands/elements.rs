@@ -13,7 +13,7 @@ pub fn elements(args: &ElementsArgs) -> Result<u8, Failure> {
     let page = match &args.name {
         None => model::manual(),
         Some(name) => model::manual_of(name).ok_or_else(|| {
-            Diagnostic::error("element::unknown", format!("a model file has no tables `{name}`")).help(hint(name))
+            Diagnostic::error("element::unknown", format!("a model file has no table `{name}`")).help(hint(name))
         })?,
     };
     if args.json {

@@ -21,7 +21,7 @@ use crate::render::{Failure, note};
 use crate::source::Source;
 use crate::stop;
 
-/// A file that can be opened as often as a format asks for.
+/// A file that a format can open repeatedly.
 struct OnDisk(PathBuf);
 
 impl Bytes for OnDisk {
@@ -34,7 +34,7 @@ pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
     let (source, project) = input::open(&args.model, &args.changes, quiet)?;
     let files = logs(&args.logs)?;
     let outputs: Vec<&Path> = args.report.iter().chain(&args.write).map(PathBuf::as_path).collect();
-    // Only what is written as a model may take the place of the model.
+    // Only the option that writes a model may replace the model.
     prepare_files(&outputs, args.write.as_ref().map(|_| args.model.as_path()))?;
     let settings = IdentifySettings {
         variant: args.variant.clone(),
@@ -58,7 +58,7 @@ pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
     match found {
         Ok(mut found) => {
             if let Some(reason) = stop::reason() {
-                because(&mut found.unfinished, &reason);
+                because(&mut found.incomplete_reason, &reason);
             }
             report_result(&found, args, &source, quiet)
         }
@@ -66,16 +66,16 @@ pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
     }
 }
 
-/// Writes and prints what was found, all of it or not; into a model goes nothing that is not complete.
+/// Writes and prints the results, complete or partial; only complete results are written into a model.
 fn report_result(found: &Identification, args: &IdentifyArgs, source: &Source, quiet: bool) -> Result<u8, Failure> {
     let page = report::identification(found);
     if let Some(path) = &args.report {
         save_page(path, &page)?;
     }
-    let whole = found.unfinished.is_none();
+    let whole = found.incomplete_reason.is_none();
     let write_to = args.write.as_deref().filter(|_| whole);
     let omissions = write_to.map(|path| write(path, &args.model, source, found)).transpose();
-    // What was found is printed also where it cannot be written; of JSON there is one object, then that of the mistake.
+    // The results are printed even if they cannot be written; JSON output is one object, then that of the error.
     let omissions = if args.json { Ok(omissions?) } else { omissions };
     print(&if args.json {
         export::identification_json(found) + "\n"
@@ -100,7 +100,7 @@ fn report_result(found: &Identification, args: &IdentifyArgs, source: &Source, q
     })
 }
 
-/// The logs, each known to be a file that can be opened, and no other one of them.
+/// The logs, each a file that can be opened and different from the others.
 pub(super) fn logs(paths: &[PathBuf]) -> Result<Vec<LogFile>, Diagnostic> {
     let same = |a: &PathBuf, b: &PathBuf| match (a.canonicalize(), b.canonicalize()) {
         (Ok(a), Ok(b)) => a == b,
@@ -109,9 +109,9 @@ pub(super) fn logs(paths: &[PathBuf]) -> Result<Vec<LogFile>, Diagnostic> {
     if let Some(path) =
         paths.iter().enumerate().find_map(|(k, path)| paths[..k].iter().find(|candidate| same(candidate, path)))
     {
-        let message = format!("the log `{}` is named twice", path.display());
+        let message = format!("the log `{}` is repeated", path.display());
         return Err(Diagnostic::error("log::twice", message)
-            .help("name it once: what is read twice would look more certain than it is"));
+            .help("name it once: repeated data would make the results look more certain than they are"));
     }
     paths.iter().map(|path| log(path)).collect()
 }
@@ -145,19 +145,19 @@ fn log(path: &Path) -> Result<LogFile, Diagnostic> {
 fn window(text: &str) -> Result<f64, Diagnostic> {
     match parse_quantity(text) {
         Ok((value, Dimension::TIME | Dimension::NONE)) if value.signum() > 0 => Ok(value.to_f64()),
-        _ => Err(Diagnostic::error("arguments::window", format!("`--window {text}` is no time above zero"))
+        _ => Err(Diagnostic::error("arguments::window", format!("`--window {text}` is not a time above zero"))
             .help("write it like `--window \"50 ms\"`")),
     }
 }
 
-/// Writes a copy of the model file with what was found, and says what it cannot hold.
+/// Writes a copy of the model file with the identified values, and reports those that it cannot contain.
 fn write(path: &Path, model: &Path, source: &Source, found: &Identification) -> Result<Vec<String>, Failure> {
     let (text, omissions) = study::write_values(source.model(), found).map_err(|diagnostics| {
         let mut diagnostics = diagnostics;
         diagnostics.insert(
             0,
-            Diagnostic::error("identify::write", "with the values found the model file would not be valid")
-                .help("nothing was written; leave out `--write`, or the parameters named"),
+            Diagnostic::error("identify::write", "with the identified values the model file would not be valid")
+                .help("no file was written; omit `--write`, or the parameters named"),
         );
         Failure { source: None, diagnostics }
     })?;

@@ -1,4 +1,4 @@
-//! One file for each command; here they are chosen, and what went wrong is said.
+//! One file for each command; this module dispatches them and reports errors.
 
 mod analyze;
 mod bench;
@@ -32,7 +32,7 @@ use crate::panics;
 use crate::render::Failure;
 use crate::{stop, watch};
 
-/// Does what the arguments (with the program's name first) ask for, and gives the exit code.
+/// Runs the command of the arguments (with the program's name first), and returns the exit code.
 pub fn main(arguments: Vec<OsString>) -> u8 {
     let is_json = arguments.iter().any(|argument| argument == "--json");
     let cli = match Cli::try_parse_from(arguments) {
@@ -72,16 +72,16 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
     }
 }
 
-/// Why a command is not done again whenever its file changes: rows of a changed model are those of another sweep.
+/// Why a command is not repeated when its file changes: rows of a changed model belong to another sweep.
 fn unwatchable(command: &Command) -> Option<Diagnostic> {
     let Command::Sweep(args) = command else { return None };
     let keeps = args.changes.watch && args.out.is_some() && !args.force;
-    let message = "`--watch` with `--out`: when the file changes, the rows that are there are of another sweep";
-    let help = "add `--force`, so that each pass replaces the rows of the one before, or leave `--out` away";
+    let message = "`--watch` with `--out`: when the file changes, the existing rows are of another sweep";
+    let help = "add `--force`, so that each pass replaces the rows of the previous one, or omit `--out`";
     keeps.then(|| Diagnostic::error("arguments::watch", message).help(help))
 }
 
-/// As many threads as a sweep on this machine asks for, before anything has begun some.
+/// Starts as many threads as a sweep on this machine requests, before any other code starts threads.
 fn limit_threads(command: &Command) -> Result<(), Diagnostic> {
     let Command::Sweep(SweepArgs { threads: Some(threads), on, .. }) = command else { return Ok(()) };
     if on.on.is_some() {
@@ -89,12 +89,12 @@ fn limit_threads(command: &Command) -> Result<(), Diagnostic> {
     }
     let count = usize::try_from(*threads).unwrap_or(usize::MAX);
     rayon::ThreadPoolBuilder::new().num_threads(count).build_global().map_err(|error| {
-        let message = format!("`--threads {threads}`: they cannot be started: {error}");
-        Diagnostic::error("arguments::threads", message).help("ask for fewer, or leave `--threads` out")
+        let message = format!("`--threads {threads}`: the threads cannot be started: {error}");
+        Diagnostic::error("arguments::threads", message).help("request fewer, or omit `--threads`")
     })
 }
 
-/// The model file of a command that is to be done whenever it changes.
+/// The model file of a command that repeats when the file changes.
 fn watched(command: &Command) -> Option<&Path> {
     let (model, changes) = match command {
         Command::Run(args) => (&args.model, &args.changes),
@@ -112,7 +112,7 @@ fn watched(command: &Command) -> Option<&Path> {
     changes.watch.then_some(model.as_path())
 }
 
-/// With the command that may have been meant, where a short word is too far from it for the parser of the arguments.
+/// Adds the probably intended command, where a short word is too far from it for the argument parser.
 fn with_nearest_command(mut usage: clap::Error) -> clap::Error {
     let word = match usage.get(ContextKind::InvalidSubcommand) {
         Some(ContextValue::String(word)) if usage.get(ContextKind::SuggestedSubcommand).is_none() => word.clone(),

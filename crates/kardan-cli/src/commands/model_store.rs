@@ -1,4 +1,4 @@
-//! The model that is kept beside rows of a sweep, to tell later what differs.
+//! The model stored beside rows of a sweep, to report later what differs.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,15 +10,15 @@ use kardan::study::swept_model;
 use crate::files;
 use crate::output::save_in;
 
-/// What its file is called.
+/// The name of its file.
 const MODEL: &str = "model-";
 
-/// The model beside rows that follow from this, as it was swept.
+/// The model stored beside rows of this sweep.
 pub fn stored_model(folder: &Path, identity: &str) -> Option<String> {
     files::read_text(&path_of_model(folder, identity)).ok()
 }
 
-/// Where the model of rows is kept.
+/// Where the model of rows is stored.
 pub fn path_of_model(folder: &Path, identity: &str) -> PathBuf {
     folder.join(name_of_model(identity))
 }
@@ -27,7 +27,7 @@ fn name_of_model(identity: &str) -> String {
     format!("{MODEL}{}.toml", swept_model(identity).unwrap_or_default())
 }
 
-/// Models that are kept in a folder.
+/// Models that are stored in a folder.
 pub fn models_of(folder: &Path) -> Vec<PathBuf> {
     let paths = fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok).map(|entry| entry.path());
     let name = |path: &Path| path.file_name().and_then(|name| name.to_str()).map(String::from);
@@ -39,7 +39,7 @@ pub fn models_of(folder: &Path) -> Vec<PathBuf> {
     paths.filter(is_stored).collect()
 }
 
-/// Keeps the model, with what `--set` has changed, so that what differs can be told later.
+/// Stores the model with the changes of `--set`, so that kardan can report differences later.
 pub fn store_model(folder: &Path, project: &Project, identity: &str) -> Result<(), Diagnostic> {
     let text = project.to_toml();
     let is_current = files::read(&path_of_model(folder, identity)).is_ok_and(|bytes| bytes == text.as_bytes());

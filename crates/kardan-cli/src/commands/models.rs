@@ -63,7 +63,7 @@ pub fn models(args: &ModelsArgs, quiet: bool) -> Result<u8, Failure> {
             if !quiet {
                 note(&format!("wrote {}", path.display()));
                 if beside {
-                    note(&format!("wrote {}, by which editors complete its keys and mark mistakes", schema.display()));
+                    note(&format!("wrote {}, with which editors complete its keys and mark errors", schema.display()));
                 }
             }
         }

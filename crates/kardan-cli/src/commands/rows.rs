@@ -1,4 +1,4 @@
-//! Files of a sweep in a folder: rows, block by block, the manifest of a shard, the model. Which are there, whether they are whole, and which of them go.
+//! Files of a sweep in a folder: rows, block by block, the manifest of a shard, the model. Which files exist, whether they are undamaged, and which of them kardan removes.
 
 use std::fs;
 use std::ops::Range;
@@ -16,9 +16,9 @@ use crate::files;
 use crate::output::{reason, save_in};
 use crate::render::note;
 
-/// What files of rows are called.
+/// Names of files of rows.
 const STEM: &str = "rows-";
-/// What every file of rows has in its metadata.
+/// Metadata key of every file of rows.
 const MARK: &[u8] = b"kardan:sweep";
 /// How the manifest of a shard begins.
 const MANIFEST: &str = "{\"sweep\":\"kardan ";
@@ -41,7 +41,7 @@ fn name_of(block: u64) -> String {
     format!("{STEM}{block:06}.parquet")
 }
 
-/// Writes a block; behind the first one of a sweep that starts anew those of another one go.
+/// Writes a block; after the first one of a restarted sweep, removes those of another sweep.
 pub fn write_block(out: &Path, plan: &SweepPlan, block: u64, rows: &[SweepRow], first: bool) -> Result<(), Diagnostic> {
     let bytes = export::sweep_rows(&plan.head, rows)
         .map_err(|error| Diagnostic::error("output::folder", format!("rows cannot be written as Parquet: {error}")))?;
@@ -49,7 +49,7 @@ pub fn write_block(out: &Path, plan: &SweepPlan, block: u64, rows: &[SweepRow], 
     if first { start_anew(out, plan, block) } else { Ok(()) }
 }
 
-/// What a shard has done, beside its rows.
+/// The manifest of a shard, beside its rows.
 pub fn write_manifest(
     out: &Path,
     (plan, shard): (&SweepPlan, Shard),
@@ -61,7 +61,7 @@ pub fn write_manifest(
     save_in(out, &name_of_manifest(shard), text.as_bytes()).map(|_| ())
 }
 
-/// What the manifest of a shard says of the sweep, before it counts.
+/// The description of the sweep in the manifest of a shard, before its counts.
 fn manifest_start(plan: &SweepPlan, shard: Shard) -> String {
     let samples = plan.samples_of(blocks_of(plan, shard));
     let identity = plan.head.identity.replace('\\', "\\\\").replace('"', "\\\"");
@@ -80,24 +80,24 @@ pub fn blocks_of(plan: &SweepPlan, shard: Shard) -> Range<u64> {
     part.own_blocks()
 }
 
-/// The name of the manifest of a shard, which is there once the shard is done.
+/// The name of the manifest of a shard, which exists once the shard is done.
 fn name_of_manifest(Shard { number, of }: Shard) -> String {
     format!("shard-{number}-of-{of}.json")
 }
 
-/// Where the manifest of a shard is.
+/// The path of the manifest of a shard.
 pub fn path_of_manifest(out: &Path, shard: Shard) -> PathBuf {
     out.join(name_of_manifest(shard))
 }
 
-/// Whether a shard is done: its manifest is there, is of this sweep, and so are all its rows, undamaged.
+/// Whether a shard is done: its manifest exists and is of this sweep, and so are all its rows, undamaged.
 pub fn is_whole(project: &Project, plan: &SweepPlan, out: &Path, shard: Shard) -> bool {
     let manifest = files::read_text(&path_of_manifest(out, shard)).unwrap_or_default();
     manifest.starts_with(&manifest_start(plan, shard))
         && blocks_of(plan, shard).all(|block| rows_of(project, plan, block, &out.join(name_of(block))).is_ok())
 }
 
-/// Into how many shards a sweep was divided, as the manifests in folders say.
+/// The number of shards of a sweep, from the manifests in folders.
 pub fn shard_counts(folders: &[PathBuf]) -> Vec<u64> {
     let names = folders.iter().filter_map(|part| fs::read_dir(part).ok()).flatten().filter_map(Result::ok);
     let count = |name: &str| -> Option<u64> {
@@ -112,14 +112,14 @@ pub fn shard_counts(folders: &[PathBuf]) -> Vec<u64> {
 
 /// Why rows of a block cannot be used.
 pub enum Unusable {
-    /// They are not what was written, in words.
+    /// They are damaged; with a description.
     Damaged(String),
-    /// They are of another sweep: in what it differs.
+    /// They are of another sweep; with the difference.
     SweepMismatch(String),
 }
 
 impl Unusable {
-    /// In words.
+    /// As text.
     pub fn why(self) -> String {
         match self {
             Self::Damaged(why) | Self::SweepMismatch(why) => why,
@@ -142,12 +142,12 @@ pub fn rows_of(project: &Project, plan: &SweepPlan, block: u64, path: &Path) -> 
     let own = found.iter().filter(|row| samples.contains(&row.sample)).count();
     match own == found.len() && own == samples.count() * plan.head.variants.len() {
         true => Ok(found),
-        false => Err(Unusable::Damaged("it does not hold all rows of its block".into())),
+        false => Err(Unusable::Damaged("it does not contain all rows of its block".into())),
     }
 }
 
-/// The rows that are there already, of the same sweep; a folder with those of another one is refused. Blocks whose files are damaged are left out, which
-/// is told: they are computed again.
+/// The existing rows of the same sweep; a folder with those of another one is rejected. Blocks with damaged files are left out and reported;
+/// kardan recomputes them.
 pub fn rows_before(
     args: &SweepArgs,
     out: &Path,
@@ -165,13 +165,13 @@ pub fn rows_before(
             return Ok(SweepRows::default());
         }
         if !files.is_empty() {
-            let message = format!("the folder `{shown}` holds rows of a sweep already");
-            let help = "go on with `--resume`, replace them with `--force`, or name another folder with --out DIR";
+            let message = format!("the folder `{shown}` already contains rows of a sweep");
+            let help = "continue with `--resume`, replace them with `--force`, or name another folder with --out DIR";
             return Err(Diagnostic::error("output::folder", message).help(help));
         }
         let page = out.join("sweep.html");
         if plan.shard.is_none() && page.exists() {
-            let message = format!("`{}` is there already, without rows of a sweep", page.display());
+            let message = format!("`{}` already exists, without rows of a sweep", page.display());
             let help = "replace it with `--force`, or name another folder with --out DIR";
             return Err(Diagnostic::error("output::folder", message).help(help));
         }
@@ -182,11 +182,11 @@ pub fn rows_before(
         match rows_of(project, plan, block, &path) {
             Ok(found) => rows.extend(found),
             Err(Unusable::Damaged(why)) if plan.own_blocks().contains(&block) => {
-                note(&format!("`{}`: {why}; its rows are computed again", path.display()));
+                note(&format!("`{}`: {why}; kardan recomputes its rows", path.display()));
             }
             Err(unusable) => {
-                let message = format!("`{}` cannot be gone on with: {}", path.display(), unusable.why());
-                let help = "run with the model and the options that made it, remove it to run its samples again, or start anew with `--force`";
+                let message = format!("kardan cannot resume `{}`: {}", path.display(), unusable.why());
+                let help = "run with its original model and options, remove it to rerun its samples, or restart with `--force`";
                 return Err(Diagnostic::error("sweep::resume", message).help(help));
             }
         }
@@ -197,7 +197,7 @@ pub fn rows_before(
 /// Files of a sweep in a folder that kardan has written: rows, manifests, models.
 ///
 /// # Errors
-/// A file that has the name of one, but is none: nobody but its owner can say whether it may go.
+/// A file with the name of one that kardan did not write: only its owner can decide whether to remove it.
 pub fn own_files(out: &Path) -> Result<Vec<PathBuf>, Diagnostic> {
     let is_manifest = |path: &Path| files::read(path).is_ok_and(|bytes| bytes.starts_with(MANIFEST.as_bytes()));
     let manifests = fs::read_dir(out).into_iter().flatten().filter_map(Result::ok).map(|entry| entry.path());
@@ -208,9 +208,9 @@ pub fn own_files(out: &Path) -> Result<Vec<PathBuf>, Diagnostic> {
     let rows = files_of_rows(out).into_iter().map(|(_, path)| (is_rows(&path), path));
     let all = rows.chain(manifests.map(|path| (is_manifest(&path), path)));
     let foreign = |path: &Path| {
-        let message = format!("`{}` has the name of a file of a sweep, but kardan has not written it", path.display());
+        let message = format!("`{}` has the name of a sweep file, but kardan did not write it", path.display());
         let help =
-            "move it away, or name another folder with --out DIR: `--force` removes only what kardan has written";
+            "move it away, or name another folder with --out DIR: `--force` removes only files that kardan wrote";
         Diagnostic::error("output::foreign", message).help(help)
     };
     let mut own =
@@ -219,35 +219,35 @@ pub fn own_files(out: &Path) -> Result<Vec<PathBuf>, Diagnostic> {
     Ok(own)
 }
 
-/// Whether kardan has written a file of rows, whatever has become of it since.
+/// Whether kardan wrote a file of rows, even if it was damaged since.
 fn is_rows(path: &Path) -> bool {
     let bytes = files::read(path).unwrap_or_default();
     bytes.starts_with(b"PAR1") && bytes.windows(MARK.len()).any(|window| window == MARK)
 }
 
-/// Removes files of rows behind those of a sweep that is complete: they are of another one, whose others were replaced.
+/// Removes files of rows with higher numbers than those of a complete sweep: they are of another one, whose other files were replaced.
 pub fn put_away(out: &Path, blocks: u64) -> Result<(), Diagnostic> {
     let mut behind = files_of_rows(out).into_iter().filter(|(block, path)| *block >= blocks && is_rows(path));
-    behind.try_for_each(|(_, path)| removed(&path, "it holds rows of another sweep"))
+    behind.try_for_each(|(_, path)| removed(&path, "it contains rows of another sweep"))
 }
 
-/// Removes rows of another sweep once this one has written its first block: where it is ended early, what is there is of one sweep. Of a shard its own part, and
-/// what no shard of this sweep has.
+/// Removes rows of another sweep once this one has written its first block: if it ends early, all rows are of one sweep. For a shard: its own part, and
+/// rows that no shard of this sweep has.
 fn start_anew(out: &Path, plan: &SweepPlan, saved_block: u64) -> Result<(), Diagnostic> {
     if let Some(shard) = plan.shard {
-        removed(&path_of_manifest(out, shard), "it is of a sweep before this one")?;
+        removed(&path_of_manifest(out, shard), "it is of an earlier sweep")?;
     }
     if plan.shard.is_none() {
         let own = path_of_model(out, &plan.head.identity);
         let mut old = models_of(out).into_iter().filter(|path| *path != own);
-        old.try_for_each(|path| removed(&path, "it is the model of a sweep before this one"))?;
+        old.try_for_each(|path| removed(&path, "it is the model of an earlier sweep"))?;
     }
     let own = |block: u64| block != saved_block && (plan.own_blocks().contains(&block) || block >= plan.blocks());
     let mut old = files_of_rows(out).into_iter().filter(|(block, _)| own(*block));
-    old.try_for_each(|(_, path)| removed(&path, "it holds rows of another sweep"))
+    old.try_for_each(|(_, path)| removed(&path, "it contains rows of another sweep"))
 }
 
-/// Removes a file, if it is there.
+/// Removes a file, if it exists.
 pub fn removed(path: &Path, why: &str) -> Result<(), Diagnostic> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => {

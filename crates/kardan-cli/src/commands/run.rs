@@ -19,10 +19,15 @@ use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
 use crate::files;
 use crate::folder::{Folder, note_moved_files};
 use crate::input;
-use crate::output::{print, reason, render_text, shown, where_to_look};
+use crate::output::{print, reason, render_summary, render_text, shown, where_to_look};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::stop;
+
+/// Lines of what is printed without `--verbose`, the files included.
+const SUMMARY_LINES: usize = 60;
+/// More files of one kind are counted.
+const FEW_FILES: usize = 4;
 
 pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
     let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
@@ -78,7 +83,7 @@ fn rows_again(project: &Project, path: &Path, args: &RunArgs, settings: &Setting
     })?;
     let was = path.parent().and_then(|folder| stored_model(folder, &identity));
     if let Some(difference) = project.other_model(&identity, was.as_deref()) {
-        let help = "run with the model, its `--set`, and the version of kardan that made them";
+        let help = "run with their original model, `--set`, and version of kardan";
         let message = format!("the rows of `{shown}` are of another sweep: {difference}");
         return Err(vec![Diagnostic::error("sweep::again", message).help(help)]);
     }
@@ -87,7 +92,7 @@ fn rows_again(project: &Project, path: &Path, args: &RunArgs, settings: &Setting
     if let Some(missing) = samples.iter().find(|sample| !has_row(sample)) {
         let ends = rows.iter().map(|row| row.sample);
         let (first, last) = (ends.clone().min().unwrap_or(0), ends.max().unwrap_or(0));
-        let message = format!("`{shown}` holds no sample {missing}: it holds those from {first} to {last}");
+        let message = format!("`{shown}` has no sample {missing}: it has those from {first} to {last}");
         return Err(vec![
             Diagnostic::error("sweep::again", message).help("name another sample, or another file of rows"),
         ]);
@@ -99,7 +104,7 @@ fn rows_again(project: &Project, path: &Path, args: &RunArgs, settings: &Setting
     project.rows_again(&identity, &rows, settings)
 }
 
-/// Writes and prints what was computed, all of it or not.
+/// Writes and prints the results, complete or partial.
 fn report_result(
     study: &Study,
     folder: &Mutex<Folder>,
@@ -113,27 +118,43 @@ fn report_result(
         true => report::study_text(study),
     };
     let (files, mut problems) = write(study, &page, &mut folder, args);
-    // Where something could not be written, what an earlier run has left may be all there is.
+    // If a file could not be written, files of an earlier run may be the only ones.
     let finished = if problems.is_empty() { folder.finish("run") } else { Ok(Vec::new()) };
     let gone = finished.map_err(|problem| problems.push(problem)).unwrap_or_default();
     render::show(None, &problems);
     if args.json {
         print(&(export::json(study, &files) + "\n"))?;
     } else {
-        let paths = files.runs.iter().flatten().chain(&files.figures).chain(&files.report).chain(&files.plots);
-        let mut paths: String = paths.map(|path| format!("wrote {path}\n")).collect();
+        let mut paths = written_files(&files, args.verbose);
         files.report.iter().for_each(|report| paths += &where_to_look(report));
-        print(&(render_text(&page, origin) + "\n" + &render::visible(&paths)))?;
+        let text = match args.verbose {
+            true => render_text(&page, origin),
+            false => render_summary(&report::summary(study), origin, SUMMARY_LINES - 1 - paths.lines().count()),
+        };
+        print(&(text + "\n" + &render::visible(&paths)))?;
     }
     note_moved_files(&gone, quiet);
-    // What comes while all is there and written changes nothing.
+    // A signal after all files are written has no effect.
     let early = |warning: &&String| stop::reason().is_some_and(|why| warning.starts_with(&why));
     let missing: Vec<&String> = study.warnings.iter().filter(early).collect();
     missing.iter().for_each(|warning| render::note(warning));
     Ok(if problems.is_empty() && missing.is_empty() { verdict(&study.runs, args.strict) } else { ERROR })
 }
 
-/// Writes everything that can be written, tables first; gives what could not.
+/// The files that were written, one line each; of more tables or plots than a few their number.
+fn written_files(files: &Files, all: bool) -> String {
+    let list = |paths: Vec<&String>, what: &str| match &paths[..] {
+        [first, .., last] if paths.len() > FEW_FILES && !all => {
+            format!("wrote {} {what}: {first} … {last}\n", paths.len())
+        }
+        _ => paths.iter().map(|path| format!("wrote {path}\n")).collect(),
+    };
+    let tables = list(files.runs.iter().flatten().collect(), "tables");
+    let others = list(files.figures.iter().chain(&files.report).collect(), "files");
+    tables + &others + &list(files.plots.iter().collect(), "plots")
+}
+
+/// Writes all files that can be written, tables first; returns those that could not.
 fn write(study: &Study, page: &report::Page, folder: &mut Folder, args: &RunArgs) -> (Files, Vec<Diagnostic>) {
     let mut files = Files::default();
     let mut problems = Vec::new();
@@ -179,8 +200,8 @@ pub(super) fn table(model: &str, run: &Run, format: Format) -> Result<(&'static 
         }),
         Format::Mat => export::mat(&run.series).map(|bytes| ("mat", bytes)).ok_or_else(|| {
             let message =
-                format!("`{}` is too long for a MAT file of version 5, which holds 2 GiB a variable", run.name);
-            Diagnostic::error("export::mat", message).help("take another format, such as parquet")
+                format!("`{}` is too long for a MAT file of version 5, which allows 2 GiB per variable", run.name);
+            Diagnostic::error("export::mat", message).help("use another format, such as parquet")
         }),
         Format::Mdf => Ok(("mf4", export::mdf(&[(&run.name, &run.series)]))),
     }

@@ -1,4 +1,4 @@
-//! `kardan safety`: what every fault of a model file does, and whether it is detected.
+//! `kardan safety`: the effects of every fault of a model file, and whether it is detected.
 
 use kardan::diagnostics::Severity;
 use kardan::export;
@@ -40,7 +40,7 @@ pub fn safety(args: &SafetyArgs, quiet: bool) -> Result<u8, Failure> {
     report_result(&table, args, &origin, quiet)
 }
 
-/// Writes and prints what was found, all of it or not.
+/// Writes and prints the results, complete or partial.
 fn report_result(table: &Safety, args: &SafetyArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
     let page = report::safety(table);
     if let Some(path) = &args.report {

@@ -1,4 +1,4 @@
-//! `kardan schema`: the JSON schemas of what the commands print.
+//! `kardan schema`: the JSON schemas of the output of commands.
 
 use kardan::diagnostics::Diagnostic;
 use kardan::export::{SCHEMAS, schema as text_of, schemas_json};

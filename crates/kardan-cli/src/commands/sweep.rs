@@ -28,7 +28,7 @@ use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::stop;
 
-/// The page and the answers.
+/// The page and the results.
 const PAGE: &str = "sweep.html";
 const RESULTS: &str = "sweep.json";
 /// The page with the full runs of the worst cases, and how many.
@@ -40,7 +40,7 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
         return merge(args, quiet);
     }
     let begun = Instant::now();
-    // It is there, as nothing else takes its place.
+    // The rows exist, as no other rows replace them.
     let model = args.model.clone().unwrap_or_default();
     let (source, project) = input::prepared(&model, &args.changes, quiet)?;
     let model_diagnostics = project.diagnostics().to_vec();
@@ -63,7 +63,7 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
     let bars = Bars::limited(quiet, args.limits);
     stop::finish_parts();
     let mut failed = None;
-    // Rows of another sweep stay until the first ones of this are there.
+    // Rows of another sweep stay until the first ones of this sweep are written.
     let (mut first, mut is_stored) = (args.force, false);
     let mut write = |block: u64, rows: &[SweepRow]| {
         let Some(out) = &args.out else { return Ok(()) };
@@ -80,8 +80,7 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
     let found = project.sweep(&plan, &settings.run, &mut rows, &bars, &mut write);
     bars.finish();
     if let Some(diagnostic) = failed {
-        let help =
-            "the rows that were written before are complete: once that is put right, `--resume` makes the others";
+        let help = "the rows written before are complete: after fixing the cause, `--resume` computes the others";
         return Err(diagnostic.help(help).into());
     }
     let mut found = found.map_err(refused)?;
@@ -89,7 +88,7 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
         found.notes.push(how_to_go_on(args, out, found.rows));
     }
     if let (Some(out), 0) = (&args.out, found.missing) {
-        // A sweep that has ended by its goal may go on from rows behind its end.
+        // A sweep that ended by its goal may continue from rows after its end.
         put_away(out, if args.resume { plan.blocks() } else { plan.blocks_of(found.rows) })?;
         if let Some(shard) = plan.shard {
             write_manifest(out, (&plan, shard), found.rows, begun.elapsed().as_secs_f64())?;
@@ -117,28 +116,28 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
     report_result((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
 }
 
-/// Makes the folder of a sweep ready: it can be written, nothing in it leads out of it, and no other sweep fills it.
+/// Prepares the folder of a sweep: it is writable, no link leads out of it, and no other sweep writes to it.
 pub fn prepared_folder(out: &Path, shard: Option<Shard>) -> Result<Lock, Diagnostic> {
     prepare_folder(out)?;
     [PAGE, RESULTS, FULL].iter().try_for_each(|name| stays(out, &out.join(name)))?;
     Lock::take(out, shard)
 }
 
-/// How to go on with a sweep that has ended early.
+/// How to continue a sweep that ended early.
 fn how_to_go_on(args: &SweepArgs, out: &Path, rows: u64) -> String {
     let out = out.display();
     if args.force && rows == 0 {
-        return format!("No row was made: what is in `{out}` is that of the sweep before.");
+        return format!("No row was computed: `{out}` contains the earlier sweep.");
     }
-    // What is replaced anew would be lost again.
+    // Another `--force` would discard the new rows.
     let instead = if args.force { " in place of `--force`" } else { "" };
-    format!("The rows that are there stay: the same command with `--resume`{instead} makes the others in `{out}`.")
+    format!("Existing rows stay: the same command with `--resume`{instead} computes the others in `{out}`.")
 }
 
 /// Files of rows, by blocks.
 type Files = BTreeMap<u64, PathBuf>;
 
-/// The command that runs rows again, up to their file.
+/// The command that reruns rows, up to their file.
 fn command_again(
     (model, set): (&Path, &[String]),
     (method, tolerance, max_steps): (RunMethod, Option<f64>, u64),
@@ -159,7 +158,7 @@ fn command_again(
     command + " --variants-from"
 }
 
-/// The rows that the page draws, and how each is made again.
+/// The rows that the page draws, and how to rerun each.
 fn looked_into(
     (plan, found): (&SweepPlan, &Sweep),
     rows: &SweepRows,
@@ -181,7 +180,7 @@ fn looked_into(
 /// Samples of the worst cases of the first requirements, with their variants.
 fn worst_cases(found: &Sweep) -> Vec<(u64, &str)> {
     let worst = |one: &SweptRequirement| {
-        let ([least, largest], quantiles) = (one.measured.ends?, one.measured.quantiles?);
+        let ([least, largest], quantiles) = (one.measured.extreme_samples?, one.measured.quantiles?);
         let above = one.above.map_or(f64::INFINITY, |bound| quantiles[0] - bound);
         let below = one.below.map_or(f64::INFINITY, |bound| bound - quantiles[6]);
         Some(if above < below { least } else { largest })
@@ -197,7 +196,7 @@ fn worst_cases(found: &Sweep) -> Vec<(u64, &str)> {
     all
 }
 
-/// Runs the worst cases again with all signals and writes their page, or takes that of a sweep before away; its name, or why there is none.
+/// Reruns the worst cases with all signals and writes their page, or removes that of an earlier sweep; returns its name, or why there is none.
 fn full_page(
     project: &Project,
     (plan, found): (&SweepPlan, &Sweep),
@@ -211,12 +210,12 @@ fn full_page(
     bars.finish();
     match &made {
         Some(Ok(page)) => save_in(out, FULL, shown(page, false).1.as_bytes()).map(|_| ())?,
-        _ => removed(&path, "it is of a sweep before this one")?,
+        _ => removed(&path, "it is of an earlier sweep")?,
     }
     Ok(made.map(|made| made.map(|_| FULL.into())))
 }
 
-/// The page of the worst cases, run again with all signals.
+/// The page of the worst cases, rerun with all signals.
 fn full_runs(
     project: &Project,
     (plan, found): (&SweepPlan, &Sweep),
@@ -235,7 +234,7 @@ fn full_runs(
     };
     let rows: Vec<RowAgain> = worst_cases(found).into_iter().filter_map(again).collect();
     if rows.is_empty() {
-        return Err("no run has a number of what a requirement measures".into());
+        return Err("no run has a value that a requirement measures".into());
     }
     let settings = Settings { runs_only: true, ..settings.clone() };
     let first = |diagnostics: Vec<Diagnostic>| {
@@ -247,7 +246,7 @@ fn full_runs(
     bars.stop().map_or(Ok(report::study(&study)), Err)
 }
 
-/// What is swept.
+/// The sweep.
 pub fn settings(args: &SweepArgs) -> SweepSettings {
     let run = Settings { method: method(args.method), tolerance: args.tolerance, ..Settings::default() };
     let (variants, goal) = (args.variants.clone(), goal(args));
@@ -255,7 +254,7 @@ pub fn settings(args: &SweepArgs) -> SweepSettings {
     SweepSettings { samples: args.samples, seed: args.seed, variants, run, most_steps, goal, lanes: None }
 }
 
-/// What it is for; options that exclude each other are refused before.
+/// Its goal; mutually exclusive options are rejected earlier.
 fn goal(args: &SweepArgs) -> SweepGoal {
     match (&args.worst, &args.rare, args.until) {
         (Some(name), ..) => SweepGoal::Worst(name.clone()),
@@ -270,14 +269,14 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
     if let Some(part) = args.parts.iter().find(|part| !part.is_dir()) {
         let message = format!("there is no folder `{}`", part.display());
-        let help = "name the folders that `kardan sweep --shard I/N --out DIR` has filled";
+        let help = "name the folders that `kardan sweep --shard I/N --out DIR` wrote";
         return Err(Diagnostic::error("sweep::merge", message).help(help).into());
     }
     let files: Vec<(u64, PathBuf)> = args.parts.iter().flat_map(|part| files_of_rows(part)).collect();
     let Some((_, first)) = files.first() else {
         let parts: Vec<String> = args.parts.iter().map(|part| format!("`{}`", part.display())).collect();
         let message = format!("there are no rows in {}", parts.join(", "));
-        let help = "name the folders that `kardan sweep --shard I/N --out DIR` has filled";
+        let help = "name the folders that `kardan sweep --shard I/N --out DIR` wrote";
         return Err(Diagnostic::error("sweep::merge", message).help(help).into());
     };
     let bytes = files::read(first).map_err(|error| reason(&error));
@@ -324,15 +323,15 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     report_result((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
 }
 
-/// What to do about a file of rows that cannot be merged: that is of another sweep, or was damaged.
-const OTHER: &str = "name the model, its `--set`, `--method`, `--tolerance`, `--max-steps` and `--variant` that all shards were run with, and their folders alone";
-const DAMAGED: &str = "run its shard again with `--resume`, which computes its rows again, and merge then";
+/// Help for a file of rows that cannot be merged: it is of another sweep, or damaged.
+const OTHER: &str = "name the model, its `--set`, `--method`, `--tolerance`, `--max-steps` and `--variant` of all shards, and only their folders";
+const DAMAGED: &str = "rerun its shard with `--resume`, which recomputes its rows, then merge";
 
 fn unmerged(path: &Path, why: &str, help: &str) -> Diagnostic {
     Diagnostic::error("sweep::merge", format!("`{}` cannot be merged: {why}", path.display())).help(help)
 }
 
-/// The rows of files, each block once: where it is there twice, both have the same bits.
+/// The rows of files, each block once: if two files contain it, both have the same bits.
 fn merged_rows(
     (project, plan): (&Project, &SweepPlan),
     files: Vec<(u64, PathBuf)>,
@@ -348,7 +347,7 @@ fn merged_rows(
         let found = read(&path)?;
         match blocks.get(&block) {
             Some(other) if !same(&read(other)?, &found) => {
-                let why = format!("`{}` has other numbers in the same rows", other.display());
+                let why = format!("`{}` has different numbers in the same rows", other.display());
                 return Err(unmerged(&path, &why, OTHER));
             }
             Some(_) => {}
@@ -361,7 +360,7 @@ fn merged_rows(
     Ok((rows, blocks))
 }
 
-/// Shards of blocks, as the manifests in folders say how many there are; none where these do not agree, or are missing.
+/// Shards of blocks, by the number in the manifests in folders; none where these differ or are missing.
 fn shards_of(parts: &[PathBuf], plan: &SweepPlan, missing: &[u64]) -> Vec<String> {
     let &[of @ 1..=MOST_COUNTED] = &shard_counts(parts)[..] else { return Vec::new() };
     let mut part = plan.clone();
@@ -374,7 +373,7 @@ fn shards_of(parts: &[PathBuf], plan: &SweepPlan, missing: &[u64]) -> Vec<String
     (1..=of).filter(|number| lacks(number)).map(|number| format!("{number}/{of}")).collect()
 }
 
-/// The first ones of shards that lack rows, in words.
+/// The first shards that lack rows, as text.
 fn named_shards(shards: &[String]) -> String {
     match shards {
         [] => String::new(),
@@ -383,9 +382,9 @@ fn named_shards(shards: &[String]) -> String {
     }
 }
 
-/// Shards that are looked through: more is no name of a manifest that anyone has made.
+/// Most shards that kardan searches for: no manifest has a higher number.
 const MOST_COUNTED: u64 = 1_000_000;
-/// Shards that are told by name.
+/// Shards that the message names.
 const MOST_SHARDS: usize = 20;
 
 /// Whether rows are the same to the last bit.
@@ -398,7 +397,7 @@ fn same(one: &[SweepRow], other: &[SweepRow]) -> bool {
     one.len() == other.len() && one.iter().zip(other).all(|(one, other)| bits(one) == bits(other))
 }
 
-/// Writes and prints what was found, all of it or not.
+/// Writes and prints the results, complete or partial.
 fn report_result(
     (found, looked): (&Sweep, Option<(report::Samples, report::Again)>),
     (out, json): (Option<&Path>, bool),

@@ -81,7 +81,7 @@ start --on slurm --shards $SHARDS --out left >/dev/null 2>left.err & kardan=$!
 until_holds at_least left 2
 kill -INT $kardan; wait $kardan; grep -a "stays in the queue" left.err || { cat left.err; fail "the job is not told"; }
 sweep --on slurm --out left --resume >/dev/null 2>left.err; [ $? -le 1 ] || fail left
-grep -a "is followed" left.err; same left
+grep -a "follows job" left.err; same left
 [ "$(grep -c ^job left/jobs.txt)" = 1 ] || fail "the job was submitted twice"
 
 # The overhead of a task: arrays that do nothing.

@@ -69,7 +69,7 @@ fn controllers_of_the_file_run() {
     let object = printed(&got.stdout);
     assert_eq!(object["plan"], Value::Null);
     assert_eq!(object["truth"].as_array().unwrap().len(), 9);
-    assert!(object["notes"][0].as_str().unwrap().contains("drawn within"));
+    assert!(object["notes"][0].as_str().unwrap().contains("kardan drew"));
     assert!(!at.join("c/plan.txt").exists() && at.join("c/truth.toml").exists());
 }
 
@@ -100,21 +100,25 @@ fn a_study_goes_the_whole_way() {
     assert_eq!(experiments.len(), 2);
     for (experiment, output) in experiments.iter().zip([0, 1]) {
         let [one, other] = [output, 1 - output].map(|k| &experiment["responses"][k]);
-        assert!(one["settled"]["simulation"].as_f64().unwrap() > 0.09, "{one}");
-        assert!(other["farthest"]["simulation"].as_f64().unwrap() < 1e-6, "{other}");
+        assert!(one["steady_state"]["simulation"].as_f64().unwrap() > 0.09, "{one}");
+        assert!(other["max_deviation"]["simulation"].as_f64().unwrap() < 1e-6, "{other}");
         assert!(one["differences"].as_array().unwrap().len() >= 3);
     }
     let page = fs::read_to_string(at.join("s/report.html")).unwrap();
-    for part in
-        ["Simulation and bench: position", "What makes them differ", "Found and true", "Excitation", "Design of drive"]
-    {
+    for part in [
+        "Simulation and bench: position",
+        "Causes of the differences",
+        "Identified and true values",
+        "Excitation",
+        "Design of drive",
+    ] {
         assert!(page.contains(part), "{part}");
     }
     assert!(!page.contains("NaN") && !page.contains("http://") && !page.contains("https://"));
     // The text says the same.
     let got = bench(&at, &["m.toml", "--study", "--out", "t", "-q"]);
     let said = String::from_utf8(got.stdout).unwrap();
-    assert!(said.contains("Found and true") && said.contains("Simulation and bench: torque"), "{said}");
+    assert!(said.contains("Identified and true values") && said.contains("Simulation and bench: torque"), "{said}");
 }
 
 #[test]
@@ -126,7 +130,7 @@ fn what_cannot_be_is_reported_and_leaves_no_folder() {
     for (arguments, part) in [
         (&["fast.toml"][..], "only 48 keep the limits"),
         (&["m.toml", "--study", "--control", "drve"], "did you mean `drive`?"),
-        (&["rack-and-pinion", "--study"], "no controller to be tried"),
+        (&["rack-and-pinion", "--study"], "no controller to test"),
         (&["m.toml", "--truth", "truth.toml"], "there is no element `gw`"),
         (&["m.toml", "--truth", "nowhere.toml"], "there is no file `nowhere.toml`"),
         (&["m.toml", "--plan", "multisin"], "did you mean `multisine`?"),

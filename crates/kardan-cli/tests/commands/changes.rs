@@ -64,7 +64,7 @@ fn a_value_that_is_set_is_computed_with() {
 fn objects_of_commands_that_compute_nothing() {
     let at = folder("json");
     let check = printed(&kardan(&at, &["check", "axle.toml", "--json"]).stdout);
-    assert_eq!((check["checked"].as_str(), check["warnings"].as_array().map(Vec::len)), (Some("axle.toml"), Some(0)));
+    assert_eq!((check["file"].as_str(), check["warnings"].as_array().map(Vec::len)), (Some("axle.toml"), Some(0)));
     let equations = printed(&kardan(&at, &["equations", "axle.toml", "--json"]).stdout);
     assert_eq!(equations["equations"][0], serde_json::json!({ "left": "2 axle''", "right": "drive.tau" }));
     assert_eq!(equations["matrices"][0]["exact"], serde_json::json!([["2"]]));
@@ -76,7 +76,7 @@ fn objects_of_commands_that_compute_nothing() {
     assert_eq!(equations.get("symbolic"), None);
     let symbolic = printed(&kardan(&at, &["equations", "axle.toml", "--symbolic", "--json"]).stdout);
     assert_eq!(symbolic["symbolic"]["inertia"][0]["formula"]["text"], "J");
-    assert_eq!(symbolic["symbolic"]["values"][0]["of"], "J");
+    assert_eq!(symbolic["symbolic"]["values"][0]["name"], "J");
     let latex = kardan(&at, &["equations", "sia-steering", "--symbolic", "--latex"]).stdout;
     assert!(String::from_utf8(latex).unwrap().contains(r"J_{\mathrm{fs}} + i_{\mathrm{hd}}^{2} \, J_{\mathrm{wg}}"));
     assert_eq!(kardan(&at, &["equations", "axle.toml", "--symbolic", "--plan"]).status.code(), Some(2));
@@ -171,11 +171,11 @@ fn a_file_is_watched() {
         let object = lines.iter().find(|line| line.starts_with('{')).unwrap();
         printed(object.as_bytes())
     };
-    assert_eq!(both()["checked"], "axle.toml");
+    assert_eq!(both()["file"], "axle.toml");
     fs::write(at.join("axle.toml"), MODEL.replace("\"2 kg m^2\"", "\"2 kg m\"")).unwrap();
     assert_eq!(both()["error"]["diagnostics"][0]["code"], "unit::dimension");
     fs::write(at.join("axle.toml"), MODEL).unwrap();
-    assert_eq!(both()["checked"], "axle.toml");
+    assert_eq!(both()["file"], "axle.toml");
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
     assert_eq!(child.wait().unwrap().code(), Some(0));
     for (arguments, word) in

@@ -133,7 +133,7 @@ fn a_shard_that_was_killed_is_run_again() {
     let got = at.sweep(&[&more[..], &["--retries", "0"]].concat());
     let error = said(&got);
     assert!(got.status.code() == Some(2) && error.contains("1 of 7 shards are not done (2); shard 2: "), "{error}");
-    assert!(error.contains("with `--resume` runs them again"), "{error}");
+    assert!(error.contains("with `--resume` reruns only them"), "{error}");
     let done = fs::metadata(at.0.join("o/parts/1/shard-1-of-7.json")).unwrap().modified().unwrap();
     fs::remove_file(at.0.join("once")).unwrap();
     let got = at.sweep(&[&more[..], &["--resume"]].concat());
@@ -172,7 +172,7 @@ fn indexed_jobs_name_the_shards_that_are_missing() {
         .env("KARDAN", env!("CARGO_BIN_EXE_kardan"))
         .output()
         .unwrap();
-    assert!(got.status.code() == Some(2) && said(&got).contains("shard 3: it has not begun"), "{}", said(&got));
+    assert!(got.status.code() == Some(2) && said(&got).contains("shard 3: it has not started"), "{}", said(&got));
     assert!(
         at.read("o/job.yaml").contains("backoffLimitPerIndex: 5\n")
             && at.read("o/job.yaml").contains("completions: 4\n")
@@ -290,7 +290,7 @@ fn a_job_that_was_left_is_followed() {
     fs::remove_file(at.0.join("hold")).unwrap();
     let got = at.kardan(&[&more[..], &["--resume"]].concat());
     assert_eq!(got.status.code(), Some(1), "{}", said(&got));
-    assert!(said(&got).contains("job 41 of slurm is followed, 4 shards are missing"), "{}", said(&got));
+    assert!(said(&got).contains("kardan follows job 41 of slurm, 4 shards are missing"), "{}", said(&got));
     at.is_whole("o");
     // The second submission is that of what failed.
     assert_eq!(at.read("submitted"), "1 2 3 4 \n2 3 \n");
@@ -309,7 +309,9 @@ fn processes_of_this_machine_end_with_the_command() {
     let got = at.sweep(&more);
     let error = said(&got);
     assert!(
-        got.status.code() == Some(2) && error.contains("2 of 2 shards are missing") && error.contains("told to end"),
+        got.status.code() == Some(2)
+            && error.contains("2 of 2 shards are missing")
+            && error.contains("kardan stops its processes"),
         "{error}"
     );
     let alive = Command::new("kill").args(["-0", at.read("pid").trim()]).stderr(Stdio::null()).status().unwrap();
@@ -337,7 +339,7 @@ fn jobs_are_written_where_there_is_no_scheduler() {
         let job = at.read(&format!("{on}/{file}"));
         assert!(dry.status.code() == Some(0) && job.contains(line), "{on}: {job}");
         assert!(
-            String::from_utf8_lossy(&dry.stdout) == job && said(&dry).contains("nothing is submitted"),
+            String::from_utf8_lossy(&dry.stdout) == job && said(&dry).contains("not submitted: run"),
             "{on}: {}",
             said(&dry)
         );
@@ -345,7 +347,10 @@ fn jobs_are_written_where_there_is_no_scheduler() {
         // What was written only is not in the way.
         let got = at.command(&arguments).env("PATH", &empty).output().unwrap();
         let error = said(&got);
-        assert!(got.status.code() == Some(2) && error.contains(&format!("`{program}` is not there")), "{on}: {error}");
+        assert!(
+            got.status.code() == Some(2) && error.contains(&format!("`{program}` is not installed")),
+            "{on}: {error}"
+        );
         assert!(error.contains("help: install ") && at.read(&format!("{on}/{file}")) == job, "{on}: {error}");
         let template = at.kardan(&["sweep", "template", on]);
         assert!(template.status.code() == Some(0) && String::from_utf8_lossy(&template.stdout).contains("{{shard}}"));
@@ -365,7 +370,7 @@ fn paths_are_quoted_for_the_shell_in_templates() {
     assert_eq!((at.read("pwd.txt").trim_end(), at.read("missing.txt").as_str()), (at.0.to_str().unwrap(), ""));
     // YAML and a shell read no word alike that has both quotes.
     let got = at.sweep(&["--on", "kubernetes", "--shards", "2", "--out", "k", "--dry-run"]);
-    assert!(got.status.code() == Some(2) && said(&got).contains("do not read alike"), "{}", said(&got));
+    assert!(got.status.code() == Some(2) && said(&got).contains("read differently"), "{}", said(&got));
 }
 
 /// Whose record `jobs.txt` is not, or that was damaged, is refused; nothing of it is believed, and nothing of others is removed.
@@ -392,7 +397,9 @@ fn records_and_files_of_others_stay() {
         for more in [&[][..], &["--resume"], &["--force"]] {
             let got = at.sweep(&[&local[..], more].concat());
             assert!(
-                got.status.code() == Some(2) && said(&got).contains("jobs.txt` cannot be gone on with"),
+                got.status.code() == Some(2)
+                    && said(&got).contains("jobs.txt`: ")
+                    && said(&got).contains("kardan cannot resume"),
                 "{text}: {}",
                 said(&got)
             );
@@ -444,7 +451,7 @@ fn nonsense_is_refused_before_something_is_submitted() {
         (&[&on[..], &["--shards", "1001"]].concat(), "1001 is not in 1..=1000"),
         (
             &[&on[..], &["--shards", "9"]].concat(),
-            "9 shards: 450 samples are 8 blocks, and 1 shards would have none help: at most `--shards 8`",
+            "9 shards: 450 samples are only 8 blocks; 1 shards would have none help: at most `--shards 8`",
         ),
         (&[&on[..], &["--threads", "0"]].concat(), "0 is not in 1..=1024"),
         (&[&on[..], &["--shard", "1/2"]].concat(), "cannot be used with"),
@@ -454,10 +461,10 @@ fn nonsense_is_refused_before_something_is_submitted() {
             "`shar.sh`, line 2: there is no `{{shar}}` help: did you mean `{{shard}}`?",
         ),
         (&[&on[..], &["--template", "open.sh"]].concat(), "`open.sh`, line 1: `{{` without `}}`"),
-        (&[&on[..], &["--template", "utf16.sh"]].concat(), "`utf16.sh` is UTF-16 text, and has to be UTF-8"),
+        (&[&on[..], &["--template", "utf16.sh"]].concat(), "`utf16.sh` is UTF-16 text; kardan reads UTF-8"),
         (
             &[&on[..], &["--template", "empty.sh"]].concat(),
-            "`empty.sh` is empty help: begin with a template of kardan: `kardan sweep template slurm` prints one",
+            "`empty.sh` is empty help: start from kardan's template: `kardan sweep template slurm` prints one",
         ),
         (&[&on[..], &["--template", "no.sh"]].concat(), "has no `{{shard}}`"),
         (&[&on[..], &["--template", "none.sh"]].concat(), "has no `{{array}}` or `{{list}}`"),
@@ -467,14 +474,14 @@ fn nonsense_is_refused_before_something_is_submitted() {
         assert!(got.status.code() == Some(2) && said(&got).contains(reported), "{more:?}: {}", said(&got));
     }
     let got = at.kardan(&["sweep", "-", "--on", "slurm", "--out", "o"]);
-    assert!(got.status.code() == Some(2) && said(&got).contains("the standard input"), "{}", said(&got));
+    assert!(got.status.code() == Some(2) && said(&got).contains("a model from standard input"), "{}", said(&got));
     assert!(!at.0.join("submitted").exists());
     // A folder is of one sweep in one number of shards.
     let local = ["--on", "local", "--out", "l", "--shards", "2"];
     assert_eq!(at.sweep(&local).status.code(), Some(1));
     for (more, reported) in [
-        (&local[..], "holds rows of a sweep already"),
-        (&["--on", "local", "--out", "l", "--shards", "3", "--resume"], "its sweep is in 2 shards, not 3"),
+        (&local[..], "already contains rows of a sweep"),
+        (&["--on", "local", "--out", "l", "--shards", "3", "--resume"], "its sweep has 2 shards, not 3"),
         (&["--on", "local", "--out", "l", "--tolerance", "1e-6", "--resume"], "it is of another sweep"),
     ] {
         let got = at.sweep(more);
@@ -486,6 +493,6 @@ fn nonsense_is_refused_before_something_is_submitted() {
     // What a scheduler says of a job that it does not take is told.
     at.program("sbatch", "echo 'sbatch: error: invalid partition' >&2; exit 1");
     let got = at.sweep(&on);
-    assert!(got.status.code() == Some(2) && said(&got).contains("has not taken"), "{}", said(&got));
+    assert!(got.status.code() == Some(2) && said(&got).contains("rejected `"), "{}", said(&got));
     assert!(said(&got).contains("invalid partition"), "{}", said(&got));
 }

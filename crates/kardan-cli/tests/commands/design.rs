@@ -221,7 +221,7 @@ fn files_that_cannot_be_designed_are_explained_at_their_place() {
             "poles = [\"-14 + 3j\", -5]\n",
             "",
             "control::design",
-            &["stands without its conjugate", "[m.toml:81:10]"],
+            &["the conjugate of the pole", "[m.toml:81:10]"],
         ),
         (frequency, "poles = [-14, -15, -16]\n", "", "control::design", &["there are 3", "give 2 poles"]),
         (frequency, "poles = [14, -15]\n", "", "control::design", &["real part 14 is not stable"]),

@@ -145,15 +145,15 @@ fn a_missing_term_is_suggested() {
     assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
     let object = printed(&got.stdout);
     let suggestions = &object["suggestions"];
-    assert_eq!(suggestions["taken"], serde_json::json!(["axle.friction_sense"]), "{suggestions}");
+    assert_eq!(suggestions["selected_terms"], serde_json::json!(["axle.friction_sense"]), "{suggestions}");
     let page = fs::read_to_string(at.join("fit.html")).unwrap();
     assert!(page.contains("Terms suggested") && !page.contains("NaN"));
     let said = words(&kardan(&at, &line).stdout);
     for part in [
-        "With axle.friction_sense unseen segments",
+        "With axle.friction_sense, the fit on left-out segments",
         "take it",
         "kind = \"sense\"",
-        "which of the two it is they do not tell",
+        "the logs do not distinguish the two",
     ] {
         assert!(said.contains(part), "{part}: {said}");
     }
@@ -179,8 +179,8 @@ fn what_cannot_be_is_reported() {
         (vec!["identify", "axle.toml", "page.csv"], vec!["page.csv"]),
         (vec!["identify", "axle.toml", "axle.toml"], vec!["axle.toml"]),
         (vec!["identify", "axle.toml"], vec!["LOG"]),
-        (vec!["identify", "axle.toml", "bench.csv", "--window", "long"], vec!["no time above zero", "50 ms"]),
-        (vec!["identify", "axle.toml", "bench.csv", "./bench.csv"], vec!["named twice"]),
+        (vec!["identify", "axle.toml", "bench.csv", "--window", "long"], vec!["not a time above zero", "50 ms"]),
+        (vec!["identify", "axle.toml", "bench.csv", "./bench.csv"], vec!["is repeated"]),
         (vec!["identify", "axle.toml", "bench.csv", "--confidence", "0.95"], vec!["did you mean 95?"]),
         (vec!["identify", "axle.toml", "bench.csv", "--parameters", "axle.damping,,"], vec!["no name"]),
         (vec!["identify", "axle.toml", "bench.csv", "--confidence", "100"], vec!["95"]),
@@ -215,7 +215,7 @@ fn damage_stands_in_the_headline() {
     let sound = kardan(&at, &["identify", "axle.toml", "bench.csv", "--strict", "--json", "-q"]);
     assert_eq!(sound.status.code(), Some(0), "{}", words(&sound.stderr));
     let object = printed(&sound.stdout);
-    assert_eq!((&object["sound"], &object["logs"][0]["damage"]), (&Value::from(true), &Value::Null));
+    assert_eq!((&object["reliable"], &object["logs"][0]["damage"]), (&Value::from(true), &Value::Null));
     let log = fs::read(at.join("bench.csv")).unwrap();
     fs::write(at.join("bench.csv"), &log[..log.len() - 7]).unwrap();
     let got = kardan(&at, &line);
@@ -227,6 +227,6 @@ fn damage_stands_in_the_headline() {
     let got = kardan(&at, &line);
     assert_eq!(got.status.code(), Some(0), "without --strict: {}", words(&got.stderr));
     let object = printed(&got.stdout);
-    assert!(object["verdict"].as_str().unwrap().contains(headline) && object["sound"] == false, "{object}");
+    assert!(object["verdict"].as_str().unwrap().contains(headline) && object["reliable"] == false, "{object}");
     assert!(fs::read_to_string(at.join("fit.html")).unwrap().contains(headline));
 }

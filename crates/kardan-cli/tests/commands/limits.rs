@@ -113,7 +113,7 @@ fn a_signal_ends_a_run_with_what_it_has() {
         signal(&child, name);
         let out = ended(child);
         is_marked(&at, &out, "stopped by a signal");
-        assert!(String::from_utf8_lossy(&out.stderr).contains("what is there is kept"));
+        assert!(String::from_utf8_lossy(&out.stderr).contains("kardan keeps the results until then"));
     }
 }
 
@@ -131,7 +131,7 @@ fn a_signal_lets_a_sweep_finish_its_block() {
     signal(&child, "-INT");
     let out = ended(child);
     let reported = String::from_utf8_lossy(&out.stderr);
-    assert!(out.status.code() == Some(2) && reported.contains("is finished and written"), "{reported}");
+    assert!(out.status.code() == Some(2) && reported.contains("kardan finishes and writes"), "{reported}");
     let json = printed(&out.stdout);
     let files = fs::read_dir(at.join("out")).unwrap().filter_map(Result::ok);
     let blocks = files.filter(|file| file.path().extension().is_some_and(|end| end == "parquet")).count();
@@ -210,7 +210,7 @@ fn stopped_everywhere(at: &Path, arguments: &[&str], least: usize, look: &mut dy
 
 /// Marked in the JSON and on the page, which is whole.
 fn is_unfinished(at: &Path, json: &Value, missing: &str) {
-    let why = json["unfinished"].as_str().unwrap();
+    let why = json["incomplete_reason"].as_str().unwrap();
     assert!(json["complete"] == false && why.contains("stopped by a signal") && why.contains(missing), "{why}");
     let page = fs::read_to_string(at.join("page.html")).unwrap();
     assert!(page.trim_end().ends_with("</html>") && page.contains("stopped by a signal"), "{why}");
@@ -230,7 +230,7 @@ fn a_signal_keeps_what_an_analysis_has() {
     let mut unproven = 0;
     stopped_everywhere(&at, &[&arguments[..], &["--certify"]].concat(), 2, &mut |json, _| {
         let proven = json["certificate"]["proven"].as_bool().unwrap();
-        is_unfinished(&at, &json, if proven { "inputs" } else { "proofs asked for" });
+        is_unfinished(&at, &json, if proven { "inputs" } else { "requested proofs" });
         unproven += usize::from(!proven);
     });
     assert_eq!(unproven, 1);
@@ -269,7 +269,7 @@ fn a_signal_keeps_what_an_identification_has() {
     let mut arguments = vec!["identify", "model.toml", "--json", "--report", "page.html", "--write", "model.toml"];
     arguments.extend(names.iter().map(String::as_str));
     let is_kept = |(json, reported): (Value, String), missing: &str| {
-        assert!(json["sound"] == false, "{json}");
+        assert!(json["reliable"] == false, "{json}");
         is_unfinished(&at, &json, missing);
         assert!(reported.contains("is not written: the identification is not complete"), "{reported}");
         assert_eq!(fs::read_to_string(at.join("model.toml")).unwrap(), model);

@@ -143,7 +143,7 @@ fn what_ends_how() {
     fs::write(at.join("none.toml"), MODEL.split("[fault.dead]").next().unwrap()).unwrap();
     let got = kardan(&at, &["safety", "none.toml"]);
     assert_eq!(got.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&got.stderr).contains("no faults to try"));
+    assert!(String::from_utf8_lossy(&got.stderr).contains("no faults to analyse"));
     let got = kardan(&at, &["run", "good.toml", "--fault", "ded"]);
     assert_eq!(got.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&got.stderr).contains("there is no fault `ded`"));

@@ -66,7 +66,7 @@ fn schemas_show_what_is_wrong() {
     for (name, _) in SCHEMAS {
         let schema = schema(name);
         assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");
-        assert!(schema["title"].as_str().unwrap().starts_with("kardan/1"), "{name}");
+        assert!(schema["title"].as_str().unwrap().starts_with("kardan/2"), "{name}");
         assert!(!wrong(name, &json!({})).is_empty(), "{name}");
     }
     let good = Command::new(env!("CARGO_BIN_EXE_kardan")).args(["analyze", "two-bodies", "--json"]).output().unwrap();

@@ -199,7 +199,7 @@ fn two_sweeps_in_one_folder_are_refused() {
         let got = kardan(&at, arguments);
         let error = String::from_utf8_lossy(&got.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(got.status.code() == Some(2) && error.contains(reported), "{arguments:?}: {error}");
-        assert!(error.contains("wait until it has ended, or name another folder"), "{error}");
+        assert!(error.contains("wait until it ends, or name another folder"), "{error}");
     };
     let mut command = Command::new(env!("CARGO_BIN_EXE_kardan"));
     command.current_dir(&at).args(["sweep", "m.toml", "--samples", "1000000", "--out", "o"]);
@@ -243,7 +243,7 @@ fn force_leaves_what_is_of_others() {
         fs::write(&own, "mine").unwrap();
         let got = kardan(&at, &["sweep", "m.toml", "--samples", "70", "--out", "o", "--force"]);
         let error = String::from_utf8_lossy(&got.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(got.status.code() == Some(2) && error.contains(name) && error.contains("not written it"), "{error}");
+        assert!(got.status.code() == Some(2) && error.contains(name) && error.contains("did not write it"), "{error}");
         assert_eq!(fs::read(&own).unwrap(), b"mine");
         fs::remove_file(own).unwrap();
     }
@@ -275,7 +275,7 @@ fn it_goes_on_where_it_ended() {
     assert_eq!([bytes(0), bytes(1), bytes(2)], before);
     assert_eq!(fs::metadata(at.join("o/rows-000000.parquet")).unwrap().modified().unwrap(), kept);
     for (more, reported) in
-        [(&[][..], "holds rows of a sweep already"), (&["--resume", "--seed", "3"], "of another sweep")]
+        [(&[][..], "already contains rows of a sweep"), (&["--resume", "--seed", "3"], "of another sweep")]
     {
         let got = sweep(more);
         assert_eq!(got.status.code(), Some(2));
@@ -326,12 +326,12 @@ fn what_differs_is_reported() {
     write(MODEL);
     for (more, reported) in [
         (&["--seed", "3"][..], "of another sweep: seed 0, here seed 3"),
-        (&["--tolerance", "1e-7"], "of another sweep: tolerance 1e-7 here alone"),
+        (&["--tolerance", "1e-7"], "of another sweep: tolerance 1e-7 only here"),
         (
             &["--method", "taylor", "--max-steps", "9"],
-            "limit of steps 9 here alone; method Automatic, here method Taylor",
+            "limit of steps 9 only here; method Automatic, here method Taylor",
         ),
-        (&["--worst", "1"], "of another sweep: --worst 1 here alone"),
+        (&["--worst", "1"], "of another sweep: --worst 1 only here"),
         (
             &["--set", "scenario.event[0].to=3 N m"],
             "of another sweep: `scenario.event[0].to` \"4 N m\", here \"3 N m\"",
@@ -368,7 +368,7 @@ fn an_ended_sweep_keeps_its_blocks() {
     let rows = object["rows"].as_u64().unwrap();
     assert_eq!(rows + object["missing"].as_u64().unwrap(), 1_000_000);
     let warnings = object["warnings"].to_string();
-    assert!(warnings.contains("is missing"), "{warnings}");
+    assert!(warnings.contains("are missing"), "{warnings}");
 }
 
 /// A sweep that replaces another one leaves none of its rows, however early it is ended, and goes on without `--force`.
@@ -387,7 +387,7 @@ fn a_sweep_that_starts_anew_leaves_no_rows_of_another() {
     let ended = sweep("2", &["--force", "--time-limit", "1e-9"]);
     let object = printed(&ended.stdout);
     assert!(ended.status.code() == Some(2) && rows() == 8, "{object}");
-    assert!(object["notes"].to_string().contains("what is in `o` is that of the sweep before"), "{object}");
+    assert!(object["notes"].to_string().contains("`o` contains the earlier sweep"), "{object}");
     // Behind it the rows are of one sweep, which goes on.
     if cfg!(debug_assertions) {
         let own = ["sweep", "m.toml", "--samples", "450", "--out", "o", "--seed", "2", "--force"];
@@ -509,9 +509,9 @@ fn rows_run_again_are_the_same() {
         assert_eq!(measured.to_bits(), swept("requirement.1.measured", sample).to_bits());
     }
     for (more, reported) in [
-        (&["--sample", "64"][..], "holds no sample 64"),
+        (&["--sample", "64"][..], "has no sample 64"),
         (&["--sample", "5", "--set", "a.inertia=3 kg m^2"], "of another sweep"),
-        (&["--sample", "5", "--tolerance", "1e-6"], "integrated otherwise"),
+        (&["--sample", "5", "--tolerance", "1e-6"], "other integration settings"),
     ] {
         let got = again(more);
         assert!(got.status.code() == Some(2) && printed(&got.stdout).to_string().contains(reported), "{more:?}");
@@ -529,32 +529,32 @@ fn nonsense_is_refused() {
         fs::write(at.join(format!("{name}.toml")), model).unwrap();
     }
     for (arguments, reported) in [
-        (&["sweep", "same.toml"][..], "nothing in the file varies"),
+        (&["sweep", "same.toml"][..], "no value of the file varies"),
         (
             &["sweep", "m.toml", "--samples", "0"],
-            "invalid value '0' for '--samples <N>': a sweep has one sample at least; write a number such as 1000",
+            "invalid value '0' for '--samples <N>': a sweep has at least one sample; write a number such as 1000",
         ),
         (
             &["sweep", "m.toml", "--samples", "1e3"],
-            "'1e3' for '--samples <N>': samples are counted by a whole number; write it in digits alone, such as 1000",
+            "'1e3' for '--samples <N>': samples are counted by a whole number; write it in digits only, such as 1000",
         ),
-        (&["sweep", "m.toml", "--samples", "10k"], "write it in digits alone, such as 1000"),
-        (&["sweep", "m.toml", "--samples", "-5"], "write it in digits alone, such as 1000"),
+        (&["sweep", "m.toml", "--samples", "10k"], "write it in digits only, such as 1000"),
+        (&["sweep", "m.toml", "--samples", "-5"], "write it in digits only, such as 1000"),
         (
             &["sweep", "m.toml", "--seed", "-1"],
             "'-1' for '--seed <S>': a seed is a whole number from 0 to 18446744073709551615; write it in digits",
         ),
         (
             &["sweep", "c.toml"],
-            "with 2 levels of 70 parameters has more than 18446744073709551615 samples: there can be 10000000 help: let fewer",
+            "with 2 levels of 70 parameters has more than 18446744073709551615 samples: the limit is 10000000 help: vary fewer",
         ),
         (
             &["sweep", "g.toml"],
-            "with 5 levels of 12 parameters has 244140625 samples: there can be 10000000 help: write `points = \"grid\"` with `levels = 3`, which has 531441, let fewer",
+            "with 5 levels of 12 parameters has 244140625 samples: the limit is 10000000 help: write `points = \"grid\"` with `levels = 3`, which has 531441, vary fewer",
         ),
         (
             &["sweep", "l.toml"],
-            "with 20000000 levels of 1 parameters has 20000000 samples: there can be 10000000 help: write `points = \"grid\"` with `levels = 10000000`",
+            "with 20000000 levels of 1 parameters has 20000000 samples: the limit is 10000000 help: write `points = \"grid\"` with `levels = 10000000`",
         ),
         (&["sweep", "m.toml", "--samples", "20000000"], "20000000 samples"),
         (&["sweep", "m.toml", "--variant", "nobody"], "there is no variant `nobody`"),
@@ -616,7 +616,7 @@ fn goals_are_reported_and_go_on() {
     let goals = [
         (&["--samples", "160", "--worst", "1"][..], "worst", "that 160 runs found: margin", 1),
         (&["--samples", "200", "--rare", "f"][..], "rare", "fails with the probability", 1),
-        (&["--samples", "400", "--until", "0.05", "--seed", "2"][..], "until", "Every requirement holds", 0),
+        (&["--samples", "400", "--until", "0.05", "--seed", "2"][..], "until", "Every requirement is met", 0),
     ];
     for (more, key, reported, code) in goals {
         let sweep = |others: &[&str]| kardan(&at, &[&["sweep", "m.toml", "--out", key], more, others].concat());

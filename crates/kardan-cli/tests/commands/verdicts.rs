@@ -58,7 +58,7 @@ fn an_energy_balance_that_does_not_close_is_no_completed_run() {
     assert!(run["outcome"]["cause"].as_str().unwrap().starts_with("the energy balance does not close"));
     assert_eq!(run["requirements"][0]["passed"], false);
     assert!(run["notes"].to_string().contains("All requirements count as not met"), "{}", run["notes"]);
-    let said = "The run reached its end, but its energy balance does not close, so that its numbers are wrong; the requirement is not met: max ";
+    let said = "The run completed, but its energy balance does not close, so that its numbers are wrong; the requirement is not met: max ";
     let got = with(&["--markdown"]);
     assert_eq!(got.status.code(), Some(2));
     assert!(text(&got.stdout).contains(said), "{}", text(&got.stdout));
@@ -120,7 +120,7 @@ fn errors_as_large_as_signals_are_reported_first() {
     assert!(unreliable["error"].as_f64().unwrap() >= 0.1 * unreliable["size"].as_f64().unwrap(), "{unreliable}");
     assert!(run["warnings"][0].as_str().unwrap().contains("the estimated error of"), "{}", run["warnings"]);
     assert_eq!(with(&["long.toml", "--json", "--strict"]).status.code(), Some(1));
-    let said = "The run reached its end, but its numbers are in doubt; accuracy: the estimated error of a.phi reaches its first digit; no requirements are stated.";
+    let said = "The run completed, but its numbers are in doubt; accuracy: the estimated error of a.phi reaches its first digit; no requirements are stated.";
     let got = with(&["long.toml", "--markdown"]);
     assert!(text(&got.stdout).contains(said), "{}", text(&got.stdout));
     assert!(text(&fs::read(at.join("o/report.md")).unwrap()).contains(said));

@@ -1,4 +1,4 @@
-//! A block with everything that belongs to it, around its own centre: symbols, labels, the lines between them, and where lines from
+//! A block with all its parts, around its centre: symbols, labels, the lines between them, and where lines from
 //! other blocks come in.
 
 use kardan::results::{JoinKind, MechanismPart, Symbol};
@@ -15,14 +15,14 @@ const TALLEST: f64 = 360.0;
 /// From one thing on a shaft to the next, px.
 const PITCH: f64 = 27.0;
 
-/// What is drawn.
+/// A drawn item.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Mark {
-    /// A symbol at its place; turned to hang down where asked.
+    /// A symbol at its position; optionally rotated to hang down.
     Symbol { at: (f64, f64), drawn: Drawn, hanging: bool },
     /// Horizontal and vertical lines.
     Line { points: Vec<(f64, f64)>, class: &'static str },
-    /// A text whose middle, or begin, is there.
+    /// A text with its centre, or start, at this position.
     Label { at: (f64, f64), middle: bool, class: &'static str, text: String },
     /// A dashed box: left, top, width, height.
     Frame([f64; 4]),
@@ -37,7 +37,7 @@ pub(super) struct Group {
     pub(super) kind: String,
     /// Its whole name.
     pub(super) name: String,
-    /// What is told under the pointer.
+    /// The tooltip.
     pub(super) title: String,
     pub(super) marks: Vec<Mark>,
 }
@@ -49,7 +49,7 @@ pub(super) enum Side {
     Right,
 }
 
-/// An end of an element, and from where its line comes; how much room the block there needs above and below its line.
+/// An end of an element, and where its line comes from; the space that the block there needs above and below its line.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct End {
     pub(super) end: usize,
@@ -63,7 +63,7 @@ pub(super) struct End {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Cell {
     pub(super) groups: Vec<Group>,
-    /// How far it reaches; lines come in at `left` and `right`.
+    /// Its extent; lines enter at `left` and `right`.
     pub(super) left: f64,
     pub(super) right: f64,
     pub(super) above: f64,
@@ -155,7 +155,7 @@ fn group(part: &MechanismPart, marks: Vec<Mark>) -> Group {
     Group { kind: part.kind.clone(), name: part.name.clone(), title, marks }
 }
 
-/// The label of a thing that hangs on another: a sensor says what it measures.
+/// The label of an attached item: a sensor names its quantity.
 fn named(part: &MechanismPart) -> String {
     let sign = match part.laws.first().map(String::as_str) {
         _ if part.symbol != Symbol::Sensor => "",
@@ -169,7 +169,7 @@ fn named(part: &MechanismPart) -> String {
     format!("{sign}{}", part.name)
 }
 
-/// What hangs on a block, one below the other on a line that begins at (0, `top`).
+/// The items attached to a block, one below the other on a line that starts at (0, `top`).
 fn stack(cell: &mut Cell, top: f64, first: f64, attached: &[&MechanismPart], uncounted: &[&str]) {
     for (k, part) in attached.iter().enumerate() {
         let y = first + PITCH * k as f64;
@@ -350,7 +350,7 @@ fn weight(part: &MechanismPart, ends: &[End]) -> &'static str {
     if wire { "thin" } else { "heavy" }
 }
 
-/// A source turned so that its poles are where its ends are.
+/// A source rotated so that its poles match its ends.
 fn directed(part: &MechanismPart, drawn: Drawn, backwards: bool) -> Drawn {
     match matches!(part.symbol, Symbol::Source | Symbol::CurrentSource) && backwards {
         true => Drawn { svg: format!("<g transform=\"rotate(180)\">{}</g>", drawn.svg), ..drawn },
@@ -406,7 +406,7 @@ fn short_end(part: &MechanismPart, end: usize) -> String {
     let Some(terminal) = part.terminals.get(end) else { return String::new() };
     match terminal.coefficient {
         Some(factor) => figure(factor, 4),
-        // Of a relation all ends are alike.
+        // All ends of a relation have the same role.
         None if part.symbol == Symbol::Relation => String::new(),
         // `flexspline` is one word where `circular_spline` is two.
         None => {
@@ -442,7 +442,7 @@ fn boxed(part: &MechanismPart, block: &Block<'_>, ends: &[End]) -> Cell {
     let mut cell = Cell::default();
     let ground = |end: &usize| part.terminals[*end].kind == JoinKind::Ground;
     let grounds: Vec<usize> = (0..part.terminals.len()).filter(ground).collect();
-    // A grounded end stands below the others of its winding.
+    // A grounded end is drawn below the others of its winding.
     let far_side = |end: usize| ends.iter().find(|one| one.end / 2 == end / 2).map_or(Side::Left, |one| one.side);
     let mut high: f64 = 22.0;
     let mut placed: Vec<(usize, Side, f64, bool)> = Vec::new();

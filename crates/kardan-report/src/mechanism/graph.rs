@@ -1,4 +1,4 @@
-//! What is drawn: blocks, what hangs on them, and which block is joined to which; large models folded.
+//! The drawn graph: blocks, attached items, and connections between blocks; large models folded.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -6,14 +6,14 @@ use kardan::results::{JoinKind, Mechanism, MechanismPart, Symbol, Terminal};
 
 /// Models of more shafts and nodes are folded.
 const HOSTS: usize = 30;
-/// Side by side at the same distance from the begin, where there are too many.
+/// Largest number of blocks at the same distance from the start.
 const MOST_PARALLEL: usize = 8;
-/// Longer rows of shafts that are built alike are folded.
+/// Longer rows of equally built shafts are folded.
 const ROW: usize = 5;
 /// More things on one shaft are counted.
 const ATTACHED: usize = 12;
 
-/// What a block shows.
+/// The content of a block.
 #[derive(Debug)]
 pub(super) enum Content<'a> {
     /// A shaft.
@@ -26,12 +26,12 @@ pub(super) enum Content<'a> {
     Folded([Vec<&'a str>; 2]),
 }
 
-/// A block with what hangs on it.
+/// A block with its attached items.
 #[derive(Debug)]
 pub(super) struct Block<'a> {
     pub(super) content: Content<'a>,
     pub(super) attached: Vec<&'a MechanismPart>,
-    /// More that hangs on it: counted.
+    /// Number of further attached items.
     pub(super) uncounted: Vec<&'a str>,
 }
 
@@ -71,7 +71,7 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// Whether power comes in here.
+    /// Whether a source is attached here.
     pub(super) fn drives(&self) -> bool {
         let source =
             |part: &MechanismPart| matches!(part.symbol, Symbol::Motor | Symbol::Source | Symbol::CurrentSource);
@@ -186,7 +186,7 @@ impl<'a> Graph<'a> {
         }
     }
 
-    /// Long rows of hosts that are built alike keep two at each end.
+    /// Long rows of equally built hosts keep two at each end.
     fn without_rows(self) -> Self {
         let neighbours = self.neighbours();
         let next = |host: usize, element: usize| -> Option<usize> {
@@ -238,7 +238,7 @@ impl<'a> Graph<'a> {
         self.folded(&retained)
     }
 
-    /// What is near the begin: so many hosts, and not too many abreast.
+    /// The hosts near the start: at most this number, and not too many side by side.
     fn near(self) -> Self {
         let neighbours = self.neighbours();
         let mut retained = BTreeSet::new();
@@ -278,7 +278,7 @@ impl<'a> Graph<'a> {
         };
         let stays: Vec<bool> = (0..self.blocks.len()).map(stays).collect();
         let mut group: Vec<Option<usize>> = vec![None; self.blocks.len()];
-        // What is joined to the same hosts that stay shares a block, and so does what is joined to none.
+        // Parts joined to the same remaining hosts share a block, and so do parts joined to none.
         let mut of: BTreeMap<BTreeSet<usize>, usize> = BTreeMap::new();
         for start in 0..self.blocks.len() {
             if stays[start] || group[start].is_some() {
@@ -341,7 +341,7 @@ impl<'a> Graph<'a> {
     }
 }
 
-/// What can be reached from a block, with the number of lines to it, nearest first.
+/// The blocks reachable from a block, with the number of lines to each, nearest first.
 pub(super) fn reached(neighbours: &[Vec<usize>], start: usize) -> Vec<(usize, usize)> {
     let mut out = vec![(start, 0)];
     let mut visited = BTreeSet::from([start]);

@@ -1,4 +1,4 @@
-//! Names that fit: their width, and how long ones are shortened.
+//! Widths of labels, and shortening of long names.
 
 /// Height of a line of a label, px.
 pub(super) const HEIGHT: f64 = 12.0;

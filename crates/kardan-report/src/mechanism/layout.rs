@@ -1,5 +1,5 @@
-//! Where blocks stand and how lines run: connected parts in layers from left to right, by their distance from one end, in bands
-//! where they are long. Blocks keep their own room, lines turn only in channels between layers: so nothing crosses a label.
+//! Positions of blocks and routes of lines: connected parts in layers from left to right, by their distance from one end, in bands
+//! if they are long. Blocks do not overlap, and lines bend only in channels between layers, so no line crosses a label.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ const TRACK: f64 = 9.0;
 /// Between two connected parts, px.
 const APART: f64 = 26.0;
 
-/// Everything that is drawn, with its size.
+/// All drawn items, with their size.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Scene {
     pub(super) width: f64,
@@ -202,7 +202,7 @@ impl<'a> Component<'a> {
         wires.sort_by(|a, b| a.start.total_cmp(&b.start).then(a.end.total_cmp(&b.end)));
         let mut out = Vec::with_capacity(wires.len());
         while !wires.is_empty() {
-            // A line that ends at the height where another begins turns behind that one.
+            // A line that ends at the height where another starts bends after that one.
             let free = |k: usize| {
                 let wire = wires[k];
                 !wires.iter().any(|crossing| {
@@ -282,7 +282,7 @@ impl<'a> Component<'a> {
         out.closed()
     }
 
-    /// Lines within a band: each with a track of its own where it turns.
+    /// Lines within a band: each has its own track for its vertical part.
     fn routed(&self, wires: &[Wire], channel: f64, shift: f64) -> Vec<Mark> {
         let width = channel_width(wires);
         let mut track = channel + 8.0;
@@ -328,7 +328,7 @@ impl<'a> Component<'a> {
     }
 }
 
-/// Room for the lines of a channel that turn.
+/// Width of the vertical lines of a channel.
 fn channel_width(wires: &[Wire]) -> f64 {
     match wires.iter().filter(|wire| wire.turns()).count() {
         0 => 0.0,
@@ -336,7 +336,7 @@ fn channel_width(wires: &[Wire]) -> f64 {
     }
 }
 
-/// Heights as near as possible (least squares) to those wanted, in the same order, with room for each.
+/// Heights as close as possible (least squares) to the desired ones, in the same order, with space for each.
 fn spread(desired: &[f64], room: &[(f64, f64)]) -> Vec<f64> {
     let mut offset = vec![0.0; desired.len()];
     for k in 1..desired.len() {
@@ -359,7 +359,7 @@ fn spread(desired: &[f64], room: &[(f64, f64)]) -> Vec<f64> {
 }
 
 /// Layers from left to right, ordered from top to bottom, and whether they count from the right: from one end of the longest way,
-/// so that what drives stands on the left.
+/// so that sources are on the left.
 fn layered(graph: &Graph<'_>, neighbours: &[Vec<usize>], blocks: &[usize]) -> (Vec<Vec<usize>>, bool) {
     let farthest = |start: usize| {
         let found = reached(neighbours, start);

@@ -1,4 +1,4 @@
-//! The mechanism of a model as a picture: shafts, what joins them, what drives, disturbs and measures them.
+//! The mechanism of a model as a picture: shafts, elements, sources, disturbances and sensors.
 
 mod cells;
 mod graph;
@@ -120,7 +120,7 @@ fn describe(mechanism: &Mechanism) -> String {
     both.map(|(number, one)| count(number, one)).collect::<Vec<_>>().join(", ")
 }
 
-/// What the symbols mean that are there.
+/// The meaning of the symbols in the drawing.
 fn caption(mechanism: &Mechanism, scene: &Scene) -> String {
     let parts = &mechanism.parts;
     let symbol = |symbol: Symbol| parts.iter().any(|part| part.symbol == symbol);
@@ -137,8 +137,8 @@ fn caption(mechanism: &Mechanism, scene: &Scene) -> String {
         (symbol(Symbol::StrainWaveGear), "WG: wave generator; CS: circular spline; FS: flexspline"),
         (losses, "hatched: bearings with losses"),
         (symbol(Symbol::Motor) || symbol(Symbol::Machine), "M: motors"),
-        (play, "two flanks across an end: play"),
-        (symbol(Symbol::Torque), "arrows: torques and forces from outside"),
+        (play, "two flanks across an end: backlash"),
+        (symbol(Symbol::Torque), "arrows: external torques and forces"),
         (symbol(Symbol::Sensor), "flags: sensors (φ angle, ω speed, τ torque; of masses s, v, F)"),
     ];
     let remarks: Vec<&str> = remarks.iter().filter(|(applies, _)| *applies).map(|(_, text)| *text).collect();

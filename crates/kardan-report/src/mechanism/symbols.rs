@@ -1,8 +1,8 @@
-//! Symbols as they stand in drawings of drivetrains and circuits, around the point (0, 0).
+//! Symbols of drivetrain and circuit drawings, around the point (0, 0).
 
 use kardan::results::{MechanismPart, Symbol};
 
-/// A symbol: what is drawn, and how far it reaches to the left and right, up and down.
+/// A symbol: its drawing, and its extent to the left and right, up and down.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Drawn {
     pub(super) svg: String,
@@ -36,7 +36,7 @@ pub(super) fn disc() -> Drawn {
     Drawn::new("<rect class=\"solid\" x=\"-5\" y=\"-18\" width=\"10\" height=\"36\" rx=\"1\"/>", 5.0, 18.0)
 }
 
-/// What moves straight.
+/// A translating mass.
 pub(super) fn slab() -> Drawn {
     Drawn::new("<rect class=\"solid\" x=\"-13\" y=\"-10\" width=\"26\" height=\"20\" rx=\"1\"/>", 13.0, 10.0)
 }
@@ -66,7 +66,7 @@ pub(super) fn earth() -> Drawn {
 /// A car from its side, its line comes from the left.
 const CAR: &str = "M-17 0H-13M-13 3V-2L-7 -3L-4 -9H6L10 -3L16 -2V3H13M7 3H-4M-10 3H-13M-10 3a3 3 0 1 0 6 0a3 3 0 1 0 -6 0M7 3a3 3 0 1 0 6 0a3 3 0 1 0 -6 0";
 
-/// What hangs on a shaft: small, its line comes from the left.
+/// A small symbol attached to a shaft; its line comes from the left.
 pub(super) fn hung(part: &MechanismPart) -> Drawn {
     match part.symbol {
         Symbol::Motor => {
@@ -132,7 +132,7 @@ fn parallel(part: &MechanismPart) -> Drawn {
     Drawn::new(leads.to_owned() + &thin(&path), 36.0, 10.0 * (count - 1.0).max(0.0) + 10.0)
 }
 
-/// An element with one end to the left and one to the right; play is two flanks across the end to the right.
+/// An element with one end to the left and one to the right; backlash is two flanks across the end to the right.
 pub(super) fn between(part: &MechanismPart) -> Drawn {
     let mut drawn = without_play(part);
     if part.laws.iter().any(|law| law == "backlash") {
@@ -191,7 +191,7 @@ fn without_play(part: &MechanismPart) -> Drawn {
     }
 }
 
-/// What stands in the middle of a box with several ends.
+/// The symbol in the middle of a box with several ends.
 pub(super) fn icon(symbol: Symbol) -> Option<String> {
     match symbol {
         Symbol::StrainWaveGear => Some(

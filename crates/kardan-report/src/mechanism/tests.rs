@@ -1,4 +1,4 @@
-//! Structure of the drawing: every part once, labels over nothing, lines around everything.
+//! Structure of the drawing: every part once, labels overlap no item, lines avoid all items.
 
 use std::collections::BTreeMap;
 
@@ -239,7 +239,7 @@ fn names_of_80_characters_are_shortened_and_shown_whole() {
     assert!(picture.drawing.contains('…'));
 }
 
-/// A source has its positive pole at its second end: it is turned around where the first one is at ground.
+/// A source has its positive pole at its second end: it is rotated if the first one is at ground.
 #[test]
 fn poles_of_a_source_are_at_their_ends() {
     let source = |ends: [(JoinKind, &str); 2]| {
@@ -265,7 +265,7 @@ fn a_drawing_does_not_change() {
     assert_eq!(picture(&Mechanism::default()), None);
 }
 
-/// Teeth with play have two flanks more than those without, and the caption says what they are.
+/// Gears with backlash have two more flanks than those without, and the caption explains them.
 #[test]
 fn play_is_drawn_and_reported() {
     let gear = |laws: &[&str]| {

@@ -1,4 +1,4 @@
-//! Poles, transfer functions and shares of a design in words.
+//! Poles, transfer functions and shares of a design as text.
 
 use super::{list, percent, polynomial};
 use crate::text::figure;
@@ -8,7 +8,7 @@ use kardan_rt::functions::hypot;
 /// More names are counted.
 const NAMES: usize = 12;
 
-/// Whose pole it is: channels by their output, `zero dynamics`; empty if it is neither.
+/// The origin of a pole: channels by their output, `zero dynamics`; empty if neither.
 pub fn owner(pole: Pole, design: &Design) -> String {
     let near = |candidate: &Pole| {
         hypot(candidate.re - pole.re, candidate.im.abs() - pole.im.abs()) <= 1e-6 * pole.abs().max(1e-9)
@@ -42,15 +42,15 @@ pub fn linear<'a>(design: &'a Design, reference: &str, output: &str) -> Option<&
     design.transfer.iter().find(|entry| entry.reference == reference && entry.output == output)
 }
 
-/// The deviation of another channel as a share of what the output's own step does; empty without a measure.
+/// The deviation of another channel as a share of the response to the output's own step; empty without a measure.
 pub fn relative(coupling: &CrossCoupling, all: &[CrossCoupling]) -> Option<f64> {
-    let own = all
-        .iter()
-        .find(|candidate| candidate.own && candidate.output == coupling.output && candidate.failure.is_none())?;
+    let own = all.iter().find(|candidate| {
+        candidate.same_channel && candidate.output == coupling.output && candidate.failure.is_none()
+    })?;
     // A step of another unit has no share.
     let own = Some(own).filter(|own| own.step_unit == coupling.step_unit)?.peak?;
     let share = coupling.peak? / own;
-    (!coupling.own && coupling.failure.is_none() && own > 0.0 && share.is_finite()).then_some(share)
+    (!coupling.same_channel && coupling.failure.is_none() && own > 0.0 && share.is_finite()).then_some(share)
 }
 
 /// A share that may be tiny: `12 %`, `0.024 %`, `0 %`.

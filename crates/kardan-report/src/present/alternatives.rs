@@ -1,4 +1,4 @@
-//! Designs beside the one of the file, and the loop over a box of plants.
+//! Alternatives to the design of the file, and the loop over a box of plants.
 
 use crate::model::{Body, row};
 use crate::pareto::pareto;
@@ -8,15 +8,17 @@ use kardan::results::{
     Alternative, BoxMargin, Exploration, Interaction, Interval, Robustness, Spread, VariedParameter, WithSensor,
 };
 
-/// More designs are counted where there is little room.
+/// More designs are counted where space is limited.
 const DESIGNS: usize = 40;
 
-/// The designs beside the one of the file.
+/// The alternatives to the design of the file.
 pub(super) fn exploration(found: &Exploration) -> Body {
     let mut best: Vec<&Alternative> = found.designs.iter().filter(|one| one.best).collect();
     best.retain(|one| one.bandwidth == 1.0);
     best.sort_by(|a, b| b.sample_time.total_cmp(&a.sample_time).then(a.torque.total_cmp(&b.torque)));
-    let torque = |x: f64| if found.limited { format!("{} %", number(100.0 * x)) } else { format!("{} N m", number(x)) };
+    let torque = |x: f64| {
+        if found.relative_to_limits { format!("{} %", number(100.0 * x)) } else { format!("{} N m", number(x)) }
+    };
     let designs = best.iter().map(|one| {
         row![
             format!("{} Hz", number(1.0 / one.sample_time)),
@@ -37,28 +39,28 @@ pub(super) fn exploration(found: &Exploration) -> Body {
         .list(found_designs(found))
         .pictures(pareto(found))
         .part(
-            "With the bandwidth of the file, designs that none at no higher rate beats in both interaction and torque",
+            "Designs with the bandwidth of the file; no design at the same or a lower rate is better in both interaction and torque",
             Body::default().table_of(DESIGNS, &headers, designs),
         )
         .part(
-            "With one more sensor, the best first",
+            "Designs with one more sensor, the best first",
             Body::default().table(&["sensor", "#interaction", "#noise", "#spectral radius"], sensors),
         )
 }
 
-/// How many designs were found, and what to take from them.
+/// The number of designs found, and how to read them.
 fn found_designs(found: &Exploration) -> Vec<String> {
     let mut out = vec![format!(
         "{} designs were found, {} combinations have no stable one{}. Interaction: {}, in {}. Torque and noise are {}.",
         found.designs.len(),
         found.failed,
-        match found.not_judged {
+        match found.not_evaluated {
             0 => String::new(),
-            count => format!(", {count} are not judged, as their sample times have no short common period"),
+            count => format!(", {count} are not assessed, as their sample times have no short common period"),
         },
         found.interaction,
         found.unit,
-        if found.limited { "parts of the motors' limits" } else { "in N m, as no motor has a limit" }
+        if found.relative_to_limits { "parts of the motors' limits" } else { "in N m, as no motor has a limit" }
     )];
     out.extend(found.advice.iter().cloned());
     out
@@ -81,9 +83,9 @@ pub(super) fn robustness(found: &Robustness) -> Body {
     };
     Body::default()
         .list(stability(found))
-        .part("What a step does to other channels", table("signal", &found.interactions))
-        .part("What a step asks of the motors", table("motor", &found.peaks))
-        .part("How wrong one motor may be before the loop is unstable", margins(found))
+        .part("Coupling of a step into other channels", table("signal", &found.interactions))
+        .part("Motor torques after a step", table("motor", &found.peaks))
+        .part("Stability margins of one motor", margins(found))
 }
 
 /// The least margins over some plants of the box.
@@ -100,12 +102,12 @@ fn margins(found: &Robustness) -> Body {
     };
     let headers = ["torque of", "factor", "phase", "#least disk margin", "#nominal disk margin"];
     Body::default().table(&headers, found.margins.iter().map(row)).hint(format!(
-        "The least of {} plants: the worst corners found and some of the samples. Others of the box may have less.{unstable}",
+        "Minimum over {} plants: the worst corners found and some of the samples. Other plants of the box may have less.{unstable}",
         first.plants
     ))
 }
 
-/// What of the box of plants is stable, and where it is worst.
+/// Stability over the box of plants, and the worst case.
 fn stability(found: &Robustness) -> Vec<String> {
     let varied = found
         .parameters

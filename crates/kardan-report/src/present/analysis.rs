@@ -14,9 +14,9 @@ use kardan::results::{
     PolynomialRoots, Sensitivity, Structure, UncontrollablePoint, Undecided, Verdict,
 };
 
-/// More modes are counted where there is little room.
+/// More modes are counted where space is limited.
 const MODES: usize = 40;
-/// More sets of places are counted where there is little room.
+/// More placements are counted where space is limited.
 const SETS: usize = 8;
 /// More eigenvalues are shown by the first and the last.
 const VALUES: usize = 6;
@@ -50,7 +50,7 @@ fn page_with(analysis: &Analysis, drawn: bool) -> Page {
             ("modes", "Modes", modes(analysis, drawn)),
             ("structure", "Controllability and observability", ranks(structure)),
             ("properties", "Stability and indices", properties(analysis)),
-            ("opposite-side", "The other side of the kink", opposite_side(analysis)),
+            ("opposite-side", "Opposite side of the kink", opposite_side(analysis)),
             ("transfer", "Relative degrees and zeros", transfer(structure, analysis.discrete.is_some())),
             ("least", "Least numbers of inputs and outputs", least(structure)),
             ("placement", "Placement", placement(analysis)),
@@ -71,7 +71,7 @@ fn page_with(analysis: &Analysis, drawn: bool) -> Page {
     }
 }
 
-/// One sentence on the ranks; `true` if nothing is missing.
+/// One sentence on the ranks; `true` if both are full.
 fn verdict(analysis: &Analysis) -> Option<Verdict> {
     let of_ranks = rank_verdict(analysis);
     let Some((sound, text)) = analysis.descriptor.as_ref().map(sentence) else { return of_ranks };
@@ -97,31 +97,31 @@ fn rank_verdict(analysis: &Analysis) -> Option<Verdict> {
             None => format!("whether {what} is not decided (rank at least {rank} of {states})"),
         };
         let text = format!(
-            "Not everything could be proven: {}; {}.",
+            "Not all results are proven: {}; {}.",
             word(structure.controllability(), "controllable", structure.controllable_rank),
             word(structure.observability(), "observable", structure.observable_rank)
         );
         return Some(Verdict { sound: false, text });
     }
     let counting = analysis.counting.as_ref();
-    let but = counting.map_or([false; 2], |found| [found.rest_controllable, found.rest_observable]);
+    let but = counting.map_or([false; 2], |found| [found.remaining_controllable, found.remaining_observable]);
     let counts_only = (controllable || but[0]) && (observable || but[1]);
     let text = match (controllable, observable) {
         _ if but != [false; 2] && counts_only => {
             let names = counting.map_or(&[][..], |found| &found.charges[..]);
             let (what, only) = match names.len() {
-                1 => ("a charge that only counts", "is"),
-                _ => ("charges that only count", "are"),
+                1 => ("a charge without effect", "is"),
+                _ => ("charges without effect", "are"),
             };
             let names = phrases::list(names, 12);
             match but {
                 [true, true] => {
-                    format!("Controllable and observable but for {names}, {what} what has flowed: all motions are.")
+                    format!("Controllable and observable except {names}, {what}: all motions are.")
                 }
                 [true, false] => {
-                    format!("Controllable but for {names}, {what} what has flowed: all motions are; observable.")
+                    format!("Controllable except {names}, {what}: all motions are; observable.")
                 }
-                _ => format!("Controllable; observable but for {names}, which {only} {what} what has flowed."),
+                _ => format!("Controllable; observable except {names}, which {only} {what}."),
             }
         }
         (true, true) => format!("Controllable and observable: all {states} states."),
@@ -190,7 +190,7 @@ fn properties(analysis: &Analysis) -> Body {
 fn distances(distances: &MatrixDistances) -> Body {
     let both = [("not controllable", &distances.controllability), ("not observable", &distances.observability)];
     let row = |what: &str, found: &MatrixDistance| {
-        row![what, found.lower, found.upper, found.last_digit, phrases::pair(found.eigenvalue)]
+        row![what, found.lower, found.upper, found.data_uncertainty, phrases::pair(found.eigenvalue)]
     };
     let computed = || both.iter().filter_map(|(what, found)| Some((*what, found.as_ref()?)));
     let rows = computed().map(|(what, found)| row(what, found));
@@ -204,7 +204,7 @@ fn distances(distances: &MatrixDistances) -> Body {
 
 fn class(class: &Class) -> Body {
     let assumptions = class.assumptions.iter().map(|one| {
-        let word = if one.satisfied { "holds" } else { "broken" };
+        let word = if one.satisfied { "satisfied" } else { "broken" };
         row![&one.statement, Cell::Mark(one.satisfied, word.into())]
     });
     let broken = class.assumptions.iter().filter(|one| !one.satisfied);
@@ -235,7 +235,7 @@ fn class(class: &Class) -> Body {
         .table(&["constraint", "equation", "kind"], constraints)
         .list(reasons)
         .paragraph(if point.angles.is_empty() { String::new() } else { format!("Operating point: {at}.") })
-        .paragraph(if motion.is_empty() { String::new() } else { format!("It moves there: {}.", motion.join(", ")) })
+        .paragraph(if motion.is_empty() { String::new() } else { format!("Motion there: {}.", motion.join(", ")) })
         .table(&["friction", "#Coulomb torque [N m]", "state"], friction)
 }
 
@@ -250,12 +250,13 @@ fn decision(decided: Option<bool>, satisfied: bool) -> Cell {
 /// What the model is on the other side of the kinks at its operating point.
 fn opposite_side(analysis: &Analysis) -> Body {
     let Some(other_side) = &analysis.opposite_side else { return Body::default() };
-    let OppositeModel { own, side, controllable, observable, .. } = other_side;
+    let OppositeModel { reference_side: own, side, controllable, observable, .. } = other_side;
     let judged = |what: &str, decided: Option<bool>| row![what, decision(decided, decided == Some(true))];
     Body::default()
         .paragraph(format!(
-            "A torque has a kink at the operating point. All else on this page is about the side where {own}; this is the side where {side}. A motion \
-             passes through both sides, and that each is stable does not prove that it is."
+            "A torque has a kink at the operating point. All other results on this page are for the side where \
+             {own}; these are for the side where {side}. A motion passes through both sides: stability on each side \
+             does not prove that it is stable."
         ))
         .table(
             &["", ""],
@@ -280,7 +281,7 @@ fn modes(analysis: &Analysis, drawn: bool) -> Body {
         .pictures(pictures::energies(&analysis.modes))
 }
 
-/// The modes, and whether each is reached and seen where that is decided.
+/// The modes, and whether each is controllable and observable if that is decided.
 fn modes_table(modes: &[Mode], (reached, observable): (Option<bool>, Option<bool>), eigenvalue: &str) -> Body {
     let energy = modes.iter().any(|mode| !mode.stored.is_empty());
     let row = |(k, mode): (usize, &Mode)| {
@@ -335,8 +336,8 @@ fn ranks(structure: &Structure) -> Body {
         "roots [1/s]",
         "#multiplicity",
         "#eigenvectors",
-        "#not reached",
-        "#not seen",
+        "#not controllable",
+        "#not observable",
     ];
     let factors = Body::default().table(&headers, structure.factors.iter().map(factor));
     let invariant = &structure.invariant_factors;
@@ -356,8 +357,8 @@ fn ranks(structure: &Structure) -> Body {
         .names("States", &structure.states)
         .names("Inputs", &structure.inputs)
         .names("Outputs", &structure.outputs)
-        .part("Modes that the inputs do not reach", failing(&structure.uncontrollable))
-        .part("Modes that the outputs do not show", failing(&structure.unobservable))
+        .part("Uncontrollable modes", failing(&structure.uncontrollable))
+        .part("Unobservable modes", failing(&structure.unobservable))
         .detail(Body::default().part("Factors", factors.and(invariant)))
 }
 
@@ -376,7 +377,7 @@ fn transfer(structure: &Structure, discrete: bool) -> Body {
     let degrees = structure.relative_degrees.iter().zip(&structure.outputs).filter(with);
     let degrees = Body::default().table(&headers, degrees.filter(|(all, _)| !all.is_empty()).map(row));
     let never = structure.relative_degrees.iter().flatten().any(Option::is_none);
-    let hint = if never { "– where the input never reaches the output." } else { "" };
+    let hint = if never { "–: the input does not affect the output." } else { "" };
     let zeros = &structure.zeros;
     let half_plane = if discrete { String::new() } else { phrases::half_plane(zeros).unwrap_or_default().into() };
     let found = match (zeros.values.is_empty(), zeros.growing) {
@@ -417,7 +418,7 @@ fn least(structure: &Structure) -> Body {
         .fold("How these inputs were built", Body::default().list(built))
 }
 
-/// A proof is folded away, and where there is little room shown only if it was asked for.
+/// A folded proof; where space is limited it is shown only on request.
 fn proof(body: Body, requested: bool, proof: Body) -> Body {
     if requested { body.and(proof) } else { body.detail(proof) }
 }
@@ -433,7 +434,7 @@ fn placement(analysis: &Analysis) -> Body {
 }
 
 fn sets(search: &PlacementSearch, property: &str) -> Body {
-    let none = search.none_because.as_ref();
+    let none = search.infeasible_reason.as_ref();
     let none = none.map_or(String::new(), |why| format!("No set makes the model {property}: {why}."));
     let several = search.sets.len() > 1;
     let rows = search.sets.iter().enumerate().map(|(k, set)| {
@@ -542,7 +543,7 @@ fn certificate(structure: &Structure) -> Body {
     }
     let primes: Vec<String> = certificate.primes.iter().map(u64::to_string).collect();
     let primes = if primes.is_empty() { String::new() } else { format!("Primes: {}", phrases::list(&primes, 12)) };
-    let hint = "The exported data hold the certificate itself, for a check by another program.";
+    let hint = "The exported data contain the certificate, so that another program can check it.";
     let statements = Body::default().list(certificate.statements.iter().cloned()).detail(Body::default().hint(primes));
     proof(
         Body::default().paragraph(phrases::certificate(certificate)),
@@ -556,7 +557,7 @@ mod tests {
     use super::*;
     use kardan::results::{Counting, Structure};
 
-    /// A charge that only counts is told apart from a motion that is not reached, and is nothing bad.
+    /// A charge without effect is distinguished from an uncontrollable motion, and is not an error.
     #[test]
     fn the_headline_names_charges_that_only_count() {
         let headline = |ranks: [usize; 2], counting: Option<[bool; 2]>| {
@@ -568,8 +569,8 @@ mod tests {
             };
             let counting = counting.map(|[rest_controllable, rest_observable]| Counting {
                 charges: vec!["M.q".into()],
-                rest_controllable,
-                rest_observable,
+                remaining_controllable: rest_controllable,
+                remaining_observable: rest_observable,
             });
             let verdict = rank_verdict(&Analysis { structure, counting, ..Analysis::default() }).unwrap();
             (verdict.sound, verdict.text)
@@ -580,21 +581,21 @@ mod tests {
                 [3, 4],
                 Some([true, false]),
                 true,
-                "Controllable but for M.q, a charge that only counts what has flowed: all motions are; observable.",
+                "Controllable except M.q, a charge without effect: all motions are; observable.",
             ),
             (
                 [3, 3],
                 Some([true, true]),
                 true,
-                "Controllable and observable but for M.q, a charge that only counts what has flowed: all motions are.",
+                "Controllable and observable except M.q, a charge without effect: all motions are.",
             ),
             (
                 [4, 3],
                 Some([false, true]),
                 true,
-                "Controllable; observable but for M.q, which is a charge that only counts what has flowed.",
+                "Controllable; observable except M.q, which is a charge without effect.",
             ),
-            // What is not seen besides stays a mistake.
+            // Other unobservable states stay an error.
             ([3, 2], Some([true, false]), false, "Neither controllable (rank 3 of 4) nor observable (rank 2 of 4)."),
         ] {
             assert_eq!(headline(ranks, counting), (sound, text.to_string()));

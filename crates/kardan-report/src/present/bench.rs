@@ -11,9 +11,9 @@ use kardan::results::{
 
 use super::{design, identification};
 
-/// Differences that make less than this part of the largest one are not named in a sentence.
+/// Differences with less than this fraction of the largest effect are not named in a sentence.
 const SMALL: f64 = 0.1;
-/// Distances below this part of what the output does elsewhere are those of rounding.
+/// Distances below this fraction of the output's size elsewhere are rounding.
 const ROUNDING: f64 = 1e-6;
 
 /// The page of a study.
@@ -30,8 +30,8 @@ pub fn page(study: &BenchStudy) -> Page {
     });
     let notes = study.notes.iter().chain(&closed_loop.notes).cloned();
     let rest = [
-        ("differences", "What makes them differ", differences(study)),
-        ("truth", "Found and true", truth(study)),
+        ("differences", "Causes of the differences", differences(study)),
+        ("truth", "Identified and true values", truth(study)),
         ("excitation", "Excitation", plan_of(&study.plan)),
         ("bench-notes", "Notes of the bench", Body::default().list(notes)),
     ];
@@ -56,7 +56,7 @@ pub fn page(study: &BenchStudy) -> Page {
     }
 }
 
-/// The plan of an experiment, without what the plant has, and what is to be noted.
+/// The plan of an experiment, without the true plant, and notes.
 pub fn plan(model: &str, plan: Option<&BenchPlan>, notes: &[String]) -> Page {
     Page {
         name: format!("Bench of {model}"),
@@ -68,21 +68,21 @@ pub fn plan(model: &str, plan: Option<&BenchPlan>, notes: &[String]) -> Page {
     }
 }
 
-/// What came of it in one sentence; `true` if every run went to its end and every interval holds the true value.
+/// The result in one sentence; `true` if every run completed and every interval contains the true value.
 fn verdict(study: &BenchStudy) -> Verdict {
     let compared = compared(study);
     let covered = compared.iter().filter(|(found, truth)| inside(found, truth.value)).count();
     let whole = study.closed_loop.notes.is_empty();
-    let ran = if whole { "every run went to its end" } else { "some runs ended early" };
+    let ran = if whole { "every run completed" } else { "some runs ended early" };
     let text = format!(
-        "{covered} of {} intervals hold the true value; under `{}` {ran}.",
+        "{covered} of {} intervals contain the true value; under `{}` {ran}.",
         compared.len(),
         study.closed_loop.design.controller
     );
     Verdict { sound: whole && covered == compared.len(), text }
 }
 
-/// Parameters that were found and whose true values are known.
+/// Identified parameters with known true values.
 fn compared(study: &BenchStudy) -> Vec<(&IdentifiedParameter, &TrueValue)> {
     let truth = |found: &IdentifiedParameter| {
         study.truth.iter().find(|one| one.name == found.name && found.combination.is_empty())
@@ -90,7 +90,7 @@ fn compared(study: &BenchStudy) -> Vec<(&IdentifiedParameter, &TrueValue)> {
     study.identification.parameters.iter().filter_map(|found| Some((found, truth(found)?))).collect()
 }
 
-/// Whether the interval of a parameter holds a value.
+/// Whether the interval of a parameter contains a value.
 fn inside(found: &IdentifiedParameter, value: f64) -> bool {
     found.interval.is_some_and(|it| (it.lower..=it.upper).contains(&value))
 }
@@ -102,52 +102,53 @@ fn pair(experiment: &Experiment) -> Body {
         "unit",
         "#settles: simulation",
         "#bench",
-        "#farthest from reference: simulation",
+        "#largest deviation from reference: simulation",
         "#bench",
         "#distance",
         "#at s",
     ];
     let rows = experiment.responses.iter().map(|one| {
-        let Response { settled, farthest, .. } = one;
+        let Response { steady_state, max_deviation, .. } = one;
         row![
             &one.output,
             one.physical.unit(),
-            settled.simulation,
-            settled.bench,
-            farthest.simulation,
-            farthest.bench,
-            one.distance,
+            steady_state.simulation,
+            steady_state.bench,
+            max_deviation.simulation,
+            max_deviation.bench,
+            one.max_difference,
             one.distance_at,
         ]
     });
     Body::default().table_of(usize::MAX, &headers, rows)
 }
 
-/// What makes the bench differ from the simulation, a sentence for each output that does.
+/// Causes of the differences between bench and simulation, a sentence for each output that differs.
 fn causes(found: &ClosedLoop) -> Vec<String> {
     let mut out = Vec::new();
     let everywhere = || found.experiments.iter().flat_map(|experiment| &experiment.responses);
     let size = |output: &str| {
-        everywhere().filter(|one| one.output == output).map(|one| one.farthest.bench).fold(0.0_f64, f64::max)
+        everywhere().filter(|one| one.output == output).map(|one| one.max_deviation.bench).fold(0.0_f64, f64::max)
     };
     for experiment in &found.experiments {
-        let differs = |one: &&Response| one.distance > ROUNDING * size(&one.output);
+        let differs = |one: &&Response| one.max_difference > ROUNDING * size(&one.output);
         for one in experiment.responses.iter().filter(differs) {
             let unit = one.physical.unit();
-            let mut by: Vec<_> = one.differences.iter().filter_map(|by| Some((&by.what, by.added?))).collect();
+            let mut by: Vec<_> =
+                one.differences.iter().filter_map(|by| Some((&by.source, by.added_to_simulation?))).collect();
             by.sort_by(|a, b| b.1.total_cmp(&a.1));
             let least = by.first().map_or(0.0, |first| SMALL * first.1);
             by.retain(|by| by.1 > least);
             let by: Vec<String> = by.iter().map(|(what, added)| format!("{what} ({})", number(*added))).collect();
             let by = match by.is_empty() {
-                true => "nothing makes any of it alone".to_string(),
-                false => format!("alone make {}", by.join("; ")),
+                true => "no single difference causes any of it".to_string(),
+                false => format!("single causes: {}", by.join("; ")),
             };
             out.push(format!(
                 "{}, {}: the bench is up to {} {unit} from the simulation; {by}.",
                 experiment.name,
                 one.output,
-                number(one.distance)
+                number(one.max_difference)
             ));
         }
     }
@@ -163,20 +164,22 @@ fn differences(study: &BenchStudy) -> Body {
             headers.extend([format!("#{}, {}: alone", one.output, one.physical.unit()), "#bench without it".into()]);
         }
         let mut all = row!["all"];
-        all.extend(responses.iter().flat_map(|one| row![one.distance, "–"]));
+        all.extend(responses.iter().flat_map(|one| row![one.max_difference, "–"]));
         let rows = first.differences.iter().enumerate().map(|(k, difference)| {
-            let both = responses.iter().flat_map(|one| row![one.differences[k].added, one.differences[k].removed]);
-            row![&difference.what].into_iter().chain(both).collect()
+            let both = responses
+                .iter()
+                .flat_map(|one| row![one.differences[k].added_to_simulation, one.differences[k].removed_from_bench]);
+            row![&difference.source].into_iter().chain(both).collect()
         });
-        let title = format!("Largest distance from the simulation: {}", experiment.name);
+        let title = format!("Largest deviation from the simulation: {}", experiment.name);
         body = body.part(&title, Body::default().table(&headers, std::iter::once(all).chain(rows)));
     }
     if body.0.is_empty() {
         return body;
     }
     let hint = format!(
-        "Largest distances from the simulation within {} s after each event. Each number is a run of its own: with this difference \
-         alone put into the simulation, and with it alone taken from the bench.",
+        "Largest deviations from the simulation within {} s after each event. Each number is from a separate run: \
+         with only this difference added to the simulation, or only it removed from the bench.",
         number(study.closed_loop.transient)
     );
     Body::default().hint(hint).and(body)
@@ -188,7 +191,7 @@ fn truth(study: &BenchStudy) -> Body {
         let interval = format!("{} … {}", number(lower), number(upper));
         let good = inside(found, truth.value);
         let covered = Cell::Mark(good, if good { "inside" } else { "outside" }.into());
-        row![&found.name, &found.unit, found.before, truth.value, found.value, interval, covered]
+        row![&found.name, &found.unit, found.model_value, truth.value, found.value, interval, covered]
     });
     let interval = format!("#{} % interval", number(100.0 * study.identification.confidence));
     let headers = ["parameter", "unit", "#in the file", "#true", "#found", &interval, "the true value is"];
@@ -199,15 +202,15 @@ fn truth(study: &BenchStudy) -> Body {
 fn plan_sentences(plan: &BenchPlan) -> Vec<String> {
     let mut out = vec![
         format!(
-            "{}: {} points of {} that keep the limits, {} s in all.",
+            "{}: {} points of {} within the limits, {} s in total.",
             plan.kind.replace('_', " "),
             plan.points.len(),
             plan.candidates,
             number(plan.duration)
         ),
         format!(
-            "ln det(XᵀX) = {}; as many points of all candidates alike have {}: for the same precision the undesigned plan takes {} \
-             times as long.",
+            "ln det(XᵀX) = {}; as many points spread evenly over all candidates have {}: for the same precision that \
+             plan takes {} times as long.",
             number(plan.log_det),
             number(plan.undesigned_log_det),
             number(plan.gain)
@@ -226,7 +229,7 @@ fn plan_of(plan: &BenchPlan) -> Body {
     });
     let unknown = plan.parameters.iter().any(|one| one.standard_error.is_none());
     let unknown = if unknown {
-        "No noise of the torques is stated (`torque_noise`), so no standard errors can be promised."
+        "The torque noise (`torque_noise`) is not stated, so kardan cannot predict standard errors."
     } else {
         ""
     };
@@ -239,7 +242,7 @@ fn plan_of(plan: &BenchPlan) -> Body {
         numbers.map(|x| Cell::Text(figure(x, 6))).collect()
     });
     let dwell = match plan.kind.as_str() {
-        "constant_speeds" => "Other seeds hold each speed for other times, never for less than the dwell.",
+        "constant_speeds" => "Other seeds change how long each speed lasts, never to less than the dwell.",
         _ => "",
     };
     let parameters = Body::default()
@@ -249,6 +252,6 @@ fn plan_of(plan: &BenchPlan) -> Body {
     let hint = if points.0.is_empty() { "" } else { "Speeds in rad/s; torques in N m as the model expects them." };
     Body::default()
         .list(plan_sentences(plan))
-        .part("What the log is to tell", parameters)
+        .part("Predicted standard errors", parameters)
         .part("Points", points.hint(hint).hint(dwell))
 }

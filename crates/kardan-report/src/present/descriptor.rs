@@ -1,4 +1,4 @@
-//! A descriptor system: what a singular E means.
+//! A descriptor system: the effects of a singular E.
 
 use crate::model::{Body, Cell, row};
 use crate::phrases;
@@ -17,9 +17,7 @@ pub fn descriptor(analysis: &Analysis) -> Body {
             &["", "controllable", "observable"],
             [
                 verdict("finite modes (R-)", found, |side| side.finite),
-                verdict(if discrete { "no answer ahead of the inputs" } else { "impulses (I-)" }, found, |side| {
-                    Some(side.impulse)
-                }),
+                verdict(if discrete { "causal" } else { "impulses (I-)" }, found, |side| Some(side.impulse)),
                 verdict("completely (C-)", found, |side| side.complete),
             ],
         )
@@ -29,7 +27,7 @@ pub fn descriptor(analysis: &Analysis) -> Body {
         .hint("What follows is about the equivalent state space.")
 }
 
-/// What is added to the sentence on the ranks, and whether nothing is missing.
+/// Addition to the sentence on the ranks, and whether the system is complete.
 pub fn sentence(found: &DescriptorSystem) -> (bool, String) {
     let sides = [(&found.controllability, "controllable"), (&found.observability, "observable")];
     let word = |side: &DescriptorVerdicts, what: &str| match (side.complete, side.impulse) {
@@ -46,8 +44,8 @@ fn orders(found: &DescriptorSystem, discrete: bool) -> Vec<String> {
     let blocks: Vec<String> = found.infinite_blocks.iter().map(usize::to_string).collect();
     let free = match (found.impulse_free, discrete) {
         (true, false) => "no impulses",
-        (true, true) => "no answer ahead of the inputs",
-        (false, false) => "impulses after initial values that do not fit, or after steps of the inputs, are possible",
+        (true, true) => "causal",
+        (false, false) => "inconsistent initial values or input steps can cause impulses",
         (false, true) => "variables may depend on inputs of later samples",
     };
     let mut all = vec![
@@ -61,7 +59,8 @@ fn orders(found: &DescriptorSystem, discrete: bool) -> Vec<String> {
             phrases::list(&blocks, ORDERS)
         ),
     ];
-    let defined: Vec<String> = found.definitions.iter().map(|one| format!("{} = {}", one.state, one.is)).collect();
+    let defined: Vec<String> =
+        found.definitions.iter().map(|one| format!("{} = {}", one.state, one.expression)).collect();
     if !defined.is_empty() {
         all.push(format!("States of the equivalent state space: {}.", phrases::list(&defined, 12)));
     }
@@ -77,14 +76,13 @@ fn verdict(what: &str, found: &DescriptorSystem, of: fn(&DescriptorVerdicts) -> 
 }
 
 fn missed(found: &DescriptorSystem) -> Vec<String> {
-    let sides = [(&found.controllability, "reached by no input"), (&found.observability, "shown by no output")];
+    let sides = [(&found.controllability, "not controllable"), (&found.observability, "not observable")];
     let of = |(side, what): &(&DescriptorVerdicts, &str)| {
-        let impulses = match side.missed_impulses {
+        let impulses = match side.impulse_defect {
             0 => String::new(),
-            count => format!("; rank for impulses short by {count}"),
+            count => format!("; impulse rank deficient by {count}"),
         };
-        (side.missed_at_infinity > 0)
-            .then(|| format!("Infinite eigenvalues {what}: {}{impulses}.", side.missed_at_infinity))
+        (side.infinite_defect > 0).then(|| format!("Infinite eigenvalues {what}: {}{impulses}.", side.infinite_defect))
     };
     sides.iter().filter_map(of).collect()
 }
@@ -106,8 +104,8 @@ fn transfer(found: &DescriptorSystem, unit: &str, discrete: bool) -> Vec<String>
             phrases::list(&entries, 12)
         ));
         all.push(format!(
-            "No state space has these outputs: {} left out of what follows.",
-            match found.excluded.as_slice() {
+            "No state-space model has these outputs: {} left out below.",
+            match found.improper_outputs.as_slice() {
                 [one] => format!("{one} is"),
                 more => format!("{} are", phrases::list(more, 12)),
             }

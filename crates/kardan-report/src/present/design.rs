@@ -11,13 +11,13 @@ use kardan::results::{
     ZeroDynamics, ZeroMode,
 };
 
-/// More poles are counted where there is little room.
+/// More poles are counted where space is limited.
 const POLES: usize = 40;
 /// More names in a sentence are counted.
 const NAMES: usize = 12;
-/// How far poles are to be trusted that are no roots of an exact polynomial.
-const FLOATING: &str = "These poles are eigenvalues in floating point; whether a motion within a millionth of the fastest \
-                        one around the axis decays is not decided.";
+/// Accuracy of poles that are not roots of an exact polynomial.
+const FLOATING: &str = "These poles are eigenvalues in floating point; whether a motion decays whose pole is within \
+                        a millionth of the fastest one around the axis is not decided.";
 
 /// The page of a design.
 pub fn page(design: &Design) -> Page {
@@ -97,19 +97,21 @@ fn head(design: &Design) -> Body {
     }
     let hidden = match list(&pairs(&design.hidden), NAMES).as_str() {
         "" => String::new(),
-        values => format!("The outputs do not show the motions at {values} 1/s; the law leaves them."),
+        values => {
+            format!("The motions at {values} 1/s are not observable in the outputs; the law leaves them unchanged.")
+        }
     };
-    let definitions = design.definitions.iter().map(|one| row![&one.state, &one.is]);
+    let definitions = design.definitions.iter().map(|one| row![&one.state, &one.expression]);
     Body::default()
         .list(what_is_designed(design))
         .names("States", &design.states)
         .names("Inputs", &design.inputs)
         .names("Outputs", &design.outputs)
-        .part("States that stand for combinations of coordinates", Body::default().table(&["state", "is"], definitions))
+        .part("States that are combinations of coordinates", Body::default().table(&["state", "is"], definitions))
         .paragraph(hidden)
 }
 
-/// What was designed, on which model, and what else is in the loop: one sentence each.
+/// The controller, its design model, and other parts of the loop: one sentence each.
 fn what_is_designed(design: &Design) -> Vec<String> {
     let mut out = vec![format!("Controller {}, law {}.", or_dash(&design.controller), or_dash(&design.law))];
     if !design.design_model.is_empty() {
@@ -120,7 +122,7 @@ fn what_is_designed(design: &Design) -> Vec<String> {
     }
     if !design.other_controllers.is_empty() {
         out.push(format!(
-            "In the loop too, for the closed-loop poles and the simulation: {}. Transfer functions are without.",
+            "Closed-loop poles and simulation also include: {}. Transfer functions do not.",
             list(&design.other_controllers, NAMES)
         ));
     }
@@ -143,8 +145,8 @@ fn decoupling(design: &Design) -> Body {
         .matrices([&design.decoupling_matrix])
 }
 
-/// Whether static, block or dynamic feedback decouples the outputs, and why: one sentence each. Empty if it was not
-/// asked.
+/// Whether static, block or dynamic feedback decouples the outputs, and why: one sentence each. Empty if not
+/// requested.
 fn decouplability(design: &Design) -> Vec<String> {
     let found = &design.decouplability;
     let Decouplability { rank, normal_rank, possible, integrators, reasons, .. } = found;
@@ -226,21 +228,21 @@ fn poles(design: &Design) -> Body {
         .hint("Linear loop with all controllers, at the design point.")
         .table_of(POLES, &headers, phrases::joined(&design.closed_loop_poles).iter().map(row))
         .hint(if design.exact_poles { "" } else { FLOATING })
-        .hint(counters(&design.counters))
+        .hint(counters(&design.integrals_without_effect))
         .pictures(pictures::plane(design))
 }
 
-/// What charges that only count are to the loop; nothing where there are none.
+/// The role of charges without effect in the loop; empty if there are none.
 fn counters(charges: &[String]) -> String {
     let of = list(charges, NAMES);
     match charges.len() {
         0 => String::new(),
         1 => format!(
-            "The charge {of} only counts what has flowed: nothing depends on it and no law holds it. Its pole is exactly at zero; it \
+            "The charge {of} is an integrator without effect: nothing depends on it and no law controls it. Its pole is exactly at zero; it \
              is not listed."
         ),
         _ => format!(
-            "The charges {of} only count what has flowed: nothing depends on them and no law holds them. Their poles are exactly at \
+            "The charges {of} are integrators without effect: nothing depends on them and no law controls them. Their poles are exactly at \
              zero; they are not listed."
         ),
     }
@@ -250,7 +252,7 @@ fn zero_dynamics(design: &Design) -> Body {
     let found = &design.zero_dynamics;
     let row = |mode: &ZeroMode| {
         let word = match &mode.warning {
-            None => Cell::Mark(true, "dies out".into()),
+            None => Cell::Mark(true, "decays".into()),
             Some(_) => Cell::Mark(false, "warning".into()),
         };
         row![
@@ -270,20 +272,20 @@ fn zero_dynamics(design: &Design) -> Body {
     warnings.fold(body, |body, (mode, text)| body.judge(false, format!("{} 1/s: {text}", phrases::pair(mode.pole))))
 }
 
-/// What goes on while the outputs are held still: one sentence each. Empty if it was not asked.
+/// Motions that remain while the outputs are constant: one sentence each. Empty if not requested.
 fn hidden_motions(found: &ZeroDynamics) -> Vec<String> {
     match found.kind() {
         HiddenMotion::Unknown => vec![],
-        HiddenMotion::None => vec!["There are none: while the outputs are held still, nothing moves.".into()],
+        HiddenMotion::None => vec!["There are none: with constant outputs nothing moves.".into()],
         HiddenMotion::Some => {
             let of =
                 if found.polynomial.is_empty() { String::new() } else { format!(": roots of {}", found.polynomial) };
             let verdict = match found.stability.word {
-                Stability::Stable => "They are stable, decided exactly: what excites them dies out.".to_string(),
+                Stability::Stable => "They are stable, decided exactly: excited motions decay.".to_string(),
                 Stability::Undecided => format!("Whether they are stable is {}.", found.stability),
-                _ => format!("They are NOT stable: {}. What excites them does not die out.", found.stability),
+                _ => format!("They are NOT stable: {}. Excited motions do not decay.", found.stability),
             };
-            vec![format!("Motions that go on while the outputs are held still{of}."), verdict]
+            vec![format!("Motions that remain while the outputs are constant{of}."), verdict]
         }
     }
 }
@@ -296,7 +298,7 @@ fn observer(found: &ObserverResult) -> Body {
         .part("Gain", Body::default().matrices([&found.gain]))
 }
 
-/// What the observer measures and estimates, and what can be told apart: one sentence each.
+/// Measurements and estimates of the observer, and distinguishable torques: one sentence each.
 fn estimates(found: &ObserverResult) -> Vec<String> {
     let method = match found.method.as_str() {
         "poles" => "placed poles",
@@ -305,8 +307,8 @@ fn estimates(found: &ObserverResult) -> Vec<String> {
     };
     let torques = match &found.disturbances[..] {
         [] => String::new(),
-        [one] => format!(", among them the torque along {one}"),
-        names => format!(", among them the torques along {}", list(names, NAMES)),
+        [one] => format!(", among them the torque on {one}"),
+        names => format!(", among them the torques on {}", list(names, NAMES)),
     };
     let mut out = vec![format!(
         "Estimates {} state{}{torques}, from {}; designed by {method}.",
@@ -352,7 +354,7 @@ fn proof(design: &Design) -> Body {
     Body::default().judge(design.decoupled == Some(true), proven).and(table)
 }
 
-/// How long it was watched: `over 2 s`; `None` if there are several windows or none.
+/// Length of the observation: `over 2 s`; `None` if there are several windows or none.
 fn window(couplings: &[CrossCoupling]) -> Option<String> {
     let first = couplings.first()?.window;
     (first.is_finite() && couplings.iter().all(|candidate| candidate.window == first))
@@ -374,7 +376,7 @@ fn cross_coupling(design: &Design) -> Body {
     let with_unit =
         |value: Option<f64>, unit: &str| format!("{} {unit}", number(value.unwrap_or(f64::NAN))).trim_end().to_owned();
     let row = |c: &CrossCoupling| {
-        let mut row = row![step(c), &c.output, if c.own { "own" } else { "other" }];
+        let mut row = row![step(c), &c.output, if c.same_channel { "own" } else { "other" }];
         row.extend(match &c.failure {
             Some(_) => row![Cell::Mark(false, "failed".into()), "", ""],
             None => {
@@ -401,33 +403,35 @@ fn cross_coupling(design: &Design) -> Body {
 /// The loop with the parameters of the variant, one sentence each.
 fn loop_along_path(found: &LoopAlongPath) -> Vec<String> {
     let degrees = |angle: f64| format!("{} deg", number((1e6 * angle.to_degrees()).round() / 1e6));
-    let at = |angle: f64| if found.coordinates.is_empty() { String::new() } else { format!(" at {}", degrees(angle)) };
+    let at = |angle: f64| {
+        if found.rotated_coordinates.is_empty() { String::new() } else { format!(" at {}", degrees(angle)) }
+    };
     let mut out = vec![
-        if found.coordinates.is_empty() {
-            "The loop is looked at with the parameters of the variant, which are not those of the design, in linear approximation."
+        if found.rotated_coordinates.is_empty() {
+            "kardan analyses the linearised loop with the parameters of the variant, which are not those of the design."
                 .into()
         } else {
             format!(
-                "The loop is looked at with the parameters of the variant, in linear approximation at {} positions: {} turned from \
-                 {} to {}.",
+                "kardan analyses the linearised loop with the parameters of the variant at {} positions: {} rotated \
+                 from {} to {}.",
                 found.positions,
-                found.coordinates,
-                degrees(found.range.from),
-                degrees(found.range.until)
+                found.rotated_coordinates,
+                degrees(found.range.start),
+                degrees(found.range.end)
             )
         },
-        "Law, observer and plant are linearised there in floating point, without Coulomb friction and limits of the motors; all \
-         controllers are in the loop."
+        "Law, observer and plant are linearised there in floating point, without Coulomb friction and motor limits; \
+         all controllers are in the loop."
             .into(),
     ];
     out.push(match (found.stable, found.growth < -1e30) {
         (true, _) if found.stability == Stability::Undecided => {
-            "Not decided: somewhere a motion is as near to the border of stability as floating point may be off.".into()
+            "Not decided: at some position the distance of a motion from the stability limit is within the floating-point error.".into()
         }
-        (true, true) => "Nothing grows.".into(),
+        (true, true) => "No motion grows.".into(),
         (true, false) => {
             format!(
-                "Nothing grows; the slowest motion decays with {} 1/s{}.",
+                "No motion grows; the slowest motion decays with {} 1/s{}.",
                 number(-found.growth),
                 at(found.growth_at)
             )
@@ -511,11 +515,11 @@ fn controller(design: &Design) -> Body {
     let reads = Body::default().table(&["signal read", "unit"], reads);
     Body::default()
         .list(texts)
-        .hint("`kardan design --controller FILE` writes it with every bit of its numbers.")
+        .hint("`kardan design --controller FILE` writes it with all bits of its numbers.")
         .detail(Body::default().fold("Signals in their order", reads))
 }
 
-/// What runs in firmware: one sentence each; empty if there is nothing.
+/// The firmware block: one sentence each; empty if there is none.
 fn block(data: &ControllerData) -> Vec<String> {
     if data.block.is_empty() {
         return Vec::new();

@@ -6,7 +6,7 @@ use crate::phrases::list;
 use crate::text::number;
 use kardan::results::{Identification, LogRead, NamedMatrix, ResidualTest, Span, Suggestion, Suggestions};
 
-/// More rows are counted where there is little room.
+/// More rows are counted where space is limited.
 const ROWS: usize = 40;
 
 /// The page of an identification.
@@ -25,12 +25,12 @@ pub fn page(found: &Identification) -> Page {
             ("parameters", "Parameters", parameters(found)),
             ("fit", "Measured and predicted", new().pictures(pictures::traces(found))),
             ("friction", "Friction over speed", new().pictures(pictures::curves(found))),
-            ("undetermined", "What cannot be told", undetermined(found)),
-            ("residuals", "What is left over", residuals(found)),
+            ("undetermined", "Unidentifiable parameters", undetermined(found)),
+            ("residuals", "Residuals", residuals(found)),
             ("validation", "Validation", validation(found)),
             ("candidates", "Models compared", candidates(found)),
             ("suggestions", "Terms suggested", suggestions(found)),
-            ("damping", "Damping as a whole", damping(found)),
+            ("damping", "Total damping", damping(found)),
             ("logs", "Logs", found.logs.iter().fold(new(), |body, one| body.and(log(one)))),
             ("notes", "Notes", new().list(found.notes.iter().cloned())),
         ]),
@@ -41,12 +41,12 @@ pub fn page(found: &Identification) -> Page {
 
 fn parameters(found: &Identification) -> Body {
     let published = found.parameters.iter().any(|one| one.published.is_some());
-    // Why there is no interval; what else is to be told of one stands below.
+    // Why there is no interval; further notes on it are below.
     let reasons = found.parameters.iter().any(|one| one.interval.is_none() && !one.remark.is_empty());
     let rows = found.parameters.iter().map(|one| {
         let name = format!("{}{}", one.name, one.combination);
         let interval = one.interval.map_or("–".into(), |it| format!("{} … {}", number(it.lower), number(it.upper)));
-        let mut row = row![name, &one.unit, one.before, one.value, one.standard_error, interval];
+        let mut row = row![name, &one.unit, one.model_value, one.value, one.standard_error, interval];
         row.extend(published.then(|| one.published.into()));
         row.extend(reasons.then(|| if one.interval.is_none() { one.remark.as_str().into() } else { "".into() }));
         row
@@ -60,7 +60,7 @@ fn parameters(found: &Identification) -> Body {
     table.list(remarks).pictures(pictures::intervals(found))
 }
 
-/// How it was found, a sentence each.
+/// The identification method, a sentence each.
 fn head(found: &Identification) -> Vec<String> {
     let windows = &found.windows;
     let method = match found.method.as_str() {
@@ -76,8 +76,8 @@ fn head(found: &Identification) -> Vec<String> {
     let mut omitted = Vec::new();
     for (count, why) in [
         (windows.incomplete, "lack samples of a channel"),
-        (windows.resting, "have a friction at rest or of unknown sign"),
-        (windows.moving, "are not steady"),
+        (windows.sticking, "have a friction at rest or of unknown sign"),
+        (windows.unsteady, "are not steady"),
     ] {
         if count > 0 {
             omitted.push(format!("{count} {why}"));
@@ -91,13 +91,13 @@ fn head(found: &Identification) -> Vec<String> {
         out.push(format!("The torques of {} are not in the logs and were eliminated.", list(&found.eliminated, 12)));
     }
     if found.outliers > 0 {
-        out.push(format!("{} outliers count for nothing, or for less than a tenth.", found.outliers));
+        out.push(format!("{} outliers have no weight, or less than a tenth.", found.outliers));
     }
     out.push(format!(
-        "What is left over is {} times what the noise of the sensors explains; condition {}, {} degrees of freedom.",
+        "The residuals are {} times what the sensor noise explains; condition {}, {} degrees of freedom.",
         number(found.scale),
         number(found.condition),
-        found.freedom
+        found.degrees_of_freedom
     ));
     out
 }
@@ -105,10 +105,10 @@ fn head(found: &Identification) -> Vec<String> {
 fn undetermined(found: &Identification) -> Body {
     Body::default()
         .part(
-            "By the structure of the model, whatever is logged in this way",
-            Body::default().list(found.not_determined.by_structure.iter().cloned()),
+            "By the structure of the model, for any log of these signals",
+            Body::default().list(found.unidentifiable.structurally.iter().cloned()),
         )
-        .part("By these data", Body::default().list(found.not_determined.by_data.iter().cloned()))
+        .part("By these data", Body::default().list(found.unidentifiable.practically.iter().cloned()))
         .pictures(pictures::correlation(found))
 }
 
@@ -117,10 +117,14 @@ fn likelihood(probability: f64) -> String {
     if probability >= 1e-4 { format!("{probability:.4}") } else { "below 0.0001".into() }
 }
 
-/// Tests of what is left over.
+/// Residual tests.
 fn tests(all: &[ResidualTest]) -> Body {
     let rows = all.iter().map(|test| {
-        row![&test.what, likelihood(test.probability), if test.meaning.is_empty() { "holds" } else { &test.meaning }]
+        row![
+            &test.hypothesis,
+            likelihood(test.probability),
+            if test.if_rejected.is_empty() { "passes" } else { &test.if_rejected }
+        ]
     });
     Body::default().table_of(ROWS, &["if the model is right", "#probability", "verdict"], rows)
 }
@@ -139,10 +143,14 @@ fn validation(found: &Identification) -> Body {
     });
     Body::default()
         .hint(
-            "Every segment was predicted once by a fit that had not seen it (five folds). Root mean squares; the fit is one \
-             less the residual over the torque.",
+            "A fit without the segment predicted each segment once (five folds). Root mean squares; fit = 1 − \
+             residual / torque.",
         )
-        .table_of(ROWS, &["row", "unit", "#torque explained", "#residual, seen", "#residual, unseen", "#fit, unseen"], rows)
+        .table_of(
+            ROWS,
+            &["row", "unit", "#torque explained", "#residual, fitted", "#residual, left out", "#fit, left out"],
+            rows,
+        )
 }
 
 fn candidates(found: &Identification) -> Body {
@@ -158,12 +166,12 @@ fn candidates(found: &Identification) -> Body {
     Body::default()
         .hint(
             "Errors on segments left out of the fit, in standard deviations of the sensors, with their standard error over five \
-             folds. Parameters that a model does not have are zero in it.",
+             folds. A parameter that a model lacks is zero in it.",
         )
         .table_of(ROWS, &["model", "parameters", "#error", ""], rows)
 }
 
-/// `86.47 %`, one less the residual over the torque.
+/// `86.47 %`, one minus the residual over the torque.
 fn percent(torque: f64, residual: Option<f64>) -> String {
     let explained = residual.filter(|residual| torque > 0.0 && residual.is_finite());
     explained.map_or("–".into(), |residual| format!("{:.2} %", 100.0 * (1.0 - residual / torque)))
@@ -172,45 +180,46 @@ fn percent(torque: f64, residual: Option<f64>) -> String {
 fn suggestions(found: &Identification) -> Body {
     let Some(suggested) = &found.suggestions else { return Body::default() };
     let mut body = Body::default();
-    if suggested.accepted.is_empty() {
-        let why = match (suggested.tried.is_empty(), suggested.failed_tests()) {
-            (_, 0) => "No test of what is left over speaks against the model: nothing is suggested.",
-            (true, _) => "No term that can be tried answers to the tests that speak against the model.",
-            _ => "No term that was tried predicts unseen segments better.",
+    if suggested.selected_terms.is_empty() {
+        let why = match (suggested.tested_terms.is_empty(), suggested.failed_tests()) {
+            (_, 0) => "No residual test rejects the model: kardan suggests nothing.",
+            (true, _) => "kardan has no term to try for the tests that reject the model.",
+            _ => "No term that was tried predicts left-out segments better.",
         };
         body = body.judge(suggested.failed_tests() == 0, why);
     }
-    for (now, then) in found.validation.iter().zip(&suggested.validation).filter(|_| !suggested.accepted.is_empty()) {
+    for (now, then) in
+        found.validation.iter().zip(&suggested.validation).filter(|_| !suggested.selected_terms.is_empty())
+    {
         body = body.paragraph(format!(
-            "With {} unseen segments of {} are predicted to {} ({} without).",
-            list(&suggested.accepted, 12),
+            "With {}, the fit on left-out segments of {} is {} ({} without).",
+            list(&suggested.selected_terms, 12),
             now.row,
             percent(then.torque, then.cross_validated),
             percent(now.torque, now.cross_validated),
         ));
     }
     let torque = |row: &str| found.validation.iter().find(|one| one.row == row).map_or(0.0, |one| one.torque);
-    for one in suggested.held_out_logs.iter().filter(|_| !suggested.accepted.is_empty()) {
+    for one in suggested.log_cross_validation.iter().filter(|_| !suggested.selected_terms.is_empty()) {
         let [before, after] = [one.before, one.after].map(|residual| percent(torque(&one.row), Some(residual)));
         body = body.paragraph(format!(
-            "Whole logs that no fit has seen: {} {after} ({before} without), terms of single logs left out.",
+            "Whole logs left out of the fit: {} {after} ({before} without), without terms of single logs.",
             one.row
         ));
     }
-    if !suggested.accepted.is_empty() {
+    if !suggested.selected_terms.is_empty() {
         let summary = match suggested.failed_tests() {
-            0 => "All tests of what is left over then hold.".to_string(),
-            1 => "One test of what is left over still speaks against the model.".into(),
-            many => format!("{many} tests of what is left over still speak against the model."),
+            0 => "All residual tests then pass.".to_string(),
+            1 => "One residual test still rejects the model.".into(),
+            many => format!("{many} residual tests still reject the model."),
         };
         body = body.judge(suggested.failed_tests() == 0, summary);
         let scale = number(suggested.scale);
-        body =
-            body.paragraph(format!("What is left over then is {scale} times what the noise of the sensors explains."));
+        body = body.paragraph(format!("The residuals then are {scale} times what the sensor noise explains."));
     }
     let part = |x: Option<f64>| x.map_or("–".into(), |x| format!("{:.2} %", 100.0 * x));
     let is_listed = |one: &&Suggestion| one.gain.is_some() || one.probability.is_none();
-    let tried = suggested.tried.iter().filter(is_listed).map(|one| {
+    let tried = suggested.tested_terms.iter().filter(is_listed).map(|one| {
         let gain = match one.gain_spread {
             Some(_) => format!("{} ± {}", part(one.gain), part(one.gain_spread)),
             None => "–".into(),
@@ -218,50 +227,54 @@ fn suggestions(found: &Identification) -> Body {
         let probability = one.probability.map_or("–".into(), likelihood);
         row![one.round, &one.term, one.parameters, &one.raised_by, probability, gain, &one.verdict]
     });
-    let headers = ["round", "term", "#parameters", "asked for by", "#probability", "#gain", "verdict"];
+    let headers = ["round", "term", "#parameters", "suggested by", "#probability", "#gain", "verdict"];
     body = body.table_of(ROWS, &headers, tried);
     body = body.paragraph(silent(suggested));
-    if !suggested.tried.is_empty() {
+    if !suggested.tested_terms.is_empty() {
         body = body.hint(
-            "The tests that speak against a model ask for terms; each round takes the one that gains most for each of its parameters. \
-             Probability: that a term looks as it does, or more, if it is not there; told from zero are those below 1 % for all of a round \
-             together. Gain: the part of the mean square error on unseen segments that a term takes away, with its standard error over five \
-             folds; it must be above zero by 2.1 of them, and 1 % at least.",
+            "The tests that reject a model suggest terms; each round takes the term with the largest gain per \
+             parameter. Probability: of so large a term or a larger one if the true term is zero; terms below 1 %, \
+             for all terms of a round together, are significant. Gain: the part of the mean square error on left-out \
+             segments that a term removes, with its standard error over five folds; it must be above zero by 2.1 \
+             standard errors, and at least 1 %.",
         );
     }
     let lines = suggested.text.lines().map(|line| vec![Cell::Verbatim(line.into())]);
     body.table_of(ROWS, &["what to write into the model file"], lines).part(
         "With the terms taken",
-        if suggested.accepted.is_empty() { Body::default() } else { extended(suggested, found.confidence) },
+        if suggested.selected_terms.is_empty() { Body::default() } else { extended(suggested, found.confidence) },
     )
 }
 
-/// What was tried and cannot be told from zero.
+/// Terms that were tried and are not significantly different from zero.
 fn silent(suggested: &Suggestions) -> String {
     let mut names: Vec<String> = Vec::new();
-    for one in &suggested.tried {
-        let has_gain = suggested.tried.iter().any(|other| other.term == one.term && other.gain.is_some());
+    for one in &suggested.tested_terms {
+        let has_gain = suggested.tested_terms.iter().any(|other| other.term == one.term && other.gain.is_some());
         if !has_gain && one.probability.is_some() && !names.contains(&one.term) {
             names.push(one.term.clone());
         }
     }
-    if suggested.silent > 0 {
-        names.push(format!("{} harmonics of angles", suggested.silent));
+    if suggested.insignificant_harmonics > 0 {
+        names.push(format!("{} harmonics of angles", suggested.insignificant_harmonics));
     }
-    let orders = match suggested.orders.as_slice() {
+    let orders = match suggested.harmonic_orders.as_slice() {
         [] => String::new(),
         orders => {
             let periods: Vec<String> = orders.iter().map(|order| number(*order)).collect();
-            format!(" Harmonics were tried with {} periods in a turn, no others.", list(&periods, 40))
+            format!(" Harmonics were tried with {} periods per revolution, no others.", list(&periods, 40))
         }
     };
-    let not_tried: String = suggested.not_tried.iter().map(|one| format!(" Not tried: {one}.")).collect();
-    let silent =
-        if names.is_empty() { String::new() } else { format!("Tried, and not told from zero: {}.", list(&names, 40)) };
+    let not_tried: String = suggested.untested_terms.iter().map(|one| format!(" Not tried: {one}.")).collect();
+    let silent = if names.is_empty() {
+        String::new()
+    } else {
+        format!("Tried, and not significantly different from zero: {}.", list(&names, 40))
+    };
     format!("{silent}{orders}{not_tried}")
 }
 
-/// What is found with the terms that are suggested, and what is left over then.
+/// The identification with the suggested terms, and its residuals.
 fn extended(suggested: &Suggestions, confidence: f64) -> Body {
     let rows = suggested.parameters.iter().map(|one| {
         let interval = one.interval.map_or("–".into(), |it| format!("{} … {}", number(it.lower), number(it.upper)));
@@ -281,7 +294,7 @@ fn damping(found: &Identification) -> Body {
         "Not passive: some motion would gain energy."
     };
     let matrix = NamedMatrix {
-        title: "reduced damping as found".into(),
+        title: "identified reduced damping".into(),
         unit: damping.unit.clone(),
         rows: damping.coordinates.clone(),
         columns: damping.coordinates.clone(),
@@ -295,7 +308,7 @@ fn log(log: &LogRead) -> Body {
         let noise = format!("{} {}{}", number(one.noise), one.si, if one.stated { " (stated)" } else { "" });
         row![&one.name, &one.unit, &one.signal, format!("{} s", number(one.sample_time)), noise]
     });
-    let Span { from, until } = log.span.unwrap_or(Span { from: f64::NAN, until: f64::NAN });
+    let Span { start: from, end: until } = log.span.unwrap_or(Span { start: f64::NAN, end: f64::NAN });
     let length = format!("{}: {} rows, {} s to {} s", log.name, log.rows, number(from), number(until));
     Body::default().paragraph(length).list(log.remarks.iter().cloned()).table_of(
         ROWS,

@@ -1,34 +1,34 @@
-//! How far a loop is from instability, and what it asks of its motors.
+//! Stability margins of a loop, and the torques that it requests.
 
 use crate::model::{Body, Cell, row};
 use crate::phrases;
 use crate::text::number;
 use kardan::results::{ChannelMargin, Margins, MotorLoad, OppositeSide, TogetherMargin, TorquePeak};
 
-/// What sampling, delay, lag and limits leave of a loop.
+/// Limits of a loop with sampling, delay, lag and saturation.
 pub(super) fn margins(found: &Margins) -> Body {
     Body::default()
         .paragraph(&found.verdict)
         .part("Limits of the linear loop", limits(found))
-        .part("How wrong one channel may be before the loop is unstable", channels(&found.channels))
-        .part("The same with backlash in contact", contacts(found))
-        .part("Torques that steps ask for", peaks(&found.peaks))
+        .part("Stability margins of one channel", channels(&found.channels))
+        .part("Stability margins with backlash in contact", contacts(found))
+        .part("Torques requested by steps", peaks(&found.peaks))
 }
 
-/// The same on the other side of where the loop bends.
+/// The same on the other side of the kink.
 pub(super) fn opposite_side(found: &OppositeSide) -> Body {
-    let OppositeSide { own, side, margins: other_side } = found;
+    let OppositeSide { reference_side: own, side, margins: other_side } = found;
     let text = format!(
-        "The loop bends at its operating point. All else on this page is about the side where {own}. Where {side}: {}",
+        "The loop has a kink at its operating point. All other results on this page are for the side where {own}. Where {side}: {}",
         other_side.verdict
     );
     Body::default()
         .paragraph(&text)
         .part("Limits of the linear loop there", limits(other_side))
-        .part("How wrong one channel may be there before the loop is unstable", channels(&other_side.channels))
+        .part("Stability margins of one channel there", channels(&other_side.channels))
 }
 
-/// What the loop tolerates, and the motion that grows beyond it.
+/// The limits of the loop, and the unstable motion beyond each.
 fn limits(margins: &Margins) -> Body {
     let mut out = Vec::new();
     for rate in &margins.rates {
@@ -44,7 +44,7 @@ fn limits(margins: &Margins) -> Body {
         };
         out.push(row![format!("slowest stable rate {delay}"), limit, &rate.motion]);
     }
-    // No more was looked at.
+    // Larger values were not searched.
     let seconds = |value: f64, most: &str| if value.is_finite() { format!("{} s", number(value)) } else { most.into() };
     let times = [
         ("longest delay", &margins.longest_delay, "10 samples and more"),
@@ -59,10 +59,10 @@ fn limits(margins: &Margins) -> Body {
             out.push(row![what, value, &limit.motion]);
         }
     }
-    Body::default().table(&["the loop tolerates", "#limit", "beyond it grows"], out)
+    Body::default().table(&["the loop tolerates", "#limit", "unstable motion beyond it"], out)
 }
 
-/// How wrong each channel of the loop may be alone; with the frequencies in rad/s.
+/// The margins of each single channel of the loop; with the frequencies in rad/s.
 fn channels(channels: &[ChannelMargin]) -> Body {
     let at = |frequency: Option<f64>| match frequency {
         Some(frequency) if frequency.is_finite() => format!(" ({})", number(frequency)),
@@ -79,18 +79,18 @@ fn channels(channels: &[ChannelMargin]) -> Body {
             None => "–".into(),
         };
         let disk = number(one.disk) + &at(one.disk_frequency);
-        let disk = if one.searched { format!("{disk}, searched") } else { disk };
+        let disk = if one.multirate_search { format!("{disk}, searched") } else { disk };
         let [from, to] = phrases::factors(one.disk_gain, |_, factor| number(factor));
         let disk_range = format!("{from} to {to}, {}", degrees(one.disk_phase));
-        let what = if one.reading { format!("reading {}", one.name) } else { format!("torque of {}", one.name) };
+        let what = if one.is_sensor { format!("reading {}", one.name) } else { format!("torque of {}", one.name) };
         row![what, format!("{low} to {high}"), phase, delay, disk, disk_range]
     };
     let headers =
-        ["error of", "factor (rad/s)", "phase (rad/s)", "delay (rad/s)", "disk margin (rad/s)", "which holds"];
+        ["error of", "factor (rad/s)", "phase (rad/s)", "delay (rad/s)", "disk margin (rad/s)", "guaranteed range"];
     Body::default().table(&headers, channels.iter().map(row))
 }
 
-/// What the loop tolerates with backlash in contact, beside that where it is open; the least of its channels first, all of them behind it.
+/// The margins of the loop with backlash in contact, beside those with open backlash; the smallest of its channels first, then all of them.
 fn contacts(margins: &Margins) -> Body {
     let least = |channels: &[ChannelMargin]| -> [String; 2] {
         let found = channels.iter().min_by(|a, b| a.disk.total_cmp(&b.disk));
@@ -99,7 +99,7 @@ fn contacts(margins: &Margins) -> Body {
             |one| {
                 [
                     number(one.disk),
-                    if one.reading { format!("reading {}", one.name) } else { format!("torque of {}", one.name) },
+                    if one.is_sensor { format!("reading {}", one.name) } else { format!("torque of {}", one.name) },
                 ]
             },
         )
@@ -113,7 +113,7 @@ fn contacts(margins: &Margins) -> Body {
     let all: Vec<String> = first.closed.iter().chain(&first.open).cloned().collect();
     let [disk, channel] = least(&margins.channels);
     let together = |found: &Option<TogetherMargin>| found.as_ref().map_or("–".to_string(), |all| number(all.disk[0]));
-    let here = vec![row!["–", "", names(&all), stable(margins.stable), disk, channel, together(&margins.together)]];
+    let here = vec![row!["–", "", names(&all), stable(margins.stable), disk, channel, together(&margins.multiloop)]];
     let in_contact = margins.contacts.iter().map(|one| {
         let [disk, channel] = least(&one.channels);
         row![
@@ -123,7 +123,7 @@ fn contacts(margins: &Margins) -> Body {
             stable(one.stable),
             disk,
             channel,
-            together(&one.together)
+            together(&one.multiloop)
         ]
     });
     let headers = ["in contact", "flank", "open", "loop", "#least disk margin", "of", "#of all motors at once"];
@@ -145,10 +145,10 @@ fn peaks(peaks: &[TorquePeak]) -> Body {
         let value = if too_much { Cell::Mark(false, value) } else { Cell::Text(value) };
         row![step, &peak.input, value, limit]
     });
-    Body::default().table(&["step of", "motor", "#asked of it", "#limit"], rows)
+    Body::default().table(&["step of", "motor", "#requested", "#limit"], rows)
 }
 
-/// What runs of variants asked of motors with limits: variant, motor, length of the run in s. Empty if there are none.
+/// Torques that runs of variants requested from motors with limits: variant, motor, length of the run in s. Empty if there are none.
 pub(super) fn motor_loads<'a>(all: impl Iterator<Item = (String, &'a MotorLoad, f64)>) -> Body {
     let rows = all.map(|(variant, motor_load, length)| {
         let limits = [(motor_load.torque_limit, ""), (motor_load.rate_limit, "/s")];
@@ -167,5 +167,5 @@ pub(super) fn motor_loads<'a>(all: impl Iterator<Item = (String, &'a MotorLoad, 
         let times = if motor_load.at_limit() { Cell::Mark(false, times) } else { Cell::Text(times) };
         row![&motor_load.motor, variant, format!("{} {}", number(motor_load.demand), motor_load.unit), limits, times]
     });
-    Body::default().table(&["motor", "variant", "#largest asked", "#limit", "#time at the limit"], rows)
+    Body::default().table(&["motor", "variant", "#largest requested", "#limit", "#time at the limit"], rows)
 }

@@ -1,4 +1,4 @@
-//! What results say, as pages.
+//! Results as pages.
 
 mod alternatives;
 pub mod analysis;
@@ -11,6 +11,7 @@ mod parity;
 mod responses;
 pub mod safety;
 pub mod study;
+pub mod summary;
 pub mod sweep;
 
 use crate::model::{Body, Cell, Section, row};

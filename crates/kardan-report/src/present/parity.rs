@@ -1,11 +1,11 @@
-//! Which faults sensors can tell, and by which relations.
+//! Faults that sensors can detect and isolate, and the relations that do it.
 
 use crate::model::{Body, Cell, Entry, row};
 use crate::phrases;
 use crate::text::number;
 use kardan::results::{Analysis, FaultPlace, FaultVerdict, Parity, ParityTerm, Residual, SensorSets, Threshold};
 
-/// More names, residuals or sets are counted where there is little room.
+/// More names, residuals or sets are counted where space is limited.
 const NAMES: usize = 12;
 const RESIDUALS: usize = 12;
 
@@ -14,7 +14,7 @@ pub fn parity(analysis: &Analysis) -> Body {
     let Some(found) = &analysis.parity else { return Body::default() };
     let unknown = match found.unknown.is_empty() {
         true => "no other input acts".to_string(),
-        false => format!("of {} nothing is known", phrases::list(&found.unknown, NAMES)),
+        false => format!("nothing is known of {}", phrases::list(&found.unknown, NAMES)),
     };
     let commands = match found.commands.is_empty() {
         true => "no input is known".to_string(),
@@ -27,7 +27,7 @@ pub fn parity(analysis: &Analysis) -> Body {
         .part("Smallest sets of sensors", sets(&found.sets))
 }
 
-/// `wg_encoder − 51 cs_encoder`; derivatives have dashes.
+/// `wg_encoder − 51 cs_encoder`; derivatives have primes.
 fn sum(terms: &[ParityTerm]) -> String {
     let mut out = String::new();
     for (k, term) in terms.iter().enumerate() {
@@ -48,14 +48,14 @@ fn sum(terms: &[ParityTerm]) -> String {
 fn residuals(found: &Parity) -> Body {
     if found.residuals.is_empty() {
         return Body::default().paragraph(
-            "None: at one instant the readings are independent of each other, so only their course in time can show a fault.",
+            "None: at one instant the readings are independent of each other, so only their trajectories can show a fault.",
         );
     }
     let count = found.residuals.len();
     let plural = if count == 1 { "" } else { "s" };
-    let all = match found.all_listed {
+    let all = match found.exhaustive {
         true => format!(
-            "{count} minimal residual{plural}, {} of them independent; these are all. Each is constant whatever the model does, and without one of its readings nothing is left of it.",
+            "{count} minimal residual{plural}, {} of them independent; these are all. Each is constant for every motion of the model, and needs all of its readings.",
             found.independent
         ),
         false => {
@@ -73,9 +73,9 @@ fn residuals(found: &Parity) -> Body {
     let angles = found.residuals.iter().any(|one| one.up_to_constant);
     Body::default()
         .paragraph(all)
-        .table_of(RESIDUALS, &["", "residual", "#is", "holds"], rows)
+        .table_of(RESIDUALS, &["", "residual", "#is", "valid"], rows)
         .hint(if angles {
-            "How angle and torsion sensors are mounted adds a constant to a residual: take it from the start. An offset that is there from the start is then not seen."
+            "The mounting of angle and torsion sensors adds a constant to a residual: subtract its initial value. An offset present from the start is then not detected."
         } else {
             ""
         })
@@ -99,7 +99,7 @@ fn validity(one: &Residual) -> String {
 }
 
 fn limits(k: usize, one: &Residual, limit: &Threshold) -> Option<String> {
-    let smallest = one.terms.iter().zip(&limit.smallest);
+    let smallest = one.terms.iter().zip(&limit.min_detectable);
     let smallest: Vec<String> = smallest.map(|(term, size)| format!("{} {}", term.signal, number(*size))).collect();
     let alarms = match limit.false_alarms_per_hour {
         rate if rate > 0.0 => format!("at most {} false alarms an hour from white Gaussian noise", number(rate)),
@@ -107,16 +107,16 @@ fn limits(k: usize, one: &Residual, limit: &Threshold) -> Option<String> {
     };
     let samples = if limit.debounce == 1 { "one sample".into() } else { format!("{} samples", limit.debounce) };
     let late = match limit.sample_time > 0.0 {
-        true => format!("{samples} beyond it are an alarm, after {} s at the latest", number(limit.detection_time)),
-        false => "it is read at every instant".into(),
+        true => format!("{samples} beyond it raise an alarm, after {} s at the latest", number(limit.detection_time)),
+        false => "it is evaluated at every instant".into(),
     };
-    let times = if limit.different_times {
-        " Its sensors have different sample times: add how far it moves within one."
+    let times = if limit.multirate {
+        " Its sensors have different sample times: add its change within one sample time."
     } else {
         ""
     };
     Some(format!(
-        "r{}: threshold {} {} (noise {}, steps up to {}): {alarms}; {late}. Changes that are seen with 99.9 %: {}.{times}",
+        "r{}: threshold {} {} (noise {}, steps up to {}): {alarms}; {late}. Changes detected with 99.9 %: {}.{times}",
         k + 1,
         number(limit.threshold),
         one.unit,
@@ -126,7 +126,7 @@ fn limits(k: usize, one: &Residual, limit: &Threshold) -> Option<String> {
     ))
 }
 
-/// The threshold of a residual in time, behind its filter.
+/// The threshold of a residual in time, after its filter.
 fn in_time(one: &FaultVerdict, limit: &Threshold) -> Option<String> {
     let filter = number(limit.filter?);
     let times = match one.order? {
@@ -138,21 +138,21 @@ fn in_time(one: &FaultVerdict, limit: &Threshold) -> Option<String> {
         _ => "no false alarm: there is no noise, and no step exceeds it".into(),
     };
     let samples = if limit.debounce == 1 { "one sample".into() } else { format!("{} samples", limit.debounce) };
-    let time_note = if limit.different_times {
-        " Its sensors have different sample times: add how far it moves within one."
+    let time_note = if limit.multirate {
+        " Its sensors have different sample times: add its change within one sample time."
     } else {
         ""
     };
     Some(format!(
         "{}: the relation behind 1/({filter} s + 1){times}, by the bilinear rule at {} s: threshold {} {} (noise {}, steps up to {}): {alarms}. A change by {} {} \
-         is seen with 99.9 % after {} s, {samples} beyond it.{time_note}",
+         is detected with 99.9 % after {} s, {samples} beyond the threshold.{time_note}",
         place(one),
         number(limit.sample_time),
         number(limit.threshold),
         one.unit,
         number(limit.noise),
         number(limit.steps),
-        limit.smallest.first().copied().map(number)?,
+        limit.min_detectable.first().copied().map(number)?,
         one.fault_unit,
         number(limit.detection_time),
     ))
@@ -168,23 +168,24 @@ fn tolerances(name: &str, terms: &[ParityTerm]) -> Option<String> {
 }
 
 fn faults(found: &Parity) -> Body {
-    let friction = found.faults.iter().any(|one| one.despite_friction.is_some());
-    let mut columns = vec!["something added to", "is shown", "while it stays", "cannot be told from", "#derivatives"];
+    let friction = found.faults.iter().any(|one| one.detectable_despite_friction.is_some());
+    let mut columns = vec!["additive fault of", "detectable", "while constant", "not isolable from", "#derivatives"];
     if friction {
         columns.insert(2, "with friction unknown");
     }
     let yes = |validity: bool| Cell::Mark(validity, if validity { "yes" } else { "no" }.into());
     let rows = found.faults.iter().map(|one| {
-        let stays = match one.stays {
-            _ if !one.shown => "–".into(),
+        let stays = match one.strongly_detectable {
+            _ if !one.detectable => "–".into(),
             None => Cell::from("not decided"),
             Some(stays) => yes(stays),
         };
-        let same = if one.same_as.is_empty() { "–".into() } else { phrases::list(&one.same_as, NAMES) };
+        let same =
+            if one.not_isolable_from.is_empty() { "–".into() } else { phrases::list(&one.not_isolable_from, NAMES) };
         let order = one.order.map_or("–".into(), |order| order.to_string());
-        let mut cells = row![place(one), yes(one.shown), stays, same, order];
+        let mut cells = row![place(one), yes(one.detectable), stays, same, order];
         if friction {
-            cells.insert(2, one.despite_friction.map_or("–".into(), yes));
+            cells.insert(2, one.detectable_despite_friction.map_or("–".into(), yes));
         }
         cells
     });
@@ -208,33 +209,33 @@ fn faults(found: &Parity) -> Body {
         .list(sentences(found))
         .table(&columns, rows)
         .hint(format!(
-            "{decided} One fault at a time, of any course; `no` while it stays: a fault of one value looks like another start or disturbance and is seen only as it changes."
+            "{decided} One fault at a time, with any time function; `no` while constant: a constant fault looks like another initial state or disturbance and is detected only while it changes."
         ))
         .fold(
-            "Relations that the faults break",
+            "Relations that the faults violate",
             Body::default()
-                .table(&["fault of", "relation (a dash: a derivative)", ""], relations)
+                .table(&["fault of", "relation (a prime: a derivative)", ""], relations)
                 .list(delay_lines)
                 .list(moved),
         )
 }
 
 fn place(one: &FaultVerdict) -> String {
-    match one.place {
+    match one.location {
         FaultPlace::Sensor => one.fault.clone(),
         FaultPlace::Input => format!("{}.tau", one.fault),
     }
 }
 
-/// What matters most, in words.
+/// The main results, as text.
 fn sentences(found: &Parity) -> Vec<String> {
     let named =
         |which: &dyn Fn(&&FaultVerdict) -> bool| found.faults.iter().filter(which).map(place).collect::<Vec<_>>();
-    let silent = named(&|one| !one.shown);
-    let isolable = named(&|one| one.shown && one.same_as.is_empty());
+    let silent = named(&|one| !one.detectable);
+    let isolable = named(&|one| one.detectable && one.not_isolable_from.is_empty());
     let mut groups: Vec<Vec<String>> = Vec::new();
-    for one in found.faults.iter().filter(|one| !one.same_as.is_empty()) {
-        let mut group = named(&|other| one.same_as.contains(&other.fault) || other.fault == one.fault);
+    for one in found.faults.iter().filter(|one| !one.not_isolable_from.is_empty()) {
+        let mut group = named(&|other| one.not_isolable_from.contains(&other.fault) || other.fault == one.fault);
         group.sort();
         if !groups.contains(&group) {
             groups.push(group);
@@ -243,15 +244,18 @@ fn sentences(found: &Parity) -> Vec<String> {
     let mut out = Vec::new();
     if !silent.is_empty() {
         out.push(format!(
-            "No residual at all shows a fault of {}: what is unknown explains every course of it.",
+            "No residual detects a fault of {}: the unknowns explain every time function of it.",
             phrases::list(&silent, NAMES)
         ));
     }
     if !isolable.is_empty() {
-        out.push(format!("Shown, and told from every other single fault: {}.", phrases::list(&isolable, NAMES)));
+        out.push(format!(
+            "Detectable, and isolable from every other single fault: {}.",
+            phrases::list(&isolable, NAMES)
+        ));
     }
     for group in groups {
-        out.push(format!("Shown, but not told from each other: {}.", phrases::list(&group, NAMES)));
+        out.push(format!("Detectable, but not isolable from each other: {}.", phrases::list(&group, NAMES)));
     }
     out
 }
@@ -259,7 +263,7 @@ fn sentences(found: &Parity) -> Vec<String> {
 fn sets(found: &[SensorSets]) -> Body {
     let one = |set: &Vec<String>| set.join(" + ");
     let row = |sets: &SensorSets| {
-        let which = match (sets.sets.is_empty(), sets.all_tried) {
+        let which = match (sets.sets.is_empty(), sets.exhaustive) {
             (true, true) => "no set of the candidates".to_string(),
             (true, false) => "not found: there are too many sets to try".into(),
             _ => phrases::list(&sets.sets.iter().map(one).collect::<Vec<_>>(), NAMES),
@@ -268,6 +272,6 @@ fn sets(found: &[SensorSets]) -> Body {
     };
     let candidates = found.first().map(|sets| phrases::list(&sets.candidates, NAMES)).unwrap_or_default();
     Body::default()
-        .table(&["so that", "at least"], found.iter().map(row))
-        .hint(format!("Candidates: {candidates}. All smaller sets were tried, modulo random primes; other places are named by `[[analysis.sensor]]`."))
+        .table(&["goal", "smallest sets"], found.iter().map(row))
+        .hint(format!("Candidates: {candidates}. All smaller sets were tried, modulo random primes; `[[analysis.sensor]]` adds other locations."))
 }

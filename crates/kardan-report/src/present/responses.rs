@@ -1,4 +1,4 @@
-//! What a loop answers to sines and to steps.
+//! Frequency and step responses of a loop.
 
 use crate::frequency_pictures as pictures;
 use crate::model::{Body, row};
@@ -20,17 +20,17 @@ pub(super) fn responses(found: &LoopResponses, margins: &[ChannelMargin]) -> Bod
         .pictures(pictures::singular_values(found))
         .pictures(pictures::references(found))
         .pictures(pictures::steps(found))
-        .part("Margins where the joints stand", over_positions(found))
+        .part("Margins over the joint angle", over_positions(found))
         .fold("Bode, Nyquist and Nichols plots of the loop at the readings", readings)
 }
 
-/// What it is that is shown, and what is not.
+/// The shown loop, and what is not shown.
 fn sentences(found: &LoopResponses) -> Vec<String> {
     let mut out = Vec::new();
     match (found.frequencies.first(), found.frequencies.last(), found.nyquist) {
         (Some(low), _, Some(nyquist)) => out.push(format!(
-            "The sampled linear loop, exactly, at its sample instants, from {} rad/s to its Nyquist frequency of {} rad/s; hold, \
-             delay and lag are in it.",
+            "The sampled linear loop, exactly, at its sample instants, from {} rad/s to its Nyquist frequency of {} rad/s; it \
+             includes hold, delay and lag.",
             number(*low),
             number(nyquist)
         )),
@@ -44,14 +44,14 @@ fn sentences(found: &LoopResponses) -> Vec<String> {
     let open: Vec<String> = found.loops.iter().filter(|one| one.open).map(|one| one.name.clone()).collect();
     if !open.is_empty() {
         out.push(format!(
-            "No loop goes through {}: nothing comes back, so that no error there can make it unstable, and there is no curve.",
+            "No loop passes through {}: no error there can make the loop unstable, so there is no curve.",
             list(&open, NAMES)
         ));
     }
-    if let Some(all) = &found.readings_together {
+    if let Some(all) = &found.sensors_multiloop {
         let wrong =
-            |one: &WrongTorque| format!("{} × {} ∠ {}°", one.motor, number(one.factor), number(one.turn.to_degrees()));
-        let worst: Vec<String> = all.worst.iter().map(wrong).collect();
+            |one: &WrongTorque| format!("{} × {} ∠ {}°", one.motor, number(one.factor), number(one.phase.to_degrees()));
+        let worst: Vec<String> = all.worst_perturbation.iter().map(wrong).collect();
         out.push(format!(
             "With errors of all readings at once the disk margin is between {} and {} (computed, not proven): {} make the loop unstable, at {} rad/s.",
             number(all.disk[0]),
@@ -62,7 +62,7 @@ fn sentences(found: &LoopResponses) -> Vec<String> {
     }
     if found.sensitivities.is_empty() {
         out.push(
-            "The closed loop is not known to be stable: S, T, KS and steps say nothing then, and are left out.".into(),
+            "The closed loop is not known to be stable: S, T, KS and steps mean nothing then, and are left out.".into(),
         );
     }
     out
@@ -72,12 +72,12 @@ fn sentences(found: &LoopResponses) -> Vec<String> {
 fn largest(found: &LoopResponses) -> Body {
     let row = |one: &SingularValues| {
         let largest = one.largest?;
-        let meaning = match (one.function, one.readings) {
-            (LoopFunction::S, false) => "disturbing torques at the motors: what is left of them",
-            (LoopFunction::T, false) => "disturbing torques at the motors: what the motors give against them",
-            (LoopFunction::S, true) => "errors of the readings: what the controller sees of them",
-            (LoopFunction::T, true) => "errors of the readings: what moves because of them",
-            (LoopFunction::Ks, _) => "errors of the readings: torques told to the motors",
+        let meaning = match (one.function, one.at_sensors) {
+            (LoopFunction::S, false) => "disturbance torques at the motors to the remaining torques",
+            (LoopFunction::T, false) => "disturbance torques at the motors to the motor torques against them",
+            (LoopFunction::S, true) => "reading errors to the errors that the controller reads",
+            (LoopFunction::T, true) => "reading errors to the motion that they cause",
+            (LoopFunction::Ks, _) => "reading errors to the commanded torques",
         };
         let mut value = number(largest.value);
         if one.mixed {
@@ -92,27 +92,27 @@ fn largest(found: &LoopResponses) -> Body {
     let hint = if found.sensitivities.is_empty() {
         ""
     } else {
-        "All channels at once. Each value is taken at its frequency: the largest one that was found at frequencies beside every pole and in \
-         between. Where readings have different units, the values are those of numbers in SI units."
+        "All channels at once. Each value is the largest one found at frequencies beside every pole and in between. \
+         Where readings have different units, the values are in SI units."
     };
     Body::default()
         .table(
-            &["of", "#largest singular value", "#in dB", "#at", "what it says"],
+            &["of", "#largest singular value", "#in dB", "#at", "transfer"],
             found.sensitivities.iter().filter_map(row),
         )
         .hint(hint)
 }
 
-/// The least margins of each motor along the motions of the joints.
+/// The least margins of each motor over the motions of the joints.
 fn over_positions(found: &LoopResponses) -> Body {
-    let Some(over_positions) = &found.over_positions else { return Body::default() };
+    let Some(over_positions) = &found.margins_over_position else { return Body::default() };
     let stable = over_positions.positions.iter().filter(|one| !one.motors.is_empty()).count();
     let Some((worst, at)) = over_positions.worst() else { return Body::default() };
     let degrees = |angle: f64| format!("{}°", number(angle.to_degrees()));
     let count = over_positions.positions.len();
     let mut sentences = vec![format!(
-        "The linear loop where {} stand, at {count} positions: the least disk margin of a motor is {} ({}, at {}).",
-        over_positions.coordinates,
+        "The linear loop with {} at {count} positions: the least disk margin of a motor is {} ({}, at {}).",
+        over_positions.rotated_coordinates,
         number(worst.disk),
         worst.name,
         degrees(at)

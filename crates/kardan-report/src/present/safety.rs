@@ -6,7 +6,7 @@ use kardan::results::{DisplayUnit, EffectMeasured, Safety, SafetyEffect, SafetyR
 
 /// Digits of an effect.
 const DIGITS: usize = 3;
-/// What stands in the place of a fault in a run without one.
+/// The text for a fault in a run without one.
 const NO_FAULT: &str = "none";
 
 /// The page of a table.
@@ -17,11 +17,11 @@ pub fn page(table: &Safety) -> Page {
         verdict: Some(verdict(table)),
         alerts: warnings(&table.warnings),
         sections: Page::sections([
-            ("faults", "Faults and what they do", rows(table)),
+            ("faults", "Faults and their effects", rows(table)),
             ("effects", "Unwanted effects", effects(table)),
             ("monitors", "Monitors", monitors(table)),
             ("notes", "Notes", Body::default().list(table.notes.iter().cloned())),
-            ("again", "Each row again", commands(table)),
+            ("again", "Commands that rerun each row", commands(table)),
         ]),
         data: None,
         samples: None,
@@ -36,7 +36,7 @@ fn verdict(table: &Safety) -> Verdict {
         missing => format!("; {missing} rows were not computed"),
     };
     let text = match failing {
-        0 => format!("Nothing stands against any of {all} rows{early}."),
+        0 => format!("All {all} fault cases are within limits{early}."),
         one => format!("{one} of {all} rows: {}{early}.", kinds(table)),
     };
     Verdict { sound: table.passes(), text }
@@ -56,7 +56,7 @@ fn kinds(table: &Safety) -> String {
     counts.join(", ")
 }
 
-/// What stands before the numbers of a row.
+/// The cells before the numbers of a row.
 fn head(row: &SafetyRow, several: bool) -> Vec<Cell> {
     let faults = if row.faults.is_empty() { NO_FAULT.to_string() } else { row.faults.join(" + ") };
     let mut cells = row![faults];
@@ -87,8 +87,8 @@ fn rows(table: &Safety) -> Body {
     columns.extend(noted.then(|| "note".to_string()));
     let one = |one: &SafetyRow| {
         let mut cells = head(one, several);
-        let after = one.detected_after.filter(|_| !one.faults.is_empty());
-        let shown = match (after, one.detected_after) {
+        let after = one.detection_time.filter(|_| !one.faults.is_empty());
+        let shown = match (after, one.detection_time) {
             (Some(after), _) => number(1e3 * after),
             (None, Some(at)) => format!("at {} s", number(at)),
             (None, None) => String::new(),
@@ -107,7 +107,7 @@ fn rows(table: &Safety) -> Body {
     };
     let detected = table.detected.as_ref().map_or_else(String::new, |condition| {
         let within = table.within.map_or_else(String::new, |within| format!(", within {} ms", number(1e3 * within)));
-        format!("Detected is what first makes `{condition}` hold where it does not without the fault{within}.")
+        format!("Detected: `{condition}` first becomes true where it is false without the fault{within}.")
     });
     Body::default().table_of(usize::MAX, &columns, table.rows.iter().map(one)).hint(detected)
 }
@@ -125,7 +125,7 @@ fn in_unit(value: f64, effect: &SafetyEffect) -> String {
     }
 }
 
-/// What is not to be broken into lines.
+/// Text without line breaks.
 fn without_breaks(text: &str) -> String {
     text.replace(' ', "\u{a0}")
 }
@@ -149,7 +149,9 @@ fn effects(table: &Safety) -> Body {
         let mut cells = head(one, several);
         let cell = |(effect, found): (&SafetyEffect, &EffectMeasured)| {
             let shown = found.measured.map_or_else(|| "none".to_string(), |value| in_unit(value, effect));
-            found.satisfied.map_or_else(|| Cell::Text(shown.clone()), |satisfied| Cell::Mark(satisfied, shown.clone()))
+            found
+                .within_bounds
+                .map_or_else(|| Cell::Text(shown.clone()), |satisfied| Cell::Mark(satisfied, shown.clone()))
         };
         let all = table.effects.iter().zip(&one.effects).map(cell);
         cells.extend(all.collect::<Vec<_>>());
@@ -182,7 +184,7 @@ fn commands(table: &Safety) -> Body {
         cells.push(Cell::Verbatim(one.command.clone()));
         cells
     });
-    let hint = "A simulation of the faults that the file names, on which an analysis of failures can be built; what it is worth in a \
-                 project says who maps it to the standards of that project, such as ISO 26262 and ISO 19725.";
+    let hint = "A simulation of the faults that the file names, as a basis for a failure analysis. Mapping it to the \
+                 standards of a project, such as ISO 26262 and ISO 19725, decides its value there.";
     Body::default().table(&columns, rows).hint(hint)
 }

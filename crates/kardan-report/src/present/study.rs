@@ -25,7 +25,7 @@ pub fn page(study: &Study) -> Page {
     Page { data: Some(data), ..with_plots(study, &plots) }
 }
 
-/// The page of a study for those who read its words alone: nothing is drawn, which takes most of the time.
+/// The page of a study as text only: without drawings, which take most of the time.
 pub fn text_page(study: &Study) -> Page {
     with_plots(study, &[])
 }
@@ -66,7 +66,7 @@ fn with_plots(study: &Study, drawn: &[PlotFile]) -> Page {
     }
 }
 
-/// What the inputs reach and the outputs show.
+/// Controllability from the inputs and observability from the outputs.
 fn structure(structure: &Structure) -> String {
     let states = structure.states.len();
     let part = |satisfied: bool, what: &str, rank: usize, names: &[String], none: &str| match (satisfied, names) {
@@ -82,7 +82,7 @@ fn structure(structure: &Structure) -> String {
     format!("structure: {controllable}; {observable}")
 }
 
-/// Whose analysis the report shows, and what is in it.
+/// The variant of the analysis in the report, and its contents.
 fn whose(study: &Study) -> String {
     let found = study.analysis.as_ref().map_or(String::new(), |found| structure(&found.structure));
     let open = format!("Without the laws, linearised at the operating point; {found}.");
@@ -94,8 +94,8 @@ fn whose(study: &Study) -> String {
     }
 }
 
-/// One sentence: did all variants run to the end, do the requirements hold? `true` if nothing is wrong.
-fn verdict(study: &Study) -> Verdict {
+/// One sentence: did all variants complete, are the requirements met? `true` if so.
+pub(super) fn verdict(study: &Study) -> Verdict {
     if study.runs.is_empty() {
         return Verdict { sound: true, text: "No runs.".into() };
     }
@@ -127,7 +127,7 @@ fn verdict(study: &Study) -> Verdict {
     Verdict { sound, text: format!("{}{doubtful_runs}; {requirements}{failed}{loops}{at_limit}.", ended(study)) }
 }
 
-/// Names behind a sentence: `: first; second; and 3 more`.
+/// Names after a sentence: `: first; second; and 3 more`.
 fn behind(names: &[String]) -> String {
     let listed: Vec<&str> = names.iter().take(NAMED).map(String::as_str).collect();
     match (names.len(), names.len().saturating_sub(NAMED)) {
@@ -157,16 +157,16 @@ fn failed(study: &Study) -> String {
     behind(&all.iter().map(|(text, runs)| about(study, text, runs)).collect::<Vec<_>>())
 }
 
-/// What the comparison with a second run speaks against numbers.
+/// Doubts about numbers from the comparison with a second run.
 fn doubtful_runs(study: &Study) -> String {
     let reason = |run: &Run| {
         let found = run.accuracy.as_ref()?;
-        let text = match (&found.unreliable, &found.undecided) {
+        let text = match (&found.unreliable, &found.quantisation_ambiguity) {
             (Some(one), _) => format!("the estimated error of {} reaches its first digit", one.signal),
             (None, Some(first)) => {
-                format!("counts of `{}` decide from {} on", first.sensor, clock(study).time(first.time))
+                format!("the quantisation of `{}` decides from {} on", first.sensor, clock(study).time(first.time))
             }
-            (None, None) if !found.same_events => "a second run comes through other events".into(),
+            (None, None) if !found.same_events => "a second run has other events".into(),
             _ => return None,
         };
         Some(about(study, &text, &[run]))
@@ -195,9 +195,9 @@ fn ended(study: &Study) -> String {
     if let [run] = &study.runs[..] {
         let text = match run.verdict() {
             RunVerdict::Completed => "The run completed",
-            RunVerdict::Doubtful => "The run reached its end, but its numbers are in doubt",
+            RunVerdict::Doubtful => "The run completed, but its numbers are in doubt",
             RunVerdict::Unbalanced => {
-                "The run reached its end, but its energy balance does not close, so that its numbers are wrong"
+                "The run completed, but its energy balance does not close, so that its numbers are wrong"
             }
             RunVerdict::Failed => "The run did not complete",
         };
@@ -227,8 +227,8 @@ fn ended(study: &Study) -> String {
     parts.fold(format!("{completed} of {all} variants completed"), |text, (_, part)| format!("{text}, {part}"))
 }
 
-/// An alert for each run whose numbers are not those of a whole run, and for each warning.
-fn alerts(study: &Study) -> Vec<Alert> {
+/// An alert for each run with incomplete numbers, and for each warning.
+pub(super) fn alerts(study: &Study) -> Vec<Alert> {
     let name = |run: &Run| {
         let label = variant_label(study, run);
         if label == run.name { label } else { format!("{} ({label})", run.name) }
@@ -240,7 +240,7 @@ fn alerts(study: &Study) -> Vec<Alert> {
         }
         Outcome::Failed { time, cause } => {
             let (at, cause) = (clock(study).time(*time), cause.trim_end_matches('.'));
-            let text = format!("{} stopped at {at}: {cause}. Everything up to that time is shown.", name(run));
+            let text = format!("{} stopped at {at}: {cause}. All results up to that time are shown.", name(run));
             Some(Alert { kind: "Ended early".into(), text })
         }
     };
@@ -252,7 +252,7 @@ fn alerts(study: &Study) -> Vec<Alert> {
     study.runs.iter().filter_map(alert).chain(warned.map(warning)).collect()
 }
 
-/// What says that there is nothing.
+/// The note that there are none.
 fn or_none(body: Body, none: &str) -> Body {
     if body.0.is_empty() { body.paragraph(none) } else { body }
 }
@@ -261,7 +261,7 @@ fn plots(study: &Study, drawn: &[PlotFile]) -> Body {
     let charts = study.plots.iter().zip(drawn).enumerate();
     let charts: Vec<Block> = charts.map(|(k, (plot, picture))| Block::Chart(charts::chart(k, plot, picture))).collect();
     if study.plots.is_empty() {
-        return Body::default().paragraph("The model file asks for no plots.");
+        return Body::default().paragraph("The model file requests no plots.");
     }
     Body(charts)
 }
@@ -294,13 +294,13 @@ fn variants(study: &Study) -> Body {
     or_none(Body::default().table(&headers, rows), "There are no runs.")
 }
 
-/// The name of the first of several rows, which stands for all of them.
+/// The name of the first of several rows, which represents all of them.
 fn span(text: impl Into<String>, index: usize, rows: usize) -> Cell {
     if index == 0 { Cell::Span(text.into(), rows) } else { Cell::Under }
 }
 
 /// Extremes and last values of every signal plotted for a variant; of all signals if there are no plots.
-fn key_figures(study: &Study) -> Body {
+pub(super) fn key_figures(study: &Study) -> Body {
     let mut names: Vec<&String> = Vec::new();
     let all = study.runs.iter().filter(|_| study.plots.is_empty()).flat_map(|run| &run.series.signals);
     for name in study.plots.iter().flat_map(|plot| &plot.signals).chain(all.map(|signal| &signal.name)) {
@@ -349,7 +349,7 @@ fn extremes(time: &[f64], values: &[f64], unit: Option<&DisplayUnit>, clock: Clo
     [low, low_time, high, high_time, last.copied().map(in_unit).into()]
 }
 
-/// Motors with limits: what was asked of them, and how long they were there. Empty if there are none.
+/// Motors with limits: the requested torques, and the time at the limit. Empty if there are none.
 fn motors(study: &Study) -> Body {
     let motor_loads = study.runs.iter().flat_map(|run| run.motor_loads.iter().map(move |motor_load| (run, motor_load)));
     super::margins::motor_loads(
@@ -381,8 +381,8 @@ fn figures(study: &Study) -> Body {
     }
 }
 
-/// A number in the unit that is asked for, if there is one.
-fn measured(value: Option<f64>, display: Option<&DisplayUnit>, unit: &str) -> String {
+/// A number in the requested unit, if there is one.
+pub(super) fn measured(value: Option<f64>, display: Option<&DisplayUnit>, unit: &str) -> String {
     match (value.filter(|value| value.is_finite()), display) {
         (Some(value), Some(display)) => format!("{} {}", number(display.of(value)), display.unit),
         (Some(value), None) => format!("{} {unit}", number(value)).trim_end().to_string(),
@@ -430,12 +430,13 @@ fn energy(study: &Study) -> Body {
         "#residual / exchanged",
     ];
     or_none(Body::default().table(&headers, rows), "There are no runs.").hint(
-        "input = stored + dissipated + residual. Exchanged is what was stored at the start and what inputs gave and took, each by its \
-         amount. The residual is what the integration did not account for; its size beside what was exchanged certifies the run.",
+        "input = stored + dissipated + residual. Exchanged: the energy stored at the start plus the amounts that \
+         inputs supplied and took. Residual: the energy that the integration did not account for; its ratio to the \
+         exchanged energy certifies the run.",
     )
 }
 
-/// How far the integration may be wrong, if that is known.
+/// The estimated integration error, if known.
 fn accuracy(study: &Study) -> Body {
     let estimated = || study.runs.iter().filter_map(|run| Some((run, run.accuracy.as_ref()?)));
     let Some((_, first)) = estimated().next() else { return Body::default() };
@@ -460,35 +461,37 @@ fn accuracy(study: &Study) -> Body {
         let those = estimated().filter(|(_, found)| which(found)).map(|(run, _)| variant_label(study, run));
         those.collect::<Vec<String>>().join(", ")
     };
-    let rounded = those(&|found| found.rounded && found.undecided.is_none());
+    let rounded = those(&|found| found.limited_by_rounding && found.quantisation_ambiguity.is_none());
     let rounded = match rounded.is_empty() {
         true => String::new(),
         false => format!(
-            " Three times the difference where rounding decides about the error, or samples make the steps of both: {rounded}."
+            " Three times the difference where rounding dominates the error, or samples set the steps of both runs: {rounded}."
         ),
     };
     let body = Body::default().table(&headers, estimated().map(row_of)).hint(format!(
-        "How far the integration is estimated to be off, over all rows, in the signal where that is most (readings of sensors are not \
-         compared). Not proven: a third of the difference to a second run at the tolerance {} instead of {}.{rounded}",
-        figure(first.looser, 2),
+        "Estimated integration error over all rows, in the signal with the largest one (readings of sensors are not \
+         compared). Not proven: a third of the difference to a second run at the tolerance {} instead of \
+         {}.{rounded}",
+        figure(first.comparison_tolerance, 2),
         figure(first.tolerance, 2)
     ));
     let body = counts(body, study);
-    let changed_events = those(&|found| !found.same_events && found.undecided.is_none());
+    let changed_events = those(&|found| !found.same_events && found.quantisation_ambiguity.is_none());
     if changed_events.is_empty() {
         return body;
     }
     body.judge(
         false,
         format!(
-            "{changed_events}: the second run came through other events, or in another order; a smaller `tolerance` tells which are right"
+            "{changed_events}: the second run had other events, or another order; a smaller `tolerance` shows which are right"
         ),
     )
 }
 
-/// Of which runs counts of sensors decide, and from when on.
+/// Runs in which sensor quantisation decides, and from which time on.
 fn counts(body: Body, study: &Study) -> Body {
-    let undecided = study.runs.iter().filter_map(|run| Some((run, run.accuracy.as_ref()?.undecided.as_ref()?)));
+    let undecided =
+        study.runs.iter().filter_map(|run| Some((run, run.accuracy.as_ref()?.quantisation_ambiguity.as_ref()?)));
     let clock = clock(study);
     let rows: Vec<_> = undecided
         .map(|(run, first)| {
@@ -499,14 +502,15 @@ fn counts(body: Body, study: &Study) -> Body {
         return body;
     }
     body.table(&["variant", &format!("#from [{}] on", clock.unit), "sensor"], rows).hint(
-        "In these runs a controller reads a sensor nearer to the boundary between two counts than the run is known, for the first time then. Until \
-         then the errors are far smaller. From then on a reading may as well be one count more or less, and the loop goes another way with it, of \
-         which no `tolerance` tells which is right: events may come in another order, too. Told is ten times the difference to runs that went other \
-         ways; it is an estimate of how far such ways lie apart, no bound.",
+        "In these runs a controller reads a sensor closer to a quantisation boundary than the accuracy of the run, \
+         first at the time given. Until then the errors are far smaller. From then on a reading may be one count \
+         more or less, and the trajectory changes with it; no `tolerance` shows which one is right, and the order of \
+         events may change. The error given is ten times the difference to runs on other trajectories: an estimate \
+         of their spread, not a bound.",
     )
 }
 
-/// What happened, run by run, folded away.
+/// Events of each run, folded.
 fn events(study: &Study) -> Body {
     let body = study.runs.iter().fold(Body::default(), |body, run| {
         let name = variant_label(study, run);
@@ -520,8 +524,10 @@ fn events(study: &Study) -> Body {
 }
 
 fn listed(events: &[Event], clock: Clock) -> Body {
-    let rows =
-        events.iter().take(EVENTS).map(|event| row![format!("{:.6}", event.time * clock.per_second), &event.what]);
+    let rows = events
+        .iter()
+        .take(EVENTS)
+        .map(|event| row![format!("{:.6}", event.time * clock.per_second), &event.description]);
     let hint = match events.len().saturating_sub(EVENTS) {
         0 => String::new(),
         rest => format!("The first {EVENTS} are listed; {rest} later ones are in the exported data."),
@@ -561,7 +567,7 @@ fn model(model: &ModelSummary) -> Body {
     };
     let matrices = match model.matrices.is_empty() && !model.coordinates.is_empty() {
         true => Body::default().hint(format!(
-            "Matrices and poles of {} coordinates are too many to be read here: `kardan linearise` writes the matrices, `kardan analyze` the \
+            "Matrices and poles of {} coordinates are too large to show here: `kardan linearise` writes the matrices, `kardan analyze` the \
              poles.",
             model.coordinates.len()
         )),

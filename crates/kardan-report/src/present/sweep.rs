@@ -1,4 +1,4 @@
-//! What a sweep found, as a page.
+//! The results of a sweep as a page.
 
 use crate::model::{Body, Cell, Page, Picture, row, warnings};
 use crate::sample_pictures::still;
@@ -15,10 +15,10 @@ const DIGITS: usize = 4;
 const BOUND_DIGITS: usize = 15;
 /// Decimals of hundredths.
 const MOST_DECIMALS: i32 = 12;
-/// Parameters that are told of a figure.
+/// Number of parameters named for a figure.
 const MOST_SHARES: usize = 4;
 
-/// The page of a sweep with its runs to look into, and how each is made again.
+/// The page of a sweep with its runs, and how to rerun each.
 pub fn page_with(found: &Sweep, samples: &Samples, again: &Again) -> Page {
     let mut page = page(found);
     let explored = if samples.is_empty() { Body::default() } else { explored(samples, found) };
@@ -30,16 +30,16 @@ pub fn page_with(found: &Sweep, samples: &Samples, again: &Again) -> Page {
     page
 }
 
-/// Where the script of the page draws, and what stands there without it.
+/// The area where the page's script draws, and its content without the script.
 fn explored(samples: &Samples, found: &Sweep) -> Body {
     let drawing = "<div class=\"samples\" id=\"samples-plots\"></div>\n";
     let picture = Picture { drawing: drawing.into(), ..Picture::default() };
     Body::default().hint(samples.describe()).pictures([picture]).pictures(still(samples, found))
 }
 
-/// The commands that run the samples of least and largest numbers again.
+/// The commands that rerun the samples of least and largest numbers.
 fn cases(found: &Sweep, again: &Again) -> Body {
-    let columns = titles(found, "of", &["", "#value", "#sample", "run again in full"]);
+    let columns = titles(found, "of", &["", "#value", "#sample", "command for the full run"]);
     let requirements = found.requirements.iter().map(|one| {
         let worst = [one.below.is_none() && one.above.is_some(), one.above.is_none() && one.below.is_some()];
         (&one.text, &one.variant, &one.measured, (one.unit.as_str(), one.display.as_ref()), worst)
@@ -58,7 +58,7 @@ fn cases(found: &Sweep, again: &Again) -> Body {
         rows.push(cells);
     };
     for (name, variant, values, (unit, display), worst) in requirements.chain(figures) {
-        let (Some(ends), Some(quantiles)) = (values.ends, values.quantiles) else { continue };
+        let (Some(ends), Some(quantiles)) = (values.extreme_samples, values.quantiles) else { continue };
         let [least, largest] = [0, 6].map(|k| shown(quantiles[k], unit, display));
         if quantiles[0] == quantiles[6] {
             add(name, variant, "the same in all".into(), least, ends[0]);
@@ -105,13 +105,13 @@ pub fn page(found: &Sweep) -> Page {
                 found.rare.as_ref().map_or_else(Body::default, |one| rare(found, one)),
             ),
             ("requirements", "Probability of each requirement", requirements(found)),
-            ("rules", "Where they fail", rules(found)),
+            ("rules", "Where requirements fail", rules(found)),
             ("figures", "Figures", figures(found)),
-            ("measured", "What requirements measure", measured(found)),
-            ("indices", "Indices of Sobol", indices(found)),
+            ("measured", "Measured values of requirements", measured(found)),
+            ("indices", "Sobol indices", indices(found)),
             ("effects", "Elementary effects", effects(found)),
             ("failures", "Runs without valid results", failures(found)),
-            ("varied", "What varied", varied(found)),
+            ("varied", "Varied parameters", varied(found)),
             ("notes", "Notes", Body::default().list(found.notes.iter().cloned())),
         ]),
         data: None,
@@ -122,7 +122,7 @@ pub fn page(found: &Sweep) -> Page {
 fn verdict(found: &Sweep) -> Verdict {
     if let Some(worst) = &found.worst {
         let margin = format_margin(worst);
-        let word = if worst.fails { "fails" } else { "holds" };
+        let word = if worst.fails { "fails" } else { "is met" };
         let text = format!("{} {word} in the worst case that {} runs found: {margin}.", worst.text, found.rows);
         return Verdict { sound: !worst.fails && found.missing == 0, text };
     }
@@ -132,7 +132,7 @@ fn verdict(found: &Sweep) -> Verdict {
                 let [probability, low, high] = [probability, low, high].map(|x| figure(x, 2));
                 format!("{} fails with the probability {probability} (about {low} to {high})", rare.text)
             }
-            _ => format!("How rarely {} fails was not found: {}", rare.text, rare.ended),
+            _ => format!("The failure probability of {} was not found: {}", rare.text, rare.stop_reason),
         };
         return Verdict {
             sound: rare.probability.is_none() && found.missing == 0,
@@ -144,13 +144,13 @@ fn verdict(found: &Sweep) -> Verdict {
     let failing = found.requirements.iter().filter(never).count();
     let all = found.requirements.len();
     let mut text = match (all, failing) {
-        _ if found.rows == 0 => "Nothing was run".into(),
+        _ if found.rows == 0 => "No runs were made".into(),
         (0, _) => format!("{} runs", found.rows),
-        (_, 0) => format!("Every requirement holds in all of {} runs", found.rows),
+        (_, 0) => format!("Every requirement is met in all of {} runs", found.rows),
         _ => format!("{failing} of {all} requirements fail in some of {} runs", found.rows),
     };
     if ended > 0 {
-        text += &format!("; {ended} did not come to their end");
+        text += &format!("; {ended} did not complete");
     }
     if found.missing > 0 {
         text += &format!("; {} were not made", found.missing);
@@ -174,7 +174,7 @@ fn percent(part: f64) -> String {
     format!("{} %", share(part, DIGITS))
 }
 
-/// A part of all in hundredths, without their sign: as many digits, and near all of it those that tell two of what is missing.
+/// A part of all in hundredths, without their sign: with this many digits, or near 100 % enough to show two digits of the complement.
 fn share(part: f64, digits: usize) -> String {
     let missing = 100.0 * (1.0 - part);
     if !(missing > 0.0 && missing < 1.0) {
@@ -191,15 +191,14 @@ fn at_most(probability: f64) -> String {
         return figure(probability, 2);
     }
     let size = powi(10.0, 1 - log10(probability).floor() as i32);
-    // What two digits tell exactly stays.
+    // Exact values of two digits stay.
     figure((probability * size - 1e-9).ceil() / size, 2)
 }
 
 fn requirements(found: &Sweep) -> Body {
-    // Intervals of samples until they are narrow are wider, and hold together with that confidence.
+    // Intervals of sequential sampling are wider, and valid simultaneously with that confidence.
     let interval = format!("#{} % interval", number(100.0 * found.confidence));
-    let columns =
-        titles(found, "requirement", &["#holds in", "#fails in", "#probability", &interval, "#fails at most"]);
+    let columns = titles(found, "requirement", &["#met in", "#fails in", "#probability", &interval, "#fails at most"]);
     let one = |one: &SweptRequirement| {
         let mut cells = vec![Cell::Mark(one.failed == 0, one.text.clone())];
         cells.extend(several(found).then(|| Cell::Text(one.variant.clone())));
@@ -213,8 +212,8 @@ fn requirements(found: &Sweep) -> Body {
         ]);
         cells
     };
-    let hint = "The interval is that of Clopper and Pearson for samples drawn each by itself; those of a Latin hypercube or of Sobol's sequence spread no more as \
-                a rule, those of Halton's sequence of many parameters may.";
+    let hint = "The interval is that of Clopper and Pearson for independent samples; samples of a Latin hypercube or \
+                of Sobol's sequence usually spread no more, those of Halton's sequence of many parameters may.";
     let body = Body::default().table_of(usize::MAX, &columns, found.requirements.iter().map(one));
     let drawn = found.requirements.iter().any(|one| one.interval.is_some());
     if drawn { body.hint(hint.to_string()) } else { body }
@@ -234,7 +233,7 @@ fn rule(rule: &SweptRule) -> String {
     let conditions: Vec<String> = rule.bounds.iter().map(bound).collect();
     let [low, high] = rule.interval.map(|part| share(part, 3));
     let SweptRule { inside, failed, .. } = rule;
-    let covers = share(rule.covers, 3);
+    let covers = share(rule.coverage, 3);
     format!(
         "{}: {failed} of {inside} samples there fail ({low} % to {high} %), {covers} % of all failures.",
         conditions.join(" and ")
@@ -271,18 +270,18 @@ fn numbers(values: &SweptValues, unit: &str, display: Option<&DisplayUnit>) -> V
     [values.mean, values.deviation, quantile(0), quantile(1), quantile(3), quantile(5), quantile(6)].map(text).to_vec()
 }
 
-/// Which parameters matter.
+/// Parameters by their effect.
 fn shares(values: &SweptValues) -> String {
     let main_shares = values.shares.iter().take(MOST_SHARES).filter(|share| share.slope.abs() > 0.05);
     let main_shares: Vec<String> =
         main_shares.map(|share| format!("{} {}", share.parameter, figure(share.slope, 2))).collect();
     let explained =
-        values.explained.map_or_else(String::new, |part| format!(" ({} % explained)", number((100.0 * part).round())));
+        values.r_squared.map_or_else(String::new, |part| format!(" ({} % explained)", number((100.0 * part).round())));
     if main_shares.is_empty() { String::new() } else { main_shares.join(", ") + &explained }
 }
 
-const SHARES_HINT: &str = "Parameters: by how many standard deviations the number moves for one of the parameter, by a straight line through all of them. \
-    What it does not explain bends, or comes from products.";
+const SHARES_HINT: &str = "Parameters: standard deviations of the number per standard deviation of the parameter, by \
+    a linear fit in all of them. What it does not explain is nonlinear, or comes from products.";
 
 fn figures(found: &Sweep) -> Body {
     let columns = titles(found, "figure", &[&COLUMNS[..], &["parameters"]].concat());
@@ -305,13 +304,13 @@ fn without_a_value<'a>(
     all: impl Iterator<Item = (&'a String, &'a String, &'a SweptValues)>,
 ) -> Vec<String> {
     let fewer = all.filter(|(_, _, values)| values.count < values.runs);
-    let sentences = fewer.map(|(name, variant, SweptValues { runs, ended, count, .. })| {
+    let sentences = fewer.map(|(name, variant, SweptValues { runs, invalid_runs: ended, count, .. })| {
         let variant = if several(found) { format!(" ({variant})") } else { String::new() };
         let why = match (*ended, runs - count - ended) {
             (0, _) => String::new(),
-            (ended, 0) => format!(": {ended} did not come to their end and are left out"),
+            (ended, 0) => format!(": {ended} did not complete and are left out"),
             (ended, none) => {
-                format!(": {ended} did not come to their end and are left out, {none} came to it without a value")
+                format!(": {ended} did not complete and are left out, {none} completed without a value")
             }
         };
         format!("{name}{variant}: {count} of {runs} runs have a value{why}.")
@@ -326,7 +325,7 @@ fn measured(found: &Sweep) -> Body {
         let mut cells = row![&one.text];
         cells.extend(several(found).then(|| Cell::Text(one.variant.clone())));
         cells.extend(numbers(&one.measured, &one.unit, one.display.as_ref()));
-        let ends = one.measured.ends.map(|[least, most]| format!("least {least}, largest {most}"));
+        let ends = one.measured.extreme_samples.map(|[least, most]| format!("least {least}, largest {most}"));
         cells.extend(row![ends.unwrap_or_default(), shares(&one.measured)]);
         cells
     });
@@ -344,13 +343,14 @@ fn format_margin(worst: &SweptWorst) -> String {
 
 fn worst(found: &Sweep, worst: &SweptWorst) -> Body {
     let variant = if found.variants.len() > 1 { format!(", variant {}", worst.variant) } else { String::new() };
-    let before =
-        worst.before.map_or_else(String::new, |x| format!(", {} before the search", shown(x, &worst.unit, None)));
-    let SweptWorst { sample, explored, .. } = worst;
-    let rested = match worst.rests {
-        0 => "the search did not come to rest yet: more samples may find more".to_string(),
-        1 => "the search came to rest once, and began anew elsewhere".to_string(),
-        many => format!("the search came to rest {many} times, and began anew elsewhere"),
+    let before = worst
+        .margin_before_search
+        .map_or_else(String::new, |x| format!(", {} before the search", shown(x, &worst.unit, None)));
+    let SweptWorst { sample, exploration_samples: explored, .. } = worst;
+    let rested = match worst.restarts {
+        0 => "the search has not converged yet: more samples may find worse ones".to_string(),
+        1 => "the search converged once, and restarted elsewhere".to_string(),
+        many => format!("the search converged {many} times, and restarted elsewhere"),
     };
     let hint = format!(
         "Sample {sample}{variant}: {}{before}. {explored} samples filled the space; {rested}. A found case is no proof that there is no worse one.",
@@ -367,19 +367,19 @@ fn rare(found: &Sweep, rare: &SweptRare) -> Body {
         row![
             (k + 1).to_string(),
             level.samples.to_string(),
-            percent(level.part),
+            percent(level.fraction),
             shown(level.margin, &rare.unit, None),
             figure(level.correlation, 2),
-            level.accepted.map_or_else(String::new, percent)
+            level.acceptance_rate.map_or_else(String::new, percent)
         ]
     });
-    let mut hint = format!("It ended as {}.", rare.ended);
+    let mut hint = format!("It ended as {}.", rare.stop_reason);
     if found.variants.len() > 1 {
         hint += &format!(" A sample fails where any of its variants does: {}.", rare.variant);
     }
-    if let (Some(deviation), Some(most)) = (rare.deviation, rare.deviation_most) {
+    if let (Some(deviation), Some(most)) = (rare.deviation, rare.deviation_upper_bound) {
         hint += &format!(
-            " Standard deviation: {} of the probability by the correlations in the chains, the levels independent; at most {} if they depend on each other.",
+            " Standard deviation: {} of the probability by the correlations in the chains, with independent levels; at most {} if the levels depend on each other.",
             percent(deviation),
             percent(most)
         );
@@ -411,7 +411,7 @@ fn indices(found: &Sweep) -> Body {
         })
     });
     let body = Body::default().table_of(usize::MAX, &columns, rows);
-    let hint = "Parts of the variance: what a parameter explains alone, and what would be left if all others were known. Their difference is what it does together with others.";
+    let hint = "Parts of the variance: what a parameter explains alone, and what would remain if all others were known. Their difference is its interaction with others.";
     if numbers_of(found).all(|(_, _, values, _)| values.indices.is_empty()) {
         body
     } else {
@@ -437,8 +437,8 @@ fn effects(found: &Sweep) -> Body {
         })
     });
     let body = Body::default().table_of(usize::MAX, &columns, rows);
-    let hint = "By how much the number moves for a parameter alone, over all of its probability (Morris): size μ*, mean μ, deviation σ. A deviation near the size tells of bends, or of others \
-                that it acts together with.";
+    let hint = "Change of the number with one parameter alone, over all of its probability (Morris): size μ*, mean \
+                μ, deviation σ. A deviation near the size shows nonlinearity or interaction with others.";
     if numbers_of(found).all(|(_, _, values, _)| values.effects.is_empty()) {
         body
     } else {
@@ -465,7 +465,7 @@ fn varied(found: &Sweep) -> Body {
         "sobol" => "Sobol's sequence",
         "halton" => "Halton's sequence",
         "corners" => "all corners",
-        "grid" => "all places of a grid",
+        "grid" => "all points of a grid",
         "saltelli" => "pairs of Sobol's sequence, with one parameter after another exchanged",
         "morris" => "paths of Morris",
         "worst" => "a search for the worst case",
@@ -474,9 +474,9 @@ fn varied(found: &Sweep) -> Body {
     };
     let hint = match found.points.as_str() {
         "corners" | "grid" => format!("{} samples: {how}.", found.samples),
-        _ if found.until.is_some() => format!(
+        _ if found.stopping_rule.is_some() => format!(
             "{} of at most {} samples by {how}, seed {}: each follows from the seed and its number alone.",
-            found.until.as_ref().map_or(0, |until| until.samples),
+            found.stopping_rule.as_ref().map_or(0, |until| until.samples),
             found.samples,
             found.seed
         ),
@@ -493,7 +493,7 @@ fn varied(found: &Sweep) -> Body {
 mod tests {
     use super::*;
 
-    /// What is missing to all of it is not rounded away.
+    /// The complement to 100 % is not rounded to zero.
     #[test]
     fn parts_near_all_are_no_whole() {
         for (part, expected) in [

@@ -135,7 +135,7 @@ pub fn train() -> Analysis {
             motions: 1,
             direction: "joint - 2 rack".into(),
             removed: texts(&["joint.w", "rack.w"]),
-            definitions: vec![Definition { state: "z1".into(), is: "2 joint.w + rack.w".into() }],
+            definitions: vec![Definition { state: "z1".into(), expression: "2 joint.w + rack.w".into() }],
         }),
         description: "A chain of eight shafts.\n\nIt has a universal joint and friction.".into(),
         class: Some(Class {
@@ -144,22 +144,22 @@ pub fn train() -> Analysis {
                 Assumption {
                     statement: "the inertia matrix is constant, symmetric and positive definite (4.27)".into(),
                     satisfied: true,
-                    breaches: vec![],
+                    violations: vec![],
                 },
                 Assumption {
                     statement: "the damping is linear (4.28)".into(),
                     satisfied: false,
-                    breaches: vec![Breach {
+                    violations: vec![Breach {
                         element: "rack_friction".into(),
-                        why: "Coulomb friction of 10.8 N m".into(),
+                        reason: "Coulomb friction of 10.8 N m".into(),
                     }],
                 },
                 Assumption {
                     statement: "the constraints are linear with constant coefficients (4.31)".into(),
                     satisfied: false,
-                    breaches: vec![Breach {
+                    violations: vec![Breach {
                         element: "joint".into(),
-                        why: "its ratio depends on the angle of driver".into(),
+                        reason: "its ratio depends on the angle of driver".into(),
                     }],
                 },
             ],
@@ -267,14 +267,14 @@ pub fn train() -> Analysis {
                 measure: "smallest eigenvalue of the Gramian over 1 s".into(),
                 unit: "rad^2/(N m)^2 s".into(),
                 larger_is_better: true,
-                none_because: None,
+                infeasible_reason: None,
             }),
             outputs: Some(PlacementSearch {
                 candidates: named(place, &[("rack.phi", 1.0), ("wheel.w", 3.0)]),
                 method: "only all 2 places together are enough".into(),
                 exhaustive: true,
                 tried: 3,
-                none_because: Some("no candidate shows driver and flexspline moving against each other".into()),
+                infeasible_reason: Some("no candidate shows driver and flexspline moving against each other".into()),
                 ..PlacementSearch::default()
             }),
         },
@@ -357,17 +357,17 @@ pub fn hostile(bad: &str) -> Analysis {
         motions: 2,
         direction: bad(),
         removed: vec![bad(); 50],
-        definitions: vec![Definition { state: bad(), is: bad() }],
+        definitions: vec![Definition { state: bad(), expression: bad() }],
     });
     if let Some(class) = &mut analysis.class {
         class.constant_linear = false;
         class.assumptions[1].satisfied = false;
-        class.assumptions[1].breaches = vec![Breach { element: bad(), why: bad() }];
+        class.assumptions[1].violations = vec![Breach { element: bad(), reason: bad() }];
         class.constraints = vec![ConstraintClass { element: bad(), equation: bad(), ..ConstraintClass::default() }];
         class.operating_point = OperatingPoint {
             angles: vec![ShaftAngle { shaft: bad(), angle: f64::NAN }],
             friction: vec![FrictionState { element: bad(), coulomb_torque: f64::INFINITY, stuck: true }],
-            moves: true,
+            in_motion: true,
             motion: vec![OperatingSignal { name: bad(), unit: bad(), value: f64::NAN }],
         };
     }
@@ -406,7 +406,7 @@ pub fn hostile(bad: &str) -> Analysis {
     if let Some(search) = &mut analysis.placement.inputs {
         search.measure = bad();
         search.unit = bad();
-        search.none_because = Some(bad());
+        search.infeasible_reason = Some(bad());
         search.sets = [f64::NAN, -1.0, 0.0, f64::INFINITY]
             .map(|score| PlacedSet { places: vec![bad()], cost: f64::NAN, score, efficient: false })
             .to_vec();
@@ -446,7 +446,7 @@ fn coupling(reference: &str, output: &str, own: bool, peak: f64, rms: f64) -> Cr
         step_unit: "rad".into(),
         output: output.into(),
         unit: "rad".into(),
-        own,
+        same_channel: own,
         peak: Some(peak),
         rms: Some(rms),
         window: 2.0,
@@ -485,7 +485,7 @@ pub fn decoupled_steering() -> Design {
         opposite_side: None,
         rounded: Vec::new(),
         mechanism: Default::default(),
-        unfinished: None,
+        incomplete_reason: None,
         responses: None,
         model: "sia-steering".into(),
         description: "Car steering with a harmonic drive in differential mode.".into(),
@@ -530,7 +530,7 @@ pub fn decoupled_steering() -> Design {
         canonical: None,
         channels: vec![channel("rk.phi", "ref_rk"), channel("fs.phi", "ref_fs")],
         exact_poles: true,
-        counters: Vec::new(),
+        integrals_without_effect: Vec::new(),
         closed_loop_poles: [
             pair(-14.0, 14.282_856_857_085_7),
             pair(-14.0, 14.282_856_857_085_7),
@@ -618,7 +618,7 @@ pub fn observed_train() -> Design {
         denominator: texts(&["1000000/7", "3300000/11", "12345/7", "21", "1"]),
     };
     Design {
-        counters: vec!["V.q".into()],
+        integrals_without_effect: vec!["V.q".into()],
         model: "train".into(),
         description: "A chain of eight shafts.\n\nIt has a universal joint and friction.".into(),
         variant: "train".into(),
@@ -630,7 +630,7 @@ pub fn observed_train() -> Design {
         outputs: texts(&outputs),
         definitions: names
             .iter()
-            .map(|z| Definition { state: z.clone(), is: "wg.phi - 51 rk.phi + 50 fs.phi".into() })
+            .map(|z| Definition { state: z.clone(), expression: "wg.phi - 51 rk.phi + 50 fs.phi".into() })
             .collect(),
         hidden: vec![Complex::new(-3.0, 4.0), Complex::new(-3.0, -4.0), Complex::default()],
         relative_degrees: vec![Some(2), Some(4), None],
@@ -784,7 +784,7 @@ pub fn hostile_design(bad: &str) -> Design {
     design.states[0] = bad();
     design.inputs = vec![bad()];
     design.outputs = vec![bad(), bad()];
-    design.definitions[0] = Definition { state: bad(), is: bad() };
+    design.definitions[0] = Definition { state: bad(), expression: bad() };
     design.hidden = vec![Complex { re: f64::NAN, im: f64::INFINITY }];
     design.decoupling_matrix = matrix(&bad());
     design.decouplability.blocks = vec![vec![bad()], vec![]];
@@ -827,7 +827,7 @@ pub fn hostile_design(bad: &str) -> Design {
         peak: Some(f64::INFINITY),
         rms: None,
         window: f64::NAN,
-        own: true,
+        same_channel: true,
         failure: None,
     };
     design.cross_coupling[2].failure = Some(bad());

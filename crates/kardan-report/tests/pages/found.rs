@@ -20,7 +20,7 @@ fn a_warning_of_a_design() {
     let settings = DesignSettings { simulate: false, ..DesignSettings::default() };
     let found = design(source, &settings, &Silent).expect("a design");
     let margins = found.margins.as_ref().expect("margins");
-    let factor = margins.channels.iter().find(|one| !one.reading).expect("a motor").gain[1];
+    let factor = margins.channels.iter().find(|one| !one.is_sensor).expect("a motor").gain[1];
     let page = kardan_report::design(&found).html();
     assert!(!found.verdict().sound && page.contains("class=\"verdict bad\""));
     for said in [&format!("times {factor:.4} makes the loop unstable"), "but hardly"] {
@@ -55,7 +55,9 @@ fn where_samples_fail() {
     let rule = &found.requirements[0].rules[0];
     let page = kardan_report::sweep(&found).markdown();
     let reported = format!("a.inertia ≥ 2 kg m^2: {0} of {0} samples there fail", rule.inside);
-    for said in ["Where they fail", "fails where:", &reported, "100 % of all failures", "one half of the samples"] {
+    for said in
+        ["Where requirements fail", "fails where:", &reported, "100 % of all failures", "one half of the samples"]
+    {
         assert!(page.contains(said), "{said}: {page}");
     }
 }
@@ -77,10 +79,10 @@ fn runs_without_a_value_are_counted() {
     let (_, found, _) = swept(&format!("{PUSHED}{figure}"), 80);
     let page = kardan_report::sweep(&found).markdown();
     let rise = &found.figures[0].values;
-    assert!((rise.runs, rise.ended) == (80, 20) && (10..60).contains(&rise.count), "{rise:?}");
+    assert!((rise.runs, rise.invalid_runs) == (80, 20) && (10..60).contains(&rise.count), "{rise:?}");
     let none = 60 - rise.count;
     let reported =
-        format!("rise: {} of 80 runs have a value: 20 did not come to their end and are left out, {none}", rise.count);
+        format!("rise: {} of 80 runs have a value: 20 did not complete and are left out, {none}", rise.count);
     assert!(page.contains(&reported) && page.contains("final a.w \\> 2 rad/s: 60 of 80 runs have a value"), "{page}");
 }
 
@@ -114,7 +116,8 @@ fn runs_of_a_sweep_are_drawn() {
     let (still, data) = page.split_once("id=\"samples-data\">").expect("data of the runs");
     assert!(data.contains("\"across\":0,\"up\":1,") && data.contains("\"above\":2.0"), "{}", &data[..400]);
     let still = still.split("class=\"unscripted\"").nth(1).expect("a picture that stands still");
-    for said in ["final a.w [rad/s] over a.inertia [kg m²]", "class=\"bound\"", "fails final a.w &gt; 2 rad/s", "holds"]
+    for said in
+        ["final a.w [rad/s] over a.inertia [kg m²]", "class=\"bound\"", "fails final a.w &gt; 2 rad/s", "passes"]
     {
         assert!(still.contains(said), "{said}: {}", &still[..2000.min(still.len())]);
     }

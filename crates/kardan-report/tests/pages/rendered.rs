@@ -27,7 +27,7 @@ fn run(name: &str, beta: &str, end: f64) -> Run {
         series: Series { time, signals },
         energy: Energy { input: 2.0, stored: 0.5, dissipated: 1.5, residual: 1e-9, exchanged: 2.0 },
         events: (0..1000)
-            .map(|index| Event { time: index as f64 * 1e-3, what: format!("ref_rk steps to {HOSTILE}") })
+            .map(|index| Event { time: index as f64 * 1e-3, description: format!("ref_rk steps to {HOSTILE}") })
             .collect(),
         outcome: Outcome::Completed,
         requirements: vec![RequirementResult {
@@ -51,7 +51,7 @@ fn run(name: &str, beta: &str, end: f64) -> Run {
             unit: "N m",
             torque_limit: Some(1.3),
             demand: 24.5,
-            at_torque_limit: vec![Span { from: 0.25, until: 0.75 }],
+            at_torque_limit: vec![Span { start: 0.25, end: 0.75 }],
             ..MotorLoad::default()
         }],
         effort: Effort { steps: 4321, rejected: 12, evaluations: 56_789, events: 7, ..Effort::default() },
@@ -441,7 +441,7 @@ fn the_page_of_a_design_shows_what_was_designed() {
         "wg.phi - 51 rk.phi + 50 fs.phi",
         "−3 ± 4 j, 0 1/s",
         "every 0.001 s",
-        "The charge V.q only counts what has flowed: nothing depends on it and no law holds it.",
+        "The charge V.q is an integrator without effect: nothing depends on it and no law controls it.",
     ] {
         assert!(train.contains(text), "{text:?} is missing");
     }
@@ -529,11 +529,11 @@ fn names_never_break_in_a_table() {
         gain_spread: Some(0.01),
         probability: Some(1e-9),
         verdict:
-            "the same torques as output_shaft.quadratic_damping in these logs: which of the two it is they do not tell"
+            "the same torques as output_shaft.quadratic_damping in these logs: the logs do not distinguish the two"
                 .into(),
         ..Suggestion::default()
     };
-    let suggestions = Suggestions { tried: names.iter().map(suggestion).collect(), ..Suggestions::default() };
+    let suggestions = Suggestions { tested_terms: names.iter().map(suggestion).collect(), ..Suggestions::default() };
     let found = Identification {
         parameters: names.map(one).to_vec(),
         suggestions: Some(suggestions),

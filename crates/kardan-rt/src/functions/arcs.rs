@@ -40,8 +40,8 @@ pub fn atan2<N: Number>(y: N, x: N) -> N {
     (found + (width + height) * zero).zip(y, Format::with_sign)
 }
 
-/// One of the multiples of π/4 from 0 to π, by where a point is: odd where `small` is above `limit`; `steep` is 1
-/// beyond π/4 from the x axis, else 0; `side` is the sign of x. A function, for closures are not always inlined.
+/// One of the multiples of π/4 from 0 to π, by the location of a point: odd where `small` is above `limit`; `steep` is
+/// 1 beyond π/4 from the x axis, else 0; `side` is the sign of x. A function, as closures are not always inlined.
 #[inline(always)]
 fn quadrant_angle<N: Number>(angles: [N::One; 5], [limit, small]: [N; 2], steep: N, side: N) -> N {
     let (zero, half) = (all::<N>(N::One::ZERO), all::<N>(N::One::HALF));

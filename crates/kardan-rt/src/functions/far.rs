@@ -44,8 +44,8 @@ fn product(a: u64, b: u64, carry: u64) -> (u64, u64) {
     ((all >> 64) as u64, all as u64)
 }
 
-/// The angle of `m·2ᵉ` rad beyond the last multiple of π/2: the digits of 2/π that make multiples of four quarters are left out, of
-/// the others 192 are enough, since no number comes closer to a multiple than 2⁻⁶².
+/// The angle of `m·2ᵉ` rad beyond the last multiple of π/2: digits of 2/π that make multiples of four quarters are left
+/// out; of the others 192 are enough, since no number is closer to a multiple than 2⁻⁶².
 #[allow(clippy::as_conversions, clippy::cast_possible_truncation)] // fractions are rounded to the nearest
 fn reduced(x: f64) -> Reduced<f64> {
     if !x.is_finite() {
@@ -69,7 +69,7 @@ fn reduced(x: f64) -> Reduced<f64> {
     let (angle, lost) = exact_product(first, pi);
     let angle = ordered_sum(angle, lost + (first * pi_rest + rest * pi));
     let (quarters, angle) = if x < 0.0 { (quarters.wrapping_neg(), (-angle.0, -angle.1)) } else { (quarters, angle) };
-    // Whole numbers of a sum with ROUND stand in its last digits.
+    // Whole numbers of a sum with ROUND are in its last digits.
     Reduced { quarters: f64::from_bits(f64::ROUND.to_bits().wrapping_add(quarters)), angle }
 }
 

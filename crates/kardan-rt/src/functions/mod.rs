@@ -1,11 +1,13 @@
 //! Elementary functions: the same bits on every target and in every lane.
 //!
-//! Each is made of sums, products, quotients, roots and selections, which every target rounds alike; nothing is contracted, nothing
-//! branches, so a compiler may do several arguments side by side. Errors are below one unit in the last place (`tests/functions`
-//! compares with digits found by whole numbers, the example `all_f32` tries every `f32`). Only sines, cosines and tangents of angles
-//! beyond a million rad (six thousand for `f32`) leave that path, for one that is slower and as exact.
+//! Each function consists of sums, products, quotients, roots and selections, which every target rounds in the same
+//! way; nothing is contracted and nothing branches, so a compiler can vectorise them. Errors are below one unit in the
+//! last place (`tests/functions` compares with digits computed in integers, the example `all_f32` tests every `f32`).
+//! Only sines, cosines and tangents of angles above a million rad (six thousand for `f32`) use another path, which is
+//! slower and as accurate.
 //!
-//! Polynomials interpolate at Chebyshev's points; what is lost in the first sum is found by exact sums and products (Dekker, Knuth).
+//! Polynomials interpolate at Chebyshev points; exact sums and products (Dekker, Knuth) recover the rounding error of
+//! the first sum.
 
 mod arcs;
 mod far;

@@ -56,7 +56,7 @@ pub fn ln<N: Number>(x: N) -> N {
     let (high, low) = N::One::LN_2;
     let (sum, lost) = ordered_sum(exponent * all(high), f);
     let rest = half - (s * (half + square * polynomial(N::One::LOGARITHM, square)) + exponent * all(low));
-    // x·0 keeps NaN.
+    // x·0 preserves NaN.
     let found = sum + (lost - rest) + x * zero;
     let edge = x.select(zero, all(N::One::NAN), all(-N::One::INFINITY));
     let found = x.select(all(N::One::LEAST), edge, found);

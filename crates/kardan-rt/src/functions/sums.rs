@@ -1,4 +1,4 @@
-//! Sums and products with what rounding took from them (Dekker, Knuth), and polynomials.
+//! Sums and products with their rounding errors (Dekker, Knuth), and polynomials.
 
 use crate::format::Format;
 use crate::number::Number;
@@ -10,14 +10,14 @@ pub fn all<N: Number>(value: N::One) -> N {
     N::all(value)
 }
 
-/// A sum and what it lost, where the first is the larger or zero.
+/// A sum and its rounding error, where the first is the larger or zero.
 #[inline(always)]
 pub fn ordered_sum<N: Number>(a: N, b: N) -> (N, N) {
     let sum = a + b;
     (sum, b - (sum - a))
 }
 
-/// A sum and what it lost.
+/// A sum and its rounding error.
 #[inline(always)]
 pub fn exact_sum<N: Number>(a: N, b: N) -> (N, N) {
     let sum = a + b;
@@ -33,7 +33,7 @@ pub fn split<N: Number>(a: N) -> (N, N) {
     (high, a - high)
 }
 
-/// A product and what it lost.
+/// A product and its rounding error.
 #[inline(always)]
 pub fn exact_product<N: Number>(a: N, b: N) -> (N, N) {
     let product = a * b;
@@ -41,7 +41,7 @@ pub fn exact_product<N: Number>(a: N, b: N) -> (N, N) {
     (product, (((a * b - product) + a * b_low) + a_low * b) + a_low * b_low)
 }
 
-/// A quotient of sums `high + low`, and what it lost.
+/// A quotient of sums `high + low`, and its rounding error.
 #[inline(always)]
 pub fn quotient<N: Number>(above: (N, N), below: (N, N)) -> (N, N) {
     let ratio = above.0 / below.0;

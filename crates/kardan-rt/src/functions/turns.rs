@@ -26,13 +26,13 @@ pub fn reduced<N: Number>(x: N) -> Reduced<N> {
     Reduced { quarters, angle: exact_sum(angle, (lost + lost_again) - n * rest) }
 }
 
-/// What `sin(a + b) − a` is.
+/// `sin(a + b) − a`.
 #[inline(always)]
 pub fn sine_rest<N: Number>((a, b): (N, N), square: N) -> N {
     a * square * polynomial(N::One::SINE, square) + b * (all::<N>(N::One::ONE) - all::<N>(N::One::HALF) * square)
 }
 
-/// `cos(a + b)` as a sum; the square of a may come with what it lost.
+/// `cos(a + b)` as a sum; the square of a may come with its rounding error.
 #[inline(always)]
 pub fn cosine<N: Number>((a, b): (N, N), (square, lost): (N, N)) -> (N, N) {
     let half = all::<N>(N::One::HALF);

@@ -1,7 +1,7 @@
 use super::{remember, zero};
 use crate::Arithmetic;
 
-/// A signal less what lies within a zone: zero there, straight outside.
+/// A signal with a dead zone: zero inside the zone, straight outside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DeadZone<N> {
     /// Where it begins.
@@ -11,10 +11,11 @@ pub struct DeadZone<N> {
 }
 
 impl<N: Arithmetic> DeadZone<N> {
-    /// Entries of its memory: the answer.
+    /// Entries of its memory: the output.
     pub const MEMORY: usize = 1;
 
-    /// `u − high` above the zone, `u − low` below it, else 0. Returns false and keeps the answer where the input is no number.
+    /// `u − high` above the zone, `u − low` below it, else 0. Returns false and leaves the output unchanged where the
+    /// input is not a number.
     ///
     /// ```
     /// let zone = kardan_rt::DeadZone { low: -1.0, high: 2.0 };
@@ -23,7 +24,7 @@ impl<N: Arithmetic> DeadZone<N> {
     ///     assert!(zone.step(input, &mut answer) && answer == [expected]);
     /// }
     /// ```
-    #[must_use = "false tells that the answer is that of the sample before"]
+    #[must_use = "false: the output is that of the sample before"]
     pub fn step(&self, input: N, memory: &mut [N; 1]) -> bool {
         let below = input.select(self.low, input - self.low, zero());
         let answer = self.high.select(input, input - self.high, below);

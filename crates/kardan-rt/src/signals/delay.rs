@@ -6,19 +6,20 @@ use crate::Arithmetic;
 pub struct Delay;
 
 impl Delay {
-    /// One sample: the answer, which is the first entry of the memory, is the input as many samples ago as there are entries behind it, and
-    /// what these held at the start before. Where the input is no number, false is returned and the input before stands in its place.
+    /// One sample: the output, which is the first entry of the memory, is the input as many samples ago as there are
+    /// entries behind it; before that it is their start values. Where the input is not a number, the block returns
+    /// false and uses the previous input.
     ///
     /// ```
     /// let mut memory = [0.0; 3];
     /// let answers = [1.0, 2.0, 3.0, 4.0].map(|input| kardan_rt::Delay.step(input, &mut memory).then_some(memory[0]));
     /// assert_eq!(answers, [Some(0.0), Some(0.0), Some(1.0), Some(2.0)]);
     /// ```
-    #[must_use = "false tells that the input before stands in the place of this one"]
+    #[must_use = "false: the previous input replaces this one"]
     pub fn step<N: Arithmetic>(&self, input: N, memory: &mut [N]) -> bool {
         let last = memory.last().map_or(zero(), |last| *last);
         let mut later = input.finite_or(last);
-        // The oldest entry becomes the answer, the others move up, the input comes in last.
+        // The oldest entry becomes the output, the others move up, and the input is appended.
         for place in memory.iter_mut().rev() {
             core::mem::swap(place, &mut later);
         }

@@ -8,15 +8,15 @@ pub struct Hysteresis<N> {
     pub upper: N,
     /// It switches off where its input is not above; below the upper one.
     pub lower: N,
-    /// Its answer while it is off, and while it is on.
+    /// Its output while it is off, and while it is on.
     pub levels: [N; 2],
 }
 
 impl<N: Arithmetic> Hysteresis<N> {
-    /// Entries of its memory: the answer, and whether it is on (1, else 0).
+    /// Entries of its memory: the output, and whether it is on (1, else 0).
     pub const MEMORY: usize = 2;
 
-    /// One sample. Returns false and keeps answer and switch where the input is no number.
+    /// One sample. Returns false and leaves output and switch unchanged where the input is not a number.
     ///
     /// ```
     /// let switch = kardan_rt::Hysteresis { upper: 3.0, lower: 1.0, answers: [0.0, 10.0] };
@@ -25,7 +25,7 @@ impl<N: Arithmetic> Hysteresis<N> {
     ///     assert!(switch.step(input, &mut memory) && memory[0] == expected);
     /// }
     /// ```
-    #[must_use = "false tells that the answer is that of the sample before"]
+    #[must_use = "false: the output is that of the sample before"]
     pub fn step(&self, input: N, memory: &mut [N; 2]) -> bool {
         let [_, on] = *memory;
         let above = input.select(self.upper, on, one());

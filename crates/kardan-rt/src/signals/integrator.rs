@@ -3,23 +3,23 @@ use crate::Arithmetic;
 
 /// The integral of a signal over time, between bounds if it has any: `y⁺ = y + h u` (forward), or `y = y⁻ + h (u + u⁻)/2` (trapezoidal).
 ///
-/// What a forward integrator answers does not depend on the input of that sample, so it may close a loop.
+/// The output of a forward integrator does not depend on the input of that sample, so it may close a loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Integrator<N> {
     /// The sample time h, s.
     pub sample_time: N,
-    /// The smallest answer, if there is a bound.
+    /// The smallest output, if there is a bound.
     pub low: Option<N>,
-    /// The largest answer, not below the smallest, if there is a bound.
+    /// The largest output, not below the smallest, if there is a bound.
     pub high: Option<N>,
 }
 
 impl<N: Arithmetic> Integrator<N> {
-    /// Entries of its memory: the answer, and the sum.
+    /// Entries of its memory: the output, and the sum.
     pub const MEMORY: usize = 2;
 
-    /// One sample; where `reset` is above a half, the answer is `reset_to`, and it goes on from there. Returns false and keeps all where an
-    /// input is no number.
+    /// One sample; where `reset` is above a half, the output is `reset_to`, and integration continues from there.
+    /// Returns false and leaves the memory unchanged where an input is not a number.
     ///
     /// ```
     /// let sum = kardan_rt::Integrator { sample_time: 0.5, low: None, high: Some(1.2) };
@@ -28,7 +28,7 @@ impl<N: Arithmetic> Integrator<N> {
     ///     assert!(sum.step(input, reset, 0.25, &mut memory) && memory[0] == expected);
     /// }
     /// ```
-    #[must_use = "false tells that the answer is that of the sample before"]
+    #[must_use = "false: the output is that of the sample before"]
     pub fn step(&self, input: N, reset: N, reset_to: N, memory: &mut [N; 2]) -> bool {
         let [_, sum] = *memory;
         let answer = clamped(half::<N>().select(reset, reset_to, sum), self.low, self.high);
@@ -36,7 +36,8 @@ impl<N: Arithmetic> Integrator<N> {
         remember(memory.iter_mut(), [answer, next].into_iter(), &[input, reset, reset_to])
     }
 
-    /// One sample by the trapezoidal rule, whose answer follows its input at once; its memory holds the input before as a part of the sum.
+    /// One sample by the trapezoidal rule, whose output depends on its input at once; its memory contains the previous
+    /// input as a part of the sum.
     ///
     /// ```
     /// let sum = kardan_rt::Integrator { sample_time: 0.5, low: None, high: None };
@@ -46,7 +47,7 @@ impl<N: Arithmetic> Integrator<N> {
     ///     assert!(sum.step_trapezoidal(input, 0.0, 0.0, &mut memory) && memory[0] == expected);
     /// }
     /// ```
-    #[must_use = "false tells that the answer is that of the sample before"]
+    #[must_use = "false: the output is that of the sample before"]
     pub fn step_trapezoidal(&self, input: N, reset: N, reset_to: N, memory: &mut [N; 2]) -> bool {
         let [_, sum] = *memory;
         let share = half::<N>() * self.sample_time * input;

@@ -1,8 +1,9 @@
 //! Blocks of signals: filters, limits, controllers and machines that a program of an ECU is made of.
 //!
-//! Each is written once over [`Arithmetic`](crate::Arithmetic): the same lines run in `f32` and `f64`, in lanes, and write themselves down as
-//! expressions, which is how the library `kardan` linearises them. So they select and never branch. The memory of a block belongs to the
-//! caller; its first entry is the last answer, and all zeros are a start.
+//! Each block is written once over [`Arithmetic`](crate::Arithmetic): the same code runs in `f32` and `f64` and in
+//! lanes, and records itself as expressions, by which the library `kardan` linearises it. So blocks select and never
+//! branch. The memory of a block belongs to the caller; its first entry is the last output, and all zeros are a valid
+//! start.
 
 mod dead_zone;
 mod delay;
@@ -40,17 +41,17 @@ fn one<N: Arithmetic>() -> N {
     N::whole(1)
 }
 
-/// The smaller one; the second where one is no number.
+/// The smaller one; the second where one is NaN.
 fn smaller<N: Arithmetic>(a: N, b: N) -> N {
     a.select(b, a, b)
 }
 
-/// The larger one; the first where one is no number.
+/// The larger one; the first where one is NaN.
 fn larger<N: Arithmetic>(a: N, b: N) -> N {
     a.select(b, b, a)
 }
 
-/// Between two bounds, as far as there are any.
+/// Between two bounds, where they exist.
 fn clamped<N: Arithmetic>(x: N, low: Option<N>, high: Option<N>) -> N {
     let x = low.map_or(x, |low| larger(x, low));
     high.map_or(x, |high| smaller(x, high))
@@ -66,14 +67,14 @@ fn half<N: Arithmetic>() -> N {
     one::<N>() / N::whole(2)
 }
 
-/// 0 where a number is finite, no number where it is not.
-#[allow(clippy::eq_op)] // infinity less itself is no number
+/// 0 where a number is finite, NaN where it is not.
+#[allow(clippy::eq_op)] // infinity minus itself is NaN
 fn zero_or_nan<N: Arithmetic>(x: N) -> N {
     x - x
 }
 
-/// New entries of a memory, for each lane all of them or none: where an input or an entry is no number, nothing happened. Whether all lanes
-/// are new.
+/// New entries of a memory, for each lane all of them or none: where an input or an entry is not a number, the memory
+/// stays unchanged. Returns whether all lanes are new.
 fn remember<'m, N: Arithmetic + 'm>(
     memory: impl Iterator<Item = &'m mut N>,
     new: impl Iterator<Item = N> + Clone,

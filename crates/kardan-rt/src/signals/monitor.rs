@@ -1,22 +1,23 @@
 use super::{half, one, remember, smaller, zero};
 use crate::Arithmetic;
 
-/// Watches a residual: tells where it stays beyond its threshold, and stops telling where it stays within.
+/// Monitors a residual: raises an alarm while it stays above its threshold, and ends the alarm once it stays below.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Monitor<N> {
     /// The largest size of the residual that is no alarm.
     pub threshold: N,
-    /// How many samples one after the other must be beyond it for an alarm; at least one.
+    /// Number of consecutive samples above the threshold that raise an alarm; at least one.
     pub debounce: N,
-    /// How many samples one after the other must be within it for an alarm to end; infinitely many keep it.
+    /// Number of consecutive samples within the threshold that end an alarm; infinity latches the alarm.
     pub hold: N,
 }
 
 impl<N: Arithmetic> Monitor<N> {
-    /// Entries of its memory: whether there is an alarm (1, else 0), and how many samples in a row spoke against that.
+    /// Entries of its memory: whether there is an alarm (1, else 0), and the number of consecutive samples against that
+    /// state.
     pub const MEMORY: usize = 2;
 
-    /// One sample. A residual that is no number speaks for an alarm: false is returned, and it counts as one beyond the threshold.
+    /// One sample. A residual that is not a number counts as above the threshold, and the block returns false.
     ///
     /// ```
     /// let watch = kardan_rt::Monitor { threshold: 1.0, debounce: 2.0, hold: 3.0 };
@@ -25,10 +26,10 @@ impl<N: Arithmetic> Monitor<N> {
     /// let alarms = residuals.map(|residual| watch.step(residual, &mut memory).then_some(memory[0]).unwrap());
     /// assert_eq!(alarms, [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0]);
     /// ```
-    #[must_use = "false tells that the residual was no number"]
+    #[must_use = "false: the residual was not a number"]
     pub fn step(&self, residual: N, memory: &mut [N; 2]) -> bool {
         let [alarm, count] = *memory;
-        // Not within the threshold: beyond it, or no number.
+        // Not within the threshold: above it, or not a number.
         let size = residual.select(zero(), -residual, residual);
         let in_limits = self.threshold.select(size, zero(), one());
         let in_limits = in_limits * residual.is_number();
@@ -38,7 +39,7 @@ impl<N: Arithmetic> Monitor<N> {
         let changes = count.select(needed, zero(), one());
         let changes = half::<N>().select(against, changes, zero());
         let alarm = half::<N>().select(changes, one::<N>() - alarm, alarm);
-        // A count that goes on for ever stops where numbers are no longer exact.
+        // A count that continues for ever stops where numbers are no longer exact.
         let count = smaller(half::<N>().select(changes, zero(), count), N::whole(1 << 24));
         remember(memory.iter_mut(), [alarm, count].into_iter(), &[]) & residual.all_finite()
     }

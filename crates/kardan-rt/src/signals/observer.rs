@@ -2,11 +2,11 @@ use super::{half, one, zero, zero_or_nan};
 use crate::Arithmetic;
 use crate::dense::row;
 
-/// A sampled linear observer: `x⁺ = A x + B u + L (y − C x)`, with the estimate x of what a plant does whose inputs are u and whose
-/// measurements are y.
+/// A sampled linear observer: `x⁺ = A x + B u + L (y − C x)`, with the estimate x of the state of a plant with inputs u
+/// and measurements y.
 ///
-/// What it answers at a sample was foretold at the one before, so it does not depend on the measurements of that sample and may close a
-/// loop. Matrices lie row by row; what is missing in them is zero.
+/// Its output at a sample was predicted at the previous one, so it does not depend on the measurements of that sample
+/// and may close a loop. Matrices are stored row by row; missing entries are zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Observer<'a, N> {
     /// A, states × states.
@@ -25,18 +25,18 @@ fn dot<N: Arithmetic>(x: &[N], y: &[N]) -> N {
 }
 
 impl<N: Arithmetic> Observer<'_, N> {
-    /// One sample. The memory holds the estimate for this sample, then that for the next one: twice as many entries as there are states.
-    /// Returns false and keeps all where an input, a measurement or what follows from them is no number.
+    /// One sample. The memory contains the estimate for this sample, then that for the next one: two entries for each
+    /// state. Returns false and leaves the memory unchanged where an input, a measurement or a result is not a number.
     ///
     /// ```
-    /// // A constant, seen at once: half of the error is left after each sample.
+    /// // A constant, measured directly: half of the error remains after each sample.
     /// let constant = kardan_rt::Observer { a: &[1.0], b: &[], c: &[1.0], gain: &[0.5] };
     /// let mut memory = [0.0; 2];
     /// for expected in [0.0, 4.0, 6.0, 7.0, 7.5] {
     ///     assert!(constant.step(&[], &[8.0], &mut memory) && memory[0] == expected);
     /// }
     /// ```
-    #[must_use = "false tells that the estimate is that of the sample before"]
+    #[must_use = "false: the estimate is that of the sample before"]
     pub fn step(&self, inputs: &[N], measured: &[N], memory: &mut [N]) -> bool {
         let Some((estimates, states)) = memory.split_at_mut_checked(memory.len() >> 1) else { return false };
         let count = estimates.len();

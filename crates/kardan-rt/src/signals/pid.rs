@@ -13,7 +13,7 @@ use crate::Arithmetic;
 pub struct Pid<N> {
     /// K.
     pub proportional: N,
-    /// Ki, 1/s times the unit of K; without it I is what bridges a switching, and fades: `I⁺ = I − h I/Tt`.
+    /// Ki, 1/s times the unit of K; without it I bridges a switching and decays: `I⁺ = I − h I/Tt`.
     pub integral: Option<N>,
     /// Kd, s times the unit of K.
     pub derivative: N,
@@ -21,30 +21,33 @@ pub struct Pid<N> {
     pub filter: N,
     /// b and c: shares of the reference in the proportional and in the derivative part.
     pub weights: [N; 2],
-    /// The smallest and the largest answer, if there are bounds.
+    /// The smallest and the largest output, if there are bounds.
     pub bounds: [Option<N>; 2],
-    /// Tt, s, not zero: how fast the integral follows where a bound holds the answer, or what bridges a switching fades.
+    /// Tt, s, not zero: time constant with which the integral tracks a bounded output (anti-windup), or with which I
+    /// decays after a switching.
     pub tracking: N,
     /// h, s.
     pub sample_time: N,
 }
 
-/// What commands instead of a [`Pid`] while it is not on.
+/// The command in place of a [`Pid`] while it is off.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Manual<N> {
     /// Whether the controller is on: above a half.
     pub on: N,
-    /// The answer while it is not.
+    /// The output while it is off.
     pub value: N,
 }
 
 impl<N: Arithmetic> Pid<N> {
-    /// Entries of its memory: the answer, I, D, e of the sample before, and whether there was one (1, else 0).
+    /// Entries of its memory: the output, I, D, the previous e, and whether there was a sample (1, else 0).
     pub const MEMORY: usize = 5;
 
-    /// One sample with a reference r and a measurement y. Returns false and keeps all where an input is no number.
+    /// One sample with a reference r and a measurement y. Returns false and leaves the memory unchanged where an input
+    /// is not a number.
     ///
-    /// The answer goes on without a jump where the controller is switched on: while it is off, I is what makes it answer the manual value.
+    /// The output continues without a jump when the controller is switched on (bumpless transfer): while it is off, I
+    /// is set so that the controller would output the manual value.
     ///
     /// ```
     /// use kardan_rt::{Manual, Pid};
@@ -53,11 +56,11 @@ impl<N: Arithmetic> Pid<N> {
     /// };
     /// let mut memory = [0.0_f64; 5];
     /// assert!(pid.step(1.0, 0.5, Manual { on: 0.0, value: 3.0 }, &mut memory) && memory[0] == 3.0);
-    /// // Switched on it answers what was commanded by hand, and goes on from there.
+    /// // Switched on it outputs the manual command, and continues from there.
     /// assert!(pid.step(1.0, 0.5, Manual { on: 1.0, value: 0.0 }, &mut memory) && memory[0] == 3.0);
     /// assert!(pid.step(1.0, 0.5, Manual { on: 1.0, value: 0.0 }, &mut memory) && (memory[0] - 3.05).abs() < 1e-15);
     /// ```
-    #[must_use = "false tells that the answer is that of the sample before"]
+    #[must_use = "false: the output is that of the sample before"]
     pub fn step(&self, reference: N, measured: N, manual: Manual<N>, memory: &mut [N; 5]) -> bool {
         let [_, integral, slope, before, begun] = *memory;
         let [of_reference, of_rate] = self.weights;

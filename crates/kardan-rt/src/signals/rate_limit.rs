@@ -11,10 +11,10 @@ pub struct RateLimit<N> {
 }
 
 impl<N: Arithmetic> RateLimit<N> {
-    /// Entries of its memory: the answer, and whether there was a sample (1, else 0).
+    /// Entries of its memory: the output, and whether there was a sample (1, else 0).
     pub const MEMORY: usize = 2;
 
-    /// One sample. Returns false and keeps the answer where the input is no number.
+    /// One sample. Returns false and leaves the output unchanged where the input is not a number.
     ///
     /// ```
     /// let slow = kardan_rt::RateLimit { rise: 0.5, fall: 2.0 };
@@ -23,7 +23,7 @@ impl<N: Arithmetic> RateLimit<N> {
     ///     assert!(slow.step(input, &mut memory) && memory[0] == expected);
     /// }
     /// ```
-    #[must_use = "false tells that the answer is that of the sample before"]
+    #[must_use = "false: the output is that of the sample before"]
     pub fn step(&self, input: N, memory: &mut [N; 2]) -> bool {
         let [before, begun] = *memory;
         let limited = clamped(input, Some(before - self.fall), Some(before + self.rise));

@@ -4,17 +4,18 @@ use crate::Arithmetic;
 /// A signal between two bounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Saturation<N> {
-    /// The smallest answer, if there is a bound.
+    /// The smallest output, if there is a bound.
     pub low: Option<N>,
-    /// The largest answer, not below the smallest, if there is a bound.
+    /// The largest output, not below the smallest, if there is a bound.
     pub high: Option<N>,
 }
 
 impl<N: Arithmetic> Saturation<N> {
-    /// Entries of its memory: the answer.
+    /// Entries of its memory: the output.
     pub const MEMORY: usize = 1;
 
-    /// The nearest number between the bounds. Returns false and keeps the answer where the input is no number.
+    /// The nearest number between the bounds. Returns false and leaves the output unchanged where the input is not a
+    /// number.
     ///
     /// ```
     /// let limit = kardan_rt::Saturation { low: None, high: Some(3.0) };
@@ -22,7 +23,7 @@ impl<N: Arithmetic> Saturation<N> {
     /// assert!(limit.step(5.0, &mut answer) && answer == [3.0]);
     /// assert!(!limit.step(f64::NAN, &mut answer) && answer == [3.0]);
     /// ```
-    #[must_use = "false tells that the answer is that of the sample before"]
+    #[must_use = "false: the output is that of the sample before"]
     pub fn step(&self, input: N, memory: &mut [N; 1]) -> bool {
         remember(memory.iter_mut(), [clamped(input, self.low, self.high)].into_iter(), &[input])
     }

@@ -10,10 +10,10 @@ pub struct Transition {
     pub to: usize,
 }
 
-/// A machine that is in one of its states, numbered from 0, and goes over where a guard holds.
+/// A state machine: it is in one of its states, numbered from 0, and takes a transition whose guard is true.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StateMachine<'a> {
-    /// Its transitions; of two that could be taken, the first is.
+    /// Its transitions; where two are possible, it takes the first.
     pub transitions: &'a [Transition],
 }
 
@@ -21,8 +21,8 @@ impl StateMachine<'_> {
     /// Entries of its memory: the number of its state, and samples since it came there.
     pub const MEMORY: usize = 2;
 
-    /// One sample: takes the first transition from the present state whose guard is above a half. A guard that is no number does not hold,
-    /// and false is returned.
+    /// One sample: takes the first transition from the present state whose guard is above a half. A guard that is not a
+    /// number counts as false, and the block returns false.
     ///
     /// ```
     /// use kardan_rt::{StateMachine, Transition};
@@ -32,7 +32,7 @@ impl StateMachine<'_> {
     ///     assert!(machine.step(&guards, &mut memory) && memory == expected);
     /// }
     /// ```
-    #[must_use = "false tells that a guard was no number, and was taken as one that does not hold"]
+    #[must_use = "false: a guard was not a number, and counts as false"]
     pub fn step<N: Arithmetic>(&self, guards: &[N], memory: &mut [N; 2]) -> bool {
         let [state, since] = *memory;
         // Samples that are counted for ever stop where numbers are no longer exact.

@@ -4,15 +4,15 @@ use crate::Arithmetic;
 /// A sampled transfer function `(b₀ + b₁ z⁻¹ + …)/(1 + a₁ z⁻¹ + …)`: filters, leads and lags (direct form II, transposed).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TransferFunction<'a, N> {
-    /// b₀, b₁, …; what is missing is zero.
+    /// b₀, b₁, …; missing coefficients are zero.
     pub numerator: &'a [N],
-    /// a₁, a₂, …; what is missing is zero.
+    /// a₁, a₂, …; missing coefficients are zero.
     pub denominator: &'a [N],
 }
 
 impl<N: Arithmetic> TransferFunction<'_, N> {
-    /// One sample. The memory holds the answer and as many states as it has entries behind that: as many as the longer one of the lists asks
-    /// for. Returns false and keeps all where the input or what follows from it is no number.
+    /// One sample. The memory contains the output and then the states, as many as the longer one of the lists needs.
+    /// Returns false and leaves the memory unchanged where the input or a result is not a number.
     ///
     /// ```
     /// // A low pass with 1/e after ten samples.
@@ -24,7 +24,7 @@ impl<N: Arithmetic> TransferFunction<'_, N> {
     /// }
     /// assert!((memory[0] - (1.0 - (-1.0_f64).exp())).abs() < 1e-15);
     /// ```
-    #[must_use = "false tells that the answer is that of the sample before"]
+    #[must_use = "false: the output is that of the sample before"]
     pub fn step(&self, input: N, memory: &mut [N]) -> bool {
         let coefficient = |list: &[N], k: usize| list.get(k).map_or(zero(), |x| *x);
         let Some((answer, states)) = memory.split_first_mut() else { return input.all_finite() };

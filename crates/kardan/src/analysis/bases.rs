@@ -35,7 +35,7 @@ pub enum BasisError {
 /// The columns of a basis made orthogonal in the inner product `⟨x, y⟩_H = xᵀHy` \[diss. Algorithm 1, (4.47)\].
 ///
 /// Returns the orthogonal basis `u` and the orthonormal basis `e`; both span what the first columns span, for every number
-/// of columns. Method: modified Gram-Schmidt with every column projected twice, which keeps
+/// of columns. Method: modified Gram-Schmidt with two projections of every column, which limits
 /// `|⟨eᵢ, eⱼ⟩_H − δᵢⱼ|` within a few dozen ulp times the largest `Σ |eᵢ||H||eⱼ|` also for columns that are nearly
 /// dependent. `h`: n × n, symmetric; `basis`: n × r. Cost 2 n² r + 4 n r² flops.
 ///
@@ -77,7 +77,7 @@ pub fn gram_schmidt(h: &Mat<f64>, basis: &Mat<f64>) -> Result<(Mat<f64>, Mat<f64
         }
         let hu = times_symmetric(h, &u);
         let energy = dot(&u, &hu);
-        // Rounding of the products of this column, and what is left of the parts taken off it.
+        // Rounding of the products of this column, and the remainder of the parts subtracted from it.
         let rounding = 4.0 * f64::EPSILON * n as f64 * absolute_energy(h, &u);
         let removed: f64 = (0..k).map(|i| shares[(i, k)] * shares[(i, k)]).sum();
         if !(energy > rounding.max(1e-26 * removed)) {
@@ -146,14 +146,14 @@ fn combination(shares: &Mat<f64>, lengths: &[f64], k: usize) -> Vec<f64> {
 ///
 /// As many of the shafts `preferred` become coordinates as are independent, then others by number. Each basis comes with its
 /// reduced matrices (4.38), (4.39), and with Geršgorin's discs of inertia, damping and stiffness, `centre_i = ⟨M bᵢ, bᵢ⟩`,
-/// `radius_i = Σ_{j≠i} |⟨M bᵢ, bⱼ⟩|`, beside the true eigenvalues; see [`EigenvalueBounds`] for what they say (the bounds
-/// (4.43), (4.45), (4.46) one by one do not hold). Units are those of angles and torques.
+/// `radius_i = Σ_{j≠i} |⟨M bᵢ, bⱼ⟩|`, with the true eigenvalues; see [`EigenvalueBounds`] for their meaning (the bounds
+/// (4.43), (4.45), (4.46) one by one are not valid). Units are those of angles and torques.
 ///
 /// # Errors
 /// [`BasisError::InertiaNotDefinite`] if a motion that the constraints allow has no kinetic energy.
 ///
 /// # Panics
-/// If `preferred` names a shaft that does not exist, or one twice.
+/// If `preferred` names a shaft that does not exist, or a duplicate.
 pub fn bases(system: &ConstrainedSystem, preferred: &[usize]) -> Result<Vec<Basis>, BasisError> {
     let reduced = reduction(system, preferred);
     let n = system.coordinates.len();
@@ -220,7 +220,7 @@ fn orthogonality(gram: &Mat<f64>) -> f64 {
     worst
 }
 
-/// Geršgorin's discs of a symmetric matrix beside its eigenvalues; see [`EigenvalueBounds`].
+/// Geršgorin's discs of a symmetric matrix with its eigenvalues; see [`EigenvalueBounds`].
 ///
 /// Only the lower triangle is read for the eigenvalues.
 ///

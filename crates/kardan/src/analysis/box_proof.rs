@@ -18,7 +18,7 @@ pub struct PencilBox {
     pub slopes: Vec<[Matrix<Rational>; 3]>,
 }
 
-/// What [`prove_box`] found.
+/// The result of [`prove_box`].
 #[derive(Debug, Clone, PartialEq)]
 pub enum BoxProof {
     /// The columns are independent for every λ and every x in the box. A proof, rounding included.
@@ -34,7 +34,7 @@ pub enum BoxProof {
         cells: usize,
         /// Centre of the cell that could not be decided, 1/s, imaginary part not negative.
         at: Pole,
-        /// The parameter along which subdivision would have gone on; `None` for λ.
+        /// The parameter that the next subdivision would have divided; `None` for λ.
         parameter: Option<usize>,
     },
 }
@@ -42,18 +42,18 @@ pub enum BoxProof {
 /// Proves that `L(λ, x)` has independent columns for every complex λ and every x of the box.
 ///
 /// Never claims more than it has proven; a box that touches a loss is always [`BoxProof::Undecided`], which is reached
-/// once cells become too small, or after `budget` cells. `progress` is told from time to time which share of the
+/// once cells become too small, or after `budget` cells. `progress` receives from time to time the share of the
 /// cells (by volume) is done, from 0 to 1.
 ///
 /// Method: branch and bound over `|λ| ≤ ω` and, with `μ = 1/λ`, over `|μ| ≤ 1/ω`, each a square of which the half with
 /// `Im ≥ 0` suffices, times the box. The reversed polynomial is `diag(μ^aᵣ) L(1/μ, x) diag(μ^bⱼ)` with the degree bⱼ of each
 /// column and the least aᵣ without negative powers: for the matrix of a constrained system, `[H, Cᵀ; C, 0; Fᵀ, 0]` at
-/// `μ = 0`, so that inertias regular on the kernel of C leave nothing open at infinity. Rows and columns that do
+/// `μ = 0`, so that inertias regular on the kernel of C decide the case at infinity. Rows and columns that do
 /// not depend on λ and x are eliminated exactly before. In a cell `λ = c + ε, |ε| ≤ δ, x = y + wξ, |ξᵢ| ≤ 1`, for any R,
 /// `R L(λ, x) = I + Δ` with `|Δ| ≤ G = |R L(c, y) − I| + Σₚ δᵖ |R ∂ᵖL(c, y)/p!| + Σᵢ wᵢ Σₚ δᵖ |R ∂ᵖLᵢ(c)/p!|` entry by entry
 /// (p ≥ 1 in the first sum, p ≥ 0 in the second): no term is neglected, L is quadratic in λ and affine in x. A positive vector d
 /// with `G d < d` proves that the spectral radius of Δ is below one, hence `R L` regular. R is the left inverse of `L(c, y)` that
-/// is least sensitive to the uncertainties of the cell (weighted least squares); a cell that fails is divided along what
+/// is least sensitive to the uncertainties of the cell (weighted least squares); a cell that fails is divided in the direction that
 /// contributes most to the spectral radius of G.
 ///
 /// Cost per cell about `m³ + 4 m²n` complex flops for m × n matrices; the number of cells grows with the closeness of a loss,
@@ -208,7 +208,7 @@ struct Scaled {
     unit: f64,
 }
 
-/// Largest modulus of an entry; with [`LARGEST_INVERSE`] it keeps all products far from overflow.
+/// Largest modulus of an entry; with [`LARGEST_INVERSE`] all products are far from overflow.
 const LARGEST_ENTRY: f64 = 1.0e60;
 /// Largest modulus of an entry of R.
 const LARGEST_INVERSE: f64 = 1.0e60;
@@ -377,7 +377,7 @@ enum Verdict {
 /// # Rounding
 ///
 /// With `u = 2⁻⁵³`. Centres and half widths are dyadic numbers of at most 46 bits and `δ` is `√2` times a power of two, rounded
-/// up: cells cover the square and the box without gaps. R is what the memory holds; where it comes from plays no role.
+/// up: cells cover the square and the box without gaps. R is the stored matrix; its origin does not matter.
 ///
 /// Exactly, an entry of G is a sum of moduli of sums of products; by N roundings along any path from a coefficient to
 /// the result, the computed value differs from the exact one by at most `γ_N = N u/(1 − N u)` times the same expression
@@ -591,7 +591,7 @@ impl Cells {
                     column[i] -= self.spread[k * m + i] * x;
                 }
             }
-            // Twice: otherwise R L − I has the square of the condition.
+            // Two times: otherwise R L − I has the square of the condition.
             self.triangle[j * n..j * n + j].fill(zero);
             for _ in 0..2 {
                 for (k, q) in before.chunks_exact(m).enumerate() {
@@ -651,7 +651,7 @@ impl Cells {
         }
         for column in &self.columns {
             let at_column = column.column * n..(column.column + 1) * n;
-            // |R| A, kept in `bound` for the moment.
+            // |R| A, stored in `bound` temporarily.
             let bound = &mut self.bound[at_column.clone()];
             for k in column.terms.clone() {
                 let entry = self.entries[k];
@@ -777,7 +777,7 @@ impl Cells {
         true
     }
 
-    /// Along what to divide: the parameter that contributes most to the spectral radius, or λ.
+    /// The direction to divide: the parameter that contributes most to the spectral radius, or λ.
     fn direction(&mut self) -> Option<usize> {
         let n = self.n;
         self.contributions.fill(0.0);

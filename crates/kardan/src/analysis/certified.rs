@@ -2,7 +2,7 @@
 //!
 //! # The argument
 //!
-//! **Setting.** Rows of `[E, A, B]` and of `[C, D]` are multiplied by their common denominators, which changes no answer;
+//! **Setting.** Rows of `[E, A, B]` and of `[C, D]` are multiplied by their common denominators, which changes no result;
 //! all entries are whole now. `S(s) = [sE − A, −B; C, D]`, `χ = det(sE − A)`, `G = E⁻¹A`, n states. Primes that divide
 //! det E are left out. Results modulo a prime are certain: no step of the computations below rests on luck.
 //!
@@ -43,13 +43,13 @@
 //!                                   ≤ k deg b_k + Σ_{j>k} deg a_j ≤ k deg b_k + Σ_{j>k} deg b_j      (by U),
 //! ```
 //!
-//! so equality holds throughout: b_k divides a_j for all j ≤ k, and the sums of the degrees over j > k agree, for every
+//! so they are equal throughout: b_k divides a_j for all j ≤ k, and the sums of the degrees over j > k agree, for every
 //! k ≥ 2. Hence deg a_j = deg b_j and a_j = b_j for j ≥ 3; b_2 divides a_2 and by (U) with k = 1 has no smaller degree:
-//! a_2 = b_2; and a_1 = b_1 = χ divided by the others. With one factor nothing is to be done: (U) alone says it.
+//! a_2 = b_2; and a_1 = b_1 = χ divided by the others. With one factor (U) alone suffices.
 //!
-//! **6. What is not reached.** Exact rows Y with `Y A = M Y E`, `Y B = 0` (independent, as many as n minus the rank modulo a
-//! prime) and that rank show what is not reached: the invariant factors of `[sE − A, B]` are those of sI − M, found as in
-//! 1 to 5 (its characteristic polynomial divides χ, so 2 bounds it). The same for what is not seen, with the transposed
+//! **6. Uncontrollable part.** Exact rows Y with `Y A = M Y E`, `Y B = 0` (independent, as many as n minus the rank modulo a
+//! prime) and that rank show the uncontrollable part: the invariant factors of `[sE − A, B]` are those of sI − M, found as in
+//! 1 to 5 (its characteristic polynomial divides χ, so 2 bounds it). The same for the unobservable part, with the transposed
 //! system.
 //!
 //! **7. Square-free factors.** Polynomials q_i, whose product is square-free modulo a prime and hence over ℚ, with
@@ -69,8 +69,8 @@
 //! k = 0 is no longer known beforehand, so (L) is used for k = 1 too. Of the primes whose images the b_j were made from, those
 //! count for 4 modulo which the b_j are the factors found; the degrees are the same modulo all of them.
 //!
-//! **10. Wrong guesses.** What 5, 7 and 9 start from is the structure modulo most primes. If it cannot be confirmed, all is
-//! begun anew with other primes; after a few attempts it is left open.
+//! **10. Wrong guesses.** 5, 7 and 9 start from the structure modulo most primes. If it cannot be confirmed, the computation is
+//! repeated with other primes; after a few attempts it is left open.
 
 use std::sync::Arc;
 
@@ -92,14 +92,14 @@ use crate::results::Zeros;
 /// Most primes times states³ that are spent on one statement.
 const MOST_WORK: f64 = 1e13;
 
-/// How often a structure that cannot be confirmed is looked for anew.
+/// How often the search repeats for a structure that cannot be confirmed.
 const ATTEMPTS: usize = 4;
 
-/// What is proven.
+/// The proven facts.
 pub(super) struct Facts {
     /// The primes used.
     pub primes: Vec<u64>,
-    /// Invariant factors: of the system, of what no input reaches, of what no output shows.
+    /// Invariant factors: of the system, of its uncontrollable part, of its unobservable part.
     lists: [Vec<Polynomial>; 3],
     pieces: Vec<(Pattern, Polynomial)>,
     pub relative_degrees: Vec<Vec<Option<usize>>>,
@@ -110,7 +110,7 @@ pub(super) struct Facts {
     zero_count: usize,
     /// How each claim is proven.
     pub statements: Vec<String>,
-    /// What could not be proven about multiplicities and invariant factors, and why.
+    /// Unproven results on multiplicities and invariant factors, with reasons.
     pub open_spectrum: Vec<String>,
     /// The same about zeros.
     pub open_zeros: Vec<String>,
@@ -119,7 +119,7 @@ pub(super) struct Facts {
 }
 
 impl Facts {
-    /// Eigenvalues in words, if all about them is proven; long polynomials are known but not written out.
+    /// Eigenvalues as text, if all about them is proven; long polynomials are known but not written out.
     pub fn spectrum(&self) -> Option<SpectrumText> {
         let pieces = self.pieces.iter().map(|(pattern, p)| (pattern, Some(p), p.degree()));
         self.open_spectrum.is_empty().then(|| SpectrumText {
@@ -129,7 +129,7 @@ impl Facts {
         })
     }
 
-    /// Zeros in words, if they are proven.
+    /// Zeros as text, if they are proven.
     pub fn zeros(&self) -> Option<Zeros> {
         let zeros = self.zeros.as_ref().filter(|p| p.degree() <= MOST_EXPANDED);
         self.open_zeros.is_empty().then(|| zeros::described(self.rank, self.states, self.zero_count, zeros))
@@ -254,11 +254,11 @@ fn bits(prime: u64) -> u64 {
     u64::from(63 - prime.leading_zeros())
 }
 
-/// Proves everything about a system. `actions` are M of [`structure`](super::structure)'s exact rows for what no input
-/// reaches and no output shows; the primes must differ from each other.
+/// Proves all facts about a system. `actions` are M of [`structure`](super::structure)'s exact rows for the uncontrollable and
+/// the unobservable part; the primes must differ from each other.
 ///
 /// # Errors
-/// Why nothing but the ranks can be proven.
+/// Why only the ranks can be proven.
 pub(super) fn prove(
     system: &LinearSystem,
     actions: [Option<&Matrix<Rational>>; 2],
@@ -275,7 +275,7 @@ pub(super) fn prove(
     attempt(&system, actions, primes, progress)
 }
 
-/// What was found modulo many primes.
+/// The results modulo many primes.
 #[derive(Default)]
 struct Gathered {
     primes: Vec<u64>,
@@ -305,7 +305,7 @@ impl Gathered {
         let mut out = Self { characteristic, determinant, ..Self::default() };
         loop {
             let full = out.is_regular(system);
-            // Whole multiples are not at hand for zeros, fractions need twice the bits.
+            // There are no whole multiples for zeros; fractions need double the bits.
             let for_zeros = match largest(&out.zeros) {
                 Some(group) if !full && !group.key.1.is_empty() => 2 * (for_minors + n as u64) + 2,
                 _ => for_minors,
@@ -377,7 +377,7 @@ fn attempt(
     let group = largest(&gathered.spectra).expect("there is a prime that does not divide det E");
     facts.take_spectrum(group, &gathered.characteristic.integers());
     if facts.unlucky {
-        facts.open_zeros.push("not looked for".into());
+        facts.open_zeros.push("not searched".into());
         return Ok(facts);
     }
     let pencils = [Some(without_ports(system)), actions[0].map(pencil_of), actions[1].map(pencil_of)];
@@ -459,7 +459,7 @@ impl Facts {
         primes: &mut dyn FnMut() -> u64,
         progress: &dyn Fn(f64),
     ) {
-        let what = ["invariant factors", "what no input reaches", "what no output shows"][number];
+        let what = ["invariant factors", "uncontrollable part", "unobservable part"][number];
         let list = self.lists[number].clone();
         if list.len() == 1 {
             return self.record(&format!("{what}: one invariant factor, its degree does not drop modulo a prime"));
@@ -491,9 +491,7 @@ impl Facts {
         self.zero_count = degrees.iter().sum();
         if *rank < self.rank {
             self.unlucky = true;
-            return self
-                .open_zeros
-                .push("invariant zeros: the normal rank was the largest one modulo few primes only".into());
+            return self.open_zeros.push("invariant zeros: only few primes gave the largest normal rank".into());
         }
         if degrees.is_empty() {
             self.zeros = Some(Polynomial::new(vec![Rational::ONE]));
@@ -539,7 +537,7 @@ impl Facts {
         let more = needed.saturating_sub(have);
         let work = (more / 60) as f64 * powi(states as f64, 3);
         if work > MOST_WORK {
-            return Err(format!("a proof takes {} primes, which is not attempted", needed / 60 + 1));
+            return Err(format!("a proof needs {} primes and is not attempted", needed / 60 + 1));
         }
         let (mut found, mut failed) = (0, 0);
         while found < more {
@@ -551,14 +549,14 @@ impl Facts {
             }
             if failed > needed + 600 {
                 self.unlucky = true;
-                return Err("the structure is another one modulo many primes".into());
+                return Err("the structure differs modulo many primes".into());
             }
         }
         Ok(needed.div_ceil(60).max(1))
     }
 }
 
-/// `modulo … primes with a product above`, in words.
+/// `modulo … primes with a product above`, as text.
 fn modulo(primes: u64) -> String {
     match primes {
         1 => "modulo one prime above".into(),
@@ -646,7 +644,7 @@ fn squares(matrix: &Matrix<Rational>, row: usize) -> UBig {
     matrix.row(row).iter().map(square).fold(UBig::ZERO, |sum, x| sum + x)
 }
 
-/// Twice log₂ of a norm given its square, rounded up.
+/// Two times log₂ of a norm given its square, rounded up.
 fn half_bits(square: &UBig) -> u64 {
     square.bit_len() as u64
 }
@@ -738,7 +736,7 @@ mod tests {
         }
     }
 
-    /// With primes so small that eigenvalues meet, minors and det E vanish by chance, the answers are the same.
+    /// With primes so small that eigenvalues meet, minors and det E vanish by chance, the results are the same.
     #[test]
     fn small_primes_prove_the_same() {
         let mut random = Random::new(8);
@@ -779,13 +777,13 @@ mod tests {
         assert_eq!(facts.pieces.len(), 2);
         assert_eq!(facts.relative_degrees, [[Some(3)]]);
         assert_eq!((facts.rank, facts.zero_count), (4, 0));
-        // Modulo each bad prime alone the system looks different.
+        // Modulo each bad prime alone the system has another structure.
         let image = Evidence::of(&whole(&system), [None, None], 101).unwrap();
         assert_eq!((image.spectrum.lists[0].len(), image.relative_degrees), (2, vec![vec![None]]));
         assert_eq!(image.zeros.rank, 3);
     }
 
-    /// What takes too long is said and not claimed; so is a structure that does not come again.
+    /// A proof that takes too long is reported as not attempted; a structure that does not repeat is not claimed.
     #[test]
     fn impossible_proofs_are_refused() {
         let system = LinearSystem::state_space(integers(&[&[1]]), integers(&[&[1]]), integers(&[&[1]]));
@@ -793,7 +791,7 @@ mod tests {
         let refused = facts.repeat(1 << 50, 0, 1000, &mut descending(), &|_| (), |_| Some(()));
         assert!(refused.unwrap_err().contains("not attempted"));
         let other = facts.repeat(1000, 0, 1, &mut descending(), &|_| (), |_| None);
-        assert!(other.unwrap_err().contains("another one"));
+        assert!(other.unwrap_err().contains("differs"));
     }
 
     /// The bounds bound: det(s − A) of a matrix with the largest possible determinant (Hadamard), and its nullities.

@@ -13,7 +13,7 @@ use crate::units::Exact;
 /// Whether a model is a constant linear constrained mechanical system \[diss. Definition 4.4\], which element breaks which
 /// assumption, the class of every constraint \[diss. Tables 4.1, 4.2\], and where it is linearised.
 ///
-/// `position` is the reduced position in rad; elements in `stuck` hold by their Coulomb friction.
+/// `position` is the reduced position in rad; elements in `stuck` stick by their Coulomb friction.
 ///
 /// # Panics
 /// If `position` has not one entry per coordinate.
@@ -74,7 +74,7 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
         .collect();
     if !open.is_empty() {
         let open = open.into_iter().map(|(element, why)| (element.to_string(), why)).collect();
-        assumptions.push(assumption("no constraint comes and goes (source, Table 4.2)", open));
+        assumptions.push(assumption("no constraint is unilateral or switched (source, Table 4.2)", open));
     }
     let bent = (0..equations.laws.len()).filter(|law| !is_linear_law(reduced, *law)).map(|law| &equations.laws[law]);
     let bent: Vec<_> = bent.map(|law| (law.element.clone(), describe_law(&law.value))).collect();
@@ -148,27 +148,28 @@ fn constraints(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<ConstraintCla
     linear.chain(redundant).chain(curves).chain(sticking).chain(unilaterals).collect()
 }
 
-/// What an analysis makes of what holds one way or at times.
+/// How an analysis treats a unilateral or switched constraint.
 fn describe_contact_state(contact: Option<&Contact>) -> &'static str {
     match contact {
         Some(one) if one.soft && one.is_passed() => {
-            "it holds one way; here it is pressed, and its stiffness and damping count as long as it stays so"
+            "it is unilateral; here it is in contact, and its stiffness and damping count as long as it stays so"
         }
-        Some(one) if one.is_touched() => "it holds one way; here it is touched and looked at as if it were open",
-        _ => "it holds one way or at times; here it is open",
+        Some(one) if one.is_touched() => "it is unilateral; here it is touched and treated as open",
+        _ => "it is unilateral or switched; here it is open",
     }
 }
 
-/// The class of what holds one way or at times; nothing of a torque that only presses or slips.
+/// The class of a unilateral or switched constraint; `None` for a pure friction or contact torque.
 fn unilateral_class(
     unilateral: &DirectionalTerm<UnilateralConstraint>,
     shafts: &[String],
     stuck: bool,
 ) -> Option<ConstraintClass> {
     let row = |mark: &str| format_row(&unilateral.row, shafts, mark);
-    let open = format!("the linear analysis takes it as open; with `stuck = [\"{}\"]` it holds", unilateral.element);
+    let open =
+        format!("the linear analysis treats it as open; with `stuck = [\"{}\"]` it is enforced", unilateral.element);
     let (equation, equality, holonomic, scleronomic) = match &unilateral.value {
-        _ if stuck => (format!("{} = 0 while it holds", row("'")), true, true, true),
+        _ if stuck => (format!("{} = 0 while it is enforced", row("'")), true, true, true),
         UnilateralConstraint::Friction { .. }
         | UnilateralConstraint::Cushion { .. }
         | UnilateralConstraint::GearLoss(_) => return None,
@@ -191,9 +192,9 @@ fn unilateral_class(
     })
 }
 
-/// What a constraint that a run keeps breaks of (4.31) of the source, if anything.
+/// Which part of (4.31) of the source a constraint enforced by a multiplier violates, if any.
 fn multiplier_breach(class: &ConstraintClass, value_at_zero: Option<&Rational>) -> Option<String> {
-    let scope_note = "what follows is about small motions around the operating point, with its row as it is there";
+    let scope_note = "the analysis describes small motions around the operating point, with its row evaluated there";
     match class {
         ConstraintClass { linear: false, .. } => {
             Some(format!("it is not linear with constant coefficients: {scope_note}"))
@@ -205,7 +206,7 @@ fn multiplier_breach(class: &ConstraintClass, value_at_zero: Option<&Rational>) 
     }
 }
 
-/// The classes of constraints that a run keeps with their multipliers, how they were decided, and what each breaks of (4.31) of the source.
+/// The classes of constraints that a simulation enforces by multipliers, how they were decided, and which part of (4.31) of the source each violates.
 pub fn multiplier_constraint_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>)> {
     let again = &reduced.equations.dependent_constraints;
     if again.is_empty() {
@@ -254,7 +255,8 @@ fn multiplier_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>
             let breach = multiplier_breach(&class, origin.as_ref());
             (class, breach)
         };
-        let multiplier = "no theorem of the source solves it; a run keeps it with its multiplier (source, eq. 4.18)";
+        let multiplier =
+            "no theorem of the source solves it; a simulation enforces it with its multiplier (source, eq. 4.18)";
         let prescribed = |row: String, function: String, why: &str| {
             (format!("{row} = {function}"), Some(true), false, format!("constant coefficients: {why}; {multiplier}"))
         };
@@ -262,8 +264,8 @@ fn multiplier_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>
             MultiplierLaw::Surface(formula) => {
                 let slopes = if linear { "are constant" } else { "depend on positions" };
                 let reason = format!(
-                    "it has no speeds, so it is holonomic; its exact derivatives {slopes}; of the form (4.5), with the row of (4.6), but not solved for a \
-                     coordinate: a run keeps it with its multiplier (source, eq. 4.18)"
+                    "it has no speeds, so it is holonomic; its exact derivatives {slopes}; of the form (4.5), with the row of (4.6), but \
+                     not solved for a coordinate: a simulation enforces it with its multiplier (source, eq. 4.18)"
                 );
                 (format!("{} = 0", formula.expression.text()), Some(true), !of_time, reason)
             }
@@ -278,20 +280,19 @@ fn multiplier_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>
                     return found(equation, holonomic, !of_time, why);
                 }
                 let moves =
-                    if of_time { "; its coefficients depend on the time, by what is prescribed beside it" } else { "" };
+                    if of_time { "; its coefficients depend on the time through other prescribed motions" } else { "" };
                 (equation, holonomic, !of_time, format!("{why}{moves}; {multiplier}"))
             }
             MultiplierLaw::Position(row, function) => {
-                let why =
-                    "a kinematic excitation (source, sec. 4.1.1) behind a curve that is followed from its other end";
+                let why = "a kinematic excitation (source, sec. 4.1.1) that drives a curve from its output side";
                 prescribed(numbers(row, ""), function.text(), why)
             }
             MultiplierLaw::Speed(row, function) => {
-                let why = "the integral by the time is a relation of positions";
+                let why = "its integral over time is a relation between positions";
                 prescribed(numbers(row, "'"), function.text(), why)
             }
             MultiplierLaw::Acceleration(row, function) => {
-                let why = "two integrals by the time are a relation of positions";
+                let why = "its second integral over time is a relation between positions";
                 prescribed(numbers(row, "''"), function.text(), why)
             }
         };
@@ -300,44 +301,45 @@ fn multiplier_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>
     equations.multiplier_constraints.iter().enumerate().map(one).collect()
 }
 
-/// Of a longer law the beginning is told.
+/// Longer expressions are truncated.
 const MOST_OF_LAW: usize = 160;
 
-/// Whether a row of speeds is a relation of positions, if that is decided, and how.
+/// Whether a row of speeds is a relation between positions, if that is decided, and how.
 fn judged(test: &Integrable, linear: bool, together: &str) -> (Option<bool>, String) {
     match test {
         Integrable::No(point) => {
             let why = format!(
-                "Frobenius' test is not zero, exactly, at the generic point {point}: no relation of positions says the same"
+                "Frobenius' test is not zero, exactly, at the generic point {point}: no relation between positions is equivalent to it"
             );
             (Some(false), why + together)
         }
         _ if linear => {
-            let why = "its coefficients are constant, beside the other constraints: it is the rate of a linear relation of positions; \
-                       the matrices are those of Theorem 4.1; a run keeps it with its multiplier (source, eq. 4.18)";
+            let why = "its coefficients are constant, given the other constraints: it is the rate of a linear relation \
+                       between positions; the matrices are those of Theorem 4.1; a simulation enforces it with its \
+                       multiplier (source, eq. 4.18)";
             (Some(true), why.into())
         }
         Integrable::Closed => {
-            let why = "the derivatives of its coefficients are equal crosswise, exactly: it is the rate of a relation of positions";
+            let why = "the cross derivatives of its coefficients are equal, exactly: it is the rate of a relation between positions";
             (Some(true), why.to_string() + together)
         }
         Integrable::AtAllPoints(points, accident) => {
             let why = format!(
-                "Frobenius' test is zero at {points} points drawn modulo primes that were drawn: it is a relation of positions; wrong with a \
-                 probability below {accident:.0e}"
+                "Frobenius' test is zero at {points} random points modulo random primes: it is a relation between \
+                 positions; wrong with a probability below {accident:.0e}"
             );
             (Some(true), why + together)
         }
         Integrable::NotDecided(why) => (
             None,
             format!(
-                "it is not decided whether a relation of positions says the same: no integrating factor was found, and {why}"
+                "it is not decided whether a relation between positions is equivalent to it: no integrating factor was found, and {why}"
             ),
         ),
     }
 }
 
-/// What several rows say together: how many relations of positions there are in them, and those that are simple.
+/// What several rows imply together: how many relations between positions, and the simple ones.
 fn together(reduced: &Reduced, tests: &Integrals, motion: &Motion) -> String {
     let multiplier_constraints = &reduced.equations.multiplier_constraints;
     let Some(relations) = tests.relations.filter(|_| multiplier_constraints.len() > 1) else { return String::new() };
@@ -346,7 +348,7 @@ fn together(reduced: &Reduced, tests: &Integrals, motion: &Motion) -> String {
     let sum = |(factors, row): &(Vec<Rational>, Vec<(usize, Rational)>)| {
         let factors = factors.iter().cloned().enumerate().filter(|(_, factor)| !factor.is_zero());
         let factors: Vec<(usize, Rational)> = factors.collect();
-        format!("{} says {} = 0", format_row(&factors, &elements, ""), format_row(row, &names, "'"))
+        format!("{} gives {} = 0", format_row(&factors, &elements, ""), format_row(row, &names, "'"))
     };
     let sums: Vec<String> = tests.sums.iter().map(sum).collect();
     let sums = if sums.is_empty() { String::new() } else { format!(" ({})", sums.join("; ")) };
@@ -356,10 +358,10 @@ fn together(reduced: &Reduced, tests: &Integrals, motion: &Motion) -> String {
         1 => "one relation".to_string(),
         more => format!("{more} independent relations"),
     };
-    format!("; of all {} rows together follows {some} of positions{of_time}{sums}", multiplier_constraints.len())
+    format!("; all {} rows together imply {some} between positions{of_time}{sums}", multiplier_constraints.len())
 }
 
-/// What a law of torque is.
+/// Text of a torque expression.
 fn describe_law(law: &Formula) -> String {
     let text: String = match law.expression.text() {
         long if long.chars().count() > MOST_OF_LAW => long.chars().take(MOST_OF_LAW).chain(" ...".chars()).collect(),
@@ -367,11 +369,11 @@ fn describe_law(law: &Formula) -> String {
     };
     let of_time = if law.is_of_time() { ", and depends on the time" } else { "" };
     format!(
-        "its torque {text} is a law of its own{of_time}: the analysis is about small motions around the operating point"
+        "its torque is the expression {text}{of_time}: the analysis describes small motions around the operating point"
     )
 }
 
-/// Where it is looked at: angles (rad) and which frictions hold.
+/// The operating point: angles (rad) and which frictions stick.
 fn operating_point(equations: &Equations, angles: &[f64], stuck: &BTreeSet<String>) -> OperatingPoint {
     OperatingPoint {
         angles: (0..equations.coordinates.len())
@@ -392,8 +394,8 @@ fn operating_point(equations: &Equations, angles: &[f64], stuck: &BTreeSet<Strin
 }
 
 fn assumption(statement: &str, breaches: Vec<(String, String)>) -> Assumption {
-    let breaches: Vec<Breach> = breaches.into_iter().map(|(element, why)| Breach { element, why }).collect();
-    Assumption { statement: statement.into(), satisfied: breaches.is_empty(), breaches }
+    let breaches: Vec<Breach> = breaches.into_iter().map(|(element, why)| Breach { element, reason: why }).collect();
+    Assumption { statement: statement.into(), satisfied: breaches.is_empty(), violations: breaches }
 }
 
 /// Shafts that keep the inertia matrix of all shafts from being definite.
@@ -435,7 +437,7 @@ fn lossy(equations: &Equations) -> Vec<(String, String)> {
     let teeth =
         equations.unilaterals.iter().filter(|unilateral| matches!(unilateral.value, UnilateralConstraint::GearLoss(_)));
     out.extend(teeth.map(|unilateral| {
-        let why = "its teeth lose a part of what they carry, which is not linear; here they lose nothing";
+        let why = "its load-dependent gear friction is not linear; the analysis neglects it";
         (unilateral.element.clone(), why.to_string())
     }));
     let mut negative = equations.dampers.iter().filter(|d| d.value.signum() < 0).peekable();

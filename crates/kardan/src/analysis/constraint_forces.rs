@@ -7,7 +7,7 @@ use super::{BasisError, ConstrainedSystem, reduction, sum_of_terms};
 use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness};
 use crate::results::{ConstraintForces, NamedMatrix};
 
-/// Up to this number of shafts everything is computed over the rationals.
+/// Up to this number of shafts all is computed over the rationals.
 const EXACT_UP_TO: usize = 24;
 
 /// The projector of the constraint forces \[diss. Theorem 4.5\]: `τ_c = −P (Fτ − Dq̇ − Sq)`.

@@ -142,7 +142,7 @@ impl Plan<'_> {
         reachable(&self.image.field, &self.image.g, &self.columns()).span.dimension()
     }
 
-    /// Invariant factors of what is not reached.
+    /// Invariant factors of the uncontrollable part.
     fn missed(&self) -> Vec<Vec<Residue>> {
         let (field, g) = (&self.image.field, &self.image.g);
         spectrum::quotient_factors(field, g, &reachable(field, g, &self.columns()).span)
@@ -174,7 +174,7 @@ impl Plan<'_> {
             if best.as_ref().is_none_or(|best| found.0 < best.0) {
                 best = Some(found);
             }
-            // A vector generates at most what the largest invariant factor says.
+            // A vector generates at most the degree of the largest invariant factor.
             if best.as_ref().is_some_and(|best| best.0 + most <= size(missed)) {
                 break;
             }

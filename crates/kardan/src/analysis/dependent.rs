@@ -1,11 +1,11 @@
-//! Kept rows that say at every position what other constraints say.
+//! Multiplier constraints that follow from other constraints at every position.
 
 use super::integrable::{drawn_field, drawn_values};
 use crate::equations::MultiplierLaw;
 use crate::num::{ModularMatrix, PrimeField, Random, Residue};
 use crate::reduce::{Motion, Reduced};
 
-/// A kept row that follows from other constraints at every position.
+/// A multiplier constraint that follows from other constraints at every position.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Dependent {
     /// Its number.
@@ -17,8 +17,8 @@ pub struct Dependent {
 /// Points that are drawn.
 const POINTS: usize = 3;
 
-/// The first kept row of speeds or positions that is at every position a combination of those before it and of the linear constraints: so it is at
-/// points drawn modulo a prime that is drawn, where it would be by an accident alone.
+/// The first multiplier constraint on speeds or positions that is at every position a combination of those before it and of the linear constraints: so it is at
+/// random points modulo a random prime, where otherwise only an accident would make it so.
 pub fn dependent_row(reduced: &Reduced) -> Option<Dependent> {
     let multiplier_constraints = &reduced.equations.multiplier_constraints;
     let is_of_positions =
@@ -84,7 +84,7 @@ fn at_point(
     Some((dependent, shares))
 }
 
-/// The elements whose rows a kept row is a combination of, over all coordinates.
+/// The elements whose rows a multiplier constraint is a combination of, over all coordinates.
 fn shares(
     reduced: &Reduced,
     field: &PrimeField,
@@ -108,7 +108,7 @@ fn shares(
         all.push(whole(k));
     }
     all.push(whole(row));
-    // Factors of the rows that leave nothing, the last one among them.
+    // Factors with which the rows sum up to zero, the last one included.
     let columns = ModularMatrix::from_fn(n, all.len(), |i, k| all[k][i]);
     let kernel = columns.null_space(field);
     let own = (0..kernel.rows).map(|k| kernel.row(k)).find(|factors| factors[all.len() - 1] != 0)?;

@@ -1,4 +1,4 @@
-//! Which faults outputs can tell at all, and from which others.
+//! Which faults outputs can detect, and which they can isolate from each other.
 
 use super::LinearSystem;
 use super::parity::{Fault, choices, subsets};
@@ -15,7 +15,7 @@ const MOST_SETS: usize = 4096;
 pub struct Transfer {
     /// At more whole numbers than a minor has zeros: the largest rank is that over the rational functions.
     exact: Vec<Matrix<Rational>>,
-    /// At a random number modulo a random prime, twice.
+    /// At a random number modulo a random prime, two times.
     modular: Vec<(PrimeField, ModularMatrix)>,
     outputs: usize,
 }
@@ -87,11 +87,11 @@ impl Transfer {
         self.rank(outputs, &columns) > base_rank
     }
 
-    /// Faults that these outputs show, in groups: those of one group cannot be told from each other, those of two can. The last list
+    /// Faults that these outputs show, in groups: those of one group cannot be isolated from each other, those of different groups can. The last list
     /// has those that are not shown.
     ///
-    /// Two faults that are shown are told apart if one is shown while the other may be anything; that is mutual, and of three faults, if
-    /// the first is not told from the second and the second not from the third, the first is not told from the third.
+    /// Two faults that are shown can be isolated if one is shown for any course of the other; that is mutual, and of three faults, if
+    /// the first cannot be isolated from the second and the second not from the third, the first cannot be isolated from the third.
     pub fn groups(&self, outputs: &[usize], faults: &[Fault], unknown: &[usize]) -> (Vec<Vec<usize>>, Vec<usize>) {
         let mut columns: Vec<Fault> = unknown.iter().map(|&j| Fault::Input(j)).collect();
         let base = self.rank(outputs, &columns);
@@ -133,11 +133,11 @@ fn modulo(system: &LinearSystem, prime: u64, point: u64) -> Option<(PrimeField, 
     Some((field, found))
 }
 
-/// Whether a fault that stays at one value goes on being shown: no initial state and no course of the unknown inputs gives the same
+/// Whether a constant fault remains visible: no initial state and no time function of the unknown inputs gives the same
 /// readings from some time on. Exact; `None` for more states than [`MOST_EXACT`].
 ///
-/// Method: the largest space of states, with the fault as one of them, that some course keeps the outputs at zero in (the recursion of
-/// Wonham and Morse, for `E ẋ = A x + B u`); the fault goes unseen if it moves in it.
+/// Method: the largest space of states, with the fault as one of them, in which some inputs keep the outputs at zero (the recursion of
+/// Wonham and Morse, for `E ẋ = A x + B u`); the fault is not detected if it moves in it.
 pub fn constant_is_detectable(system: &LinearSystem, fault: Fault, unknown: &[usize]) -> Option<bool> {
     let (n, p, m) = (system.states.len(), system.outputs.len(), unknown.len());
     if n > MOST_EXACT {
@@ -187,14 +187,14 @@ pub fn constant_is_detectable(system: &LinearSystem, fault: Fault, unknown: &[us
     }
 }
 
-/// What a set of sensors is to achieve.
+/// The requirement on a set of sensors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Goal {
-    /// It shows a fault of an input.
+    /// It detects a fault of an input.
     Shows(usize),
-    /// It shows the faults of all inputs that may fail, and of its own sensors.
+    /// It detects the faults of all inputs that may fail, and of its own sensors.
     ShowsAll,
-    /// It also tells each of them from the others.
+    /// It also isolates each of them from the others.
     Isolates,
 }
 
@@ -237,8 +237,8 @@ pub fn smallest_sets(transfer: &Transfer, goal: Goal, failing: &[usize], unknown
 mod tests {
     use super::*;
 
-    /// A double integrator with its position read: a fault of the sensor that stays looks like another position, one of the input does not;
-    /// with the input unknown nothing is told.
+    /// A double integrator with its position read: a constant fault of the sensor has the same effect as another position, one of the input does not;
+    /// with the input unknown no fault is detected.
     #[test]
     fn a_position_alone() {
         let matrix = |rows: &[&[i64]]| Matrix::from_fn(rows.len(), rows[0].len(), |i, j| Rational::from(rows[i][j]));
@@ -252,7 +252,7 @@ mod tests {
         assert_eq!(constant_is_detectable(&alone, Fault::Output(0), &[]), Some(false));
         assert_eq!(constant_is_detectable(&alone, Fault::Input(0), &[]), Some(true));
         assert_eq!(transfer.groups(&[0], &[Fault::Output(0), Fault::Input(0)], &[]), (vec![vec![0, 1]], vec![]));
-        // Position and velocity: p' − v tells the sensors from the input, not from each other; v' − u tells them.
+        // Position and velocity: p' − v isolates the sensors from the input, not from each other; v' − u isolates these.
         let transfer = Transfer::new(&system).unwrap();
         let faults = [Fault::Output(0), Fault::Output(1), Fault::Input(0)];
         assert_eq!(transfer.groups(&[0, 1], &faults, &[]).0.len(), 3);

@@ -5,7 +5,7 @@ use super::{ConstrainedSystem, LinearSystem};
 use crate::num::{Matrix, Rational, null_vectors, rational_to_f64};
 use crate::results::{Complex, FailingMode, Mode, NamedShare, Pole, Structure, Undecided};
 
-/// A system before reduction, with its basis: what is needed to name shafts and elements.
+/// A system before reduction, with its basis: the data to name shafts and elements.
 #[derive(Debug, Clone, Copy)]
 pub struct Mechanics<'a> {
     /// The terms.
@@ -16,10 +16,10 @@ pub struct Mechanics<'a> {
 
 /// Which shafts and elements take part in the modes that inputs do not reach or outputs do not show.
 ///
-/// Which eigenvalues fail and how often is taken from the exact factors; floating point only shapes the motion: the null
+/// The exact factors determine which eigenvalues fail and how often; floating point determines the motion only: the null
 /// vectors v of `[λ²H + λD + S; Fᵀ]` (of `[…; C]`), since the matrices are symmetric \[diss. (5.15), corrected\]. Shares are
 /// relative to the largest, independent of the basis chosen in the null space. Without mechanics the states are named.
-/// Also sets `factor`, `controllable` and `observable` of modes that have no `factor` yet. Of what is not decided nothing is
+/// Also sets `factor`, `controllable` and `observable` of modes that have no `factor` yet. What is not decided is not
 /// listed.
 pub fn failing_modes(
     structure: &mut Structure,

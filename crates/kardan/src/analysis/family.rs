@@ -44,8 +44,8 @@ pub type Pencil = [Matrix<Rational>; 3];
 ///
 /// `[λ²H + λD + S, Cᵀ; C, 0; Fᵀ, 0]`, or with the rows of the outputs in place of Fᵀ.
 ///
-/// A null vector holds the motion of the shafts and the negative multipliers \[diss. (5.15) corrected, (4.36)\]. Before
-/// reduction every entry is affine in inertias, dampings, stiffnesses and ratios, which is why nothing is reduced here.
+/// A null vector contains the motion of the shafts and the negative multipliers \[diss. (5.15) corrected, (4.36)\]. Before
+/// reduction every entry is affine in inertias, dampings, stiffnesses and ratios, so no reduction is applied here.
 ///
 /// # Panics
 /// If an output names a shaft that is not there.
@@ -107,7 +107,7 @@ pub fn uncontrollability_pencil(system: &ConstrainedSystem, side: Side, outputs:
                 let of_element = (0..c).filter(|&i| system.constraints[i].element == *element);
                 of_element.for_each(|i| pencil[0][(row, n + i)] = rows[(i, shaft(name))].clone());
             }
-            // Of a signal the mechanism tells nothing.
+            // The mechanism does not determine a signal.
             Measured::Signal(_) => {}
         }
     }

@@ -1,8 +1,8 @@
-//! Functions along a generic motion that no algebraic relation describes, and those with several pieces.
+//! Functions along a generic motion that satisfy no algebraic relation, and those with several pieces.
 //!
-//! Of a function that is given by a differential equation, as e^u by `E′ = E u′`, any solution is taken: where it begins is drawn, the same for the
-//! same argument. A root is one modulo the prime, of either sign. Of a table one piece is taken, as if u were on it. What vanishes for all of these
-//! vanishes for the function itself; what does not may do so all the same (`GenericTrajectory::loose`). What bends is no part of rows.
+//! A function that is given by a differential equation, such as e^u by `E′ = E u′`, is replaced by any solution: its initial value is random, the same for the
+//! same argument. A root is one modulo the prime, of either sign. A table is replaced by one of its pieces, as if u were on it. An expression that vanishes for all of these
+//! vanishes for the function itself; the converse is not certain (`GenericTrajectory::loose`). Non-smooth functions are no part of rows.
 
 use kardan_rt::Operator;
 
@@ -23,21 +23,21 @@ impl GenericTrajectory {
         (value.min(complement), value <= complement)
     }
 
-    /// Where a function begins; an odd one at the opposite for the opposite argument.
+    /// Initial value of a function; of an odd one the opposite for the opposite argument.
     fn begin(&self, what: &str, argument: Residue) -> Residue {
         let (size, positive) = self.size(argument);
         let start = self.field.0.element(self.drawn(what, size));
         if positive { start } else { self.field.0.negate(start) }
     }
 
-    /// What has these derivatives, from a start on.
+    /// The series with these derivatives and this initial value.
     fn integral(&self, start: Residue, rate: &[Residue]) -> Series {
         let field = &self.field.0;
         let over = |n: usize| field.inverse(field.element(n as u64 + 1));
         std::iter::once(start).chain(rate.iter().enumerate().map(|(n, x)| field.times(*x, over(n)))).collect()
     }
 
-    /// What grows by a rate that depends on it, from a start on.
+    /// The solution of a differential equation with this initial value.
     fn grown(&self, start: Residue, terms: usize, rate: impl Fn(&[Residue]) -> Series) -> Series {
         let mut out = vec![start];
         while out.len() < terms {
@@ -46,7 +46,7 @@ impl GenericTrajectory {
         out
     }
 
-    /// Sine and cosine of what is no sum of coordinates.
+    /// Sine and cosine of an argument that is no sum of coordinates.
     pub(super) fn any_turn(&mut self, angle: &[Residue]) -> [Option<Value>; 2] {
         self.loose = true;
         if angle.is_empty() {
@@ -60,7 +60,7 @@ impl GenericTrajectory {
     /// A function of one or two numbers.
     pub(super) fn function(&mut self, operator: Operator, x: &[&Value]) -> Option<Value> {
         self.loose = true;
-        // Nothing is known of speeds before the motion is.
+        // Speeds are unknown before the motion is.
         if x.iter().any(|x| x.series.is_empty()) {
             return None;
         }

@@ -2,9 +2,9 @@
 //!
 //! A coordinate, its sine and its cosine are three numbers there, of which the two last are (1 − u²)/(1 + u²) and 2u/(1 + u²) with a
 //! u of the point, and go on by their differential equations. As the functions q, sin q and cos q satisfy no other algebraic relation, what
-//! does not vanish at one such point, modulo one prime, does not vanish identically. The same holds of sin αq beside sin q with an α that is
-//! no fraction. Of other functions (`generic_functions`) any solution of their differential equation is taken: what vanishes for any vanishes for
-//! them, what does not says nothing.
+//! does not vanish at one such point, modulo one prime, does not vanish identically. The same is true of sin αq and sin q with an α that is
+//! no fraction. Of other functions (`generic_functions`) any solution of their differential equation is taken: a zero for any solution is a zero for
+//! them, other values decide nothing.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -71,17 +71,17 @@ struct Base {
     unit: Rational,
 }
 
-/// Where a motion begins.
+/// The initial point of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Point {
-    /// At small fractions, which can be told.
+    /// At small fractions, which a message can show.
     Display(i64),
     /// At numbers drawn with this seed.
     Drawn(u64),
 }
 
 impl Point {
-    /// What else is drawn there.
+    /// The other random numbers there.
     pub fn random(self, what: &str) -> Random {
         match self {
             Self::Display(number) => Random::named(number.cast_unsigned(), what),
@@ -100,7 +100,7 @@ pub(super) struct GenericTrajectory {
     pub used_bases: BTreeSet<usize>,
     /// Whether an angle was met that needs smaller parts.
     pub subdivided: bool,
-    /// Whether a function was met of which any solution of its differential equation was taken, or one of several sides.
+    /// Whether the motion contains a function that any solution of its differential equation replaces, or one of several sides.
     pub loose: bool,
     /// Between how many sides was chosen, by where.
     pub sides: BTreeMap<u64, usize>,
@@ -120,13 +120,13 @@ impl Value {
     }
 }
 
-/// The tangent of half of an angle at a point that can be told: no two are the same.
+/// The tangent of half of an angle at a point that a message can show: no two are the same.
 fn half_tangent(point: i64, base: usize) -> Rational {
     let k = base as i64;
     Rational::from(2 + 3 * k + 7 * point) / Rational::from(3 + 5 * k + 4 * point)
 }
 
-/// A coordinate itself at a point that can be told, a number of its own beside its sine and cosine.
+/// A coordinate itself at a point that a message can show, a number independent of its sine and cosine.
 pub(super) fn value_at_point(point: i64, coordinate: usize) -> Rational {
     Rational::from(5 + 4 * coordinate as i64 + 3 * point) / Rational::from(7 + 2 * coordinate as i64)
 }
@@ -157,13 +157,13 @@ impl GenericTrajectory {
         self.motion[0].len()
     }
 
-    /// The same point with the smaller parts of angles that are known by now, and nothing known of the motion.
+    /// The same point with the smaller parts of angles that are known by now, and an unknown motion.
     pub fn begin_again(&mut self) {
         self.motion.iter_mut().for_each(|x| x.truncate(1));
         self.subdivided = false;
     }
 
-    /// The tangents that stand for the sines and cosines taken of a coordinate.
+    /// The tangents that represent the sines and cosines taken of a coordinate.
     pub fn tangents(&self, coordinate: usize, name: &str) -> Vec<String> {
         let Point::Display(point) = self.point else { return Vec::new() };
         let own = self

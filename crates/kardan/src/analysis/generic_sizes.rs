@@ -1,4 +1,4 @@
-//! How large rational functions are: what bounds the chance that one that does not vanish does so at a point drawn modulo a prime.
+//! Sizes of rational functions: they bound the probability that a nonzero one vanishes at a random point modulo a prime.
 
 use kardan_rt::Operator;
 
@@ -52,7 +52,7 @@ impl Size {
 pub(super) struct Sizes {
     /// Coordinates, the time among them.
     pub coordinates: usize,
-    /// What a derivative may add to a degree.
+    /// The most that a derivative may add to a degree.
     pub grows: f64,
     /// Roots: each doubles the number of zeros.
     pub roots: i32,

@@ -3,7 +3,7 @@ use kardan_rt::functions::{exp2, log2, powi};
 
 use crate::num::{balance, length};
 
-/// A finite-horizon Gramian `W(T) = ∫₀ᵀ e^{At} B Bᵀ e^{Aᵀt} dt`, kept as a factor.
+/// A finite-horizon Gramian `W(T) = ∫₀ᵀ e^{At} B Bᵀ e^{Aᵀt} dt`, stored as a factor.
 #[derive(Debug, Clone)]
 pub struct Gramian {
     /// G with `W = G Gᵀ`; states × columns. Small eigenvalues of W survive in it down to the square of the rounding unit.
@@ -52,7 +52,7 @@ const QUADRATURE: [(f64, f64); 8] = [
 /// `xᵀW⁻¹x` is the least `∫ uᵀu dt` that brings the state from rest to x in the time T. Method, for any A, stiff or
 /// unstable: balanced coordinates; a step h with `‖Ah‖ ≤ ½` by quadrature (error below 2⁻⁵⁴ relative); then doubling,
 /// `W(2t) = W(t) + e^{At} W(t) e^{Aᵀt}`, on factors: `G(2t) = [G(t), e^{At} G(t)]`, brought back to a square one by an
-/// orthogonal transformation. All sums are of positive semidefinite matrices, so nothing cancels. `a`: n × n; `b`: n × m.
+/// orthogonal transformation. All sums are of positive semidefinite matrices, so there is no cancellation. `a`: n × n; `b`: n × m.
 /// Cost about 8 n³ log₂(2‖A‖T) flops.
 ///
 /// `None` if a number is not finite (also if `e^{AT}` overflows) or `horizon` is not above zero.
@@ -121,7 +121,7 @@ pub fn smallest_eigenvalue(gramian: &Gramian, scaling: &[f64]) -> Option<f64> {
     let power = power_near(&scaled);
     let scaled = faer::Scale(powi(2.0, -power)) * scaled;
     let smallest = scaled.singular_values().ok()?.last().copied().unwrap_or(f64::INFINITY);
-    // Zero and infinity are kept for what is none.
+    // Underflow and overflow must not give zero or infinity.
     let smallest = smallest * powi(2.0, power);
     let square = smallest * smallest;
     Some(if smallest > 0.0 { square.clamp(f64::MIN_POSITIVE, f64::MAX) } else { square })
@@ -129,9 +129,9 @@ pub fn smallest_eigenvalue(gramian: &Gramian, scaling: &[f64]) -> Option<f64> {
 
 /// Least `∫ uᵀu dt` that brings the state from rest to `target` within the horizon: `xᵀW⁻¹x`.
 ///
-/// Infinite if the target cannot be reached: where W has (numerically) a null space, the rest of the target beyond the range
+/// Infinite if the target cannot be reached: where W has (numerically) a null space, the part of the target outside the range
 /// of W must be below 1e-9 of it, each state measured by `√W_ii`. Method: QR decomposition of the scaled factor with
-/// pivoting, rank at `n · 2⁻⁵²`, so that energies up to about 1e28 times the smallest one are told from infinity.
+/// pivoting, rank at `n · 2⁻⁵²`, so that energies up to about 1e28 times the smallest one are distinguished from infinity.
 ///
 /// # Panics
 /// If there is not one entry per state.
@@ -162,7 +162,7 @@ pub fn transfer_energy(gramian: &Gramian, target: &[f64]) -> f64 {
             return f64::INFINITY;
         }
     }
-    // Infinity is kept for what cannot be reached.
+    // Infinity is reserved for targets that cannot be reached.
     y.iter().map(|y| y * y).sum::<f64>().min(f64::MAX)
 }
 

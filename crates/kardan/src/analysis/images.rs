@@ -47,24 +47,24 @@ impl Image {
     }
 }
 
-/// Most numbers kept in images; further ones are made anew each time.
+/// Most numbers stored in images; further ones are computed again each time.
 const MOST_STORED: usize = 40_000_000;
 
-/// A system modulo as many primes as are asked for.
+/// A system modulo as many primes as requested.
 pub(super) struct Images<'a> {
     system: &'a LinearSystem,
-    /// Where the images are those of the transposed system: its place, filled when it is first asked for.
+    /// Where the images are those of the transposed system: its place, filled at the first request.
     dual: Option<&'a OnceLock<LinearSystem>>,
     primes: Vec<u64>,
     images: Vec<Arc<Image>>,
     source: Primes,
 }
 
-/// What an image says about numbers that are brought back.
+/// The verdict of an image on reconstructed numbers.
 pub(super) enum ModularResult {
     /// Their images.
     Values(Vec<u64>),
-    /// Nothing: the prime is left out.
+    /// No verdict: the prime is left out.
     Nothing,
     /// That there are no such numbers.
     Impossible,
@@ -98,7 +98,7 @@ impl<'a> Images<'a> {
         Self { dual: Some(dual), ..Self::new(system, source) }
     }
 
-    /// What the images are of.
+    /// The system of the images.
     pub fn system(&self) -> &'a LinearSystem {
         self.dual.map_or(self.system, |dual| dual.get_or_init(|| self.system.transpose()))
     }
@@ -108,7 +108,7 @@ impl<'a> Images<'a> {
         if self.dual.is_some() { Image::dual(self.system, prime) } else { Image::new(self.system, prime) }
     }
 
-    /// Modulo primes that nobody can foresee.
+    /// Modulo unpredictable primes.
     pub fn unforeseen(system: &'a LinearSystem) -> Self {
         Self::new(system, Primes::unforeseen(fingerprint(system)))
     }
@@ -119,7 +119,7 @@ impl<'a> Images<'a> {
             let next = (0..8).find_map(|_| self.source.next().and_then(|prime| self.modulo(prime)).map(Arc::new))?;
             self.primes.push(next.field.prime());
             let size = self.system.states.len().pow(2).max(1);
-            // Those that are kept are the first ones.
+            // The stored ones are the first ones.
             if self.images.len() + 1 == self.primes.len() && self.images.len() < MOST_STORED / (2 * size) {
                 self.images.push(next);
             } else if self.primes.len() > number {

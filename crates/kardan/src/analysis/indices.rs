@@ -5,12 +5,12 @@ use super::images::Images;
 use crate::num::{Rational, Scalar, reachable};
 use crate::results::MinorColumn;
 
-/// More states are looked at modulo primes, ...
+/// More states are computed modulo primes, ...
 const MOST_EXACT: usize = 32;
-/// ... or where everything is to be proven: more than these are not.
+/// ... or with a full proof: more than these are not.
 const MOST_PROVEN: usize = 64;
 
-/// Whether ranks of powers are taken over the rationals (`true`) or modulo primes; `None`: not at all, as a proof is asked for and takes too long.
+/// Whether ranks of powers are taken over the rationals (`true`) or modulo primes; `None`: not at all, as a proof is requested and takes too long.
 pub(super) fn is_exact(states: usize, certified: bool) -> Option<bool> {
     match (states <= MOST_EXACT, certified) {
         (true, _) => Some(true),
@@ -25,7 +25,7 @@ const PRIMES: usize = 3;
 /// How many columns `Gᵏ b` of each input, `G = E⁻¹A`, `b = E⁻¹B`, are independent of those before, power by power; of outputs those of the transposed
 /// system.
 ///
-/// Where [`is_exact`] says so over the rationals: each column is reduced by those before and G times what is left of it is its next one, which
+/// If [`is_exact`] over the rationals: each column is reduced by those before and G times the remainder is its next one, which
 /// changes no dependence. Else modulo primes that are drawn, of which the one with the earliest independent columns is taken: modulo a prime no
 /// column is independent earlier than over the rationals.
 pub(super) fn indices(system: &LinearSystem, certified: bool) -> Option<Vec<usize>> {
@@ -86,7 +86,7 @@ mod tests {
     use super::*;
     use crate::num::{Matrix, Random};
 
-    /// Systems put together from chains of known lengths, turned by a matrix of whole numbers: the indices are the lengths, exact and modulo primes.
+    /// Systems put together from chains of known lengths, transformed by a matrix of whole numbers: the indices are the lengths, exact and modulo primes.
     #[test]
     fn the_lengths_of_chains_come_out() {
         let mut random = Random::new(4);

@@ -1,14 +1,14 @@
 //! Frobenius' test, exact: which rows of speeds are derivatives of relations between positions.
 //!
-//! Rows ω_k = Σ g_ki dq_i + h_k dt span a system of Pfaff; what is integrable in it is its last derived system, I ⊇ I′ ⊇ I″ ⊇ … until nothing
-//! falls away (Frobenius, J. reine angew. Math. 82, 1877; Cartan). A row lies in it if and only if it belongs to relations of positions. Its
-//! covectors Σ λ_k ω_k are those that go on along a generic motion on the rows by `λ̇_k ω_k + λ_k dω_k(q̇, ·) = 0`: of these equations those
-//! across the pivots give λ̇, the others, `λᵀC = 0`, and their derivatives `λᵀ(Ċ − MC) = 0`, … say which λ go on. One derivative for each row
-//! is enough: as long as anything falls away, each takes one more. All of it is tried along generic motions (`generic_motion`) from points that are
-//! drawn, each modulo a prime that is drawn: nobody can write a model that vanishes there and not elsewhere.
+//! Rows ω_k = Σ g_ki dq_i + h_k dt span a system of Pfaff; its integrable part is its last derived system, I ⊇ I′ ⊇ I″ ⊇ … until no row
+//! is removed (Frobenius, J. reine angew. Math. 82, 1877; Cartan). A row lies in it if and only if it belongs to relations of positions. Its covectors Σ
+//! λ_k ω_k are those that continue along a generic motion on the rows by `λ̇_k ω_k + λ_k dω_k(q̇, ·) = 0`: of these equations those
+//! across the pivots give λ̇, the others, `λᵀC = 0`, and their derivatives `λᵀ(Ċ − MC) = 0`, … determine which λ continue. One derivative for each row
+//! is enough: as long as a row is removed, each takes one more. The test runs along generic motions (`generic_motion`) from points that are
+//! drawn, each modulo a prime that is drawn: so no model can be written to vanish there and not elsewhere.
 //!
-//! **What falls away there falls away**, where all functions are algebraic in coordinates, sines and cosines, and all numbers exact. **What stays
-//! there stays**, but for an accident whose probability is bounded. A row with exact derivatives `∂g_i/∂q_j = ∂g_j/∂q_i` is that of a relation
+//! **A row that is removed there is removed everywhere**, where all functions are algebraic in coordinates, sines and cosines, and all numbers exact. **A row that stays there
+//! stays everywhere**, but for an accident whose probability is bounded. A row with exact derivatives `∂g_i/∂q_j = ∂g_j/∂q_i` is that of a relation
 //! whatever its functions are. Else it is not decided.
 
 use std::collections::BTreeSet;
@@ -22,12 +22,12 @@ use crate::expr::{Expr, Symbol, lower};
 use crate::num::{ModularMatrix, PrimeField, Random, Rational, Reconstruction, Residue, random_prime};
 use crate::reduce::{Motion, Reduced};
 
-/// What the test found of a row.
+/// The result of the test for a row.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Integrable {
-    /// It does not vanish at a point: no relation of positions has it as its derivative. The point, in words.
+    /// It does not vanish at a point: no relation between positions has it as its derivative. The point, as text.
     No(String),
-    /// Its derivatives are equal crosswise, exactly: it is the derivative of a function of positions.
+    /// Its cross derivatives are equal, exactly: it is the derivative of a function of positions.
     Closed,
     /// It vanishes at all points drawn; how many, and a bound of the probability that it does not vanish everywhere.
     AtAllPoints(usize, f64),
@@ -35,12 +35,12 @@ pub(super) enum Integrable {
     NotDecided(&'static str),
 }
 
-/// What was found of all rows together.
+/// The result for all rows together.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Integrals {
     /// Of each row.
     pub rows: Vec<Integrable>,
-    /// How many independent relations of positions are in them, as far as the points tell.
+    /// How many independent relations between positions are in them, by the points.
     pub relations: Option<usize>,
     /// Sums of several rows whose coefficients are constant: factors of the rows, coefficients over the reduced coordinates.
     pub sums: Vec<Sum>,
@@ -51,7 +51,7 @@ const POINTS: usize = 3;
 /// Points that are drawn for each of several sides of functions, and for all at most.
 const POINTS_OF_SIDES: usize = 40;
 const MOST_POINTS: usize = 640;
-/// Points that can be told, of which one is looked for at which a row does not vanish.
+/// Points that a message can show; the search is for one at which a row does not vanish.
 const DISPLAY_POINTS: i64 = 3;
 /// How often the angles of sines may turn out to need smaller parts.
 const MOST_SUBDIVISIONS: usize = 8;
@@ -85,7 +85,7 @@ impl Rows {
             entries.extend((0..r).map(|i| row.get(&i).copied().unwrap_or(zero)));
             let carried = motion.along_multiplier(k, |motion, shaft| motion.carried[shaft]);
             let by_time = match reduced.equations.multiplier_constraints[k].law {
-                // An integral of what is prescribed, with any speed at the start.
+                // An integral of the prescribed function, with any speed at the start.
                 MultiplierLaw::Acceleration(..) => motion.graph.integer(1),
                 _ => motion.graph.subtract(carried, motion.multiplier_constraints[k].rate),
             };
@@ -106,7 +106,7 @@ impl Rows {
         Self { motion, count, r, entries, slopes, timed, rounded }
     }
 
-    /// Whether `∂g_i/∂q_j = ∂g_j/∂q_i` of a row, the time among the coordinates, as the expressions stand.
+    /// Whether `∂g_i/∂q_j = ∂g_j/∂q_i` of a row, the time among the coordinates, for the expressions in their given form.
     fn is_closed(&mut self, row: usize) -> bool {
         let entries = self.entries[row * (self.r + 1)..(row + 1) * (self.r + 1)].to_vec();
         let graph = &mut self.motion.graph;
@@ -127,10 +127,10 @@ impl Rows {
         })
     }
 
-    /// A bound of the probability that what is tested vanishes at so many points though it does not vanish.
+    /// A bound of the probability that a nonzero test value vanishes at so many points.
     ///
     /// c rows times their common denominators are polynomials of degree d at most, with sums of sizes below 2^h; a derivative adds e at most to
-    /// a degree. Pivots are minors of degree c d, so the speeds along the motion have degree c d + 1, what falls away at once
+    /// a degree. Pivots are minors of degree c d, so the speeds along the motion have degree c d + 1, what is removed at once
     /// (2c + 1) d + e + 1, after k derivatives no more than (k + 1)(3c + 2)(d + e + 2), and minors of c of them c times that, all over powers of
     /// the pivots, which are not zero there. A polynomial of degree N vanishes at a point drawn modulo p with a probability of N / p (Schwartz,
     /// J. ACM 27, 1980); modulo a prime all its coefficients vanish only if the prime divides one of them, which is so of few.
@@ -148,7 +148,7 @@ impl Rows {
         let degree = doubled * steps * (degree + grows + 2.0);
         let bits = doubled * steps * (bits + 64.0) + 64.0 * degree;
         let each = degree / powi(2.0, 60) + bits / 60.0 / PrimeField::CHOICES;
-        // Each point has a prime of its own; each side of a function is met but for an accident.
+        // Each point has a prime of its own; each side of a function occurs but for an accident.
         let missed = if sides > 1.0 { sides * powi(1.0 - 1.0 / sides, points as i32) } else { 0.0 };
         (powi(each.min(1.0), points as i32) + missed).min(1.0)
     }
@@ -274,7 +274,7 @@ fn values(motion: &Motion, trajectory: &mut GenericTrajectory, exprs: &[Expr]) -
         if Some(symbol) == time {
             return Some(derivatives[r].clone());
         }
-        // A function of time, or what a block answers: any.
+        // A function of time, or the output of a block: any.
         let number = timed.iter().position(|own| *own == symbol)? as u64;
         let mut random = point.random(&format!("function {number}"));
         used_rate.set(true);
@@ -285,7 +285,7 @@ fn values(motion: &Motion, trajectory: &mut GenericTrajectory, exprs: &[Expr]) -
     found.into_iter().map(|value| Some(value?.series)).collect()
 }
 
-/// What [`Rows::solved`] gives.
+/// The result of [`Rows::solved`].
 struct Solved {
     form: Vec<Vec<Series>>,
     transform: Vec<Vec<Series>>,
@@ -305,11 +305,11 @@ fn subtract(field: SeriesField, from: &mut [Vec<Series>], other: &[Vec<Series>])
     entries.for_each(|(x, y)| *x = field.difference(x, y));
 }
 
-/// What is integrable at a point.
+/// The integrable part at a point.
 struct Found {
     /// A basis of factors of the rows.
     factors: Vec<Vec<Residue>>,
-    /// Whether each row is among what it spans.
+    /// Whether each row is in its span.
     satisfied: Vec<bool>,
     /// How many rows are independent there.
     rank: usize,
@@ -364,7 +364,7 @@ pub(super) fn drawn_field(random: &mut Random) -> PrimeField {
     PrimeField::new(primes.find(|prime| prime % 4 == 3).unwrap_or(3))
 }
 
-/// The test of the kept rows of a model, all together; the time is one of the variables.
+/// The test of the multiplier constraints of a model, all together; the time is one of the variables.
 pub(super) fn integrable(reduced: &Reduced) -> Integrals {
     let mut rows = Rows::of(reduced);
     if rows.count == 0 {
@@ -383,7 +383,7 @@ pub(super) fn integrable(reduced: &Reduced) -> Integrals {
         }
     }
     let complete = points.len() >= needed;
-    // Where fewer rows are independent than elsewhere nothing is decided.
+    // Where fewer rows are independent than elsewhere the test is not decided.
     let rank = points.iter().map(|(_, point)| point.rank).max().unwrap_or(0);
     points.retain(|(_, point)| point.rank == rank);
     let accident = if complete { rows.accident(points.len(), sides as f64) } else { 1.0 };
@@ -394,9 +394,9 @@ pub(super) fn integrable(reduced: &Reduced) -> Integrals {
         }
         match points.iter().find(|(_, point)| !point.satisfied[row]) {
             None if accident < MOST_ACCIDENTAL => Integrable::AtAllPoints(points.len(), accident),
-            None => Integrable::NotDecided("a function in it has no value at the points drawn, or too many sides"),
+            None => Integrable::NotDecided("a function in it has no value at the random points, or too many branches"),
             Some((trajectory, _)) if trajectory.loose => {
-                Integrable::NotDecided("a function in it is no algebraic one of coordinates, sines and cosines")
+                Integrable::NotDecided("a function in it is not algebraic in coordinates, sines and cosines")
             }
             Some(_) if rows.rounded => Integrable::NotDecided("a number in it is rounded to 16 digits"),
             Some(_) => Integrable::No(display.describe(&rows, row)),
@@ -444,7 +444,7 @@ fn drawn_point(rows: &Rows, random: &mut Random) -> Option<(GenericTrajectory, F
     (0..MOST_DRAWN).find_map(|_| at_point(rows, field, Point::Drawn(random.next_u64())))
 }
 
-/// Points that can be told, once one is asked for.
+/// Points that a message can show, on request.
 struct DisplayPoints {
     field: PrimeField,
     rank: usize,
@@ -452,7 +452,7 @@ struct DisplayPoints {
 }
 
 impl DisplayPoints {
-    /// Where a row does not vanish, in words.
+    /// Where a row does not vanish, as text.
     fn describe(&mut self, rows: &Rows, row: usize) -> String {
         let at = |number| at_point(rows, self.field, Point::Display(number));
         let points = self.points.get_or_insert_with(|| (0..DISPLAY_POINTS).filter_map(at).collect());

@@ -11,7 +11,7 @@ type Combination = Vec<(String, Rational)>;
 /// A system from which the motions without inertia are eliminated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Eliminated {
-    /// What remains, with regular E. A state that carries the name of an original one is that quantity.
+    /// The remaining system, with regular E. A state that carries the name of an original one is that quantity.
     pub system: LinearSystem,
     /// States that are no original ones but combinations of them, such as `z1 = a.w + b.w`.
     pub definitions: Vec<(String, Combination)>,
@@ -24,8 +24,8 @@ pub struct Eliminated {
 pub enum MasslessError {
     /// Along the direction (angles, or speeds where it ends in `.w`) the equations determine no motion.
     #[error(
-        "the motion along {} is not determined by the equations: it has no inertia, and neither damping nor stiffness make \
-         up for it",
+        "the motion along {} is not determined by the equations: it has no inertia, and neither damping nor stiffness \
+         determine it",
         combination(direction)
     )]
     Undetermined {
@@ -48,8 +48,8 @@ pub enum MasslessError {
         /// What follows the derivative of the input, with factors.
         direction: Combination,
     },
-    /// Nothing moves by itself: all outputs follow the inputs at once.
-    #[error("no motion is left: without inertia and damping everything follows the inputs at once")]
+    /// There are no dynamics: all outputs follow the inputs without delay.
+    #[error("no motion is left: without inertia and damping all outputs follow the inputs without delay")]
     Static,
 }
 
@@ -104,7 +104,7 @@ fn named(names: &[String], factors: impl IntoIterator<Item = Rational>) -> Combi
 /// # Panics
 /// If `h` is not square with a row per coordinate.
 pub fn massless_direction(coordinates: &[String], h: &Matrix<Rational>) -> Option<Combination> {
-    assert!(h.rows() == coordinates.len() && h.columns() == coordinates.len(), "inertia matrix of another size");
+    assert!(h.rows() == coordinates.len() && h.columns() == coordinates.len(), "inertia matrix of a different size");
     let kernel = null_space(h);
     let directions = (0..kernel.columns()).map(|j| named(coordinates, column(&kernel, j)));
     directions.min_by_key(Vec::len)
@@ -141,8 +141,8 @@ pub fn eliminate_massless(
     let (r, m, p) = (coordinates.len(), inputs.len(), outputs.len());
     let sized = |matrix: &Matrix<Rational>, rows, columns| matrix.rows() == rows && matrix.columns() == columns;
     assert!(sized(h, r, r) && sized(d, r, r) && sized(s, r, r), "a matrix has not a row and a column per coordinate");
-    assert!(sized(f, r, m) && sized(d_through, p, m), "input or feedthrough matrix of another size");
-    assert!(sized(c_pos, p, r) && sized(c_vel, p, r), "output matrices of another size");
+    assert!(sized(f, r, m) && sized(d_through, p, m), "input or feedthrough matrix of a different size");
+    assert!(sized(c_pos, p, r) && sized(c_vel, p, r), "output matrices of a different size");
 
     let n = 2 * r;
     let names: Vec<String> =
@@ -153,7 +153,7 @@ pub fn eliminate_massless(
     let b = Matrix::from_fn(n, m, |i, j| if i < r { Rational::ZERO } else { f[(i - r, j)].clone() });
     let c = beside(c_pos, c_vel);
 
-    // Common kernel of H, D, S: named first because it says most.
+    // Common kernel of H, D, S: named first because it is the most informative.
     let all = beside(&beside(&h.transpose(), &d.transpose()), &s.transpose()).transpose();
     let free = null_space(&all);
     if free.columns() > 0 {

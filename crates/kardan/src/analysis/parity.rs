@@ -1,9 +1,9 @@
-//! Relations between what sensors read that hold whatever the model does.
+//! Relations between sensor readings that are true for every motion of the model.
 
 use super::LinearSystem;
 use crate::num::{Matrix, Rational, Scalar, echelon, exact_rank};
 
-/// A signal of a relation: what a sensor reads, or what is commanded.
+/// A signal of a relation: a sensor reading or a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ParitySignal {
     /// An output of the system.
@@ -51,7 +51,7 @@ const MOST_SETS: usize = 20_000;
 
 /// All minimal relations between outputs and known inputs at one instant; `known` are numbers of inputs, all others are unknown.
 ///
-/// Method: the rows `[C, D]` of outputs and `[0, eᵢ]` of known inputs, modulo the rows `[wᵀA, wᵀB]` with `wᵀE = 0` that hold without a
+/// Method: the rows `[C, D]` of outputs and `[0, eᵢ]` of known inputs, modulo the rows `[wᵀA, wᵀB]` with `wᵀE = 0` that are true without a
 /// rate. Minimal dependent sets are the circuits of their matroid: of the relations those whose set of signals is least, found by
 /// demanding zeros until one is left. Exact.
 pub fn static_relations(system: &LinearSystem, known: &[usize]) -> StaticRelations {
@@ -71,7 +71,7 @@ pub fn static_relations(system: &LinearSystem, known: &[usize]) -> StaticRelatio
     StaticRelations { relations: circuits.into_iter().map(relation).collect(), all, independent }
 }
 
-/// Whether a static relation holds for a system with the same signals.
+/// Whether a static relation is true for a system with the same signals.
 pub fn relation_is_satisfied(system: &LinearSystem, relation: &Relation) -> bool {
     let mut sum = vec![Rational::ZERO; system.states.len() + system.inputs.len()];
     for (signal, _, factor) in &relation.terms {
@@ -95,7 +95,7 @@ fn row_of(system: &LinearSystem, signal: ParitySignal) -> Vec<Rational> {
     }
 }
 
-/// What states and inputs fulfil without a rate: rows `[wᵀA, wᵀB]` with `wᵀE = 0`.
+/// The algebraic equations of states and inputs: rows `[wᵀA, wᵀB]` with `wᵀE = 0`.
 fn rateless(system: &LinearSystem) -> Matrix<Rational> {
     let free = left_null(&system.e);
     let (a, b) = (free.multiply(&system.a), free.multiply(&system.b));
@@ -169,7 +169,7 @@ pub(super) fn subsets(of: usize, size: usize) -> impl Iterator<Item = Vec<usize>
     })
 }
 
-/// A fault that adds something of any course to a signal.
+/// A fault that adds an arbitrary time function to a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
     /// To what a sensor reads.
@@ -191,7 +191,7 @@ pub struct Broken {
 const MOST_ROWS: usize = 160;
 
 /// For each fault a relation of the least order that it breaks, where there is one with few enough derivatives, and which inputs move it
-/// beside those that are known. The inputs in `unknown` have no part in it.
+/// in addition to those that are known. The inputs in `unknown` have no part in it.
 ///
 /// Method: outputs and equations of motion with their derivatives up to the order; of the rows that cancel all states, rates and unknown
 /// inputs one with few terms that the fault does not leave alone. Exact.
@@ -357,7 +357,7 @@ mod tests {
         let found: Vec<Option<Relation>> = found.into_iter().map(|one| Some(one?.relation)).collect();
         assert_eq!(found[0], of(&[(y, 1, 1), (v, 0, -1)]));
         assert_eq!(found[2], of(&[(v, 1, 1), (u, 0, -1)]));
-        // With the input unknown its own fault is nowhere seen.
+        // With the input unknown no relation shows its own fault.
         let found = relations(&system, &[Fault::Output(1), Fault::Input(0)], &[], &[0]);
         let found: Vec<Option<Relation>> = found.into_iter().map(|one| Some(one?.relation)).collect();
         assert_eq!(found, [of(&[(y, 1, 1), (v, 0, -1)]), None]);

@@ -89,7 +89,7 @@ pub fn linear_system(
                 (0..2 * r).for_each(|j| c[(i, j)] = on_states[j].clone());
                 (0..m).for_each(|j| d[(i, j)] = on_inputs[j].clone());
             }
-            Measured::Signal(_) => {} // Of one the mechanism tells nothing.
+            Measured::Signal(_) => {} // The mechanism does not determine it.
         }
     }
     let names = coordinates.iter().map(|&shaft| &system.coordinates[shaft]);

@@ -12,13 +12,13 @@ use crate::results::{Place, PlacedSet, PlacementSearch};
 pub struct Candidate {
     /// Its name.
     pub name: String,
-    /// What it costs.
+    /// Its cost.
     pub cost: f64,
     /// Its column of B in `E ẋ = A x + B u`; for a sensor, its row of C.
     pub column: Vec<Rational>,
 }
 
-/// What ranks the sets.
+/// The measure that ranks the sets.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Measure {
     /// The smallest eigenvalue of the Gramian over the horizon, states scaled by these factors; larger is better.
@@ -35,7 +35,7 @@ const MOST_LISTED: usize = 50;
 
 /// All smallest sets of candidates that make `E ẋ = A x` controllable (observable), ranked by a measure, then by cost.
 ///
-/// Whether a set is enough is decided modulo random primes, two where the first one says no (a set that is listed is proven
+/// Whether a set is enough is decided modulo random primes, two where the first one rejects it (a set that is listed is proven
 /// to be enough). From the least
 /// number upwards all sets of one size are tried; if these are more than 20 000, candidates are added one by one, each the
 /// one that reaches most, and superfluous ones taken out again: then `gap` compares its cost with that of the cheapest
@@ -154,7 +154,7 @@ fn smallest_sets(
     found
 }
 
-/// What a search through all sets says.
+/// The result of a search through all sets.
 fn exhausted(found: usize, size: usize, places: usize) -> String {
     let (all, enough) = (binomial(places, size), if found == 1 { "is" } else { "are" });
     match size {
@@ -209,7 +209,7 @@ fn gramians(system: &LinearSystem, side: Side, candidates: &[Candidate], horizon
     (0..candidates.len()).map(|j| gramian(&a, &b.as_ref().subcols(j, 1).to_owned(), horizon)).collect()
 }
 
-/// Adds the candidate that reaches most until all is reached, then takes out what is superfluous.
+/// Adds the candidate that reaches most until all is reached, then removes superfluous ones.
 fn greedy(all: &[usize], n: usize, rank: &impl Fn(&[usize]) -> usize, tried: &mut usize) -> Vec<usize> {
     let mut set: Vec<usize> = Vec::new();
     while rank(&set) < n {

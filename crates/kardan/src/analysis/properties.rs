@@ -1,4 +1,4 @@
-//! What follows from the structure: stability, decoupling and transmission zeros, indices, zeros at infinity.
+//! Properties from the structure: stability, decoupling and transmission zeros, indices, zeros at infinity.
 
 use super::LinearSystem;
 use super::certified::{norm_bits, whole};
@@ -17,14 +17,14 @@ use crate::results::{
 
 /// Largest order of the matrices of Markov parameters whose rank is taken.
 const MOST_ROWS: usize = 400;
-/// States up to which ranks tell how long the chains of modes on the border are.
+/// States up to which ranks determine the lengths of the chains of modes on the border.
 const MOST_RANKED: usize = 24;
 /// Of these, the largest one over the rationals.
 const MOST_EXACT_ROWS: usize = 96;
 /// Primes for one characteristic polynomial.
 const MOST_PRIMES: usize = 400;
 
-/// What follows from the structure of a system; `realisations` are its own, `None` where they are not known. In discrete time
+/// The properties that follow from the structure of a system; `realisations` are its own, `None` where they are not known. In discrete time
 /// stable means inside the unit circle.
 ///
 /// Stability is decided by the signs of proven roots of exact characteristic polynomials, in discrete time after
@@ -89,7 +89,7 @@ pub fn stability_proofs(
     StabilityProofs { stable: proof(&[0, 1, 2, 3]), stabilisable: proof(&[2, 3]), detectable: proof(&[0, 2]) }
 }
 
-/// What of [`properties`] holds modulo primes that were drawn only: names.
+/// Names of those of [`properties`] that are computed modulo random primes only.
 pub fn modular_properties(system: &LinearSystem, found: &SystemProperties) -> Vec<&'static str> {
     let is_modular = is_exact(system.states.len(), false) == Some(false);
     let rows = system.outputs.len().max(system.inputs.len());
@@ -123,7 +123,7 @@ fn blocks(
     }
 }
 
-/// det(sI − A), exact: with whole rows its coefficients are below a bound (`certified`), and known modulo primes with a product above twice that.
+/// det(sI − A), exact: with whole rows its coefficients are below a bound (`certified`), and known modulo primes with a product above double that.
 fn characteristic(a: &Matrix<Rational>) -> Option<Polynomial> {
     let n = a.rows();
     if n == 0 {
@@ -167,8 +167,8 @@ fn stability_of_factors(factors: &[Factor]) -> StabilityVerdict {
         frequency: root.im,
         poles: factor.algebraic * if root.im > 0.0 { 2 } else { 1 },
         // Of g chains of m poles together one has at least ⌈m/g⌉.
-        growth: factor.algebraic.div_ceil(factor.geometric.max(1)) - 1,
-        free: false,
+        growth_exponent: factor.algebraic.div_ceil(factor.geometric.max(1)) - 1,
+        uncontrolled: false,
     });
     StabilityVerdict::exact(outside, border.collect())
 }
@@ -207,7 +207,7 @@ fn infinite_zeros(system: &LinearSystem, normal_rank: usize, certified: bool) ->
     Some(orders)
 }
 
-/// Orders of the Smith form at infinity of the transfer matrix, ascending: of `ranks(k) − ranks(k − 1)` increments the k-th tells how many are
+/// Orders of the Smith form at infinity of the transfer matrix, ascending: of `ranks(k) − ranks(k − 1)` increments the k-th is the number of those that are
 /// of order at most k.
 pub(super) fn orders_at_infinity(system: &LinearSystem, certified: bool) -> Option<Vec<usize>> {
     let image = Images::unforeseen(system).get(0)?;

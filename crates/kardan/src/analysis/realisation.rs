@@ -33,13 +33,19 @@ pub fn realisations(system: &LinearSystem, certificate: &Certificate) -> Option<
         return None;
     }
     let explicit = system.explicit()?;
-    let (reached, observable) = (certificate.reached.as_ref()?, certificate.observable.as_ref()?);
+    let (reached, observable) =
+        (certificate.controllability_minor.as_ref()?, certificate.observability_minor.as_ref()?);
     let (rank, observable_rank) = (reached.columns.len(), observable.columns.len());
-    let unreached = rows(certificate.unreached.as_ref(), n - rank, n)?.multiply(&system.e);
+    let unreached = rows(certificate.uncontrollable_invariant.as_ref(), n - rank, n)?.multiply(&system.e);
     let reachable = echelon(&unreached, &(0..n).collect::<Vec<_>>()).kernel();
-    let hidden = rows(certificate.unobservable.as_ref(), n - observable_rank, n)?.transpose();
+    let hidden = rows(certificate.unobservable_invariant.as_ref(), n - observable_rank, n)?.transpose();
     let parts = kalman_basis(&reachable, &hidden);
-    let names = ["reached, not seen", "reached and seen", "neither reached nor seen", "seen, not reached"];
+    let names = [
+        "controllable, not observable",
+        "controllable and observable",
+        "neither controllable nor observable",
+        "observable, not controllable",
+    ];
     let kalman = transformed(&explicit, &parts, names.map(String::from).into())?;
     let first = parts[0].columns();
     let minimal = minimal(&kalman, first, parts[1].columns());
@@ -63,7 +69,7 @@ fn rows(invariant: Option<&Invariant>, count: usize, n: usize) -> Option<Matrix<
     Some(Matrix::from_fn(count, n, |i, j| values[i][j].clone()))
 }
 
-/// Matrices beside each other.
+/// Horizontal concatenation of matrices.
 fn beside(parts: &[&Matrix<Rational>], n: usize) -> Matrix<Rational> {
     let columns: Vec<(usize, usize)> =
         parts.iter().enumerate().flat_map(|(k, part)| (0..part.columns()).map(move |j| (k, j))).collect();
@@ -108,7 +114,7 @@ fn transformed(system: &LinearSystem, parts: &[Matrix<Rational>], names: Vec<Str
     })
 }
 
-/// The block that is reached and seen.
+/// The controllable and observable block.
 fn minimal(kalman: &TransformedSystem, first: usize, count: usize) -> TransformedSystem {
     let cut = |m: &Matrix<Rational>, rows: bool, columns: bool| {
         let (i0, height) = if rows { (first, count) } else { (0, m.rows()) };
@@ -116,7 +122,7 @@ fn minimal(kalman: &TransformedSystem, first: usize, count: usize) -> Transforme
         Matrix::from_fn(height, width, |i, j| m[(i0 + i, j0 + j)].clone())
     };
     TransformedSystem {
-        blocks: vec![Block { name: "reached and seen".into(), states: count }],
+        blocks: vec![Block { name: "controllable and observable".into(), states: count }],
         transformation: cut(&kalman.transformation, false, true),
         a: cut(&kalman.a, true, true),
         b: cut(&kalman.b, true, false),

@@ -78,7 +78,7 @@ impl Reduction {
 /// by number. Exact; the work grows with the number of entries, not with the square of the number of shafts.
 ///
 /// # Panics
-/// If `preferred` or a term names a shaft that does not exist, or `preferred` names one twice.
+/// If `preferred` or a term names a shaft that does not exist, or `preferred` has a duplicate.
 pub fn reduction(system: &ConstrainedSystem, preferred: &[usize]) -> Reduction {
     let n = system.coordinates.len();
     let mut is_preferred = vec![false; n];

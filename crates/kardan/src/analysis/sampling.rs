@@ -22,14 +22,14 @@ pub struct SamplingPlan {
 
 /// How often the smallest eigenvalue of the finite-horizon Gramian falls below a threshold when the parameters vary.
 ///
-/// Uniform between the ends of a tolerance; an interval with a confidence γ stands for a normal distribution around the
+/// Uniform between the ends of a tolerance; an interval with a confidence γ means a normal distribution around the
 /// nominal value that lies within it with probability γ (values across zero are drawn again). Angles count in rad, speeds
 /// times the horizon (for sensors: over the horizon), so that the measure is that of placement. Parallel; the result
 /// depends on the seed alone.
 ///
 /// `family` is a loss pencil of n shafts and its constraints, `coordinates` are the columns of the reduced coordinates. A
 /// sample without a Gramian (singular inertia, overflow) counts as zero. `None` if there is none at the nominal
-/// values, no sample is asked for, or the threshold is left open and the nominal eigenvalue is lost in rounding.
+/// values, no sample is requested, or the threshold is left open and the nominal eigenvalue is lost in rounding.
 pub fn sample(
     family: &Family<'_>,
     side: Side,
@@ -113,13 +113,13 @@ fn central_probability(z: f64) -> f64 {
     if value.is_finite() { value.min(1.0) } else { 1.0 }
 }
 
-/// 95 % interval of a probability of which `hits` of `samples` were seen \[Wilson 1927\].
+/// 95 % interval of a probability for `hits` in `samples` \[Wilson 1927\].
 pub fn wilson(hits: usize, samples: usize) -> Interval {
     const Z: f64 = 1.959_963_984_540_054;
     let (n, p) = (samples as f64, hits as f64 / samples as f64);
     let centre = (p + Z * Z / (2.0 * n)) / (1.0 + Z * Z / n);
     let half = Z / (1.0 + Z * Z / n) * (p * (1.0 - p) / n + Z * Z / (4.0 * n * n)).sqrt();
-    // The ends are exact where nothing, or everything, was hit.
+    // The ends are exact where no sample, or every sample, was a hit.
     Interval {
         lower: if hits == 0 { 0.0 } else { centre - half },
         upper: if hits == samples { 1.0 } else { centre + half },

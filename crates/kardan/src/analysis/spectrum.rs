@@ -15,19 +15,19 @@ pub(super) fn signature(pattern: &Pattern) -> [usize; 4] {
     [pattern[0].iter().sum(), blocks(&pattern[0]), blocks(&pattern[1]), blocks(&pattern[2])]
 }
 
-/// What [`Spectrum`] looks like without its coefficients: degrees of the invariant factors, patterns with degrees.
+/// [`Spectrum`] without its coefficients: degrees of the invariant factors, patterns with degrees.
 pub(super) type Layout = ([Vec<usize>; 3], Vec<(Pattern, usize)>);
 
 /// Eigenvalues modulo a prime; polynomials are monic with coefficients of 1, s, s², …
 #[derive(Debug, Clone)]
 pub(super) struct Spectrum {
-    /// Non-trivial invariant factors of the system, of what no input reaches, of what no output shows.
+    /// Non-trivial invariant factors of the system, of its uncontrollable part, of its unobservable part.
     pub lists: [Vec<Vec<Residue>>; 3],
     /// Coprime square-free factors of the characteristic polynomial, one for each pattern, and s of its own.
     pub pieces: Vec<(Pattern, Vec<Residue>)>,
 }
 
-/// Eigenvalues in words, and the smallest invariant factor.
+/// Eigenvalues as text, and the smallest invariant factor.
 pub(super) struct SpectrumText {
     pub factors: Vec<Factor>,
     pub invariant_factors: Vec<String>,
@@ -55,7 +55,7 @@ impl Spectrum {
         let largest = parts[0].last().map_or(&[][..], Vec::as_slice);
         let radical = largest.iter().fold(vec![field.one()], |all, (part, _)| product(field, &all, part));
         let mut pieces = vec![radical];
-        // The root zero stands alone.
+        // The root zero is separate.
         let zero = (vec![0, field.one()], 1);
         for (splitter, _) in parts.iter().flatten().flatten().chain([&zero]) {
             pieces = pieces
@@ -97,7 +97,7 @@ impl Spectrum {
     }
 }
 
-/// A polynomial in words, if it is known and not too long.
+/// A polynomial as text, if it is known and not too long.
 pub(super) fn factor_text(polynomial: Option<&Polynomial>, degree: usize) -> String {
     match polynomial.filter(|p| p.degree() <= MOST_EXPANDED) {
         Some(p) => p.to_string(),

@@ -7,7 +7,7 @@ use crate::num::{
 };
 use crate::results::{BorderMotion, Stability, StabilityEvidence, StabilityVerdict};
 
-/// What the border of stability is.
+/// The border of stability.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Plane {
     /// The imaginary axis.
@@ -16,7 +16,7 @@ pub enum Plane {
     Discrete,
 }
 
-/// Poles of an exact system beside the border.
+/// Poles of an exact system relative to the stability boundary.
 struct Sides {
     outside: usize,
     /// Square-free polynomials of those on the border, and how often each root is one; empty where some are outside.
@@ -50,7 +50,7 @@ fn frequency((re, im): (f64, f64), plane: Plane) -> f64 {
     }
 }
 
-/// What a part of the characteristic polynomial on the border is, its growth told by `growth`.
+/// A part of the characteristic polynomial on the border, with its growth by `growth`.
 fn motions(
     on_border: &[(Polynomial, usize)],
     plane: Plane,
@@ -61,11 +61,11 @@ fn motions(
         for factor in part.simple_factors() {
             let growth = if *times == 1 { 0 } else { growth(&factor, *times) };
             let roots = factor.roots();
-            // Of a pair the upper one stands for both.
+            // The upper one of a pair represents both.
             for root in roots.iter().filter(|root| root.1 >= 0.0) {
                 let both = if root.1 > 0.0 { 2 } else { 1 };
                 let frequency = frequency(*root, plane);
-                out.push(BorderMotion { frequency, poles: both * times, growth, free: false });
+                out.push(BorderMotion { frequency, poles: both * times, growth_exponent: growth, uncontrolled: false });
             }
         }
     }
@@ -76,7 +76,7 @@ fn motions(
 /// Decides whether `ẋ = A x`, or `x⁺ = A x`, is stable, exactly.
 ///
 /// Method: roots of the characteristic polynomial on each side ([`root_sides`], in discrete time behind `z = (1 + w)/(1 − w)`). Where none
-/// is outside, each factor g on the border that is one m times tells by the ranks of its powers how long its chains are: the least k with
+/// is outside, the ranks of the powers of each factor g on the border of multiplicity m determine the lengths of its chains: the least k with
 /// `dim ker g(A)ᵏ = m deg g` makes a motion that grows like `t^(k − 1)`.
 ///
 /// ```
@@ -117,7 +117,7 @@ fn value_at(polynomial: &Polynomial, a: &Matrix<Rational>) -> Matrix<Rational> {
     coefficients.fold(Matrix::zeros(n, n), |sum, c| sum.multiply(a).plus(&identity.scale(c)))
 }
 
-/// The same of a polynomial alone: where a root on the border is one several times, it does not tell how many motions it has.
+/// The same of a polynomial alone: for a repeated root on the border it does not determine how many motions the root has.
 ///
 /// ```
 /// use kardan::analysis::{Plane, stability_of_roots};
@@ -139,7 +139,7 @@ pub fn stability_of_roots(polynomial: &Polynomial, plane: Plane) -> StabilityVer
     let found = Sides::of(polynomial, plane);
     let border = motions(&found.on_border, plane, |_, _| 0);
     if found.outside == 0 && found.on_border.iter().any(|(_, times)| *times > 1) {
-        let why = "a root on the border is one several times, and how many motions it has is not known";
+        let why = "a root on the stability boundary is repeated, and the number of its motions is unknown";
         return StabilityVerdict { border, ..StabilityVerdict::undecided(why) };
     }
     StabilityVerdict::exact(found.outside > 0, border)
@@ -152,7 +152,8 @@ pub fn despite_rounding(
     perturbed: impl IntoIterator<Item = StabilityVerdict>,
 ) -> StabilityVerdict {
     let shape = |verdict: &StabilityVerdict| {
-        let border = verdict.border.iter().map(|motion| (motion.poles, motion.growth, motion.frequency == 0.0));
+        let border =
+            verdict.border.iter().map(|motion| (motion.poles, motion.growth_exponent, motion.frequency == 0.0));
         (verdict.word, border.collect::<Vec<_>>())
     };
     if found.word == Stability::Undecided || perturbed.into_iter().all(|candidate| shape(&candidate) == shape(&found)) {
@@ -162,5 +163,5 @@ pub fn despite_rounding(
         };
         return StabilityVerdict { evidence, ..found };
     }
-    StabilityVerdict::undecided("it hangs on the last digits of rounded numbers")
+    StabilityVerdict::undecided("it depends on the last digits of rounded numbers")
 }

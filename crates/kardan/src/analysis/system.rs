@@ -31,7 +31,7 @@ pub struct ConstrainedSystem {
     pub inputs: Vec<DirectionalTerm<()>>,
 }
 
-/// A torque along a row a that follows linearly from angles and speeds: `a (gᵀq + hᵀq̇)`, so that it adds `−a gᵀ` to the stiffness and
+/// A torque along a row a that depends linearly on angles and speeds: `a (gᵀq + hᵀq̇)`, so that it adds `−a gᵀ` to the stiffness and
 /// `−a hᵀ` to the damping.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LoadSlopes {
@@ -42,10 +42,10 @@ pub struct LoadSlopes {
 }
 
 impl ConstrainedSystem {
-    /// A reduced model at a reduced position (rad), at rest, springs relaxed; friction of the elements in `stuck` holds.
+    /// A reduced model at a reduced position (rad), at rest, springs relaxed; the elements in `stuck` stick.
     ///
-    /// Only the inputs named are kept, in that order. The slope of a transmission that is no fraction is rounded to `f64` once
-    /// and exact from there on ([`slopes`]). A stuck direction that follows from other constraints adds nothing.
+    /// Only the named inputs remain, in that order. The slope of a transmission that is no fraction is rounded to `f64` once
+    /// and exact from there on ([`slopes`]). A stuck direction that follows from other constraints adds no constraint.
     ///
     /// # Panics
     /// If `position` has not one entry per coordinate, gives a slope that is not finite, or an input is not there.
@@ -74,7 +74,7 @@ impl ConstrainedSystem {
         }
     }
 
-    /// The same at an operating point, under the torques that hold it there.
+    /// The same at an operating point, under its equilibrium torques.
     ///
     /// # Panics
     /// As [`Self::at`].
@@ -173,7 +173,7 @@ impl ConstrainedSystem {
         own.fold(Rational::ZERO, |sum, inertia| sum.plus(&inertia))
     }
 
-    /// Keeps the first rows of C that are independent.
+    /// Retains the first rows of C that are independent.
     fn drop_dependent_constraints(&mut self) {
         let rows = self.constraints.len();
         let order: Vec<usize> = (0..self.coordinates.len()).collect();
@@ -251,7 +251,7 @@ fn sum(terms: &[DirectionalTerm<Rational>], shafts: usize) -> Matrix<Rational> {
     sum_of_outer(terms.iter().map(|term| (&term.row, term.value.clone())), shafts)
 }
 
-/// What laws make of small motions.
+/// The effect of laws on small motions.
 fn loads(slopes: Vec<LawSlopes>) -> Vec<DirectionalTerm<LoadSlopes>> {
     let load = |LawSlopes { element, row, on_positions, on_rates, .. }: LawSlopes| {
         let value = LoadSlopes { on_positions, on_rates };
@@ -279,7 +279,7 @@ pub(super) fn minus_loads(
 /// A linear system `E ẋ = A x + B u`, `y = C x + D u` with exact entries; E is regular but for
 /// [`descriptor`](super::descriptor()).
 ///
-/// E stays beside A so that no inverse blows up the fractions.
+/// E is not inverted, so that the fractions stay short.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearSystem {
     /// Names of the states x: `rk.phi`, `rk.w`.
@@ -309,7 +309,7 @@ impl LinearSystem {
     /// If the shapes do not fit each other.
     pub fn state_space(a: Matrix<Rational>, b: Matrix<Rational>, c: Matrix<Rational>) -> Self {
         let n = a.rows();
-        assert!(a.columns() == n && b.rows() == n && c.columns() == n, "matrices of other shapes");
+        assert!(a.columns() == n && b.rows() == n && c.columns() == n, "matrices of different shapes");
         let names = |letter: &str, count: usize| (1..=count).map(|k| format!("{letter}{k}")).collect::<Vec<_>>();
         Self {
             states: names("x", n),
@@ -335,7 +335,7 @@ impl LinearSystem {
             Matrix::from_fn(m.rows(), columns.len(), |i, j| m[(i, columns[j])].clone())
         };
         let own = rows(&self.a, &eliminated);
-        // −x of the others, over the kept ones and the inputs.
+        // −x of the others, over the retained ones and the inputs.
         let square = columns(&own, &eliminated);
         let (on_retained, on_inputs) =
             (square.solve(&columns(&own, retained))?, square.solve(&rows(&self.b, &eliminated))?);
@@ -378,7 +378,7 @@ impl LinearSystem {
     }
 }
 
-/// What is placed.
+/// The kind of element to place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
     /// Motors, for controllability.

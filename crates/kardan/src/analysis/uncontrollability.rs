@@ -7,7 +7,7 @@ use super::Family;
 use crate::num::{Random, Rational, rational_to_f64};
 use crate::results::{Complex, NamedShare, ParameterPoint, Pole, UncontrollablePoint};
 
-/// How far the search goes, in tolerances.
+/// The range of the search, in tolerances.
 pub const FARTHEST: f64 = 10.0;
 
 /// Iterations from one start.
@@ -28,7 +28,7 @@ const SOLVED: f64 = 1e-13;
 /// Solves `min γ(y)` subject to `L(λ, y) v = 0`, `v ≠ 0` by sequential linear programming from many starts: v and λ are
 /// eliminated from the linearised equations (left null space of `[L, L'v; vᴴ, 0]`), what remains are m real equations (2m
 /// for complex λ) for the parameters, whose solution with the least gauge γ is found. γ is the largest `yᵢ` over the
-/// tolerance on its side; where there is none, the parameter does not move. Nothing is assumed on how a loss comes
+/// tolerance on its side; where there is none, the parameter does not move. The search makes no assumption on how a loss comes
 /// about. Starts: the eigenvalues given, and real numbers of their sizes, at the nominal parameters and at random ones up
 /// to `FARTHEST` tolerances away.
 ///
@@ -36,7 +36,7 @@ const SOLVED: f64 = 1e-13;
 /// where a parameter vanishes are often degenerate in this sense and better tested exactly.
 ///
 /// `shafts` are the names of the leading columns. Parameters do not pass through zero. `None` if no start led to a loss
-/// within `FARTHEST` tolerances; a search from points proves nothing, see [`prove_box`](super::prove_box) for that.
+/// within `FARTHEST` tolerances; a search from points is no proof, see [`prove_box`](super::prove_box) for that.
 pub fn distance_to_uncontrollability(
     family: &Family<'_>,
     shafts: &[String],
@@ -85,7 +85,7 @@ pub fn distance_to_uncontrollability(
             re: found.lambda.re,
             im: if found.lambda.im.abs() < 1e-12 * found.lambda.re.abs() { 0.0 } else { found.lambda.im.abs() },
         },
-        // Zero is kept for what is decided exactly.
+        // Zero is reserved for what is decided exactly.
         residual: found.residual.max(f64::EPSILON),
         shafts: shares(shafts, &found.v),
     })
@@ -158,7 +158,7 @@ impl Limits {
             out.lower.push(side(&p.nominal - &p.lower));
             out.upper.push(side(&p.upper - &p.nominal));
             out.half.push(half);
-            // A value whose interval has one sign keeps it.
+            // A value whose interval has one sign has that sign.
             let signed = nominal != 0.0 && low * high >= 0.0;
             out.zero.push(if signed { -nominal / half } else { f64::INFINITY });
         }
@@ -198,7 +198,7 @@ fn start(eigenvalues: &[Pole], number: usize, random: &mut Random) -> c64 {
     }
 }
 
-/// From one start to the locus of losses and along it; something only if it undercuts `bound`.
+/// From one start to the locus of losses and along it; `Some` only if the result is below `bound`.
 fn descend(family: &Family<'_>, limits: &Limits, lambda: c64, mut y: Vec<f64>, bound: f64) -> Option<Candidate> {
     let real = lambda.im == 0.0;
     let mut lambda = lambda;
@@ -276,7 +276,7 @@ fn descend(family: &Family<'_>, limits: &Limits, lambda: c64, mut y: Vec<f64>, b
             })
             .collect();
         let (target, steepness) = least_gauge(g, &right, limits)?;
-        // Rounding must not be able to make or unmake the loss: where the equations hardly depend on the parameters, it could.
+        // Rounding must not be able to make or unmake the loss: where the equations depend only weakly on the parameters, it could.
         if candidate && size * NOISE < ROUNDING_SHIFT * steepness {
             let unscaled = (0..n).map(|j| v[(j, 0)] * columns[j]).collect();
             best = Some(Candidate { gauge, y: y.clone(), lambda, v: unscaled, residual: relative });
@@ -296,7 +296,7 @@ fn descend(family: &Family<'_>, limits: &Limits, lambda: c64, mut y: Vec<f64>, b
         if limits.gauge(&y) > 3.0 * FARTHEST {
             return best;
         }
-        // The least change of v and λ that goes with it.
+        // The corresponding least change of v and λ.
         let mut right = residual.clone();
         for (i, column) in columns_by_parameter.iter().enumerate() {
             right += faer::Scale(number(y[i] - before[i])) * column;

@@ -17,7 +17,7 @@ impl ZeroStructure {
     /// Method: states that outputs without direct feedthrough force to vanish are eliminated, which turns their equations
     /// into outputs, until the feedthrough has full row rank; the same for the transposed system makes it square and
     /// regular (Emami-Naeini and Van Dooren 1982). Every step multiplies S by unimodular matrices and drops rows and
-    /// columns of zeros or with a constant pivot. What is left, `[sI − A, −B; C, D]` with a regular D, has the invariant
+    /// columns of zeros or with a constant pivot. The rest, `[sI − A, −B; C, D]` with a regular D, has the invariant
     /// polynomials of `sI − A + BD⁻¹C`.
     pub fn of(image: &Image) -> Self {
         let field = &image.field;
@@ -47,7 +47,7 @@ impl ZeroStructure {
     }
 }
 
-/// `ẋ = A x + B u`, `y = C x + D u` while states are eliminated; rows hold the states (all of them, those that are gone
+/// `ẋ = A x + B u`, `y = C x + D u` while states are eliminated; rows contain the states (all of them, those that are eliminated
 /// with zeros), then the inputs.
 struct Quad {
     total: usize,
@@ -133,7 +133,7 @@ fn subtract(field: &PrimeField, target: &mut [Residue], factor: Residue, row: &[
     }
 }
 
-/// Replaces the pivot states of `row` by what the other rows, zero, say about them.
+/// Replaces the pivot states of `row` by their values from the other rows, which are zero.
 fn substitute(field: &PrimeField, row: &mut [Residue], zero: &[Vec<Residue>], pivots: &[usize]) {
     for (pivot_row, &pivot) in zero.iter().zip(pivots) {
         let factor = row[pivot];
@@ -168,7 +168,7 @@ fn eliminate(field: &PrimeField, rows: &mut [Vec<Residue>], columns: &[usize]) -
     pivots
 }
 
-/// Zeros in words and numbers; `polynomial` is their monic polynomial or `None` if it is not written out.
+/// Zeros as text and numbers; `polynomial` is their monic polynomial or `None` if it is not written out.
 pub(super) fn described(rank: usize, n: usize, degree: usize, polynomial: Option<&Polynomial>) -> Zeros {
     let normal_rank = rank - n;
     let Some(polynomial) = polynomial else {

@@ -22,13 +22,13 @@ pub(super) struct AnalysisView<'a> {
     /// Its parts, and who is joined to whom; none of a plain state-space input.
     mechanism: &'a Mechanism,
     /// Whether the model is a constant linear constrained mechanical system, and where it was linearised if not.
-    class: Option<&'a Class>,
+    model_class: Option<&'a Class>,
     /// Names of the reduced coordinates.
     coordinates: &'a [String],
     /// Motions without inertia that were eliminated; `null` if there was none.
     elimination: Option<&'a Elimination>,
     /// Charges that only count, where it is they alone that are not reached or not seen; `null` if that is not so.
-    counting: Option<&'a Counting>,
+    integrals_without_effect: Option<&'a Counting>,
     /// The modes, by size of their eigenvalue.
     modes: Vec<ModeView<'a>>,
     /// Whether every state can be reached; `null` where a proof was asked for and not found.
@@ -211,10 +211,10 @@ impl<'a> AnalysisView<'a> {
             name: &analysis.name,
             description: &analysis.description,
             mechanism: &analysis.mechanism,
-            class: analysis.class.as_ref(),
+            model_class: analysis.class.as_ref(),
             coordinates: &analysis.coordinates,
             elimination: analysis.elimination.as_ref(),
-            counting: analysis.counting.as_ref(),
+            integrals_without_effect: analysis.counting.as_ref(),
             modes: analysis.modes.iter().map(mode).collect(),
             controllable,
             observable,

@@ -74,7 +74,7 @@ struct PlanView<'a> {
     /// What it is to tell.
     parameters: &'a [PlannedParameter],
     /// Coefficients that this kind of motion, or the choice of the file, leaves to the model.
-    fixed: &'a [String],
+    fixed_coefficients: &'a [String],
     /// The parts chosen, in the order of the log.
     points: Vec<PointView<'a>>,
     /// Candidates that keep the limits.
@@ -82,7 +82,7 @@ struct PlanView<'a> {
     /// `ln det(XᵀX)` of the parts chosen.
     log_det: f64,
     /// The same of all candidates, for as many parts as were chosen.
-    undesigned_log_det: f64,
+    baseline_log_det: f64,
     /// How many parts of the plan tell as much as one of the undesigned plan.
     gain: f64,
     /// Length, s.
@@ -235,11 +235,11 @@ fn planned(plan: &BenchPlan) -> PlanView<'_> {
     PlanView {
         kind: &plan.kind,
         parameters: &plan.parameters,
-        fixed: &plan.fixed,
+        fixed_coefficients: &plan.fixed,
         points: points.collect(),
         candidates: plan.candidates,
         log_det: plan.log_det,
-        undesigned_log_det: plan.undesigned_log_det,
+        baseline_log_det: plan.undesigned_log_det,
         gain: plan.gain,
         duration: plan.duration,
     }

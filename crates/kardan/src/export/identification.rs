@@ -17,7 +17,7 @@ pub(super) struct IdentificationView<'a> {
     /// What came of it in one sentence.
     verdict: String,
     /// Whether every parameter is determined from whole logs without a warning.
-    sound: bool,
+    reliable: bool,
     #[serde(flatten)]
     found: &'a Identification,
 }
@@ -33,6 +33,6 @@ impl<'a> IdentificationView<'a> {
     pub(super) fn of(found: &'a Identification) -> Self {
         let verdict = found.verdict();
         let (model, description) = (&found.model, &found.description);
-        Self { model, description, verdict: verdict.text, sound: verdict.sound, found }
+        Self { model, description, verdict: verdict.text, reliable: verdict.sound, found }
     }
 }

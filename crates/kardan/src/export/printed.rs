@@ -7,7 +7,7 @@ use serde::Serialize;
 #[derive(Serialize, JsonSchema)]
 enum Version {
     /// Keys may be added; none goes away or changes what it means.
-    #[serde(rename = "kardan/1")]
+    #[serde(rename = "kardan/2")]
     One,
 }
 

@@ -13,7 +13,7 @@ use crate::results::{BuiltinModel, ManualTable, MotionEquations, SignalNode};
 #[schemars(rename = "Check")]
 pub(super) struct CheckView<'a> {
     /// The model file that was read.
-    checked: &'a str,
+    file: &'a str,
     /// Blocks, formulas of signals and laws that are programs, in the order in which they compute; of the first variant.
     signals: &'a [SignalNode],
     /// What its author should look at.
@@ -58,7 +58,7 @@ pub(super) struct CompletionsView<'a> {
 
 /// Gives the blocks and the warnings of a model file without mistakes as one JSON object on one line.
 pub fn check_json(checked: &str, source: &str, signals: &[SignalNode], warnings: &[Diagnostic]) -> String {
-    printed(CheckView { checked, signals, warnings: places(source, warnings) })
+    printed(CheckView { file: checked, signals, warnings: places(source, warnings) })
 }
 
 /// Gives the equations of motion as one JSON object on one line.

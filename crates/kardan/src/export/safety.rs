@@ -10,7 +10,7 @@ use kardan_tables::write::csv_cell;
 ///
 /// ```
 /// let text = kardan::export::safety_json(&kardan::results::Safety::default());
-/// assert!(text.starts_with("{\"schema\":\"kardan/1\"") && text.contains("\"rows\":[]"));
+/// assert!(text.starts_with("{\"schema\":\"kardan/2\"") && text.contains("\"rows\":[]"));
 /// ```
 pub fn safety_json(table: &Safety) -> String {
     printed(table)
@@ -41,7 +41,7 @@ fn cells(table: &Safety, row: &SafetyRow) -> Vec<String> {
     let number = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
     let mut cells = vec![row.faults.join("+"), row.variant.clone()];
     cells.extend(row.values.iter().map(|value| value.value.clone()));
-    cells.extend([number(row.begins), number(row.detected_after)]);
+    cells.extend([number(row.fault_time), number(row.detection_time)]);
     let states: Vec<String> = row.reaction.iter().map(|one| format!("{} after {} s", one.state, one.after)).collect();
     cells.push(states.join("; "));
     cells.extend((0..table.effects.len()).map(|k| number(row.effects.get(k).and_then(|effect| effect.measured))));

@@ -38,7 +38,7 @@ pub const SCHEMAS: [(&str, &str); 17] = [
 ///
 /// ```
 /// let schema = kardan::export::schema("error").expect("there is one");
-/// assert!(schema.contains("https://json-schema.org/draft/2020-12/schema") && schema.contains("kardan/1"));
+/// assert!(schema.contains("https://json-schema.org/draft/2020-12/schema") && schema.contains("kardan/2"));
 /// assert_eq!(kardan::export::schema("nothing"), None);
 /// ```
 pub fn schema(name: &str) -> Option<String> {
@@ -62,8 +62,8 @@ pub fn schema(name: &str) -> Option<String> {
         "completions" => of::<reference::CompletionsView>(),
         _ => of::<study::ErrorView>(),
     };
-    schema.insert("$id".into(), format!("kardan/1/{name}").into());
-    schema.insert("title".into(), format!("kardan/1, {what}").into());
+    schema.insert("$id".into(), format!("kardan/2/{name}").into());
+    schema.insert("title".into(), format!("kardan/2, {what}").into());
     serde_json::to_string_pretty(&schema).ok()
 }
 

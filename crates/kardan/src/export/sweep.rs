@@ -23,7 +23,7 @@ const SEED: &str = "kardan:seed";
 ///
 /// ```
 /// let text = kardan::export::sweep_json(&kardan::results::Sweep::default());
-/// assert!(text.starts_with("{\"schema\":\"kardan/1\"") && text.contains("\"figures\":[]"));
+/// assert!(text.starts_with("{\"schema\":\"kardan/2\"") && text.contains("\"figures\":[]"));
 /// ```
 pub fn sweep_json(found: &Sweep) -> String {
     printed(found)

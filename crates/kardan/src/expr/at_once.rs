@@ -1,4 +1,4 @@
-//! Whether conditions can hold at once, decided exactly where they compare sums of symbols times constants.
+//! Whether conditions can be true simultaneously, decided exactly where they compare sums of symbols times constants.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
@@ -138,14 +138,14 @@ impl Above {
     }
 }
 
-/// What a number is where some sums are above zero.
+/// The value of a number where some sums are above zero.
 #[derive(Debug, Clone, PartialEq)]
 struct Case {
     conditions: Vec<Above>,
     value: Affine,
 }
 
-/// Numbers as cases of sums; variables behind those of the symbols stand for what is no such sum.
+/// Numbers as cases of sums; variables after those of the symbols represent what is no such sum.
 struct Cases {
     variables: usize,
 }
@@ -190,7 +190,7 @@ impl Cases {
         found.map_or_else(|| self.anything(), Rc::new)
     }
 
-    /// Products and quotients by what is constant.
+    /// Products and quotients by constants.
     fn scaled(&mut self, a: &[Case], b: &[Case], divides: bool) -> Rc<Vec<Case>> {
         let constant = |x: &Affine| x.terms.is_empty();
         let is_constant = |cases: &[Case]| cases.iter().all(|case| constant(&case.value));

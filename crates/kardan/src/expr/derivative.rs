@@ -218,7 +218,7 @@ impl Graph {
         found
     }
 
-    /// Expressions whose zeros are places where an expression may jump or bend: there its derivative is that of one side.
+    /// Expressions whose zeros are places where an expression may have a jump or a kink: there its derivative is that of one side.
     pub fn kinks(&mut self, expr: Expr) -> Vec<Expr> {
         let mut found = Vec::new();
         for part in self.needed(&[expr]) {

@@ -5,13 +5,13 @@ use kardan_rt::{Operator, Real, functions};
 use super::graph::PiecewisePolynomial;
 use crate::num::{Rational, rational_to_f64};
 
-/// Numbers, or what stands for them: the operations of a plan on them.
+/// Numbers, or a representation of them: the operations of a plan on them.
 pub trait Domain {
     /// A value.
     type Value: Clone;
     /// An exact constant, rounded once.
     fn constant(&mut self, value: &Rational) -> Self::Value;
-    /// The result of an operation; of [`Operator::SineCosine`] the sine, of [`Operator::Table`] nothing is asked here.
+    /// The result of an operation; of [`Operator::SineCosine`] the sine, [`Operator::Table`] does not get here.
     fn operation(&mut self, operator: Operator, operands: &[Self::Value]) -> Self::Value;
     /// Sine and cosine.
     fn sine_cosine(&mut self, angle: &Self::Value) -> [Self::Value; 2];
@@ -83,7 +83,7 @@ macro_rules! floating {
 floating!(f64, |value: &Rational| rational_to_f64(value));
 floating!(f32, |value: &Rational| value.to_f32().value());
 
-/// Exact fractions; nothing where a value is none, or is not known to be one (a sine, a root, a quotient by zero). Functions are where they
+/// Exact fractions; `None` where a value is no fraction, or is not known to be one (a sine, a root, a quotient by zero). Functions are known where they
 /// vanish or are 1: `sin 0`, `atan 0`, `exp 0`, `ln 1`.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Rationals;

@@ -68,7 +68,7 @@ impl Function {
     }
 }
 
-/// A function given by polynomials between knots; the first and the last hold beyond them.
+/// A function given by polynomials between knots; the first and the last continue outside them.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct PiecewisePolynomial {
     /// Where the pieces meet, rising.
@@ -78,7 +78,7 @@ pub struct PiecewisePolynomial {
 }
 
 impl PiecewisePolynomial {
-    /// Straight lines through points, level beyond them. None if the points do not rise or there are none.
+    /// Straight lines through points, level outside them. None if the points do not rise or there are none.
     pub fn through(points: &[(Rational, Rational)]) -> Option<Self> {
         let (first, last) = (points.first()?, points.last()?);
         if points.windows(2).any(|pair| pair[0].0 >= pair[1].0) {
@@ -93,7 +93,7 @@ impl PiecewisePolynomial {
         Some(Self { knots: points.iter().map(|(x, _)| x.clone()).collect(), pieces: pieces.collect() })
     }
 
-    /// Cubics through points with a slope at each, continued beyond the first and the last by straight lines or level. None if the points
+    /// Cubics through points with a slope at each, continued outside the first and the last by straight lines or level. None if the points
     /// do not rise or there are none. Value and slope are continuous exactly.
     pub fn smooth(points: &[(Rational, Rational)], slopes: &[Rational], straight: bool) -> Option<Self> {
         let line = |(x, y): &(Rational, Rational), slope: &Rational| {
@@ -148,7 +148,7 @@ impl PiecewisePolynomial {
         }
     }
 
-    /// Knots at which the value jumps or bends.
+    /// Knots at which the value has a jump or a kink.
     pub fn kinks(&self) -> Vec<Rational> {
         let slope = self.derivative();
         let ends = |table: &Self, knot: usize| {
@@ -165,7 +165,7 @@ impl PiecewisePolynomial {
     }
 }
 
-/// What a node is made of.
+/// The operation and the operands of a node.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(super) enum Node {
     Number(Rational),
@@ -356,7 +356,7 @@ impl Graph {
         }
     }
 
-    /// A sum that stays one where it stands in another sum: a small difference of large numbers, taken before it is multiplied.
+    /// A sum that stays separate inside another sum: a small difference of large numbers, taken before it is multiplied.
     pub fn group(&mut self, expr: Expr) -> Expr {
         match self.node(expr) {
             Node::Sum { constant, terms } if !constant.is_zero() || terms.len() > 1 => self.put(Node::Group(expr)),
@@ -537,12 +537,12 @@ impl Graph {
         }
     }
 
-    /// Everything that expressions are made of, themselves included, parts before the whole.
+    /// All subexpressions of expressions, themselves included, parts before the whole.
     pub(super) fn needed(&self, exprs: &[Expr]) -> Vec<Expr> {
         self.needed_besides(exprs, |_| false)
     }
 
-    /// The same without what is known already, and what that is made of.
+    /// The same without the given ones and their subexpressions.
     fn needed_besides(&self, exprs: &[Expr], excluded: impl Fn(Expr) -> bool) -> Vec<Expr> {
         // One bit each: most often few of many are needed.
         let mut visited = vec![0u64; self.nodes.len() / 64 + 1];
@@ -573,7 +573,7 @@ impl Graph {
         out
     }
 
-    /// What more than one product of the graph is divided by.
+    /// Common divisors of several products of the graph.
     pub(super) fn shared_divisors(&self) -> HashSet<Expr> {
         let (mut once, mut shared) = (HashSet::new(), HashSet::new());
         for node in &self.nodes {
@@ -644,7 +644,7 @@ impl Graph {
 
     /// Of each expression, whether it is constant or a sum of symbols times constants and a constant.
     pub fn affine(&self) -> impl Fn(Expr) -> bool + use<> {
-        // Degree in all symbols together; two stands for everything else.
+        // Degree in all symbols together; two means any other expression.
         let mut degrees = vec![0u8; self.nodes.len()];
         for k in 0..self.nodes.len() {
             let expr = Expr(k as u32);
@@ -752,10 +752,10 @@ impl Graph {
 
     /// The dimension of an expression.
     ///
-    /// Angles count as numbers where a number is asked for: the arc length of an angle has no other unit than its radius.
+    /// Angles count as numbers where a number is required: the arc length of an angle has no other unit than its radius.
     ///
     /// # Errors
-    /// What does not fit, in words.
+    /// The mismatch, as text.
     pub fn dimension(&self, expr: Expr) -> Result<Dimension, String> {
         let mut found: HashMap<Expr, Dimension> = HashMap::new();
         for part in self.needed(&[expr]) {

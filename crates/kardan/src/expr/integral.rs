@@ -8,7 +8,7 @@ use crate::num::{Rational, rational_from_f64};
 use crate::units::Dimension;
 
 impl Part {
-    /// Its integral from the first breakpoint on; nothing where that would take more than cubics.
+    /// Its integral from the first breakpoint on; `None` where that would need more than cubics.
     fn integral(&self) -> Option<Self> {
         if self.pieces.degree() > 2 {
             return None;
@@ -131,7 +131,7 @@ mod tests {
         OfTime::new(graph, time, parts, value, Dimension::NONE).unwrap()
     }
 
-    /// The derivative of the integral is the function, which is zero at the start; what has no closed form is told.
+    /// The derivative of the integral is the function, which is zero at the start; an integral without a closed form is reported.
     #[test]
     fn the_derivative_of_an_integral_is_the_function() {
         for text in ["3", "2 * t + t^3 / 4", "5 * sin(2 * pi * t + 1) - cos(3 * t)", "exp(-t / 2) * 4 + 1"] {

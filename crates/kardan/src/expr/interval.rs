@@ -1,4 +1,4 @@
-//! Intervals that hold every value, rounded outward.
+//! Intervals that contain every value, rounded outward.
 
 use kardan_rt::functions::{acos, asin, atan, exp, ln, sin_cos, tan};
 use kardan_rt::{Operator, Real};
@@ -61,7 +61,7 @@ impl Interval {
     }
 
     fn times(self, other: Self) -> Self {
-        // Zero times infinity is zero here: the end stands for numbers, however large.
+        // Zero times infinity is zero here: the end represents numbers, however large.
         let product = |a: f64, b: f64| if a == 0.0 || b == 0.0 { 0.0 } else { a * b };
         let ends = [(self.low, other.low), (self.low, other.high), (self.high, other.low), (self.high, other.high)];
         Self::enclosing(&ends.map(|(a, b)| product(a, b)), 1)
@@ -102,7 +102,7 @@ impl Interval {
     }
 }
 
-/// Interval arithmetic: each result holds every value that the operands allow.
+/// Interval arithmetic: each result contains every value that the operands allow.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Intervals;
 

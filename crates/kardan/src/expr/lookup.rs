@@ -4,7 +4,7 @@ use super::{Expr, Graph, PiecewisePolynomial};
 use crate::num::{Rational, rational_from_f64, rational_to_f64, steffen};
 use crate::units::Dimension;
 
-/// What holds beyond the first and the last point.
+/// The continuation outside the first and the last point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Beyond {
     /// The value of that point.
@@ -33,7 +33,7 @@ pub enum Beyond {
 pub struct Lookup {
     arguments: Vec<Dimension>,
     dimension: Dimension,
-    /// Along the first argument, one for each place of the second.
+    /// Over the first argument, one for each grid point of the second.
     rows: Vec<PiecewisePolynomial>,
     /// The share of each row, over the second argument.
     shares: Vec<PiecewisePolynomial>,
@@ -97,12 +97,12 @@ impl Lookup {
         Some(Self { arguments: arguments.to_vec(), dimension, rows, shares, beyond })
     }
 
-    /// What it is over.
+    /// Dimensions of its arguments.
     pub fn arguments(&self) -> &[Dimension] {
         &self.arguments
     }
 
-    /// From where to where its points reach along each argument.
+    /// The range of its points in each argument.
     pub fn ranges(&self) -> Vec<(f64, f64)> {
         let ends = |table: &PiecewisePolynomial| {
             let [first, last] = [table.knots.first(), table.knots.last()].map(|knot| knot.map_or(0.0, rational_to_f64));
@@ -111,12 +111,12 @@ impl Lookup {
         self.rows.first().into_iter().chain(self.shares.first()).map(ends).collect()
     }
 
-    /// What holds beyond its points.
+    /// The continuation outside its points.
     pub fn beyond(&self) -> Beyond {
         self.beyond
     }
 
-    /// What it is of.
+    /// Dimension of its value.
     pub fn dimension(&self) -> Dimension {
         self.dimension
     }
@@ -159,7 +159,7 @@ mod tests {
         list.iter().map(|x| rational_from_f64(*x).unwrap()).collect()
     }
 
-    /// A bilinear function is its own surface, also beyond the grid; a cubic row keeps its points and is monotone between them.
+    /// A bilinear function is its own surface, also outside the grid; a cubic row passes through its points and is monotone between them.
     #[test]
     fn surfaces_are_those_of_their_points() {
         let (x, y) = ([-1.0, 0.5, 2.0], [0.0, 0.25, 1.0, 3.0]);

@@ -51,11 +51,11 @@ pub fn lower<D: Domain>(
 struct Lowering<'a, D: Domain> {
     graph: &'a Graph,
     domain: &'a mut D,
-    /// What is no constant.
+    /// Not a constant.
     values: HashMap<Expr, D::Value>,
     /// Sine and cosine of an argument.
     angles: HashMap<Expr, [D::Value; 2]>,
-    /// What several products are divided by, and one over it.
+    /// Common divisors of several products, and their reciprocals.
     divisors: OnceCell<HashSet<Expr>>,
     reciprocals: HashMap<Expr, D::Value>,
 }
@@ -95,7 +95,7 @@ impl<D: Domain> Lowering<'_, D> {
         if let Some(cached) = self.values.get(&expr) {
             return cached.clone();
         }
-        // Not asked for where it stands in a product or a sum, whose constants are rounded together.
+        // Not computed where it is in a product or a sum, whose constants are rounded together.
         let constant = self.constant(expr).unwrap_or(Rational::ZERO);
         self.domain.constant(&constant)
     }

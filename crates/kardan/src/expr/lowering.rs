@@ -1,16 +1,16 @@
-//! Expressions as they are written in a model, put into a graph.
+//! Conversion of expressions from the source text of a model into a graph.
 
 use std::sync::Arc;
 
 use super::{Expr, Function, Graph, Lookup};
 use crate::units::{Called, Dimension, Exact, Expression, Kind, Node, UnitError, Value};
 
-/// What a name in an expression stands for.
+/// The meaning of a name in an expression.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Named {
     /// A value known now.
     Constant(Exact, Dimension),
-    /// What varies.
+    /// A varying expression.
     Varying(Expr, Dimension),
     /// A table, which is called.
     Table(Arc<Lookup>),
@@ -38,7 +38,7 @@ impl Graph {
         self.scale(value.rational.clone(), power)
     }
 
-    /// What an expression stands for: what follows from constants alone is computed exactly, or to 256 digits and rounded once; the rest are
+    /// The value of an expression: what follows from constants alone is computed exactly, or to 256 digits and rounded once; the rest are
     /// nodes.
     ///
     /// ```
@@ -66,7 +66,7 @@ impl Graph {
         self.expr_of(root, built)
     }
 
-    /// The tables that an expression calls, each with what it is called with.
+    /// The tables that an expression calls, each with its arguments.
     ///
     /// # Errors
     /// As [`lowered`](Self::lowered).

@@ -1,7 +1,7 @@
-//! Exact expressions: a graph in which equal things are one node.
+//! Exact expressions: a graph in which equal subexpressions share one node.
 //!
-//! Constants are rationals and π, so that what vanishes vanishes exactly. Sums hold their terms with rational factors, products
-//! their factors with whole powers, both in one order; only identities that hold exactly are used. The same graph is differentiated,
+//! Constants are rationals and π, so that zeros are exact zeros. Sums have their terms with rational factors, products
+//! their factors with whole powers, both in one order; only exact identities are used. The same graph is differentiated,
 //! printed, evaluated over any numbers ([`Domain`]), and compiled to a list of operations ([`crate::plan`]).
 
 mod at_once;

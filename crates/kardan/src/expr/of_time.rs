@@ -37,7 +37,7 @@ impl Pieces {
         out
     }
 
-    /// Start and coefficients of the piece that holds from a time on.
+    /// Start and coefficients of the piece that is valid from a time on.
     pub fn piece(&self, time: f64) -> (f64, [f64; 4]) {
         match self.starts.partition_point(|start| *start <= time).checked_sub(1) {
             Some(k) => (self.starts[k], self.coefficients[k]),
@@ -88,13 +88,13 @@ pub fn polynomial(coefficients: &[f64; 4], x: f64) -> f64 {
 /// A part of a function of time that is given by pieces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Part {
-    /// What it is called in messages and plans.
+    /// Its name in messages and plans.
     pub name: String,
     /// What it is of.
     pub dimension: Dimension,
     /// Its pieces, SI.
     pub pieces: Pieces,
-    /// Whether a run tells of each of its breakpoints.
+    /// Whether a run reports each of its breakpoints.
     pub reported: bool,
 }
 
@@ -182,7 +182,7 @@ impl OfTime {
         self.parts.iter().map(|(_, part)| part)
     }
 
-    /// Whether the time itself stands in it.
+    /// Whether it contains the time itself.
     pub fn has_time(&self) -> bool {
         self.graph.symbols(&[self.value]).contains(&self.time)
     }
@@ -246,7 +246,7 @@ impl OfTime {
         Self { graph, time: self.time, parts, value, dimension }
     }
 
-    /// As a person would write it; parts by their names.
+    /// As in a source text; parts by their names.
     pub fn text(&self) -> String {
         self.formatted(Style::Text, &|name| name.into())
     }
@@ -256,7 +256,7 @@ impl OfTime {
         printed(&self.graph, self.value, style, name)
     }
 
-    /// Whether it may bend or jump where no part has a breakpoint.
+    /// Whether it may have a kink or a jump where no part has a breakpoint.
     pub fn has_kinks(&self) -> bool {
         let mut graph = self.graph.clone();
         let kinks = graph.kinks(self.value);
@@ -264,7 +264,7 @@ impl OfTime {
         kinks.into_iter().any(varying)
     }
 
-    /// Its expression in another graph, in which the time and each part are what these functions say.
+    /// Its expression in another graph, in which these functions give the time and each part.
     pub fn write_into(
         &self,
         graph: &mut Graph,
@@ -303,7 +303,7 @@ mod tests {
     use super::*;
     use crate::expr::Function;
 
-    /// What is written into another graph is printed as it was, and has its value.
+    /// An expression copied into another graph prints the same, and has the same value.
     #[test]
     fn a_function_is_the_same_in_another_graph() {
         let mut graph = Graph::default();

@@ -1,4 +1,4 @@
-//! Expressions to first order on the sides of a place at which they bend or jump.
+//! Expressions to first order on the sides of a kink or a jump.
 
 use std::collections::BTreeMap;
 
@@ -28,7 +28,7 @@ impl Number {
         if width.is_finite() { width } else { 0.0 }
     }
 
-    /// Whether two are the same, as far as rounding tells.
+    /// Whether two are the same, to rounding.
     fn is_same(&self, other: &Self, exactly: bool) -> bool {
         let finite = |one: &Self| one.enclosure.low.is_finite() && one.enclosure.high.is_finite();
         match (&self.exact, &other.exact) {
@@ -108,7 +108,7 @@ pub struct SidesOf {
     pub all: bool,
 }
 
-/// Guards of one expression beyond which its sides are too many to be looked at one by one.
+/// Most guards of one expression whose sides are enumerated one by one.
 const MOST_GUARDS: usize = 8;
 /// Guards that are named of more.
 const NAMED: usize = 3;
@@ -162,7 +162,7 @@ pub fn linear_sides(graph: &mut Graph, exprs: &[Expr], place: &dyn Place) -> Opt
     Some(linear(graph, sides, place, &mut GuardNames::new()))
 }
 
-/// What expressions are on some sides, to first order.
+/// The expressions on some sides, to first order.
 fn linear(graph: &mut Graph, own: Vec<Sided>, place: &dyn Place, names: &mut GuardNames) -> Vec<Linear> {
     let guards: Vec<Expr> = own.iter().flat_map(|side| side.guards.iter().map(|(guard, _)| *guard)).collect();
     let exactly = sides::exactly(graph, &guards, place);
@@ -174,8 +174,8 @@ fn linear(graph: &mut Graph, own: Vec<Sided>, place: &dyn Place, names: &mut Gua
     own.into_iter().map(linear).collect()
 }
 
-/// Expressions at a place: values, and slopes by the places of symbols. Where `exactly` is set and all is exact, nothing is compared within rounding, and
-/// rounding is not looked for.
+/// Expressions at a place: values, and slopes by the places of symbols. Where `exactly` is set and all is exact, no comparison allows for rounding, and
+/// rounding is not estimated.
 fn to_first_order(
     graph: &mut Graph,
     exprs: &[Expr],
@@ -198,7 +198,7 @@ fn to_first_order(
     for (((exact, enclosure), rounded), expr) in exact.into_iter().zip(enclosure).zip(rounded).zip(exprs) {
         let own = |((exact, enclosure), value)| Number { exact, value, enclosure };
         let (value, mut slopes) = exact.zip(enclosure).zip(rounded).map(own).split();
-        // Behind what overflows there may be a slope that does not, as an expression.
+        // A slope may be finite as an expression where its evaluation overflows.
         for (own, slope) in slopes.iter_mut().filter(|(_, slope)| !slope.is_number()) {
             let symbol = graph.symbols(&[*expr]).into_iter().find(|symbol| place.place(*symbol) == Some(*own));
             let derivative = symbol.map(|symbol| graph.derivative(*expr, symbol));

@@ -15,7 +15,7 @@ pub enum Style {
     Latex,
 }
 
-/// How tightly an expression holds together.
+/// The precedence of an expression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Strength {
     Sum,
@@ -24,7 +24,7 @@ enum Strength {
     Atom,
 }
 
-/// An expression in words of its symbols' names, `name` writes one.
+/// An expression as text with its symbols' names, `name` writes one.
 ///
 /// ```
 /// use kardan::expr::{Function, Graph, Style, printed};
@@ -58,7 +58,7 @@ pub fn parenthesised(latex: &str) -> String {
     }
 }
 
-/// What has more letters may need more lines than one.
+/// Longer text may need several lines.
 const LONG: usize = 300;
 
 /// Without parentheses around all of it, which a bar of a fraction does not need.
@@ -73,7 +73,7 @@ pub(crate) fn bare(latex: &str) -> &str {
     if closes { latex } else { inner }
 }
 
-/// A power in LaTeX: that of a sine stands before its angle.
+/// A power in LaTeX: that of a sine is before its angle.
 pub(crate) fn raised(latex: &str, power: u32) -> String {
     for function in [r"\sin", r"\cos", r"\tan"] {
         if let Some(rest) = latex.strip_prefix(function) {
@@ -94,7 +94,7 @@ struct Printer<'a> {
     budget: Cell<usize>,
 }
 
-/// Parts within each other, and all parts, of an expression that is written; what is beyond is dots: nobody reads it.
+/// Most nested parts, and most parts, of a printed expression; dots replace the rest.
 const MOST_WITHIN: usize = 100;
 const MOST_PARTS: usize = 100_000;
 

@@ -1,6 +1,6 @@
-//! What expressions are on the sides of a place at which they bend or jump.
+//! Expressions on the sides of a kink or a jump.
 //!
-//! A *guard* is what chooses a piece by its sign: the argument of `abs`, the difference of what `min`, `max` and `if` compare, the distance of a
+//! A *guard* selects a piece by its sign: the argument of `abs`, the difference of what `min`, `max` and `if` compare, the distance of a
 //! table's argument from a point. Where it vanishes its derivative is that of one side, and all that has the same guard has to be on the same side:
 //! `sign(x)·abs(x)` is x on both. A guard is named with its first term not subtracted and without a factor: `x`, `−2x` and `x³` are one.
 
@@ -10,7 +10,7 @@ use super::graph::{Node, PiecewisePolynomial};
 use super::{Expr, Floating, Function, Graph, Interval, Intervals, Style, Surd, Surds, Symbol, lower, printed};
 use crate::num::{Rational, Scalar, SparseRow, rational_from_f64, rational_to_f64};
 
-/// A place at which expressions are looked at, and how it may be left.
+/// A place at which expressions are evaluated, and how it may be left.
 pub trait Place {
     /// The number by which derivatives by a symbol are listed; `None`: there are none of it.
     fn place(&self, symbol: Symbol) -> Option<usize>;
@@ -20,9 +20,9 @@ pub trait Place {
     fn value(&self, symbol: Symbol) -> f64;
     /// Between which numbers it is.
     fn enclosure(&self, symbol: Symbol) -> Interval;
-    /// How it moves with each of the directions in which the place may be left; nothing where it stands still.
+    /// Its rate in each of the directions in which the place may be left; `None` where it does not change.
     fn moves(&self, symbol: Symbol) -> SparseRow;
-    /// Its value just beside the place.
+    /// Its value next to the place.
     fn beside(&self, symbol: Symbol, direction: Direction<'_>) -> f64 {
         let (value, moves) = (self.value(symbol), self.moves(symbol));
         let step: f64 = moves.iter().map(|(k, x)| rational_to_f64(x) * direction(*k)).sum();
@@ -30,7 +30,7 @@ pub trait Place {
     }
 }
 
-/// How far beside a place it is, relative to its size or to one.
+/// Its distance from a place, relative to its size or to one.
 const BESIDE: f64 = 1e-9;
 
 /// A side of a place, by the guards that are below zero there, as they are written; all others that vanish are above.
@@ -40,7 +40,7 @@ pub struct Side {
     pub below: BTreeSet<String>,
 }
 
-/// What expressions are on one side.
+/// The expressions on one side.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Sided {
     /// The guards that vanish at the place, and whether they are above zero here.
@@ -66,7 +66,7 @@ impl GuardNames {
         Self::default()
     }
 
-    /// What a guard is called.
+    /// The name of a guard.
     pub fn of(&mut self, graph: &Graph, guard: Expr) -> String {
         self.0.entry(guard).or_insert_with(|| printed(graph, guard, Style::Text, &|name| name.into())).clone()
     }
@@ -78,7 +78,7 @@ pub fn exactly(graph: &Graph, exprs: &[Expr], place: &dyn Place) -> Vec<Option<R
     values.into_iter().map(|value| value?.to_rational()).collect()
 }
 
-/// Sides of one place that are looked at.
+/// Sides of one place that are evaluated.
 const MOST_SIDES: usize = 64;
 
 /// A node that has another piece on each side of its guard: below, above.
@@ -92,7 +92,7 @@ enum Pieces {
 /// Guards, and whether they are above zero.
 type Chosen = Vec<(Expr, bool)>;
 
-/// Which sides of the last of some guards, below and above, can be reached beside the others.
+/// Which sides of the last of some guards, below and above, can be reached together with the others.
 type Reachable<'a> = dyn FnMut(&mut Graph, &[(Expr, bool)]) -> [bool; 2] + 'a;
 
 /// A direction in which a place is left: its part along each of those in which it may be.
@@ -101,11 +101,11 @@ pub type Direction<'a> = &'a dyn Fn(usize) -> f64;
 /// Gradients of guards at a place, as far as they are computed.
 type Gradients = HashMap<Expr, Option<SparseRow>>;
 
-/// Of each node that may bend at a place its guards, whether each was turned, and the pieces.
+/// For each node that may have a kink at a place its guards, whether each was negated, and the pieces.
 type GuardedKinks = HashMap<Expr, Vec<(Expr, bool, Pieces)>>;
 
 impl Graph {
-    /// A guard as it is named, and whether it was turned for that.
+    /// A guard in its named form, and whether it was negated for that.
     pub fn guard(&mut self, guard: Expr) -> (Expr, bool) {
         match self.node(guard).clone() {
             Node::Group(inner) => self.guard(inner),
@@ -225,7 +225,7 @@ impl Graph {
         self.sum(Rational::ZERO, &terms)
     }
 
-    /// What expressions are on all sides of guards that vanish by this: sides that do not exist may be among them. `None`: too many.
+    /// The expressions on all sides of guards that vanish by this: sides that do not exist may be among them. `None`: too many.
     pub fn all_sides(&mut self, exprs: &[Expr], vanishes: &dyn Fn(Expr) -> bool) -> Option<Vec<Sided>> {
         let (guards, guarded_kinks) =
             self.guarded_kinks(exprs, &mut |_, guards| guards.iter().map(|guard| vanishes(*guard)).collect());
@@ -235,7 +235,7 @@ impl Graph {
         })
     }
 
-    /// What expressions are on the sides of a place. Where guards vanish to first order there are those sides alone that can be reached from it; the first
+    /// The expressions on the sides of a place. Where guards vanish to first order there are those sides alone that can be reached from it; the first
     /// is that of the highest guards. `None`: too many.
     pub fn sides(&mut self, exprs: &[Expr], place: &dyn Place) -> Option<Vec<Sided>> {
         let (guards, guarded_kinks) = self.guarded_kinks(exprs, &mut |graph, guards| graph.vanish(guards, place));
@@ -244,7 +244,7 @@ impl Graph {
         self.on_all_sides(exprs, (&guards, &guarded_kinks), &mut reachable)
     }
 
-    /// What expressions are on the side of a place that a direction leads to.
+    /// The expressions on the side of a place that a direction leads to.
     pub fn one_sided_slope(&mut self, exprs: &[Expr], place: &dyn Place, direction: Direction<'_>) -> Sided {
         let (guards, guarded_kinks) = self.guarded_kinks(exprs, &mut |graph, guards| graph.vanish(guards, place));
         let values = lower(self, &guards, &mut Floating::<f64>::default(), |symbol| place.beside(symbol, direction));
@@ -340,7 +340,7 @@ impl Graph {
         visited.into_iter().filter_map(|part| self.symbol_of(part)).collect()
     }
 
-    /// Of symbols that stand for expressions those that [carry](Self::carried) one of some symbols, by way of whatever others; these are among them.
+    /// Of symbols that represent expressions those that [carry](Self::carried) one of some symbols, directly or through others; these are among them.
     pub fn carriers(&self, carried: &[Symbol], stand_for: &[(Symbol, Expr)]) -> HashSet<Symbol> {
         let mut above: HashMap<Expr, Vec<Expr>> = HashMap::new();
         let exprs: Vec<Expr> = stand_for.iter().map(|(_, expr)| *expr).collect();
@@ -396,7 +396,7 @@ impl Graph {
     }
 
     /// Whether a place can be left to below and to above zero of the last of some guards, with the others on their sides; neither where the last one does
-    /// not vanish there, or stands still.
+    /// not vanish there, or does not change.
     fn reachable(&mut self, guards: &[(Expr, bool)], place: &dyn Place, gradients: &mut Gradients) -> [bool; 2] {
         let Some(((last, _), further_guards)) = guards.split_last() else { return [false; 2] };
         let moving = self.symbols(&[*last]).into_iter().any(|symbol| !place.moves(symbol).is_empty());
@@ -410,7 +410,7 @@ impl Graph {
         }
         let Some(row) = gradients[last].clone() else { return [true; 2] };
         if row.is_empty() {
-            // To first order it stands still.
+            // To first order it does not change.
             let opposite = self.negate(*last);
             return [!self.is_never_negative(*last), !self.is_never_negative(opposite)];
         }
@@ -446,7 +446,7 @@ impl Graph {
         Some(out.into_iter().filter(|(_, x)| !Scalar::is_zero(x)).collect())
     }
 
-    /// Whether it is zero or more everywhere, as far as its form tells.
+    /// Whether its form shows that it is zero or more everywhere.
     fn is_never_negative(&self, expr: Expr) -> bool {
         match self.node(expr) {
             Node::Number(value) => *value >= Rational::ZERO,
@@ -465,7 +465,7 @@ impl Graph {
     }
 }
 
-/// Whether there is a direction along which all rows are above zero, exactly (Fourier and Motzkin: unknowns are eliminated one after the other).
+/// Whether there is a direction in which all rows are above zero, exactly (Fourier and Motzkin: unknowns are eliminated one after the other).
 fn is_open(mut rows: Vec<SparseRow>) -> bool {
     while let Some(first) = rows.first() {
         let Some((unknown, _)) = first.first() else { return false };

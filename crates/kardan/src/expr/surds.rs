@@ -11,7 +11,7 @@ use crate::num::{Matrix, Rational, Scalar, rational_from_f64, rational_to_f64};
 const PARTS: i64 = 12;
 /// Units in the last place within which a double is a multiple of such a part.
 const NEAR: f64 = 2.0 * f64::EPSILON;
-/// Numerators and denominators above this are no decimals that somebody wrote, but rounded.
+/// Numerators and denominators above this are not those of decimals from a file, but of rounded numbers.
 const WRITTEN: f64 = 1e14;
 /// The squares of 1, √2, √3 and √6.
 const SQUARES: [i64; 4] = [1, 2, 3, 6];
@@ -32,7 +32,7 @@ impl Surd {
         Self { roots: [value, b, c, d], pi: Rational::ZERO }
     }
 
-    /// What a number stands for: one that is as near to a multiple of 15° as a double can be is that multiple, all others are themselves.
+    /// The exact meaning of a number: one that is as near to a multiple of 15° as a double can be is that multiple, all others are themselves.
     pub fn recognise(value: &Rational) -> Self {
         let near = rational_to_f64(value);
         let parts = (near / PI * PARTS as f64).round();
@@ -64,7 +64,7 @@ impl Surd {
             return None;
         }
         let parts = i64::try_from(parts.numerator() % dashu_int::IBig::from(2 * PARTS)).ok()?.rem_euclid(2 * PARTS);
-        // Between 0 and half a turn; beyond a quarter of a turn the opposite of the supplement.
+        // Between 0 and half a turn; above a quarter of a turn the negative of that of the supplement.
         let parts = if parts > PARTS { 2 * PARTS - parts } else { parts };
         let (parts, sign) = if 2 * parts > PARTS { (PARTS - parts, -1) } else { (parts, 1) };
         let quarters: [i64; 4] = match parts {
@@ -163,7 +163,7 @@ fn root_of(square: i64) -> (usize, i64) {
     (place(square / (factor * factor)).unwrap_or(0), factor)
 }
 
-/// Exact numbers around fractions, roots of 2, 3 and 6, and multiples of π; nothing where a value is none, or is not known to be one.
+/// Exact numbers around fractions, roots of 2, 3 and 6, and multiples of π; `None` where a value is no such number, or is not known to be one.
 /// Functions are where they are known: sines of multiples of 15°, `atan 0`, `exp 0`, `ln 1`.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Surds;
@@ -233,7 +233,7 @@ mod tests {
         roots.sum::<f64>() + rational_to_f64(&x.pi) * PI
     }
 
-    /// Sines of all multiples of 15° are those of floating point, `sin² + cos² = 1` and `x · 1/x = 1` hold exactly, and the rational ones are
+    /// Sines of all multiples of 15° are those of floating point, `sin² + cos² = 1` and `x · 1/x = 1` are exact, and the rational ones are
     /// fractions (Niven: 0, ±1/2 and ±1 alone).
     #[test]
     fn sines_of_multiples_of_fifteen_degrees() {
@@ -250,7 +250,7 @@ mod tests {
             }
             assert_eq!(s.to_rational().is_some(), [0, 2, 6, 10].contains(&k.rem_euclid(12)), "{k}");
         }
-        // Numbers that somebody wrote are no angles.
+        // Decimal numbers from a file are no angles.
         assert_eq!(Surd::recognise_double(1.57).unwrap().cosine(), None);
         assert_eq!(Surd::rational(Rational::ONE).cosine(), None);
     }

@@ -1,4 +1,4 @@
-//! Expressions as numbers: a block of `kardan-rt` that computes with them writes its formula down.
+//! Expressions as numbers: a block of `kardan-rt` that computes with them gives its formula.
 
 use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -11,7 +11,7 @@ use crate::num::Rational;
 /// An expression of a graph that is in the making, or a small fraction.
 #[derive(Debug, Clone, Copy)]
 pub enum Traced<'g> {
-    /// Numerator and denominator: what a block brings along.
+    /// Numerator and denominator: a constant of a block.
     Fraction(i64, i64),
     /// An expression.
     Of(&'g RefCell<Graph>, Expr),
@@ -33,7 +33,7 @@ impl<'g> Traced<'g> {
         }
     }
 
-    /// The operation on expressions, in the graph that one of them stands in; `None` if both are fractions.
+    /// The operation on expressions, in the graph of one of them; `None` if both are fractions.
     fn recorded<const N: usize>(
         parts: [Self; N],
         operation: impl FnOnce(&mut Graph, [Expr; N]) -> Expr,
@@ -50,7 +50,7 @@ impl<'g> Traced<'g> {
     fn fraction(self) -> (i64, i64) {
         match self {
             Self::Fraction(numerator, denominator) => (numerator, denominator),
-            Self::Of(..) => unreachable!("asked of fractions alone"),
+            Self::Of(..) => unreachable!("used with fractions only"),
         }
     }
 }
@@ -125,7 +125,7 @@ impl Arithmetic for Traced<'_> {
         self
     }
 
-    /// Of what is no number no comparison holds.
+    /// No comparison with a value that is not a number is true.
     fn is_number(self) -> Self {
         match self {
             Self::Fraction(..) => Self::Fraction(1, 1),
@@ -151,7 +151,7 @@ mod tests {
         printed(&graph.borrow(), expr, Style::Text, &|name| name.into())
     }
 
-    /// What a block of `kardan-rt` does with expressions is its formula, with nothing left of what it asks about numbers.
+    /// A block of `kardan-rt` run on expressions gives its formula, without its tests of numbers.
     #[test]
     fn blocks_write_themselves_down() {
         let graph = RefCell::new(Graph::default());

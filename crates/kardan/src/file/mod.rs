@@ -1,4 +1,4 @@
-//! The syntax of model files, and only here: TOML to [`Entries`](crate::entries::Entries) with their places, and back.
+//! The syntax of model files, in this module only: TOML to [`Entries`](crate::entries::Entries) with their places, and back.
 
 mod syntax;
 mod toml;

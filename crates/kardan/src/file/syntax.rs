@@ -9,7 +9,7 @@ use crate::diagnostics::{Diagnostic, shortened};
 use crate::entries::{Entries, Entry, KeyedEntry, RawValue};
 use crate::units::parse_quantity;
 
-/// Reads the text of a model file as TOML; what is broken is reported and the rest is still there.
+/// Reads the text of a model file as TOML; broken parts are reported, the rest is returned.
 ///
 /// # Errors
 ///
@@ -27,7 +27,7 @@ pub fn syntax(source: &str) -> (Entries, Vec<Diagnostic>) {
     let mut errors: Vec<(Range<usize>, &str)> =
         errors.iter().map(|error| (error.span().unwrap_or(0..0), error.message())).collect();
     errors.sort_by_key(|(span, _)| (span.start, span.end));
-    // What follows the first mistake of a line mostly follows from it.
+    // Later errors of a line are mostly consequences of its first.
     let line =
         |span: &Range<usize>| source.as_bytes()[..span.start.min(source.len())].iter().filter(|b| **b == b'\n').count();
     errors.dedup_by_key(|(span, _)| line(span));
@@ -45,7 +45,7 @@ pub fn syntax(source: &str) -> (Entries, Vec<Diagnostic>) {
                 }
             }
         } else if message.starts_with("duplicate key") {
-            ("a key that was given before".to_string(), "keep one of the two".to_string())
+            ("a duplicate key".to_string(), "remove one of the two".to_string())
         } else {
             let help = match message {
                 m if m.starts_with("unclosed table") => format!("write `{}]`", shortened(line)),
@@ -54,7 +54,7 @@ pub fn syntax(source: &str) -> (Entries, Vec<Diagnostic>) {
                 }
                 m if m.contains("string, expected") => "end the text with the quote it begins with".to_string(),
                 m if m.starts_with("key with no value") => "write it as `key = value`".to_string(),
-                m if m.contains("recurse") => "nothing in a model file is nested that deeply".to_string(),
+                m if m.contains("recurse") => "model files do not nest that deeply".to_string(),
                 _ => with_point(line)
                     .unwrap_or_else(|| "see https://toml.io for how a file of keys and values is written".to_string()),
             };
@@ -66,7 +66,7 @@ pub fn syntax(source: &str) -> (Entries, Vec<Diagnostic>) {
     (table(document.get_ref()), diagnostics)
 }
 
-/// What to write for the value of a line, if it is a number with a decimal comma.
+/// The suggested value of a line, if it is a number with a decimal comma.
 fn with_point(line: &str) -> Option<String> {
     let diagnostic = parse_quantity(line.split_once('=')?.1.trim()).err()?;
     diagnostic.help.filter(|_| diagnostic.message.starts_with("unexpected `,`"))
@@ -88,7 +88,7 @@ fn table(read: &DeTable<'_>) -> Entries {
 
 fn entry(read: &Toml<DeValue<'_>>) -> Entry {
     let value = match read.get_ref() {
-        // What the reader put in place of something broken.
+        // The reader's substitute for a broken value.
         _ if read.span().is_empty() => RawValue::Broken,
         DeValue::String(text) => RawValue::Text(text.to_string()),
         DeValue::Integer(number) if number.radix() == 10 => RawValue::Number(number.as_str().into()),

@@ -23,7 +23,7 @@ pub fn to_toml(entries: &Entries) -> String {
     out
 }
 
-/// A value as it stands in a file.
+/// A value as in a file.
 pub fn value_to_toml(raw: &RawValue) -> String {
     let mut out = String::new();
     value(raw, &mut out);

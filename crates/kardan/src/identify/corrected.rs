@@ -1,17 +1,17 @@
-//! Rows of the balance on which no torque acts that was measured: they tell ratios of coefficients, never their size.
+//! Rows of the balance without a measured torque: they determine ratios of coefficients, never their magnitude.
 
 use super::{Errors, Samples};
 use crate::num::{Cholesky, dot};
 
-/// Part of a direction that must be left of it beside others.
+/// Smallest fraction of a direction that must remain after orthogonalisation.
 const APART: f64 = 1e-6;
 
-/// An orthonormal basis of what is orthogonal to some directions, in so many dimensions; vector by vector.
+/// An orthonormal basis of the orthogonal complement of some directions in a space of this dimension; vector by vector.
 fn complement<'a>(directions: impl Iterator<Item = &'a [f64]>, size: usize) -> Vec<f64> {
     let mut basis: Vec<f64> = Vec::new();
     let add = |basis: &mut Vec<f64>, own: &[f64]| {
         let mut remainder = own.to_vec();
-        // Twice is enough for rounding.
+        // Two passes suffice against rounding.
         for _ in 0..2 {
             for one in basis.chunks_exact(size) {
                 let share = dot(one, &remainder);
@@ -35,13 +35,13 @@ fn complement<'a>(directions: impl Iterator<Item = &'a [f64]>, size: usize) -> V
 }
 
 impl Samples {
-    /// The samples with the errors of the motion taken out that rows without a measured torque tell at some values, so that what is
-    /// `residual` of each sample and row stays; and with the covariances at these values. The same where there are no such rows.
+    /// The samples, corrected by the errors of the motion that rows without a measured torque yield at some values, so that
+    /// `residual` of each sample and row remains; and with the covariances at these values. Unchanged without such rows.
     ///
     /// Such a row is `0 = Xθ + e` with an error that is as large as θ: least squares make θ small, and weights from its own residuals make
-    /// it nothing. The likelihood of the errors `ε` of what was measured, `e = Gε`, has no such minimum: it is stationary where
+    /// it zero. The likelihood of the errors `ε` of the measurements, `e = Gε`, has no such minimum: it is stationary where
     /// `Σ X̂ᵀS⁻¹(y − Xθ) = 0` with X̂ the signals less their most likely errors, `ε = ΛGᵀS⁻¹(y − Xθ)` \[Fuller 1987, 3.1; Britt, Luecke
-    /// 1973\]. Of a row in which nothing is known X̂θ is zero: no scale of θ fits it better than another.
+    /// 1973\]. For a row without known terms X̂θ is zero: every scale of θ fits it equally well.
     pub(super) fn corrected(&self, values: &[f64], residual: &dyn Fn(usize, usize) -> f64) -> Option<Self> {
         let errors = self.errors.as_ref()?;
         let mut out = self.clone();
@@ -74,7 +74,7 @@ impl Samples {
     }
 }
 
-/// What one sample needs.
+/// Work quantities of one sample.
 struct Work {
     /// G
     g: Vec<f64>,
@@ -85,7 +85,7 @@ struct Work {
 }
 
 impl Work {
-    /// The covariance of the rows, and the most likely errors that the rows without a measured torque tell; `None` where nothing is uncertain.
+    /// The covariance of the rows, and the most likely errors that the rows without a measured torque yield; `None` if no quantity is uncertain.
     fn likely(&mut self, variances: &[f64], (rows, m, r): (usize, usize, usize)) -> Option<(Vec<f64>, Vec<f64>)> {
         let size = m + 3 * r;
         for i in 0..rows {

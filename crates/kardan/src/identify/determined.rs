@@ -3,24 +3,24 @@ use crate::assemble::{CoefficientKind as Kind, Equations};
 use crate::num::{Matrix, Random, Rational, Scalar, echelon};
 use crate::reduce::{Kinematics, Reduced, linearise};
 
-/// What a measurement moves.
+/// The motion of a measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Excitation {
     /// Constant speeds: no accelerations, and twists of springs that stay as they are.
     Steady,
-    /// Anything.
+    /// Any motion.
     Free,
 }
 
-/// Positions at which a model with bent transmissions is looked at, and their seed.
+/// Positions at which a model with nonlinear transmissions is evaluated, and their seed.
 const POSITIONS: (usize, u64) = (6, 1);
 
 /// Which combinations of coefficients no measurement of that kind can determine, whatever is measured and however well: a basis,
 /// one row for each with an entry for each coefficient; empty if all can be.
 ///
-/// Exact: with the reduced direction `g = Kᵀa` an inertia (damping, stiffness) enters by the matrix `g gᵀ` alone, a Coulomb
-/// torque by `g sgn(gᵀq̇)`; what these features do not tell apart, no data do. With bent transmissions the features at several
-/// positions together, their slopes rounded once. Inputs in `unmeasured` may have any torque: of every feature only what is across
+/// Exact: with the reduced direction `g = Kᵀa` an inertia (damping, stiffness) enters only by the matrix `g gᵀ`, a Coulomb
+/// torque by `g sgn(gᵀq̇)`; no data distinguish what these features do not. With nonlinear transmissions the features at several
+/// positions together, their slopes rounded once. Inputs in `unmeasured` may have any torque: of every feature only the part orthogonal to
 /// their directions counts.
 ///
 /// ```
@@ -63,18 +63,18 @@ pub fn undetermined(
     (0..found.columns()).map(|k| (0..p).map(|j| found[(j, k)].clone()).collect()).collect()
 }
 
-/// What can be told of coefficients at one reduced position.
+/// Features of the coefficients at one reduced position.
 struct Position<'a> {
     equations: &'a Equations,
     basis: Matrix<Rational>,
     excitation: Excitation,
-    /// A basis of the speeds that can be: all, or those at which no spring is twisted on.
+    /// A basis of the possible speeds: all, or those at which no spring twist changes.
     speeds: Matrix<Rational>,
-    /// A basis of what is across the torques that nobody measured.
+    /// A basis of the orthogonal complement of the unmeasured torques.
     across: Matrix<Rational>,
 }
 
-/// What of a direction is along the columns of a basis.
+/// The component of a direction along the columns of a basis.
 fn projection(g: &[Rational], basis: &Matrix<Rational>) -> Vec<Rational> {
     let projection = |k: usize| (0..g.len()).fold(Rational::ZERO, |sum, j| sum.plus(&g[j].times(&basis[(j, k)])));
     (0..basis.columns()).map(projection).collect()
@@ -113,7 +113,7 @@ impl<'a> Position<'a> {
         }
     }
 
-    /// What inertias, dampings and stiffnesses add to the torques: their directions squared.
+    /// Contribution of inertias, dampings and stiffnesses to the torques: their directions squared.
     fn of_squares(&self, coefficients: &[Coefficient]) -> Vec<Vec<Rational>> {
         let (r, rows) = (self.basis.columns(), self.across.columns());
         let mut features = Vec::new();
@@ -149,7 +149,7 @@ impl<'a> Position<'a> {
         for (column, one) in coefficients.iter().enumerate().filter(|(_, one)| one.kind == Kind::Friction) {
             for &term in &one.terms {
                 let g = self.of_term(Kind::Friction, term);
-                // Of a friction that rests nobody knows the sign; one along a torque that nobody measured does nothing else.
+                // The sign of a sticking friction is unknown; a friction along an unmeasured torque has no other effect.
                 if [&self.speeds, &self.across].iter().any(|basis| projection(&g, basis).iter().all(Rational::is_zero))
                 {
                     continue;

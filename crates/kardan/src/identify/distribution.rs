@@ -4,11 +4,11 @@ use kardan_rt::functions::{cbrt, powi, tan};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, StudentsT};
 use statrs::function::erf::{erfc, erfc_inv};
 
-/// Degrees of freedom from which Student's quantile is taken from its expansion about the normal one. What the expansion leaves
-/// out is below `(5z⁵ + 16z³ + 3z)/96ν²`, 1e-7 for a confidence of 99.9 %.
+/// Degrees of freedom from which Student's quantile is taken from its expansion about the normal one. The error of the expansion
+/// is below `(5z⁵ + 16z³ + 3z)/96ν²`, 1e-7 for a confidence of 99.9 %.
 const MANY: f64 = 1e4;
 
-/// More degrees of freedom than that change no digit of a probability that is told.
+/// More degrees of freedom than that change no digit of a reported probability.
 const MOST: f64 = 1e9;
 
 /// t with `P(|T| < t) = confidence` for Student's distribution; the normal one for infinitely many degrees of freedom. NaN, which
@@ -21,7 +21,7 @@ pub fn student_quantile(freedom: f64, confidence: f64) -> f64 {
         let z = std::f64::consts::SQRT_2 * erfc_inv(1.0 - confidence);
         return z + (z * z * z + z) / (4.0 * freedom);
     }
-    // The sum of squares that a variance comes from tells at least as much as one of them.
+    // The sum of squares of a variance has at least the information of one of them.
     let freedom = freedom.max(1.0);
     let Ok(student) = StudentsT::new(0.0, 1.0, freedom) else { return f64::NAN };
     let tail = 0.5 * (1.0 - confidence);
@@ -40,7 +40,7 @@ pub fn normal_quantile(probability: f64) -> f64 {
     std::f64::consts::SQRT_2 * erfc_inv(2.0 * probability)
 }
 
-/// The median of χ² with so many degrees of freedom over their number, from the size of a normal number on.
+/// The median of χ² with this many degrees of freedom divided by their number; fewer than one count as one.
 pub(super) fn chi_squared_median_ratio(freedom: f64) -> f64 {
     match ChiSquared::new(freedom) {
         // The median lies below the mean.
@@ -50,7 +50,7 @@ pub(super) fn chi_squared_median_ratio(freedom: f64) -> f64 {
     }
 }
 
-/// Where a condition ends that holds below a number between 0 and `high`, to the last bits.
+/// The number between 0 and `high` up to which a condition is true, to the last bits.
 fn upper_point(high: f64, below: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, high);
     for _ in 0..1100 {

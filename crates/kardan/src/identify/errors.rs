@@ -1,13 +1,13 @@
-//! How errors of what was measured enter the rows of samples.
+//! How measurement errors enter the rows of samples.
 
-/// How errors of what was measured enter the rows of samples.
+/// How measurement errors enter the rows of samples.
 ///
 /// Errors are those of the torques of all inputs, then of accelerations, speeds and positions of the reduced coordinates.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Errors {
     /// Columns that a part of the motion multiplies, and which: 0 accelerations, 1 speeds, 2 positions.
     pub columns: Vec<(usize, usize)>,
-    /// Sample by sample: what each error adds to `y − Xθ` by what is known (rows × errors), then for each of these columns what the errors of
+    /// Sample by sample: what each error adds to `y − Xθ` through known terms (rows × errors), then for each of these columns what the errors of
     /// its part add by its value (rows × degrees of freedom).
     pub slopes: Vec<f64>,
     /// Sample by sample: variances of the errors, then the covariances of accelerations and positions.

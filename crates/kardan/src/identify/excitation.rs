@@ -6,7 +6,7 @@ use crate::num::{Cholesky, Matrix};
 const IMPROVEMENT: f64 = 1e-9;
 /// Exchanges after which the best set so far is taken: rounding could make a round of them.
 const MOST_EXCHANGES: usize = 10_000;
-/// What stands for information before there is any, against that of all candidates together.
+/// Initial regularising information, relative to that of all candidates together.
 const BEGINNING: f64 = 1e-6;
 
 /// Experiments chosen among candidates.
@@ -24,7 +24,7 @@ pub struct Selection {
 /// of θ in `Xθ = y` is small (D-optimality; Atkinson, Donev, Tobias, *Optimum Experimental Designs, with SAS*, 2007, 11 and 12).
 ///
 /// Each candidate is a block of rows (rows × p) that one experiment gives, in units of the error of its measurement. `None` if no
-/// choice determines all p unknowns, or there are fewer candidates than asked for.
+/// choice determines all p unknowns, or there are fewer candidates than requested.
 ///
 /// Method: greedy start, then Fedorov's exchanges (the best of all pairs of one in and one out) until none is better. The result is
 /// a local optimum: no single exchange improves it. Cost `count · candidates · p³` for each exchange.
@@ -83,7 +83,7 @@ pub fn d_optimal(candidates: &[Matrix<f64>], count: usize) -> Option<Selection> 
         sum
     };
     loop {
-        // Summed anew, so that rounding does not gather.
+        // Summed again, so that rounding errors do not accumulate.
         let sum = total(&selected);
         let now = log_det(&mut Cholesky::new(p), &sum);
         let mut best: Option<(usize, usize, f64)> = None;
@@ -125,7 +125,7 @@ pub fn information(candidates: &[Matrix<f64>], chosen: impl IntoIterator<Item = 
     out
 }
 
-/// `ln det` and the standard errors `√(M⁻¹)ᵢᵢ` that an information matrix promises, for an error of one in each row; `None` if
+/// `ln det` and the standard errors `√(M⁻¹)ᵢᵢ` expected from an information matrix, for an error of one in each row; `None` if
 /// it does not determine all unknowns.
 ///
 /// ```

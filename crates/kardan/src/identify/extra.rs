@@ -1,28 +1,28 @@
-//! Torques beyond the terms of a model, each linear in one coefficient.
+//! Additional torques besides the terms of a model, each linear in one coefficient.
 
-/// A torque beyond the terms of a model: one more column for each. It acts along the direction of a friction, an input or a spring of the
-/// model; v is the speed along that direction, and windows in which the sign of v is not known tell nothing of it.
+/// An additional torque besides the terms of a model: one more column for each. It acts along the direction of a friction, an input or a spring of the
+/// model; v is the speed along that direction, and windows with an unknown sign of v carry no information about it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Extra {
-    /// `s sgn(v) shape(|v|)`: what friction is more at low speed; the column is that of the Coulomb torque, and the speed is told for
+    /// `s sgn(v) shape(|v|)`: the excess friction at low speed; the column is that of the Coulomb torque, and the speed is given for
     /// the shape.
     Stribeck {
         /// Number of the friction in the equations.
         friction: usize,
     },
-    /// `m |τ| sgn(v)`: a loss in proportion to a torque that goes through, as in a strain-wave gear.
+    /// `m |τ| sgn(v)`: a loss proportional to the transmitted torque, as in a strain-wave gear.
     Load {
         /// Number of the friction in the equations.
         friction: usize,
         /// Number of the input whose torque it is.
         input: usize,
     },
-    /// `d`: friction that differs with the sense of motion is `c + d` forwards and `c − d` backwards.
+    /// `d`: friction that depends on the direction of motion is `c + d` forwards and `c − d` backwards.
     Sense {
         /// Number of the friction in the equations.
         friction: usize,
     },
-    /// `d |v|`: so does damping.
+    /// `d |v|`: the same of damping.
     SenseDamping {
         /// Number of the friction in the equations.
         friction: usize,
@@ -38,7 +38,7 @@ pub enum Extra {
         friction: usize,
         /// The recording.
         recording: usize,
-        /// The last of those whose differences add up to zero.
+        /// The last recording of those whose differences sum to zero.
         last: usize,
     },
     /// `r t sgn(v)`: friction that changes with the time t since the recording began.
@@ -46,34 +46,34 @@ pub enum Extra {
         /// Number of the friction in the equations.
         friction: usize,
     },
-    /// `a h` for a harmonic h of an angle, `cos nφ` or `sin nφ`: torque that goes with the angle, whatever the speed.
+    /// `a h` for a harmonic h of an angle, `cos nφ` or `sin nφ`: torque that depends on the angle, independent of the speed.
     Cogging {
         /// Number of the friction in the equations.
         friction: usize,
         /// Number of the harmonic.
         harmonic: usize,
     },
-    /// `a h sgn(v)`: friction that goes with the angle.
+    /// `a h sgn(v)`: friction that depends on the angle.
     Ripple {
         /// Number of the friction in the equations.
         friction: usize,
         /// Number of the harmonic.
         harmonic: usize,
     },
-    /// What a torque sensor reads too much: the torque is τ − o.
+    /// The offset of a torque sensor: the torque is τ − o.
     Offset {
         /// Number of the input.
         input: usize,
     },
-    /// `−p sgn(twist)`: a spring s behind a backlash of the width 2b has the torque `s (twist − b sgn(twist))` where it is in touch, and
+    /// `−p sgn(twist)`: a spring s behind a backlash of the width 2b has the torque `s (twist − b sgn(twist))` in contact, and
     /// p = s b.
     Backlash {
         /// Number of the spring in the equations.
         spring: usize,
-        /// Twist from which it is in touch for certain, rad; below it nobody knows.
+        /// Twist from which contact is certain, rad; below it contact is unknown.
         clear: f64,
     },
-    /// `κ |T| sgn(v)`: what teeth lose of the torque that they carry, while their first body drives or (`back`) is driven.
+    /// `κ |T| sgn(v)`: load-dependent gear friction, while the first body drives or (`back`) is driven.
     Teeth {
         /// Their number.
         teeth: usize,
@@ -87,7 +87,7 @@ pub enum Extra {
     },
 }
 
-/// What has the direction of an extra column.
+/// The term that gives the direction of an extra column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ExtraDirection {
     Friction(usize),
@@ -116,7 +116,7 @@ impl Extra {
         }
     }
 
-    /// The number of its harmonic, if it goes with one.
+    /// The number of its harmonic, if it depends on one.
     pub(super) fn harmonic(&self) -> Option<usize> {
         match self {
             Self::Cogging { harmonic, .. } | Self::Ripple { harmonic, .. } => Some(*harmonic),

@@ -5,11 +5,11 @@ use crate::num::Matrix;
 
 /// Rows that are collected before they are triangularised.
 const ROWS: usize = 256;
-/// Singular value over the largest one, columns scaled to one, below which a direction is not determined but by rounding and by
-/// what filters leave of a motion.
+/// Singular value over the largest one, columns scaled to one, below which a direction is determined only by rounding and by
+/// the filter residue of a motion.
 const ROUNDING: f64 = 1e-7;
 
-/// A least-squares problem `min ‖W(Xθ − y)‖` in memory that does not grow with its rows: what is kept is the triangular factor of
+/// A least-squares problem `min ‖W(Xθ − y)‖` in memory that does not grow with its rows: it stores the triangular factor of
 /// `[WX Wy]`, brought up to date by QR decompositions (`faer`; Golub, Van Loan 2013, 5.2 and 6.5), never the normal equations.
 #[derive(Debug, Clone)]
 pub struct LeastSquares {
@@ -20,22 +20,22 @@ pub struct LeastSquares {
     count: usize,
 }
 
-/// What a least-squares problem gives.
+/// Solution of a least-squares problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
-    /// θ; of what is not determined the values of the smallest length, columns scaled to one.
+    /// θ; for undetermined directions the values of the smallest norm, columns scaled to one.
     pub values: Vec<f64>,
-    /// Standard errors; infinite for what is not determined.
+    /// Standard errors; infinite for undetermined values.
     pub standard_errors: Vec<f64>,
     /// Correlations of the errors.
     pub correlation: Matrix<f64>,
-    /// `(XᵀWWX)⁻¹` (of what is determined): times the square of the residual the covariance of θ.
+    /// `(XᵀWWX)⁻¹` (of the determined part): times the square of the residual the covariance of θ.
     pub cofactor: Matrix<f64>,
-    /// Root mean square of what is left, `√(‖W(Xθ − y)‖² / (rows − rank))`.
+    /// Root mean square of the residuals, `√(‖W(Xθ − y)‖² / (rows − rank))`.
     pub residual: f64,
     /// Rows.
     pub rows: usize,
-    /// Rank of X but for rounding.
+    /// Numerical rank of X.
     pub rank: usize,
     /// Largest over smallest singular value of X with columns scaled to one.
     pub condition: f64,
@@ -44,7 +44,7 @@ pub struct Estimate {
 }
 
 impl LeastSquares {
-    /// A problem with so many unknowns.
+    /// A problem with this number of unknowns.
     pub fn new(columns: usize) -> Self {
         Self { columns, rows: vec![0.0; (columns + 1) * (columns + 1)], waiting: 0, count: 0 }
     }
@@ -82,7 +82,7 @@ impl LeastSquares {
         self.count
     }
 
-    /// The same problem with some of its unknowns alone, in the order given; the others are zero.
+    /// The same problem with only some of its unknowns, in this order; the others are zero.
     ///
     /// # Panics
     /// If a number is not that of an unknown.
@@ -125,7 +125,7 @@ impl LeastSquares {
                 .max_by(|&a, &b| (slopes[a].0 / slopes[a].1).total_cmp(&(slopes[b].0 / slopes[b].1)));
             let Some(next) = next else { break };
             free[next] = true;
-            // Each pass holds at least one of those free.
+            // Each pass fixes at least one of the free ones.
             for _ in 0..=p {
                 let Some(solution) = solved(&free) else { return numbers(&free) };
                 let stops = |k: &usize| bounded[*k] && free[*k] && solution[*k] <= 0.0;
@@ -200,7 +200,7 @@ impl LeastSquares {
         let is_determined = |k: usize| singular[k] > ROUNDING * largest && singular[k] > 0.0;
         let rank = (0..p).filter(|&k| is_determined(k)).count();
         let mut values = vec![0.0; p];
-        // What the factor leaves over, and the part of y that undetermined directions would have taken.
+        // The residual of the factor, and the part of y along undetermined directions.
         let mut square = powi(entry(p, p), 2);
         for k in 0..p {
             let projection: f64 = (0..p).map(|i| left[(i, k)] * entry(i, p)).sum();

@@ -34,7 +34,7 @@ use crate::reduce::Reduced;
 pub struct Coefficient {
     /// `fs.damping`
     pub name: String,
-    /// What it is.
+    /// Its kind.
     pub kind: CoefficientKind,
     /// Numbers of its terms among those of its kind in the equations: an element with several has one coefficient for all.
     pub terms: Vec<usize>,

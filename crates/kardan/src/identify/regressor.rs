@@ -7,7 +7,7 @@ use crate::assemble::CoefficientKind as Kind;
 use crate::num::{Matrix, dot, echelon};
 use crate::reduce::{Kinematics, LawTorques, Reduced, linearise};
 
-/// Where a plant is, and how it moves: reduced coordinates (rad), their speeds (rad/s) and accelerations (rad/s²).
+/// Motion of a plant: reduced coordinates (rad), their speeds (rad/s) and accelerations (rad/s²).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion<'a> {
     /// q_r
@@ -18,7 +18,7 @@ pub struct Motion<'a> {
     pub acceleration: &'a [f64],
 }
 
-/// How uncertain what was measured is: variances.
+/// Variances of the measurements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Variances<'a> {
     /// Of the torques of the inputs, (N m)².
@@ -46,7 +46,7 @@ impl Term {
 /// The torque balance as a linear equation `X θ = y` in coefficients of a model, at any motion:
 /// each term with the direction a and the coefficient c contributes `c g s` with `g = Kᵀa` and
 /// `s = aᵀφ̈` (inertia), `aᵀφ̇` (damping), `aᵀφ − rest` (stiffness), `sgn aᵀφ̇` (Coulomb friction) to the reduced torques
-/// `Σ Kᵀb τ` of the inputs \[diss. (6.28), (6.39), general\]. Coefficients that are not asked for stand in y with their values.
+/// `Σ Kᵀb τ` of the inputs \[diss. (6.28), (6.39), general\]. Coefficients that are not requested enter y with their values.
 pub struct Regressor {
     kinematics: Kinematics,
     degrees_of_freedom: usize,
@@ -58,50 +58,50 @@ pub struct Regressor {
     /// Stribeck friction that is known: friction, c_b − c, v_s.
     stribeck: Vec<(usize, f64, f64)>,
     inputs: Vec<Vec<(usize, f64)>>,
-    /// Torques that expressions give: their directions, what they are, and the open parameters as the file gives them.
+    /// Torques given by expressions: their directions, their formulas, and the open parameters with the values of the file.
     laws: Vec<Vec<(usize, f64)>>,
     law_torques: LawTorques,
     law_values: Vec<f64>,
-    /// Harmonics that these laws go with, and their values.
+    /// Harmonics on which these laws depend, and their values.
     law_harmonics: Vec<usize>,
     law_waves: Vec<f64>,
     teeth: Vec<Teeth>,
-    /// Plays: the direction of each, and how it is cut.
+    /// Backlashes: the direction of each, and its cut.
     plays: Vec<Teeth>,
-    /// What teeth carry now: T and the sign of the speed along them; none where it is not known.
+    /// Current gear loads: T and the sign of the speed along them; none where unknown.
     carried: Vec<Option<[f64; 2]>>,
-    /// Inputs whose torques nobody measured, with independent directions.
+    /// Inputs with unmeasured torques and independent directions.
     unmeasured: Vec<usize>,
-    /// Reflections that turn their directions into the first rows.
+    /// Reflections that rotate their directions into the first rows.
     reflections: Vec<Vec<f64>>,
     extras: Vec<Extra>,
-    /// Whether what is not known of teeth and backlashes is no number, and the rest counts all the same.
+    /// Whether unknown values of gear losses and backlashes are NaN and the window counts nevertheless.
     lenient: bool,
-    /// Where in the logs a motion is: its recording, the time since that began (s), and the harmonics of angles there.
+    /// Location of a motion in the logs: its recording, the time since its start (s), and the harmonics of angles there.
     recording: usize,
     time: f64,
-    /// What the clock of the logs shows, s.
+    /// Clock reading of the logs, s.
     clock: f64,
     harmonics: Vec<f64>,
     /// Nominal coefficients of the terms of each kind, for the covariance.
     nominal: [Vec<f64>; 4],
-    /// Row by row: X, extra columns, y, and what the noise of each measured quantity adds.
+    /// Row by row: X, extra columns, y, and the contribution of the noise of each measured quantity.
     all: Vec<f64>,
     width: usize,
     direction: Vec<f64>,
     accelerations: Vec<f64>,
-    /// Speeds below which the sign of each friction is not taken, rad/s.
+    /// Speeds below which the sign of each friction counts as unknown, rad/s.
     rest_speeds: Vec<f64>,
     /// Half the time over which the sign must stay the same, s.
     half: f64,
-    /// Columns whose errors are told, with the part of the motion that they multiply.
+    /// Columns with computed errors, with the part of the motion that they multiply.
     error_columns: Option<Vec<(usize, usize)>>,
 }
 
 impl Regressor {
     /// The regressor of a model for these coefficients, all others as known. Torques of the inputs `unmeasured` (numbers in the
-    /// equations) are eliminated, which costs a row for each independent one. Below `rest_speed` (rad/s) along a direction with
-    /// friction nobody knows its sign.
+    /// equations) are eliminated, which removes a row for each independent one. Below `rest_speed` (rad/s) along a direction with
+    /// friction its sign is unknown.
     ///
     /// # Panics
     /// If a number is not that of an input.
@@ -187,8 +187,8 @@ impl Regressor {
         }
     }
 
-    /// The same with what errors of the measured motion make of the rows, by column; after [`Self::with_extras`]. What [`Self::errors`] then
-    /// fills, and [`super::Samples::with_errors`] asks for.
+    /// The same with the effect of errors of the measured motion on the rows, by column; after [`Self::with_extras`]. [`Self::errors`] then
+    /// fills it, and [`super::Samples::with_errors`] requests it.
     pub fn with_errors(mut self) -> Self {
         let motion = |(column, (kind, _)): (usize, &(usize, Vec<usize>))| {
             (*kind != Kind::Friction as usize).then_some((column, *kind))
@@ -200,7 +200,7 @@ impl Regressor {
         self
     }
 
-    /// The columns whose errors are told.
+    /// The columns with computed errors.
     pub fn error_columns(&self) -> Option<&[(usize, usize)]> {
         self.error_columns.as_deref()
     }
@@ -208,7 +208,7 @@ impl Regressor {
     /// Slopes of the errors at the motion of the last [`Self::fill_weighted`], in the order of [`super::Errors::slopes`].
     ///
     /// # Panics
-    /// If the length does not fit.
+    /// If the length does not match.
     pub fn errors(&self, slopes: &mut [f64]) {
         let Some(error_columns) = &self.error_columns else { return };
         let (r, n, rows) = (self.degrees_of_freedom, self.width, self.rows());
@@ -224,7 +224,7 @@ impl Regressor {
         }
     }
 
-    /// The same with more columns, behind those of the coefficients.
+    /// The same with more columns, after those of the coefficients.
     ///
     /// # Panics
     /// If a number is not that of a friction, a spring or an input.
@@ -237,7 +237,7 @@ impl Regressor {
                 ExtraDirection::Teeth(k) => k < self.teeth.len(),
                 ExtraDirection::Laws => true,
             };
-            assert!(exists, "a friction, a spring, an input or teeth of the model");
+            assert!(exists, "a friction, a spring, an input or a gear of the model");
             assert!(
                 !matches!(extra, Extra::Load { input, .. } if *input >= self.inputs.len()),
                 "an input of the model"
@@ -255,8 +255,8 @@ impl Regressor {
         self
     }
 
-    /// The same with torques of expressions in which parameters are open, at these values for the noise that goes through, and the numbers of the
-    /// harmonics that they are given; before [`Self::with_extras`].
+    /// The same with torques of expressions with open parameters, at these values for the propagated noise, and the numbers of the
+    /// harmonics that they use; before [`Self::with_extras`].
     pub fn with_laws(mut self, torques: LawTorques, values: &[f64], harmonics: &[usize]) -> Self {
         self.law_torques = torques;
         self.law_values = values.to_vec();
@@ -265,30 +265,30 @@ impl Regressor {
         self
     }
 
-    /// The same with teeth that lose a part of what they carry; before [`Self::with_extras`].
+    /// The same with load-dependent gear losses; before [`Self::with_extras`].
     pub fn with_teeth(mut self, teeth: Vec<Teeth>) -> Self {
         self.carried = vec![None; teeth.len()];
         self.teeth = teeth;
         self
     }
 
-    /// The same where windows count that do not tell of teeth and backlashes: in their columns stands what is no number.
+    /// The same, but windows with unknown gear losses and backlashes count: their columns are NaN.
     pub fn lenient(mut self, lenient: bool) -> Self {
         self.lenient = lenient;
         self
     }
 
-    /// The same with plays, whose torques are among those that nobody measured.
+    /// The same with backlashes, whose torques are among the unmeasured ones.
     pub fn with_plays(mut self, plays: Vec<Teeth>) -> Self {
         self.plays = plays;
         self
     }
 
-    /// The angle of a play (rad) and the torque along it (N m) at the motion of the last [`Self::fill`], without what the columns add to that
-    /// torque, which stands in `parts`: for each column by its value. `None` where the sign of a friction that enters it is not known.
+    /// The angle of a backlash (rad) and the torque along it (N m) at the motion of the last [`Self::fill`], without the contribution of the columns to that
+    /// torque, which `parts` receives: for each column by its value. `None` if the sign of a friction that enters it is unknown.
     ///
     /// # Panics
-    /// If there is no such play, or not a part for each column.
+    /// If there is no such backlash, or not a part for each column.
     pub fn play(&self, play: usize, torques: &[f64], parts: &mut [f64]) -> Option<[f64; 2]> {
         assert!(parts.len() == self.columns(), "a part for each column");
         let own = &self.plays[play];
@@ -328,7 +328,7 @@ impl Regressor {
         Some([own.projection(&self.kinematics.angles), fixed])
     }
 
-    /// The same with a speed of its own for each friction of the equations below which its sign is not known, rad/s.
+    /// The same with a separate speed for each friction of the equations, below which its sign is unknown, rad/s.
     ///
     /// # Panics
     /// If there is not one for each.
@@ -338,37 +338,37 @@ impl Regressor {
         self
     }
 
-    /// The same for means over a time (s): a sign is known where the speed keeps it over that time.
+    /// The same for means over a time (s): a sign is known if the speed does not change it over that time.
     pub fn with_window(mut self, width: f64) -> Self {
         self.half = width / 2.0;
         self
     }
 
-    /// Where in the logs the next motion is, for extra columns and laws that ask: its recording, the time since that began and what its clock
-    /// shows (s), and the harmonics of angles there by their numbers.
+    /// Location of the next motion in the logs, for extra columns and laws that need it: its recording, the time since its start and its clock
+    /// reading (s), and the harmonics of angles there by their numbers.
     ///
     /// # Panics
-    /// If there are fewer harmonics than extra columns ask for.
+    /// If there are fewer harmonics than extra columns need.
     pub fn at(&mut self, recording: usize, [time, clock]: [f64; 2], harmonics: &[f64]) {
         (self.recording, self.time, self.clock) = (recording, time, clock);
         let count = self.harmonics.len();
         self.harmonics.copy_from_slice(&harmonics[..count]);
     }
 
-    /// Number of rows of one motion: the degrees of freedom, less one for each independent torque that nobody measured.
+    /// Number of rows of one motion: the degrees of freedom, less one for each independent unmeasured torque.
     pub fn rows(&self) -> usize {
         self.degrees_of_freedom - self.unmeasured.len()
     }
 
-    /// Number of columns: the coefficients asked for, and what was added to them.
+    /// Number of columns: the requested coefficients, and the additional columns.
     pub fn columns(&self) -> usize {
         self.coefficients.len() + self.extras.len()
     }
 
     /// Fills X (rows × columns, row by row) and y at a motion under torques of all inputs, N m, in the order of the equations;
-    /// what stands for those that are not measured does not matter.
+    /// the values for unmeasured ones are irrelevant.
     ///
-    /// False, and neither is to be used, if the sign of a Coulomb friction is not known there: it rests, or nearly. Allocates
+    /// False, and neither is to be used, if the sign of a Coulomb friction is unknown there: it sticks, or nearly. Allocates
     /// nothing.
     ///
     /// # Panics
@@ -386,7 +386,7 @@ impl Regressor {
         certain
     }
 
-    /// [`Self::fill`] with the covariance of the rows (rows × rows) that variances of what was measured give at the model's own values,
+    /// [`Self::fill`] with the covariance of the rows (rows × rows) that variances of the measurements give at the model's own values,
     /// and the speeds (rad/s, without sign) along the frictions of the extra columns.
     ///
     /// # Panics
@@ -424,7 +424,7 @@ impl Regressor {
         certain
     }
 
-    /// Fills [`Self::all`] and turns its rows; whether all signs are known.
+    /// Fills [`Self::all`] and rotates its rows; whether all signs are known.
     fn collect(&mut self, motion: Motion<'_>, torques: &[f64], variances: Option<Variances<'_>>) -> bool {
         let (r, n, w) = (self.degrees_of_freedom, self.width, self.coefficients.len());
         let p = w + self.extras.len();
@@ -504,7 +504,7 @@ impl Regressor {
         certain
     }
 
-    /// What is known, in y.
+    /// Known terms, in y.
     fn fill_fixed(&mut self) -> bool {
         let (r, n, p) = (self.degrees_of_freedom, self.width, self.columns());
         let mut certain = true;
@@ -539,7 +539,7 @@ impl Regressor {
         certain
     }
 
-    /// What the noise of each measured quantity adds to the rows.
+    /// Contribution of the noise of each measured quantity to the rows.
     fn fill_spreads(&mut self, variances: Variances<'_>) {
         let (r, n, p) = (self.degrees_of_freedom, self.width, self.columns());
         let first = p + 1 + self.inputs.len();
@@ -565,7 +565,7 @@ impl Regressor {
         }
     }
 
-    /// What errors of the torques and of the motion add to y − Xθ, by what is known and by each column.
+    /// Contribution of errors of the torques and of the motion to y − Xθ, through known terms and through each column.
     fn fill_slopes(&mut self) {
         let Some(error_columns) = &self.error_columns else { return };
         let (r, n, m) = (self.degrees_of_freedom, self.width, self.inputs.len());
@@ -596,7 +596,7 @@ impl Regressor {
         }
     }
 
-    /// Torques that expressions give at this motion; whether none jumps in the window.
+    /// Torques given by expressions at this motion; whether none jumps in the window.
     fn take_laws(&mut self) -> bool {
         let Kinematics { angles, speeds, .. } = &self.kinematics;
         let waves = self.law_waves.iter_mut().zip(&self.law_harmonics);
@@ -605,7 +605,7 @@ impl Regressor {
         self.law_torques.is_smooth(self.half, speeds, &self.accelerations)
     }
 
-    /// The torques that teeth carry, with coefficients that are sought as the file gives them.
+    /// The gear loads, with unknown coefficients at the values of the file.
     fn carry(&mut self, torques: &[f64]) {
         for k in 0..self.teeth.len() {
             let own = &self.teeth[k];
@@ -618,7 +618,7 @@ impl Regressor {
         }
     }
 
-    /// T of what is cut; `None` if the sign of a friction that enters it is not known.
+    /// T of a cut; `None` if the sign of a friction that enters it is unknown.
     fn cut(&self, own: &Teeth, torques: &[f64]) -> Option<f64> {
         let mut carried = 0.0;
         for (kind, terms) in self.terms.iter().enumerate() {
@@ -640,12 +640,12 @@ impl Regressor {
         Some(carried)
     }
 
-    /// What teeth carried at the motion of the last [`Self::fill`] and the sign of the speed along them; none where it is not known.
+    /// Gear loads at the motion of the last [`Self::fill`] and the sign of the speed along them; none where unknown.
     pub fn carried(&self) -> &[Option<[f64; 2]>] {
         &self.carried
     }
 
-    /// What teeth lose, as the file says.
+    /// Gear losses, with the values of the file.
     fn lost(&mut self, teeth: usize) -> Option<f64> {
         if self.teeth[teeth].loses_nothing() {
             return Some(0.0);
@@ -663,7 +663,7 @@ impl Regressor {
         Some(sign * (part + besides))
     }
 
-    /// Turns the rows so that torques that nobody measured act on the first ones alone (Householder).
+    /// Rotates the rows so that unmeasured torques act on the first ones only (Householder).
     fn eliminate(&mut self) {
         let (r, n) = (self.degrees_of_freedom, self.width);
         for k in 0..self.unmeasured.len() {
@@ -688,7 +688,7 @@ impl Regressor {
         }
     }
 
-    /// s of an extra column; `None` where a sign that it needs is not known.
+    /// s of an extra column; `None` if a sign that it needs is unknown.
     fn extra_signal(&self, extra: &Extra, torques: &[f64]) -> Option<f64> {
         let sign = |friction: usize| self.signal(Kind::Friction as usize, friction);
         let speed = |friction: usize| self.terms[Kind::Friction as usize][friction].projection(&self.kinematics.speeds);
@@ -719,7 +719,7 @@ impl Regressor {
         })
     }
 
-    /// s of a term; `None` for a friction whose sign is not known.
+    /// s of a term; `None` for a friction with an unknown sign.
     fn signal(&self, kind: usize, number: usize) -> Option<f64> {
         let term = &self.terms[kind][number];
         let projection = |of: &[f64]| term.projection(of);

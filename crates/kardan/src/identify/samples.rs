@@ -4,12 +4,12 @@ use std::ops::Range;
 
 use super::Errors;
 
-/// The motion in a window: what [`Samples`] are made of. Shapes: one entry for each reduced coordinate.
+/// The motion in a window, from which [`Samples`] are built. Shapes: one entry for each reduced coordinate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Where {
     /// Number of the log.
     pub log: usize,
-    /// Number of the part of it in which the clock goes on.
+    /// Number of its section with a monotonic clock.
     pub section: usize,
     /// Middle, s.
     pub time: f64,
@@ -30,9 +30,9 @@ pub struct Samples {
     pub degrees_of_freedom: usize,
     /// Inputs.
     pub inputs: usize,
-    /// Where each sample is.
+    /// Location of each sample in time.
     pub places: Vec<Where>,
-    /// Windows that each sample stands for.
+    /// Windows that each sample represents.
     pub windows: Vec<usize>,
     /// X, sample by sample, row by row.
     pub x: Vec<f64>,
@@ -46,7 +46,7 @@ pub struct Samples {
     pub motion: Vec<f64>,
     /// Torques of the inputs.
     pub torques: Vec<f64>,
-    /// How errors of what was measured enter, where it must be known.
+    /// How measurement errors enter, where needed.
     pub errors: Option<Errors>,
 }
 
@@ -56,7 +56,7 @@ impl Samples {
         Self { rows, columns, extras, degrees_of_freedom, inputs, ..Self::default() }
     }
 
-    /// The same, no samples yet, in which errors of the motion are told that is multiplied by these columns (see [`Errors::columns`]).
+    /// The same, no samples yet, with errors of the motion that these columns multiply (see [`Errors::columns`]).
     pub fn with_errors(mut self, columns: Vec<(usize, usize)>) -> Self {
         self.errors = Some(Errors { columns, ..Errors::default() });
         self
@@ -103,7 +103,7 @@ impl Samples {
         }
     }
 
-    /// Takes the last sample back.
+    /// Removes the last sample.
     pub fn pop(&mut self) {
         self.places.pop();
         self.windows.pop();
@@ -172,7 +172,7 @@ impl Samples {
         let (all, own) =
             (errors.slopes_of(self.rows, self.inputs, self.degrees_of_freedom), self.rows * self.degrees_of_freedom);
         let fixed = all - errors.columns.len() * own;
-        // Where each is among those told, and its new number.
+        // Position of each among the stored ones, and its new number.
         let retained: Vec<(usize, (usize, usize))> = columns
             .iter()
             .enumerate()
@@ -241,18 +241,18 @@ pub struct Room<'a> {
     pub covariance: &'a mut [f64],
     /// Speeds.
     pub speeds: &'a mut [f64],
-    /// Slopes and variances of [`Errors`], where they are told.
+    /// Slopes and variances of [`Errors`], where stored.
     pub errors: Option<(&'a mut [f64], &'a mut [f64])>,
 }
 
-/// What counts as steady.
+/// Criteria of a steady segment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Steadiness {
-    /// Change of a speed that may be, as a part of its largest size in the log.
+    /// Permitted change of a speed, as a fraction of its largest magnitude in the log.
     pub tolerance: f64,
     /// Fewest windows of a segment.
     pub windows: usize,
-    /// Windows that are left out at either end, where a speed has just been reached or a friction has just broken away.
+    /// Windows omitted at either end, where a speed has just been reached or a friction has just broken away.
     pub guard: usize,
 }
 
@@ -262,13 +262,13 @@ impl Default for Steadiness {
     }
 }
 
-/// Tolerances that a wobble may stray and return from.
+/// Tolerances within which an oscillation may leave and return.
 const WOBBLE: f64 = 5.0;
 
 /// Segments of constant speed: ranges of samples that follow each other in time, in which each speed stays within the tolerance of
-/// its mean and no acceleration is told from noise (`noise`: standard deviations of the accelerations, rad/s²).
+/// its mean and no acceleration is distinguishable from noise (`noise`: standard deviations of the accelerations, rad/s²).
 ///
-/// Pieces that a wobble of the same set point parts are one segment, wobble included: what is left of them is one error, not two.
+/// Pieces separated by an oscillation about the same set point are one segment, including the oscillation: their residual is one error, not two.
 pub fn steady_segments(samples: &Samples, noise: &[f64], of: Steadiness) -> Vec<Range<usize>> {
     let r = samples.degrees_of_freedom;
     let mut largest = vec![0.0_f64; r];

@@ -4,7 +4,7 @@ use kardan_rt::functions::powi;
 
 use crate::num::Cholesky;
 
-/// Of samples of one channel in one window: what the channel and its derivatives are in the middle, seen through one kernel.
+/// Reading of one channel in one window: the channel and its derivatives in the middle, filtered by one kernel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// `∫k y`
@@ -20,7 +20,7 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// A reading that is not there.
+    /// A missing reading.
     pub const MISSING: Self = Self { value: f64::NAN, first: f64::NAN, second: f64::NAN, noise: f64::NAN, samples: 0 };
     /// Variance of the value over that of a sample, times the samples: `∫k² / (∫k)² · 2`.
     pub const VALUE_GAIN: f64 = 1.6317;
@@ -32,9 +32,9 @@ impl Reading {
 
 /// Fewest samples of a channel in a window.
 const FEWEST: usize = 6;
-/// A hole as wide as this part of the window makes it useless.
+/// A gap of this fraction of the window makes it unusable.
 const HOLE: f64 = 0.25;
-/// Sum over the orthonormal polynomials up to the third of `⟨u p, p⟩`, u = 1 − x²: freedom that the fit for the noise takes.
+/// Sum over the orthonormal polynomials up to the third of `⟨u p, p⟩`, u = 1 − x²: degrees of freedom used by the fit for the noise.
 const WINDOW_PARAMETERS: f64 = 80.0 / 33.0;
 /// Sums of a channel: weights u³ with 1, x, x²; u² with 1 … x⁴; u with 1 … x⁶; then the same times y (2, 3, 4); u y².
 const SUMS: usize = 3 + 5 + 7;
@@ -45,7 +45,7 @@ const MOMENTS: usize = 2 + 3 + 4 + 1;
 /// A window of the width T has the kernel `k(x) = (1 − x²)³`, x from −1 to 1 over it. Values are the constant term of a line fitted
 /// with the weight k, first derivatives the slope of a parabola fitted with `(1 − x²)²`, second ones that of a cubic with `1 − x²`:
 /// with many samples exactly `∫k y`, `−∫k'y`, `∫k''y` over ∫k (the weights are those of the Gegenbauer polynomials that k', k'' are),
-/// so that all channels and derivatives pass one and the same filter and a linear equation between them stays one \[Mboup, Join,
+/// so that all channels and derivatives pass the same filter and a linear equation between them remains valid \[Mboup, Join,
 /// Fliess 2009\]; and exact on polynomials also where samples are few or not evenly spaced.
 ///
 /// Needs memory for one window only; no channel need be resampled.
@@ -80,10 +80,10 @@ impl Channel {
 }
 
 impl Windows {
-    /// Windows of a width (s) for so many channels; window number k begins at `origin + k width`.
+    /// Windows of a width (s) for this number of channels; window number k begins at `origin + k width`.
     ///
     /// # Panics
-    /// If the width is not above zero.
+    /// If the width is not positive.
     pub fn new(width: f64, origin: f64, channels: usize) -> Self {
         assert!(width > 0.0, "a window has a width");
         Self {
@@ -101,7 +101,7 @@ impl Windows {
     }
 
     /// Adds samples: times in s that increase, a column for each channel, NaN where a channel has no sample. Calls `done` with the
-    /// number and the readings of each window that is complete. Allocates nothing once the largest block was seen.
+    /// number and the readings of each window that is complete. Allocates nothing after the largest block.
     ///
     /// # Panics
     /// If a column has another length.
@@ -262,7 +262,7 @@ impl Channel {
             factor.solve(right);
         }
         let residual = m[9] - (0..4).map(|i| cubic[i] * m[5 + i]).sum::<f64>();
-        // Below what sums of squares can tell.
+        // Below the resolution of sums of squares.
         let residual = if residual > 1e-13 * m[9] { residual } else { 0.0 };
         Reading {
             value: self.reference + line[0],

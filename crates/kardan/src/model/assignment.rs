@@ -1,11 +1,11 @@
-//! One value of a model written anew, as on a command line: `beta=10 deg`, `wg.inertia=2 kg cm^2`.
+//! Replaces one value of a model, as on a command line: `beta=10 deg`, `wg.inertia=2 kg cm^2`.
 
 use crate::diagnostics::Diagnostic;
 use crate::entries::{Entries, Entry, RawValue};
 use crate::file::syntax;
 use crate::names::{did_you_mean, nearest, quoted, shortened, unknown_name};
 
-/// Tables whose keys are their own, not those of something named below them; they may be missing.
+/// Tables with keys of their own, without named subtables; they may be missing.
 const OF_KEYS: [&str; 8] = ["model", "scenario", "analysis", "bench", "identification", "variants", "safety", "sweep"];
 
 /// A part of a path: a key, or the number of an entry of a list.
@@ -15,13 +15,13 @@ enum Step {
     Number(usize),
 }
 
-/// Writes a value anew and gives a remark, if there is one to make.
+/// Replaces a value and returns a remark, if any.
 ///
-/// The key is the name of a parameter (`beta`), a key of something that is named (`wg.inertia`, `column.sample_time`), or a path from
-/// the top of the file (`scenario.duration`, `requirement[0].below`). The value stands as in a file, a text with or without quotes.
+/// The key is the name of a parameter (`beta`), a key of a named table (`wg.inertia`, `column.sample_time`), or a path from
+/// the top of the file (`scenario.duration`, `requirement[0].below`). The value is written as in a file, a text with or without quotes.
 ///
 /// # Errors
-/// No `=`, no such table or parameter, a key that several tables may mean. What the value is wrong in tells the model.
+/// No `=`, no such table or parameter, an ambiguous key. Reading the model reports errors in the value.
 pub(crate) fn assign(model: &mut Entries, text: &str) -> Result<Option<String>, Diagnostic> {
     let Some((path, value_text)) = text.split_once('=') else {
         let help = "write the key, `=` and the value, such as --set beta=\"10 deg\" or --set wg.inertia=\"2 kg cm^2\"";
@@ -30,7 +30,7 @@ pub(crate) fn assign(model: &mut Entries, text: &str) -> Result<Option<String>, 
     let (path, value_text) = (path.trim(), value_text.trim());
     if value_text.is_empty() {
         return Err(assign_error("set::no-value", format!("`--set {}=` has no value", shortened(path)))
-            .help("write the value behind the `=`, with its unit"));
+            .help("write the value after the `=`, with its unit"));
     }
     let steps = from_the_top(model, steps(path)?, path)?;
     put(model, &steps, value(value_text), path)?;
@@ -49,11 +49,11 @@ fn assign_error(code: &'static str, message: String) -> Diagnostic {
     Diagnostic::error(code, message)
 }
 
-/// The parts of a path: keys between dots, in quotes where they have dots themselves, with numbers in brackets behind them.
+/// The parts of a path: keys between dots, in quotes where they have dots themselves, with numbers in brackets after them.
 fn steps(path: &str) -> Result<Vec<Step>, Diagnostic> {
     let wrong = || {
         assign_error("set::path", format!("`{}` is no key of a model", shortened(path)))
-            .help("keys are written with dots, entries of lists with their number from 0 on: scenario.event[0].at")
+            .help("separate keys by dots and number list entries from 0: scenario.event[0].at")
     };
     let mut out = Vec::new();
     let mut rest = path;
@@ -88,7 +88,7 @@ fn steps(path: &str) -> Result<Vec<Step>, Diagnostic> {
     }
 }
 
-/// The path from the top of the file: of a parameter, and of what is named without its table.
+/// The path from the top of the file: of a parameter, and of a name without its table.
 fn from_the_top(model: &Entries, steps: Vec<Step>, path: &str) -> Result<Vec<Step>, Diagnostic> {
     let below = |table: &str| [vec![Step::Key(table.into())], steps.clone()].concat();
     match steps.as_slice() {
@@ -101,8 +101,7 @@ fn from_the_top(model: &Entries, steps: Vec<Step>, path: &str) -> Result<Vec<Ste
                 return Ok(below("parameters"));
             }
             let help = match parameters.is_empty() {
-                true => "the model has no [parameters]; a key of something that it names is written with a dot: \
-                         wg.inertia, column.sample_time"
+                true => "the model has no [parameters]; write a key of a named table with a dot: wg.inertia, column.sample_time"
                     .to_string(),
                 false => unknown_name(name, parameters),
             };
@@ -119,16 +118,13 @@ fn from_the_top(model: &Entries, steps: Vec<Step>, path: &str) -> Result<Vec<Ste
                 [] => {
                     let names = groups.iter().flat_map(|group| keys(model.table(group))).chain(keys(Some(model)));
                     let near = nearest(first, names);
-                    let help = did_you_mean(near, || "`kardan models NAME` shows what a model names".into());
-                    Err(assign_error(
-                        "set::unknown",
-                        format!("the model has nothing that is called `{}`", shortened(first)),
-                    )
-                    .help(help))
+                    let help = did_you_mean(near, || "`kardan models NAME` shows the names in a model".into());
+                    Err(assign_error("set::unknown", format!("the model has no entry named `{}`", shortened(first)))
+                        .help(help))
                 }
                 several => {
                     let paths: Vec<String> = several.iter().map(|group| format!("{group}.{path}")).collect();
-                    let message = format!("`{}` may be several things", shortened(path));
+                    let message = format!("`{}` is ambiguous", shortened(path));
                     Err(assign_error("set::several", message)
                         .help(format!("write one of {}", quoted(paths.iter().map(String::as_str)))))
                 }
@@ -138,7 +134,7 @@ fn from_the_top(model: &Entries, steps: Vec<Step>, path: &str) -> Result<Vec<Ste
     }
 }
 
-/// Whether a table of the top level holds tables that have names of their own.
+/// Whether a top-level table contains named tables.
 fn is_group(table: &str) -> bool {
     table != "parameters" && !OF_KEYS.contains(&table)
 }
@@ -151,7 +147,7 @@ fn keys(table: Option<&Entries>) -> Vec<&str> {
     table.map(|table| table.iter().map(|entry| entry.key.as_str()).collect()).unwrap_or_default()
 }
 
-/// Puts the value at the end of the path. Only the last key, and tables that have keys alone, may be new.
+/// Sets the value at the end of the path. Only the last key, and tables with keys alone, may be new.
 fn put(model: &mut Entries, steps: &[Step], value: RawValue, path: &str) -> Result<(), Diagnostic> {
     let unknown = |step: &str, keys: Vec<&str>| {
         let help = if keys.is_empty() { "it is empty".to_string() } else { unknown_name(step, keys) };
@@ -159,7 +155,7 @@ fn put(model: &mut Entries, steps: &[Step], value: RawValue, path: &str) -> Resu
     };
     let whole = || {
         assign_error("set::table", format!("`{}` is a table, not a value", shortened(path)))
-            .help("name one of its keys, behind a dot")
+            .help("name one of its keys, after a dot")
     };
     let Some((Step::Key(first), rest)) = steps.split_first() else { return Err(whole()) };
     if rest.is_empty() {
@@ -203,7 +199,7 @@ fn put(model: &mut Entries, steps: &[Step], value: RawValue, path: &str) -> Resu
                     Some(RawValue::List(_)) => {
                         let message = format!("`{}`: `{}` is a list", shortened(path), shortened(key));
                         return Err(
-                            assign_error("set::list", message).help(format!("say which entry: {}[0]", shortened(key)))
+                            assign_error("set::list", message).help(format!("give the entry: {}[0]", shortened(key)))
                         );
                     }
                     _ => return Err(unknown(key, keys(Some(table)))),
@@ -225,7 +221,7 @@ fn put(model: &mut Entries, steps: &[Step], value: RawValue, path: &str) -> Resu
     Ok(())
 }
 
-/// A value as in a file; what is none there is a text that lacks its quotes.
+/// A value as in a file; anything else is taken as a text without quotes.
 fn value(value_text: &str) -> RawValue {
     let (entries, diagnostics) = syntax(&format!("value = {value_text}\n"));
     match entries.iter().next() {
@@ -249,7 +245,7 @@ fn of_a_program(read: &RawValue) -> RawValue {
     }
 }
 
-/// A parameter that is set has that value in all runs: the grid of variants lets it go. Named variants keep theirs, which is told.
+/// A parameter that is set has that value in all runs: the grid of variants omits it. Named variants override it, which is reported.
 fn unvary(model: &mut Entries, name: &str) -> Option<String> {
     if model.table("variants").is_some_and(|grid| grid.get(name).is_some()) {
         let grid = model.table_mut("variants");
@@ -257,7 +253,7 @@ fn unvary(model: &mut Entries, name: &str) -> Option<String> {
         if grid.is_empty() {
             model.remove("variants");
         }
-        return Some(format!("`{name}` is set: [variants] does not vary it now"));
+        return Some(format!("`{name}` is set: [variants] no longer varies it"));
     }
     let sets = |table: &Entries| table.table("set").is_some_and(|set| set.get(name).is_some());
     let called = |entry: &Entry| match &entry.value {
@@ -278,7 +274,7 @@ fn unvary(model: &mut Entries, name: &str) -> Option<String> {
     (!whose.is_empty()).then(|| format!("`{name}` is set; {} have values of their own for it", whose.join(" and ")))
 }
 
-/// The manoeuvres of which something is so.
+/// The manoeuvres that satisfy a predicate.
 fn manoeuvres(model: &Entries, is_so: impl Fn(&Entries) -> bool) -> Vec<String> {
     let all = model.table("manoeuvre").into_iter().flat_map(Entries::iter);
     let own = all.filter(|one| matches!(&one.entry.value, RawValue::Table(table) if is_so(table)));
@@ -333,7 +329,7 @@ below = \"1 rad\"
             match set(text) {
                 Ok((model, None)) => assert_eq!(model, MODEL.replace(old, new), "{text}"),
                 Ok(note) => panic!("{text}: {note:?}"),
-                // Two things are called wg.
+                // Two entries are named wg.
                 Err(wrong) => assert!(old.is_empty() && wrong.contains("shaft.wg.inertia"), "{text}: {wrong}"),
             }
         }
@@ -347,10 +343,10 @@ below = \"1 rad\"
     fn a_parameter_that_is_set_is_not_varied() {
         let (model, note) = set("beta=20 deg").unwrap();
         assert!(model.starts_with("[parameters]\nbeta = \"20 deg\"\n\n[shaft.wg]"), "{model}");
-        assert_eq!(note.as_deref(), Some("`beta` is set: [variants] does not vary it now"));
+        assert_eq!(note.as_deref(), Some("`beta` is set: [variants] no longer varies it"));
     }
 
-    /// Values of variants and of manoeuvres go before one that is set, which is told.
+    /// Values of variants and of manoeuvres override one that is set, which is reported.
     #[test]
     fn what_goes_before_a_value_is_reported() {
         let own = "[[variant]]\nname = \"soft\"\nset = { beta = \"1 deg\" }\n[[variant]]\nname = \"hard\"\n\

@@ -1,4 +1,4 @@
-//! A model as a program writes it.
+//! Builds a model in a program.
 
 use crate::entries::{Entries, Entry, RawValue};
 use crate::manoeuvre::{Manoeuvre, Path};
@@ -8,25 +8,25 @@ use crate::model::tables::{
 };
 use crate::schema::{BlockKeys, ElementKeys, EntryValue, Keys, LawKeys, Quantities, Quantity, SignalKeys};
 
-/// A model that a program builds, or changes: every table of a model file as a typed struct. What is wrong with it is told by the
-/// project that comes of it, as of a file, with the path of the entry.
+/// A model that a program builds, or changes: every table of a model file as a typed struct. The resulting
+/// project reports its errors, as for a file, with the path of the entry.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Builder {
     entries: Entries,
 }
 
 impl Builder {
-    /// A model with a name and nothing else.
+    /// A model with only a name.
     pub fn new(name: impl Into<String>) -> Self {
         Self::default().header(Header::default().name(name))
     }
 
-    /// What is written so far may be changed.
+    /// The entries so far, mutable.
     pub fn from_entries(entries: Entries) -> Self {
         Self { entries }
     }
 
-    /// What is written.
+    /// The value.
     pub fn into_entries(mut self) -> Entries {
         self.entries.settle();
         self.entries
@@ -139,7 +139,7 @@ impl Builder {
         self.named("path", name, path.entries())
     }
 
-    /// A key of a table, by its path: `&["control", "column", "feedback"]`. Tables on the way are made where there are none.
+    /// A key of a table, by its path: `&["control", "column", "feedback"]`. Missing tables on the path are created.
     #[must_use]
     pub fn set(mut self, path: &[&str], value: impl EntryValue) -> Self {
         if let Some((key, tables)) = path.split_last() {
@@ -171,7 +171,7 @@ impl Builder {
         self.table("scenario", &scenario)
     }
 
-    /// A step or ramp `[[scenario.event]]` behind those that are there.
+    /// A step or ramp `[[scenario.event]]` after the existing ones.
     #[must_use]
     pub fn event(mut self, event: Event) -> Self {
         self.entries.table_mut("scenario").list_mut("event").push(Entry::from(event.raw()));
@@ -196,25 +196,25 @@ impl Builder {
         self.table("sweep", &sweep)
     }
 
-    /// A `[[requirement]]` behind those that are there.
+    /// A `[[requirement]]` after the existing ones.
     #[must_use]
     pub fn requirement(self, requirement: Requirement) -> Self {
         self.listed("requirement", &requirement)
     }
 
-    /// A `[[figure]]` behind those that are there.
+    /// A `[[figure]]` after the existing ones.
     #[must_use]
     pub fn figure(self, figure: Figure) -> Self {
         self.listed("figure", &figure)
     }
 
-    /// A `[[plot]]` behind those that are there.
+    /// A `[[plot]]` after the existing ones.
     #[must_use]
     pub fn plot(self, plot: Plot) -> Self {
         self.listed("plot", &plot)
     }
 
-    /// A `[[variant]]` behind those that are there.
+    /// A `[[variant]]` after the existing ones.
     #[must_use]
     pub fn variant(self, variant: Variant) -> Self {
         self.listed("variant", &variant)
@@ -244,13 +244,13 @@ impl Builder {
         self.named("log", name, log.entries())
     }
 
-    /// Without the `signals` of `[scenario]` that these are.
+    /// Without these `signals` of `[scenario]`.
     #[must_use]
     pub fn without_signals(self, names: &[String]) -> Self {
         names.iter().fold(self, |out, name| out.removing(&["scenario", "signals", name]))
     }
 
-    /// Leaves the controller of that name alone in the loop, without what is said of the references of others.
+    /// Leaves only the controller of that name in the loop, without entries for the references of others.
     #[must_use]
     pub fn only_control(mut self, control: &str) -> Self {
         let control_entries = self.entries.table_mut("control");

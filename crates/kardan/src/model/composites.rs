@@ -1,4 +1,4 @@
-//! Elements that are put together of others: their tables become those of their parts, before anything is read.
+//! Composite elements: their tables become those of their parts before reading.
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -9,7 +9,7 @@ use crate::element;
 use crate::entries::{Entries, Entry, KeyedEntry, Place, RawValue};
 use crate::results::{Mechanism, Terminal};
 
-/// The entries with the parts of such elements beside them. A part stands where the header of its element does.
+/// The entries with the parts of composite elements added. A part has the place of the header of its element.
 pub(super) fn with_parts(entries: &Entries) -> Cow<'_, Entries> {
     let mut out = Cow::Borrowed(entries);
     for kind in element::COMPOSITES {
@@ -50,7 +50,7 @@ fn placed_value(entry: &Entry, place: &Place) -> Entry {
 }
 
 impl Document {
-    /// Leaves the parts of an element out of the drawing, which shows that, unless others name them.
+    /// Omits the parts of an element from the drawing, which shows the element, unless others name them.
     pub(super) fn fold_parts(&self, mechanism: &mut Mechanism) {
         let is_composite = |one: &&Instance| element::COMPOSITES.iter().any(|kind| kind.keyword == one.kind.keyword);
         let wholes: Vec<&Place> = self.elements.iter().filter(is_composite).map(|whole| &whole.place).collect();
@@ -68,10 +68,10 @@ impl Document {
         }
     }
 
-    /// Takes out what is told of the parts of an element that has a mistake itself: it is the same mistake.
+    /// Removes messages on the parts of an element that has an error itself: it is the same error.
     pub(super) fn leave_parts_out(&self, doubtful: &BTreeSet<String>, out: &mut Vec<Diagnostic>) {
         let is_composite = |one: &&Instance| element::COMPOSITES.iter().any(|kind| kind.keyword == one.kind.keyword);
-        // Where a block of a part has a mistake, its other blocks are not known.
+        // If a block of a part has an error, its other blocks are unknown.
         let at = |diagnostic: &Diagnostic| diagnostic.labels.first().map(|label| label.place.clone());
         for whole in self.elements.iter().filter(is_composite) {
             let here = |diagnostic: &Diagnostic| at(diagnostic).as_ref() == Some(&whole.place);

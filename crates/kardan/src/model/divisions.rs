@@ -1,4 +1,4 @@
-//! Divisions that a tolerance may lead to zero, and functions that it may leave without a value.
+//! Divisors that a tolerance may make zero, and functions that it may leave undefined.
 
 use std::collections::HashMap;
 
@@ -11,7 +11,7 @@ use crate::num::rational_from_f64;
 use crate::schema::{Scalar, Table, Value};
 use crate::units::{Dimension, Exact, Expression, Restriction};
 
-/// Pieces of an interval that are looked at.
+/// Number of pieces of an interval that are examined.
 const PIECES: usize = 512;
 /// The smallest piece is the interval halved so often.
 const HALVINGS: usize = 12;
@@ -28,10 +28,10 @@ pub(super) struct Varied<'a> {
     pub(super) shown: String,
 }
 
-/// What is asked of all values of an interval.
+/// The property to decide for all values of an interval.
 type Test = fn(Interval) -> bool;
 
-/// What is known of a divisor over an interval.
+/// The verdict on a divisor over an interval.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Zero {
     /// It is zero nowhere.
@@ -59,7 +59,7 @@ pub(super) fn check_divisions(
         if settings.iter().any(|set| set.name == parameter.name) || !search.varies(expression) {
             continue;
         }
-        // Keys of elements are told with their tables.
+        // Keys of elements are reported with their tables.
         if document.parameters.has(&parameter.name) {
             search.check(expression, (&parameter.place, &format!("parameter `{}`", parameter.name)), out);
         }
@@ -79,7 +79,7 @@ pub(super) fn check_divisions(
 struct Search<'a> {
     reader: TableReader<'a>,
     graph: Graph,
-    /// What follows from the parameter.
+    /// The values that depend on the parameter.
     varying: HashMap<String, (Expr, Dimension)>,
     varied: &'a Varied<'a>,
 }
@@ -197,7 +197,7 @@ fn ends(varied: &Varied<'_>) -> (f64, f64) {
 }
 
 /// Whether an expression of one symbol is, and whether it may be, out of bounds somewhere in an interval: bisection with intervals. `never` and
-/// `always` tell of all values of an interval that they are out, or within.
+/// `always` decide for all values of an interval that they are out of, or within, bounds.
 fn outside(graph: &Graph, expr: Expr, varied: &Varied<'_>, never: Test, always: Test) -> (bool, bool) {
     let over = |low: f64, high: f64| lower(graph, &[expr], &mut Intervals, |_| Interval { low, high })[0];
     let (low, high) = ends(varied);

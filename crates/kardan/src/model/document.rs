@@ -27,11 +27,11 @@ pub struct Parameter {
     pub dimension: Dimension,
     /// The value as written, without its tolerance.
     pub text: String,
-    /// How far it may be from its value, if that is written behind it.
+    /// Its tolerance, if one is written after it.
     pub spread: Option<Spread>,
-    /// How it follows from other parameters, which stand before it in the document; its value is that for theirs.
+    /// How it is computed from other parameters, which precede it in the document; its value is that for theirs.
     pub expression: Option<Expression>,
-    /// Zero, or above the ranks of all that it follows from.
+    /// Zero, or above the ranks of all its inputs.
     pub(crate) rank: usize,
 }
 
@@ -71,7 +71,7 @@ pub struct Setting {
     pub text: String,
 }
 
-/// What makes a variant.
+/// The settings of a variant.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct VariantSettings {
     /// Its name; empty if the file has no variants.
@@ -98,7 +98,7 @@ pub struct Instance {
 }
 
 impl Instance {
-    /// What it is if it is a body of its own, which others name.
+    /// Its domain if it is a body itself, which others name.
     pub fn body(&self) -> Option<Domain> {
         match self.kind.keyword {
             "shaft" => Some(Domain::Rotation),
@@ -141,7 +141,7 @@ pub struct SignalTable {
     pub place: Place,
     /// Its keys.
     pub table: Table,
-    /// Its expression, if that names what moves, what is measured or a block, itself or by way of other signals; none of a function of time.
+    /// Its expression, if that depends on coordinates, measurements or a block, itself or through other signals; none for a function of time.
     pub(crate) formula: Option<Arc<Placed<Expression>>>,
 }
 
@@ -212,7 +212,7 @@ impl HasName for (Placed<String>, Table) {
     }
 }
 
-/// What is in a file that a model names; why it could not be read, else.
+/// The content of a file that a model names, or why it could not be read.
 pub type FileBytes = Result<Arc<[u8]>, String>;
 
 /// A model file as typed tables.
@@ -224,7 +224,7 @@ pub struct Document {
     pub parameters: NamedList<Parameter>,
     /// Keys of elements that are written with a tolerance: parameters of the names `<element>.<key>`.
     pub implicit: NamedList<Parameter>,
-    /// The same of `[scenario]` and of faults, `scenario.initial.a.phi`, `scenario.event.1.at`, `fault.NAME.at`: what the model is does not follow from them.
+    /// The same of `[scenario]` and of faults, `scenario.initial.a.phi`, `scenario.event.1.at`, `fault.NAME.at`: the model itself does not depend on them.
     pub of_runs: NamedList<Parameter>,
     /// Keys of elements that expressions name, `<element>.<key>`: their values are in the tables of the elements, these are to be looked up.
     pub keys: NamedList<Parameter>,
@@ -270,23 +270,23 @@ pub struct Document {
     pub identification: Table,
     /// `[log.<name>]`: names and tables.
     pub logs: NamedList<(String, Table)>,
-    /// What could not be read.
+    /// The unreadable parts.
     pub suppressed: SuppressedChecks,
 }
 
-/// What a document may hold beyond what could be read. A mistake that was reported must not lead to further ones: what
-/// names something in doubt is passed over in silence.
+/// Suppressed checks: content that a document may have beyond what could be read. A reported error must not lead to further ones:
+/// checks on doubtful names are skipped.
 #[derive(Debug, Clone, Default)]
 pub struct SuppressedChecks {
     /// Any name may exist: a header was broken.
     pub all: bool,
-    /// Names that may stand for anything: of elements, controllers, parameters.
+    /// Names of unknown meaning: of elements, controllers, parameters.
     pub names: BTreeSet<String>,
     /// There may be further references, and motors that they command.
     pub references: bool,
     /// There may be further variants.
     pub variants: bool,
-    /// Runs may end later than what was read says: a manoeuvre was broken.
+    /// Runs may end later than the readable entries state: a manoeuvre was broken.
     pub durations: bool,
     /// The equations are not those of the file: an element, a controller, a parameter or the choice of coordinates is
     /// wrong.
@@ -325,7 +325,7 @@ impl Document {
         self.elements.iter().filter_map(Instance::measured_signal)
     }
 
-    /// The references that blocks introduce: names of nothing else that they give as `reference`, each with its block.
+    /// The references that blocks introduce: otherwise unused names that they give as `reference`, each with its block.
     pub(crate) fn references_of_blocks(&self) -> impl Iterator<Item = (&str, &BlockTable)> {
         self.blocks.iter().filter_map(|block| match &block.table.values.get("reference")?.value {
             Value::Scalar(Scalar::Expression(read)) => match read.names()[..] {
@@ -361,7 +361,7 @@ impl Document {
         self.elements.all(name).find_map(Instance::measured_signal)
     }
 
-    /// Takes down which signals are formulas of what moves, in one pass over what they name.
+    /// Records which signals are formulas of coordinates, in one pass over their names.
     pub(super) fn mark_formulas(&mut self) {
         let mut references: HashSet<&str> =
             self.controls.iter().flat_map(|control| introduced(&control.table)).collect();
@@ -379,7 +379,7 @@ impl Document {
             _ => None,
         };
         let formulas: Vec<Option<Placed<Expression>>> = self.signals.iter().map(read).collect();
-        // Those that a signal is named by, and those that are formulas, of which these follow.
+        // The users of each signal, and the formulas, from which these follow.
         let (mut named_by, mut open) = (vec![Vec::new(); formulas.len()], Vec::new());
         for (number, found) in formulas.iter().enumerate() {
             for name in found.iter().flat_map(|found| found.value.names()) {
@@ -423,7 +423,7 @@ impl Document {
         [&self.parameters, &self.implicit, &self.of_runs].into_iter().find_map(|list| list.get(name))
     }
 
-    /// What an expression may name: the first of that name in [`Self::in_order`].
+    /// The entry that an expression names: the first of that name in [`Self::in_order`].
     pub(crate) fn parameter(&self, name: &str) -> Option<&Parameter> {
         let lists = [&self.parameters, &self.implicit, &self.of_runs, &self.keys];
         lists.into_iter().filter_map(|list| list.get(name)).min_by_key(|parameter| parameter.rank)
@@ -442,7 +442,7 @@ impl Document {
         })
     }
 
-    /// All that an expression may name, each behind what it follows from.
+    /// All names available to an expression, each after its inputs.
     pub(crate) fn in_order(&self) -> Vec<&Parameter> {
         let mut all: Vec<&Parameter> = self.all_parameters().chain(&self.keys).collect();
         all.sort_by_key(|parameter| parameter.rank);

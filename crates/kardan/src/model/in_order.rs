@@ -1,10 +1,10 @@
-//! Things behind those that they need, however deep, and those that need each other in a circle.
+//! Topological order of dependencies of any depth, and the cycles among them.
 
-/// Numbers from zero on, each behind those that it needs, and circles of needs, none of which has a member of another one.
+/// Numbers from zero on, each after those that it needs, and disjoint cycles of dependencies.
 pub(super) fn in_order(needs: &[Vec<usize>]) -> (Vec<usize>, Vec<Vec<usize>>) {
     let (mut order, mut circles) = (Vec::new(), Vec::<Vec<usize>>::new());
     let [mut is_done, mut in_circle] = [(); 2].map(|()| vec![false; needs.len()]);
-    // Each that is open with how many of its needs are left, and where it stands there.
+    // Each open number with the count of its remaining dependencies, and its position there.
     let (mut open, mut depths): (Vec<(usize, usize)>, Vec<Option<usize>>) = (Vec::new(), vec![None; needs.len()]);
     for first in 0..needs.len() {
         let mut next = Some(first);
@@ -44,7 +44,7 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// Each stands behind what it needs but for what is in a circle with it; circles are closed and there is one where there is no order.
+        /// Each follows its dependencies except those in a cycle with it; cycles are closed, and there is one if no order exists.
         #[test]
         fn what_is_needed_comes_first(needs in prop::collection::vec(prop::collection::vec(0usize..12, 0..3), 12)) {
             let (order, circles) = in_order(&needs);

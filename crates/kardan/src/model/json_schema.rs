@@ -1,4 +1,4 @@
-//! The JSON schema of model files, from the registries: editors complete keys by it, tell units and mark mistakes while one types.
+//! The JSON schema of model files, from the registries: with it editors complete keys, show units and mark errors during typing.
 
 use serde_json::{Map, Value, json};
 
@@ -11,12 +11,12 @@ use crate::schema::{Field, Kind};
 use crate::signal;
 use crate::synthesis;
 
-/// What a quantity looks like: a number with a unit, with or without a tolerance, the name of a parameter, or an expression of these.
-/// Whether the unit fits tells `kardan check`.
+/// The form of a quantity: a number with a unit, with or without a tolerance, the name of a parameter, or an expression of these.
+/// `kardan check` checks the unit.
 const QUANTITY: &str = r"^\s*[-+(]*\s*([A-Za-z_][A-Za-z0-9_-]*|[A-Za-z_].*[-+*/^()].*|[0-9.].*[A-Za-z°%Ωµμ].*)\s*$";
 /// A number as a text, with or without a tolerance, the name of a parameter, or an expression of these.
 const NUMBER: &str = r"^\s*[-+(]*\s*([A-Za-z_][A-Za-z0-9_-]*|[A-Za-z_].*[-+*/^()].*|[0-9.].*)\s*$";
-/// What can be the name of something.
+/// The form of a name.
 const NAME: &str = "^[A-Za-z_][A-Za-z0-9_-]{0,99}$";
 
 /// The JSON schema (draft 7, which editors know) of a model file.
@@ -30,7 +30,7 @@ pub fn json_schema() -> String {
     for (page, fields) in STUDY_TABLES {
         let (header, what) = study_table(page);
         match header.strip_prefix("[[") {
-            // With a name it is a table of its own too.
+            // With a name it is also a separate table.
             _ if *page == "fault" => drop(properties.insert((*page).into(), named(table(fields, what), what))),
             _ if header.contains("scenario.") => {}
             Some(_) => drop(properties.insert((*page).into(), several(table(fields, what)))),
@@ -49,13 +49,13 @@ pub fn json_schema() -> String {
     for kind in element::REGISTRY {
         properties.insert(kind.keyword.into(), named(table(kind.fields, kind.summary), kind.summary));
     }
-    properties.insert("control".into(), named(control(), "A control law: the key `law` tells which."));
-    properties.insert("signal".into(), named(signals(), "A function of time: the key `kind` tells which."));
-    properties.insert("block".into(), named(blocks(), "A block of signals: the key `kind` tells which."));
+    properties.insert("control".into(), named(control(), "A control law: the key `law` selects it."));
+    properties.insert("signal".into(), named(signals(), "A function of time: the key `kind` selects it."));
+    properties.insert("block".into(), named(blocks(), "A block of signals: the key `kind` selects it."));
     let schema = json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
-        "$id": "kardan/1/model",
-        "title": "kardan/1, a model file",
+        "$id": "kardan/2/model",
+        "title": "kardan/2, a model file",
         "type": "object",
         "additionalProperties": false,
         "properties": properties,

@@ -9,16 +9,16 @@ use crate::names::{nearest, parameter};
 use crate::schema::{Field, Kind, Placed, Scalar, Table, Value};
 use crate::units::{Dimension, Exact, Expression, format_quantity};
 
-/// What follows from other values: an entry of `[parameters]`, or the key of an element.
+/// A value computed from others: an entry of `[parameters]`, or the key of an element.
 pub(super) struct Following {
     pub(super) name: String,
     pub(super) place: Place,
     pub(super) expression: Expression,
-    /// Of a key of an element, which tells its own mistakes: its dimension.
+    /// Of a key of an element, which reports its own errors: its dimension.
     pub(super) key: Option<Dimension>,
 }
 
-/// Keys of elements that expressions anywhere in a model name: values go into the document, what follows from others is given back.
+/// Keys of elements that expressions anywhere in a model name: values go into the document, computed ones are returned.
 pub(super) fn named_keys(entries: &Entries, document: &mut Document) -> Vec<Following> {
     let mut named = BTreeSet::new();
     names_in(entries, &mut named);
@@ -64,7 +64,7 @@ fn exact_parameter(name: String, place: Place, value: Exact, dimension: Dimensio
     Parameter { name, place, value, dimension, text, spread: None, expression: None, rank: 0 }
 }
 
-/// The keys of elements that hold a number.
+/// The keys of elements with a number.
 fn numbers(document: &Document) -> impl Iterator<Item = (&Instance, &'static Field, Dimension)> {
     document.elements.iter().flat_map(|element| {
         element.kind.fields.iter().filter_map(move |field| {
@@ -78,8 +78,8 @@ fn numbers(document: &Document) -> impl Iterator<Item = (&Instance, &'static Fie
 }
 
 impl Document {
-    /// A value that a tolerance could stand behind, by its name as one that varies (`a.inertia`, `scenario.event.1.at`, `fault.weak.by`), that has none: how it
-    /// is written, where it is, or else what it follows from.
+    /// A value that could have a tolerance but has none, by its name as one that varies (`a.inertia`, `scenario.event.1.at`, `fault.weak.by`): how it
+    /// is written, where it is, or else its inputs.
     pub(crate) fn without_tolerance(&self, name: &str) -> Option<Result<String, String>> {
         let of_element = || {
             let named = |(element, field, _): &(&Instance, &Field, Dimension)| {
@@ -155,7 +155,7 @@ fn names_of(value: &RawValue, out: &mut BTreeSet<String>) {
     }
 }
 
-/// What may have been meant by a name in an expression that nobody knows; nothing where a unit is nearer.
+/// The suggestion for an unknown name in an expression; none if a unit is nearer.
 fn suggestion(document: &Document, expression: &Expression, unknown: &str, unit: Option<&str>) -> Option<String> {
     let parameters = || document.parameters.iter().map(|parameter| parameter.name.as_str());
     let is_named = |(element, field, _): &(&Instance, &Field, Dimension)| {
@@ -168,7 +168,7 @@ fn suggestion(document: &Document, expression: &Expression, unknown: &str, unit:
     let all = || parameters().chain(keys.iter().map(String::as_str));
     let split_name = |name: &&str| name.contains('-') && name.contains(unknown) && expression.text().contains(*name);
     if let Some(name) = all().find(split_name) {
-        return Some(format!("a name with `-` stands in quotes: `'{name}'`"));
+        return Some(format!("quote a name with `-`: `'{name}'`"));
     }
     if let Some((element, key)) = parameter(unknown)
         && let Some(instance) = document.elements.get(element)
@@ -177,7 +177,7 @@ fn suggestion(document: &Document, expression: &Expression, unknown: &str, unit:
         let own =
             || numbers(document).filter(|(candidate, ..)| candidate.name == element).map(|(_, field, _)| field.name);
         if own().any(|name| name == key) {
-            return Some(format!("`{key}` of {kind} `{element}` is left out: give it a value"));
+            return Some(format!("`{key}` of {kind} `{element}` is not set: give it a value"));
         }
         return Some(match nearest(key, own()) {
             Some(near) => format!("did you mean `{element}.{near}`?"),
@@ -190,10 +190,10 @@ fn suggestion(document: &Document, expression: &Expression, unknown: &str, unit:
     Some(format!("did you mean {what}`{quotes}{near}{quotes}`?"))
 }
 
-/// From so many mistakes on nobody is told what may have been meant: that compares each name with all others.
+/// Above this number of errors kardan makes no suggestions, which compare each name with all others.
 pub(super) const GUESSES: usize = 500;
 
-/// A mistake in an expression with what may have been meant by a name, at its place.
+/// An error in an expression, at its place, with a suggestion for a name.
 pub(super) fn expression_diagnostic(
     document: &Document,
     what: &str,

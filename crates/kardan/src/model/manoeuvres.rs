@@ -1,4 +1,4 @@
-//! `[manoeuvre.NAME]` and `[path.NAME]`: they become signals, tables, figures, requirements and values of variants, before anything is read.
+//! `[manoeuvre.NAME]` and `[path.NAME]`: they become signals, tables, figures, requirements and values of variants before reading.
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -24,7 +24,7 @@ fn text<'a>(table: &'a Entries, key: &str) -> Option<&'a str> {
     if let Some(RawValue::Text(text)) = table.get(key) { Some(text) } else { None }
 }
 
-/// Puts a key in place of one of that name, with all within it at a place.
+/// Replaces a key of that name, with all its content at a place.
 fn put(table: &mut Entries, key: &str, value: RawValue, place: &Place) {
     table.remove(key);
     table.push(placed(&keyed(key, value), place));
@@ -41,7 +41,7 @@ fn first(entries: &Entries, keyword: &str) -> Option<String> {
     Some(entries.table(keyword)?.iter().next()?.key.clone())
 }
 
-/// A manoeuvre with what it stands for.
+/// A manoeuvre with its generated entries.
 struct Driven<'a> {
     name: &'a str,
     /// From one on.
@@ -70,7 +70,7 @@ impl Driven<'_> {
     }
 }
 
-/// The manoeuvres that can be read, each with what it stands for.
+/// The readable manoeuvres, each with its generated entries.
 fn driven(entries: &Entries) -> Vec<Driven<'_>> {
     let (car, driver) = (first(entries, "vehicle"), first(entries, "driver"));
     let wheel = entries.table("driver").and_then(|all| {
@@ -109,7 +109,7 @@ fn driven(entries: &Entries) -> Vec<Driven<'_>> {
     out
 }
 
-/// The entries with what manoeuvres and paths stand for beside them.
+/// The entries with those that manoeuvres and paths generate added.
 pub(super) fn with_manoeuvres(entries: &Entries) -> Cow<'_, Entries> {
     let mut all = driven(entries);
     if entries.table("path").is_none() && all.is_empty() {
@@ -140,12 +140,12 @@ pub(super) fn with_manoeuvres(entries: &Entries) -> Cow<'_, Entries> {
     Cow::Owned(out)
 }
 
-/// The cones that cars must be through.
+/// The cones that cars must pass.
 pub(super) fn cones(entries: &Entries) -> Vec<Cones> {
     driven(entries).into_iter().filter_map(|one| one.made.cones).collect()
 }
 
-/// The names of the tables that manoeuvres and paths make.
+/// The names of the tables that manoeuvres and paths generate.
 pub(super) fn lanes(entries: &Entries) -> BTreeSet<String> {
     let mut made = Entries::default();
     paths(entries, &mut made);
@@ -170,7 +170,7 @@ fn paths(entries: &Entries, out: &mut Entries) {
     }
 }
 
-/// Gives variants what the manoeuvres that they drive set; without any variant each manoeuvre is one.
+/// Adds to variants the settings of their manoeuvres; without variants each manoeuvre is one.
 fn variants(all: &mut [Driven<'_>], out: &mut Entries) {
     if out.get("variant").is_none() {
         for one in all.iter() {
@@ -219,7 +219,7 @@ fn variants(all: &mut [Driven<'_>], out: &mut Entries) {
     }
 }
 
-/// What manoeuvres do to the car itself: zero where another one is driven.
+/// Inputs of manoeuvres to the car itself: zero while another one is driven.
 fn shared(all: &[Driven<'_>], out: &mut Entries) {
     let mut names: Vec<&str> = all.iter().flat_map(|one| &one.made.shared).map(|(name, _)| name.as_str()).collect();
     names.sort_unstable();
@@ -272,7 +272,7 @@ fn steer(all: &[Driven<'_>], out: &mut Entries) {
     }
 }
 
-/// Reads the keys of manoeuvres and paths, and what of them variants name; what is wrong is told. The names of those with mistakes.
+/// Reads the keys of manoeuvres and paths, and their uses in variants; reports errors. Returns the names of those with errors.
 pub(super) fn check_manoeuvres(
     [manoeuvres, paths]: [&[Node<'_>]; 2],
     variants: &[Table],
@@ -317,19 +317,19 @@ pub(super) fn check_manoeuvres(
     wrong
 }
 
-/// The kind of a manoeuvre; what is none is told by the reader.
+/// The kind of a manoeuvre; the reader reports an unknown one.
 fn kind_of(node: &Node<'_>, what: &str, out: &mut Vec<Diagnostic>) -> Option<&'static ManoeuvreKind> {
     let word = text(node.table, "kind").unwrap_or_default();
     let found = manoeuvre::find(word);
     if found.is_none() {
-        // Says what is wrong with `kind`.
+        // Reports an error in `kind`.
         let keys: Entries = node.table.keyed("kind").cloned().into_iter().collect();
         drop(table(Manoeuvre::FIELDS, &Node { table: &keys, ..node.clone() }, what, out));
     }
     found
 }
 
-/// Tells of keys that a kind needs, and of those that it does not take.
+/// Reports missing keys of a kind, and keys that it does not accept.
 fn check_keys(node: &Node<'_>, kind: &'static ManoeuvreKind, what: &str, out: &mut Vec<Diagnostic>) {
     let field = |key: &str| Manoeuvre::FIELDS.iter().find(|field| field.name == key);
     for (key, _) in kind.keys.iter().filter(|(key, need)| *need == Need::Required && node.table.get(key).is_none()) {
@@ -346,25 +346,26 @@ fn check_keys(node: &Node<'_>, kind: &'static ManoeuvreKind, what: &str, out: &m
             continue;
         }
         let own = quoted(kind.keys.iter().map(|(key, _)| *key));
-        let message = format!("{what}: `{key}` says nothing for a `{}`", kind.keyword);
+        let message = format!("{what}: `{key}` has no effect on a `{}`", kind.keyword);
         let diagnostic = Diagnostic::error("manoeuvre::key", message).at(found.place.clone(), "not used");
-        out.push(diagnostic.help(format!("remove it; beside those that all take, it takes {own}")));
+        out.push(diagnostic.help(format!("remove it; beside the common keys it accepts {own}")));
     }
 }
 
-/// Refuses a part of a wave: what is measured are means over whole ones, and a part has passages of one side alone.
+/// Rejects a fractional number of periods: measures are means over whole periods, and a fraction has crossings in one direction only.
 fn check_periods(node: &Node<'_>, what: &str, out: &mut Vec<Diagnostic>) {
     let Some(found) = node.table.keyed("periods") else { return };
     let (RawValue::Text(text) | RawValue::Number(text)) = &found.entry.value else { return };
     let Some(periods) = parse_number(text).ok().map(|x| x.to_f64()).filter(|x| x.fract() != 0.0) else { return };
     let message = format!(
-        "{what}: `periods` is {periods}, no whole number of waves: gradients, hystereses and gains are means over whole ones"
+        "{what}: `periods` is {periods}, not a whole number of periods: gradients, hystereses and gains are means over whole periods"
     );
-    let diagnostic = Diagnostic::error("manoeuvre::periods", message).at(found.entry.place.clone(), "a part of a wave");
+    let diagnostic =
+        Diagnostic::error("manoeuvre::periods", message).at(found.entry.place.clone(), "not a whole number");
     out.push(diagnostic.help(format!("write a whole number: `periods = {}`", periods.ceil().max(1.0))));
 }
 
-/// Tells of a manoeuvre without a car.
+/// Reports a manoeuvre without a car.
 fn check_car(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<Diagnostic>) {
     let cars = || document.elements.iter().filter(|one| one.kind.keyword == "vehicle").map(|one| one.name.as_str());
     let free = text(node.table, "kind") == Some("free");
@@ -381,11 +382,11 @@ fn check_car(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<Dia
         }
         None if cars().next().is_none() && !free && !document.suppressed.all => {
             let message = format!("{what}: the model has no car");
-            let diagnostic = Diagnostic::error("manoeuvre::car", message).at(node.name_place.clone(), "nothing drives");
-            out.push(diagnostic.help("add a `[vehicle.NAME]`, or take a manoeuvre of the kind `free`"));
+            let diagnostic = Diagnostic::error("manoeuvre::car", message).at(node.name_place.clone(), "no car");
+            out.push(diagnostic.help("add a `[vehicle.NAME]`, or use a manoeuvre of the kind `free`"));
         }
         None if cars().nth(1).is_some() && !free => {
-            let message = format!("{what}: which of the cars {} it is about is open", quoted(cars()));
+            let message = format!("{what}: it does not name one of the cars {}", quoted(cars()));
             let diagnostic =
                 Diagnostic::error("manoeuvre::car", message).at(node.name_place.clone(), "`car` is missing");
             out.push(diagnostic.help("name it: `car = \"NAME\"`"));
@@ -394,7 +395,7 @@ fn check_car(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<Dia
     }
 }
 
-/// Tells of a manoeuvre that brakes a car without brakes.
+/// Reports a manoeuvre that brakes a car without brakes.
 fn check_brakes(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<Diagnostic>) {
     if text(node.table, "kind") != Some("split_braking") {
         return;
@@ -414,7 +415,7 @@ fn check_brakes(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<
     out.push(Diagnostic::error("manoeuvre::braking", message).at(node.name_place.clone(), "needs braking").help(help));
 }
 
-/// Tells of drivers whose path is the name of nothing.
+/// Reports drivers whose path does not exist.
 pub(super) fn check_drivers(document: &mut Document, out: &mut Vec<Diagnostic>) {
     let mut wrong = Vec::new();
     for driver in document.elements.iter().filter(|one| one.kind.keyword == "driver") {
@@ -433,13 +434,13 @@ pub(super) fn check_drivers(document: &mut Document, out: &mut Vec<Diagnostic>) 
         out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "no such path").help(help));
         wrong.push(driver.place.clone());
     }
-    // What it looks at is the same mistake.
+    // Its measured signal is the same error.
     let dropped = document.blocks.iter().filter(|block| wrong.contains(&block.place));
     document.suppressed.names.extend(dropped.map(|block| block.name.clone()));
     document.blocks.retain(|block| !wrong.contains(&block.place));
 }
 
-/// Warns of manoeuvres whose signal nothing follows: they would be run as if nobody did anything. `names` are those within a value.
+/// Warns of manoeuvres whose signal is unused: their runs would have no input. `names` are those within a value.
 pub(super) fn unfollowed_manoeuvres(
     entries: &Entries,
     document: &Document,
@@ -464,7 +465,7 @@ pub(super) fn unfollowed_manoeuvres(
     for found in entries.iter().filter(|found| !FOLLOW_NOTHING.contains(&found.key.as_str())) {
         names(&found.entry.value, &mut followed);
     }
-    // Signals and blocks hand on what they read where something reads them.
+    // Signals and blocks pass on their inputs if they are used themselves.
     let between = || ["signal", "block"].into_iter().filter_map(|key| entries.table(key)).flat_map(Entries::iter);
     loop {
         let before = followed.len();
@@ -482,37 +483,35 @@ pub(super) fn unfollowed_manoeuvres(
         let what = format!("manoeuvre `{}`", shortened(one.name));
         let unread = |(name, _): &&(String, String)| !followed.contains(name);
         for (name, _) in one.made.shared.iter().filter(unread) {
-            let message = format!("{what}: nothing follows the signal `{name}` that it makes");
+            let message = format!("{what}: the model does not use its signal `{name}`");
             let help = "let the car read both: `braking = \"braking\"`, and `speed = \"... - slowed\"` with the speed it has before";
             out.push(
-                Diagnostic::warning("manoeuvre::unfollowed", message).at(one.place.clone(), "not followed").help(help),
+                Diagnostic::warning("manoeuvre::unfollowed", message).at(one.place.clone(), "not used").help(help),
             );
         }
         let name = one.steers();
-        // Who brakes may let the wheel go.
+        // A braking driver may release the wheel.
         if followed.contains(&name) || (!one.made.shared.is_empty() && one.made.path.is_none()) {
             continue;
         }
         let (made, key) = if one.made.path.is_some() { ("path", "path") } else { ("signal", "angle") };
-        let message = format!(
-            "{what}: nothing follows the {made} `{name}` that it makes, so every run of it is one in which nobody steers"
-        );
+        let message = format!("{what}: the model does not use its {made} `{name}`, so no run of it has steering");
         let drivers = entries.table("driver").into_iter().flat_map(Entries::iter).map(|found| found.key.as_str());
         let help = match drivers.collect::<Vec<_>>().as_slice() {
             [] => format!(
                 "add a `[driver.NAME]` with `{key} = \"{name}\"`, or let a torque, a reference or a position read `{name}`"
             ),
             [driver, ..] => {
-                format!("write `{key} = \"{name}\"` in `[driver.{driver}]`, or name in `steers` what it follows")
+                format!(
+                    "write `{key} = \"{name}\"` in `[driver.{driver}]`, or name in `steers` the signal that it follows"
+                )
             }
         };
-        out.push(
-            Diagnostic::warning("manoeuvre::unfollowed", message).at(one.place.clone(), "not followed").help(help),
-        );
+        out.push(Diagnostic::warning("manoeuvre::unfollowed", message).at(one.place.clone(), "not used").help(help));
     }
 }
 
-/// Takes out what manoeuvres and paths that have a mistake themselves stand for, and what is told of that: it is the same mistake.
+/// Removes entries generated by manoeuvres and paths with errors, and messages on them: it is the same error.
 pub(super) fn leave_made_out(
     nodes: &[Node<'_>],
     wrong: &BTreeSet<String>,

@@ -39,7 +39,7 @@ pub fn manual() -> String {
     out
 }
 
-/// The tables that are neither an element nor a law: page, header, what it is.
+/// The tables that are neither an element nor a law: page, header, summary.
 const STUDY: &[(&str, &str, &str)] = &[
     ("model", "[model]", "Name, description, reduced coordinates."),
     (
@@ -54,7 +54,7 @@ const STUDY: &[(&str, &str, &str)] = &[
     (
         "signal",
         "[signal.NAME]",
-        "A function of time by name: sine, chirp, pulses, ramp, smooth_step, sine_with_dwell, multisine, noise, table, expression.",
+        "A named function of time: sine, chirp, pulses, ramp, smooth_step, sine_with_dwell, multisine, noise, table, expression.",
     ),
     (
         "block",
@@ -64,30 +64,34 @@ const STUDY: &[(&str, &str, &str)] = &[
     (
         "fault",
         "[[scenario.fault]]",
-        "A sensor, a motor, a control unit, a bar or teeth that fail for a while, or for good. As `[fault.NAME]`: in the variants that name it, \
-         with `kardan run --fault NAME`, and in `kardan safety`.",
+        "A fault of a sensor, a motor, a control unit, a bar or gear teeth, temporary or permanent. As \
+         `[fault.NAME]`: in the variants that name it, with `kardan run --fault NAME`, and in `kardan safety`.",
     ),
     (
         "safety",
         "[safety]",
-        "What `kardan safety` tries: faults, variants and values; what says that a fault was detected, and which effects are bounded.",
+        "Faults, variants and values that `kardan safety` tries, the condition for detection, and bounds on effects.",
     ),
     ("sweep", "[sweep]", "What varies in `kardan sweep`, how it is distributed, and how many samples there are."),
     (
         "manoeuvre",
         "[manoeuvre.NAME]",
-        "What steering engineers drive: steady circle, step, sine, weave, double lane change, sine with dwell, parking, with figures and criteria.",
+        "Standard steering tests: steady circle, step, sine, weave, double lane change, sine with dwell, parking, with figures and criteria.",
     ),
     (
         "path",
         "[path.NAME]",
         "Lanes between cones, as tables over x: NAME the middle, NAME_left and NAME_right the limits.",
     ),
-    ("requirement", "[[requirement]]", "A bound on a signal; `kardan run` ends with exit code 1 if it does not hold."),
+    (
+        "requirement",
+        "[[requirement]]",
+        "A bound on a signal; `kardan run` ends with exit code 1 if it is not satisfied.",
+    ),
     (
         "figure",
         "[[figure]]",
-        "A number of each run, measured of a signal or computed from others: the report tells it beside the requirements.",
+        "A number of each run, measured from a signal or computed from others: the report lists it beside the requirements.",
     ),
     ("plot", "[[plot]]", "A plot of the report; without any, angles, speeds and motor torques are drawn."),
     (
@@ -95,16 +99,16 @@ const STUDY: &[(&str, &str, &str)] = &[
         "[table.NAME]",
         "A curve or a surface through points, which expressions call by its name: `engine(crank.w, 0.5)`.",
     ),
-    ("log", "[log.NAME]", "What a measured log holds: which column is which signal."),
+    ("log", "[log.NAME]", "Contents of a measured log: which column is which signal."),
     (
         "identification",
         "[identification]",
-        "What is to be found in logs, and how; extra friction terms, models to compare.",
+        "What to identify from logs, and how; extra friction terms, models to compare.",
     ),
     (
         "analysis",
         "[analysis]",
-        "Inputs, outputs and operating point of the structure analysis; where motors and sensors may sit.",
+        "Inputs, outputs and operating point of the structure analysis; candidate locations of motors and sensors.",
     ),
     (
         "bench",
@@ -151,64 +155,92 @@ Lists of parameter values, one run for each combination: `NAME = \"[0, 10, 20, 3
 `NAME = [\"0 deg\", \"10 deg\"]`; NAME is declared under [parameters]. Runs that are no grid: `kardan elements variant`.
 ";
 
-const SIGNALS: &str = "\
-[signal.NAME]
+const SIGNALS: &str = "[signal.NAME]
 
-A function of time with a name. `signals` of [scenario] adds functions of time to sources (references, disturbances, torques of motors
-without a law, voltages): expressions of the time `t`, parameters and signals, `\"knocks + 2 N m * sin(2 pi t / 1 s)\"`. A source
-is then what its events say and that together. A law whose `reference` is the name of a signal follows it. Signals may name each
-other in expressions; `kardan elements KIND` shows the keys.
-One of the kind expression that names what moves, a sensor or a block is no function of time, but a formula that blocks share.
-Where a signal steps or bends a step of the integrator ends, at the exact time; all signals of a run have at most 100000 such times.
-Before the start and after the end of a signal holds what its formula says. Such times bring no rows of their own: choose
-`output_step` so that pulses are seen. A Simulation that goes on beyond `duration` finds no further pulses, draws and points there.
-
-Kinds
-";
-
-const BLOCKS: &str = "\
-[block.NAME]
-
-What a control unit computes beside its laws. A key that takes an expression may name angles and speeds (`rack.s`, `column.w`), sensors as
-they read (`encoder.phi`), references, disturbances, signals, other blocks, parameters and the time `t`; a signal whose expression names
-such things is a formula that blocks share, and a column of its own (there with ideal sensors). With `sample_time` a block reads its sensors then (resolution, noise, faults), computes once and
-holds its answer, as in firmware: it is the block of kardan-rt. Without it, it is a differential equation of the loop.
-
-What a block answers has its name: a column of the results, and a name in the `reference` of a law, in torques as laws, in the torque of a
-clutch or what engages a lock, and in the commands of a `law = \"program\"`. Blocks of one sample time compute in the order in which they need
-each other; `kardan check` lists it. Circles are told: a delay or a forward integrator breaks them. Blocks of shorter sample times compute
-first; one that reads another sample time says so by a block of the kind hold.
+A function of time with a name. `signals` of [scenario] adds functions of time \
+to sources (references, disturbances, torques of motors
+without a law, voltages): expressions of the time `t`, \
+parameters and signals, `\"knocks + 2 N m * sin(2 pi t / 1 s)\"`. A source
+is then the sum of its events and that \
+function. A law whose `reference` is the name of a signal follows it. Signals may name each
+other in expressions; \
+`kardan elements KIND` shows the keys.
+A signal of the kind expression that depends on coordinates, a sensor or a \
+block is not a function of time, but a formula that blocks share.
+The integrator ends a step at the exact time of \
+each jump and kink of a signal; all signals of a run have at most 100000 such times.
+Before its start and after its \
+end a signal follows its formula. Such times add no rows of their own: choose
+`output_step` so that pulses are \
+visible. A Simulation that continues past `duration` gets no further pulses, draws and points there.
 
 Kinds
 ";
 
-const PARAMETERS: &str = "\
-[parameters]
+const BLOCKS: &str = "[block.NAME]
 
-Named quantities: `NAME = \"130 kg mm^2\"`. Elements, laws and the study use them by name: `inertia = \"NAME\"`.
+What a control unit computes beside its laws. A key that takes an expression may \
+name angles and speeds (`rack.s`, `column.w`), sensors with their readings (`encoder.phi`), references, disturbances, \
+signals, other blocks, parameters and the time `t`; a signal whose expression names any of these is a formula that \
+blocks share, and has its own column (there with ideal sensors). With `sample_time` a block reads its sensors then \
+(resolution, noise, faults), computes once and
+holds its output, as in firmware: it is the block of kardan-rt. \
+Without it, it is a differential equation of the loop.
+
+The output of a block has the name of the block: it is a \
+column of the results, and a name in the `reference` of a law, in torques as laws, in the torque of a
+clutch or what \
+engages a lock, and in the commands of a `law = \"program\"`. Blocks of one sample time compute in the order in which \
+they need
+each other; `kardan check` lists it. kardan reports algebraic loops: a delay or a forward integrator breaks \
+them. Blocks of shorter sample times compute
+first; a block reads another sample time through a block of the kind \
+hold.
+
+Kinds
+";
+
+const PARAMETERS: &str = "[parameters]
+
+Named quantities: `NAME = \"130 kg mm^2\"`. Elements, laws and the study use \
+them by name: `inertia = \"NAME\"`.
 
 Expressions
-  A quantity or number, here and in every key that takes one, may be computed from parameters:
-    `m_rack * r_pinion^2`, `200 N * 7.5 mm`, `sqrt(c / J)`, `if(z > 20, 2, 3)`, `2 pi / 60 s * 3000`
-  There are + - * / ^, parentheses, pi, sqrt sin cos tan asin acos atan atan2 exp ln abs min max sign, and if(a < b,
-  x, y) with < <= > >= == !=, joined by `and`, `or` and `not`. A condition is a number, 1 where it holds, else 0;
-  any other number counts as a condition where it is above 0.5. Units stand behind a number and bind closer than *
-  and /; a fraction without spaces is one number: 1/2 s. Units are checked; angles are not counted in what is
-  computed. Values stay exact as fractions and powers of pi; roots and functions are rounded once, to the nearest
-  number of floating point. Variants compute them anew; `kardan check` and `kardan analyze` tell what was rounded.
-  Keys of elements are names too, wherever they stand: `2 * wheel.inertia`. A name with `-` in it stands in quotes:
+  A quantity or number, here and in every key that takes one, may be \
+computed from parameters:
+    `m_rack * r_pinion^2`, `200 N * 7.5 mm`, `sqrt(c / J)`, `if(z > 20, 2, 3)`, `2 pi / 60 \
+s * 3000`
+  There are + - * / ^, parentheses, pi, sqrt sin cos tan asin acos atan atan2 exp ln abs min max sign, and \
+if(a < b,
+  x, y) with < <= > >= == !=, joined by `and`, `or` and `not`. A condition is a number, 1 where it is true, \
+else 0;
+  any other number counts as a condition where it is above 0.5. Units follow a number and bind closer than *
+  \
+and /; a fraction without spaces is one number: 1/2 s. Units are checked; angles are not counted in what is
+  \
+computed. Values stay exact as fractions and powers of pi; roots and functions are rounded once, to the nearest
+  \
+number of floating point. Variants recompute them; `kardan check` and `kardan analyze` report what was rounded.
+  \
+Keys of elements are names too, everywhere: `2 * wheel.inertia`. Quote a name with `-` in it:
   `'my-shaft.inertia'`.
 
+\
 Tolerances
-  A quantity here, or in the key of an element, may say how far it can be from its value:
-      \"0.0081 N m s/rad ± 10 %\"                    a fraction of the value (also +- or +/-)
-      \"0.0081 N m s/rad ± 0.0004 N m s/rad\"        a quantity
+  A quantity here, or in the key of an element, may state how far it can be from its value:
+      \"0.0081 \
+N m s/rad ± 10 %\"                    a fraction of the value (also +- or +/-)
+      \"0.0081 N m s/rad ± 0.0004 N m \
+s/rad\"        a quantity
       \"(0.0081 ± 0.0004) N m s/rad\"                the same
-      \"0.0081 N m s/rad [0.0077, 0.0090]\"          bounds in the unit before the bracket
-      \"0.0081 N m s/rad [0.0077, 0.0090] 95 %\"     a confidence interval
-  Everything is computed with the value itself; the structure analysis varies it within its tolerance. A tolerance
-  in a key of an element makes that key a parameter, `wg.inertia`. Where a parameter is varied under [variants], `±`
-  moves along with it.
+      \"0.0081 N m s/rad \
+[0.0077, 0.0090]\"          bounds in the unit before the bracket
+      \"0.0081 N m s/rad [0.0077, 0.0090] 95 %\"     \
+a confidence interval
+  Everything is computed with the value itself; the structure analysis varies it within its \
+tolerance. A tolerance
+  in a key of an element makes that key a parameter, `wg.inertia`. Where a parameter is varied \
+under [variants], `±`  moves with it.
 
 Example
 
@@ -216,6 +248,7 @@ Example
 s = \"100 N m/rad ± 10 %\"
 
 [spring_damper.torsion_bar]
+\
 shaft_1 = \"rk\"
 stiffness = \"s\"
 damping = \"0.02 N m s/rad ± 50 %\"
@@ -281,7 +314,7 @@ pub fn manual_of(name: &str) -> Option<String> {
     Some(out)
 }
 
-/// The page of manoeuvres: the keys, then each kind with those that it takes.
+/// The page of manoeuvres: the keys, then each kind with the keys that it accepts.
 fn manoeuvre_page() -> Option<String> {
     let mut out = study_page("manoeuvre")?;
     out.push_str("\nKinds\n");
@@ -362,7 +395,7 @@ pub fn manual_tables() -> Vec<ManualTable> {
 fn manual_keys(fields: &[Field]) -> Vec<ManualKey> {
     let key = |field: &Field| ManualKey {
         name: field.name.into(),
-        value_kind: value_kind(field),
+        value_type: value_kind(field),
         required: field.required,
         default: field.default.map(Into::into),
         summary: field.doc.into(),
@@ -386,7 +419,7 @@ fn keys(fields: &[Field], out: &mut String) {
     }
 }
 
-/// Whether a key must be there, or what holds without it.
+/// Whether a key is required, or its default.
 pub(super) fn need(field: &Field) -> String {
     match (field.required, field.default) {
         (true, _) => "required".into(),
@@ -395,7 +428,7 @@ pub(super) fn need(field: &Field) -> String {
     }
 }
 
-/// What a key holds, and its other name.
+/// The type of a key, and its alias.
 pub(super) fn value_kind(field: &Field) -> String {
     match field.alias() {
         Some(alias) => format!("{}; also `{alias}`", describe(&field.kind)),
@@ -419,7 +452,7 @@ fn describe(kind: &Kind) -> String {
         Kind::Shafts(_) => "list of shafts".into(),
         Kind::Quantity(dimension, s) => format!("{}{}", dimension.si(), sign(s)),
         Kind::Mechanical(dimension, s) => {
-            format!("{}; along masses {}{}", dimension.si(), dimension.translational().si(), sign(s))
+            format!("{}; for masses {}{}", dimension.si(), dimension.translational().si(), sign(s))
         }
         Kind::Number(s) => format!("number{}", sign(s)),
         Kind::Coefficients => "numbers by shaft or mass".into(),
@@ -443,13 +476,13 @@ fn describe(kind: &Kind) -> String {
         Kind::Formulas => "expressions by shaft or mass".into(),
         Kind::Formula(Dimension::NONE) => "expression of a number".into(),
         Kind::Formula(dimension) => {
-            format!("expression of {}; along masses {}", dimension.si(), dimension.translational().si())
+            format!("expression of {}; for masses {}", dimension.si(), dimension.translational().si())
         }
         Kind::OfTime(dimension) if *dimension == dimension.translational() => {
             format!("{} or a function of time", dimension.si())
         }
         Kind::OfTime(dimension) => {
-            format!("{} or a function of time; along masses {}", dimension.si(), dimension.translational().si())
+            format!("{} or a function of time; for masses {}", dimension.si(), dimension.translational().si())
         }
         Kind::Tables(_) => "list of tables".into(),
         Kind::Table(_) => "table".into(),
@@ -487,7 +520,7 @@ mod tests {
         assert!(manual().contains("[analysis]") && manual_of("nothing").is_none());
     }
 
-    /// What holds for a key that is left out could be written there.
+    /// A default is itself a valid value of its key.
     #[test]
     fn defaults_are_values_of_their_keys() {
         fn check(fields: &[Field], count: &mut usize) {

@@ -1,4 +1,4 @@
-//! The parts of a model with their ends, read off the keys that each kind of element declares.
+//! The parts of a model with their ends, from the keys that each kind of element declares.
 
 use super::document::Instance;
 use crate::element::Values;
@@ -28,7 +28,7 @@ pub(super) fn part(instance: &Instance, values: &Values, terms: &[Term], describ
     }
 }
 
-/// The ends of an element: those that its keys declare, and what a relation in an expression ties together.
+/// The ends of an element: those that its keys declare, and the coordinates of a relation in an expression.
 fn terminals(instance: &Instance, values: &Values, terms: &[Term]) -> Vec<Terminal> {
     let kind = instance.kind;
     let mut out: Vec<Terminal> = kind.fields.iter().flat_map(|field| ends(field, values, kind.symbol)).collect();
@@ -46,7 +46,7 @@ fn terminals(instance: &Instance, values: &Values, terms: &[Term]) -> Vec<Termin
     out
 }
 
-/// The ends that a key declares. A shaft that may be left out is the housing then, but for a sensor, and for a planetary gear that is
+/// The ends that a key declares. An omitted optional shaft is the housing, except for a sensor, and for a planetary gear that is
 /// given by coefficients.
 fn ends(field: &Field, values: &Values, symbol: Symbol) -> Vec<Terminal> {
     let key = field.alias().filter(|_| values.translational).unwrap_or_else(|| field.name.into());
@@ -75,7 +75,7 @@ fn ends(field: &Field, values: &Values, symbol: Symbol) -> Vec<Terminal> {
     }
 }
 
-/// Whether it is a side of a way, which play is between.
+/// Whether it is one side of a travel with backlash between the sides.
 fn is_side(term: &Term) -> bool {
     matches!(
         term,
@@ -86,7 +86,7 @@ fn is_side(term: &Term) -> bool {
     )
 }
 
-/// The word for what is measured of a mass.
+/// The noun for a measurement of a mass.
 fn translational(law: &'static str) -> &'static str {
     match law {
         "angle" => "position",
@@ -97,7 +97,7 @@ fn translational(law: &'static str) -> &'static str {
     }
 }
 
-/// What a term does, in the words of the keys that bring it.
+/// The effect of a term, in the words of its keys.
 fn laws_of(term: &Term) -> Vec<&'static str> {
     match term {
         Term::Inertia { .. } => vec!["inertia"],

@@ -61,7 +61,7 @@ pub struct Builtin {
 }
 
 impl Builtin {
-    /// How the mechanism looks: the lines that begin with `#|` in the comment at the head of its file; empty where there are none.
+    /// Drawing of the mechanism: the lines that begin with `#|` in the comment at the head of its file; empty where there are none.
     ///
     /// ```
     /// let model = kardan::model::builtin("two-bodies").unwrap();

@@ -1,4 +1,4 @@
-//! Monitors whose residual is never or always beyond their threshold.
+//! Monitors whose residual never or always exceeds their threshold.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -12,28 +12,28 @@ use crate::expr::{AtOnce, Expr, Floating, Graph, Interval, Intervals, Symbol, Tr
 use crate::names::SignalName;
 use crate::program::read_name;
 
-/// A monitor as it is written, and where that stands.
+/// A monitor as written, with its place.
 pub(super) struct MonitorExpr {
     pub name: String,
     pub residual: Expr,
     pub threshold: Expr,
     pub place: Place,
-    /// Whether it waits before it tells.
+    /// Whether it has a debounce time.
     pub waits: bool,
 }
 
-/// Deviations of what noise makes of a residual, below which a threshold is seldom left; so many samples are beyond it.
+/// Standard deviations of the noise of a residual below which false alarms are frequent; the share of samples that exceed it.
 const DEVIATIONS: f64 = 2.0;
 const BEYOND: &str = "4.5 %";
 
-/// What is known of a monitor before any run.
+/// The verdict on a monitor before a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Finding {
     Never,
     Always,
 }
 
-/// What bounds of symbols, or comparisons of sums, prove of a residual and a threshold; the graph takes what is compared.
+/// What bounds of symbols, or comparisons of sums, prove for a residual and a threshold; the compared expressions are added to the graph.
 fn finding(
     graph: &mut Graph,
     [residual, threshold]: [Expr; 2],
@@ -61,7 +61,7 @@ fn finding(
     (least.is_finite() && least > limit.high || never(in_limits)).then_some(Finding::Always)
 }
 
-/// Warns of a monitor whose residual can never be beyond the threshold, or always is: what it compares with answers of blocks written out.
+/// Warns of a monitor whose residual never or always exceeds its threshold, with outputs of blocks expanded.
 pub(super) fn check(
     what: &str,
     (monitor, compared): (&MonitorExpr, [Expr; 2]),
@@ -72,20 +72,20 @@ pub(super) fn check(
     let (message, word) = match finding(graph, compared, assumptions) {
         Some(Finding::Never) => (
             format!(
-                "{what}: `residual` can never be beyond `threshold`, so there is no alarm but where it is no number"
+                "{what}: `residual` can never exceed `threshold`, so there is no alarm unless `residual` is not a number"
             ),
-            "never beyond",
+            "never exceeded",
         ),
         Some(Finding::Always) => {
-            (format!("{what}: `residual` is always beyond `threshold`, so there always is an alarm"), "always beyond")
+            (format!("{what}: `residual` always exceeds `threshold`, so there always is an alarm"), "always exceeded")
         }
         None => return,
     };
     let finding = Diagnostic::warning("block::monitor", message).at(monitor.place.clone(), word);
-    out.push(finding.help("check `threshold` and the bounds in `residual`, or take the monitor out"));
+    out.push(finding.help("check `threshold` and the bounds in `residual`, or remove the monitor"));
 }
 
-/// Warns of a threshold of zero, and of one that the noise of sensors in the residual leaves often, where nothing waits for it to come back.
+/// Warns of a threshold of zero, and of one without debounce that sensor noise in the residual exceeds often.
 pub(super) fn check_noise(
     what: &str,
     (monitor, [residual, threshold]): (&MonitorExpr, [Expr; 2]),
@@ -103,8 +103,8 @@ pub(super) fn check_noise(
     };
     let symbols = graph.symbols(&[residual]);
     if limit == 0.0 && !symbols.is_empty() {
-        let message = format!("{what}: its `threshold` is zero, so that the last digits of `residual` are beyond it");
-        warn(message, "zero", "write how far `residual` may be from zero while nothing fails");
+        let message = format!("{what}: its `threshold` is zero, so rounding errors of `residual` exceed it");
+        warn(message, "zero", "write how far `residual` may be from zero without a fault");
         return;
     }
     let mut variance = 0.0;
@@ -117,14 +117,13 @@ pub(super) fn check_noise(
     }
     if !monitor.waits && limit < DEVIATIONS * variance.sqrt() {
         let message = format!(
-            "{what}: `threshold` is {limit:.4e}, and the noise of the sensors in `residual` has a standard deviation of {:.3e} there (SI): it alone is beyond in more than \
-             {BEYOND} of the samples",
+            "{what}: `threshold` is {limit:.4e}, and the noise of the sensors in `residual` has a standard deviation of {:.3e} there (SI): the noise alone exceeds the threshold in more than {BEYOND} of the samples",
             variance.sqrt()
         );
         warn(
             message,
             "within the noise",
-            "write a larger one, let it wait by `debounce`, or filter `residual`; `kardan analyze --parity` tells thresholds",
+            "write a larger one, add a `debounce`, or filter `residual`; `kardan analyze --parity` computes thresholds",
         );
     }
 }

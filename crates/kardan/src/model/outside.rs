@@ -1,4 +1,4 @@
-//! What blocks read from outside: what moves, sensors, references, disturbances, the time.
+//! External inputs of blocks: coordinates, sensors, references, disturbances, the time.
 
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use crate::schema::{Placed, Value};
 use crate::units::Dimension;
 
 impl Document {
-    /// What the blocks of a model compute; controllers that are programs get what they command.
+    /// The outputs of the blocks of a model; program controllers get their commands.
     pub(super) fn programs<'a, 'd>(
         &'a self,
         reader: &'a TableReader<'d>,
@@ -46,11 +46,11 @@ impl Document {
                 }
             }
             if let Some(design) = control.table.values.get("design") {
-                let message = format!("`design` of control `{}` does nothing: a program is not designed", control.name);
+                let message =
+                    format!("`design` of control `{}` has no effect: kardan does not design a program", control.name);
                 let diagnostic = Diagnostic::warning("control::design", message).at(design.place.clone(), "not read");
                 out.push(
-                    diagnostic
-                        .help("take it out; what bends in a program is taken as it is where all that it reads is zero"),
+                    diagnostic.help("remove it; kardan linearises a nonlinear program where all that it reads is zero"),
                 );
             }
         }
@@ -98,7 +98,7 @@ impl Document {
         out
     }
 
-    /// What sampled laws tell, by their names: what their observers find, `column.rk.disturbance`, `column.fs.w`, and what they last commanded,
+    /// Outputs of sampled laws by name: estimates of their observers, `column.rk.disturbance`, `column.fs.w`, and their last commands,
     /// `column.wg_motor.command`.
     fn law_signals(&self, reader: &TableReader<'_>, controls: &[&ControlSpec]) -> Vec<Outside> {
         let sampled = |control: &&&ControlSpec| control.values.has("sample_time") && !self.blocks.has(&control.name);
@@ -134,7 +134,7 @@ impl Document {
         out
     }
 
-    /// Whether a sensor can be read at every instant: what moves, and the twist of a spring.
+    /// Whether a sensor can be read at every instant: coordinates, rates, and the twist of a spring.
     pub(crate) fn reads_at_every_instant(&self, sensor: &str) -> bool {
         let Some(sensor) = self.elements.get(sensor) else { return false };
         let word = |key: &str| match &sensor.table.values.get(key)?.value {
@@ -152,7 +152,7 @@ impl Document {
         }
     }
 
-    /// The name of what a sensor reads, and what it is of.
+    /// The name of the quantity that a sensor reads, and its dimension.
     fn reading(&self, sensor: &Instance, reader: &TableReader<'_>) -> Option<(String, Dimension)> {
         let word = |key: &str| match &sensor.table.values.get(key)?.value {
             Value::Word(word) => Some(word.as_str()),
@@ -178,7 +178,7 @@ impl Document {
         })
     }
 
-    /// Refuses sensors whose readings follow from accelerations, which are not known when blocks compute, and those of a gear with a
+    /// Rejects sensors whose readings depend on accelerations, which are unknown when blocks compute, and those of a gear with a
     /// stiffness at every instant.
     pub(super) fn check_readings(
         &self,
@@ -204,13 +204,13 @@ impl Document {
             let (message, help) = match measured {
                 Some(Measured::ConstraintTorque(..) | Measured::NetTorque(_)) => (
                     format!(
-                        "no block reads the sensor `{name}`: a torque of a constraint and a net torque follow from accelerations"
+                        "no block can read the sensor `{name}`: constraint torques and net torques depend on accelerations"
                     ),
                     "measure the twist of a spring_damper, or give the gear a stiffness",
                 ),
                 Some(Measured::ComplianceTorque(..)) if !sampled => (
                     format!(
-                        "no block reads the sensor `{name}` at every instant: its torque is that of a spring and a damper"
+                        "no continuous block can read the sensor `{name}`: its torque is that of a spring and a damper"
                     ),
                     "give the blocks that read it a `sample_time`",
                 ),
@@ -219,7 +219,7 @@ impl Document {
                         "give the blocks that read it a `sample_time`, or let them read the signal itself: `{signal}`"
                     );
                     let message = format!(
-                        "no block reads the sensor `{name}` at every instant: a sensor of a signal is read at samples"
+                        "no continuous block can read the sensor `{name}`: a sensor of a signal is read at samples"
                     );
                     (message, itself.as_str())
                 }

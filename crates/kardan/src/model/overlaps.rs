@@ -1,4 +1,4 @@
-//! Transitions of a state machine whose guards hold at once, never or always.
+//! Transitions of a state machine whose guards are true together, never or always.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -8,7 +8,7 @@ use crate::expr::{AtOnce, Expr, Graph, Symbol, Together, at_once};
 use crate::num::Rational;
 use crate::units::{Exact, shown_quantity};
 
-/// A transition as it is written: the states, what it depends on, and where that stands.
+/// A transition as written: the states, its guard, and its place.
 #[derive(Clone)]
 pub(super) struct TransitionGuard {
     pub transition: kardan_rt::Transition,
@@ -16,18 +16,18 @@ pub(super) struct TransitionGuard {
     pub place: Place,
 }
 
-/// What is known of symbols: those that are not negative, and sums of them that are bounded.
+/// Known bounds of symbols: those that are not negative, and sums of them that are bounded.
 #[derive(Default)]
 pub(super) struct Assumptions {
-    /// Where each stands among those that are not negative.
+    /// The position of each among the nonnegative ones.
     not_negative: HashMap<Symbol, usize>,
     bounds: Vec<Rational>,
-    /// The sums that each stands in.
+    /// The sums that contain each.
     together: HashMap<Symbol, Vec<usize>>,
 }
 
 impl Assumptions {
-    /// Takes down symbols that are not negative.
+    /// Records symbols that are not negative.
     pub fn not_negative(&mut self, symbols: impl IntoIterator<Item = Symbol>) {
         for symbol in symbols {
             let place = self.not_negative.len();
@@ -35,13 +35,13 @@ impl Assumptions {
         }
     }
 
-    /// Takes down symbols whose sum is not above a bound.
+    /// Records symbols whose sum is not above a bound.
     pub fn bounded(&mut self, symbols: &[Symbol], bound: Rational) {
         symbols.iter().for_each(|symbol| self.together.entry(*symbol).or_default().push(self.bounds.len()));
         self.bounds.push(bound);
     }
 
-    /// Whether expressions can be above a half at once, with what is known of their symbols.
+    /// Whether expressions can exceed a half together, given the bounds of their symbols.
     pub fn at_once(&self, graph: &Graph, exprs: &[Expr]) -> AtOnce {
         let symbols = graph.symbols(exprs);
         let mut not_negative: Vec<Symbol> =
@@ -67,7 +67,7 @@ fn shown(graph: &Graph, at: &[(Symbol, Rational)]) -> String {
     at.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// Warns of transitions out of one state that may be taken at once, and of those that are never taken; of a machine by its name.
+/// Warns of transitions from one state that may be enabled together, and of those that are never taken; of a machine by its name.
 pub(super) fn check(
     what: &str,
     (states, guards): (&[String], &[TransitionGuard]),
@@ -80,9 +80,9 @@ pub(super) fn check(
         if decided(&[guard.when]) == AtOnce::Never {
             let [from, to] = [guard.transition.from, guard.transition.to].map(|state| &states[state]);
             let message =
-                format!("{what}: `when` of the way from `{from}` to `{to}` never holds, so it is never taken");
-            let diagnostic = Diagnostic::warning("block::transition", message).at(guard.place.clone(), "never holds");
-            out.push(diagnostic.help("check its thresholds, or take the transition out"));
+                format!("{what}: `when` of the transition from `{from}` to `{to}` is never true, so it is never taken");
+            let diagnostic = Diagnostic::warning("block::transition", message).at(guard.place.clone(), "never true");
+            out.push(diagnostic.help("check its thresholds, or remove the transition"));
         } else {
             possible.push(guard);
         }
@@ -97,27 +97,27 @@ pub(super) fn check(
                 AtOnce::Never => continue,
                 AtOnce::At(at) if at.is_empty() => (
                     format!(
-                        "{what}: the ways from `{from}` to `{a}` and to `{b}` are both open whatever happens: the first in the list is taken"
+                        "{what}: the transitions from `{from}` to `{a}` and to `{b}` are always enabled together: the first in the list is taken"
                     ),
-                    "open at once",
+                    "enabled together",
                 ),
                 AtOnce::At(at) => (
                     format!(
-                        "{what}: the ways from `{from}` to `{a}` and to `{b}` are both open where {}: the first in the list is taken",
+                        "{what}: the transitions from `{from}` to `{a}` and to `{b}` are both enabled where {}: the first in the list is taken",
                         shown(graph, &at)
                     ),
-                    "open at once",
+                    "enabled together",
                 ),
                 AtOnce::Unknown => (
                     format!(
-                        "{what}: whether the ways from `{from}` to `{a}` and to `{b}` are ever open at once is not decided, as they compare more than sums of signals times constants: where both are, the first in the list is taken"
+                        "{what}: it is not decided whether the transitions from `{from}` to `{a}` and to `{b}` are ever enabled together, as they compare more than sums of signals times constants: where both are, the first in the list is taken"
                     ),
                     "not decided",
                 ),
             };
             let diagnostic = Diagnostic::warning("block::overlap", message).at(second.place.clone(), word);
             out.push(diagnostic.help(format!(
-                "to say that the way to `{a}` comes first, write `and not (...)` with its condition into this one"
+                "to give the transition to `{a}` priority, add `and not (...)` with its condition to this one"
             )));
         }
         before.push(second);
@@ -125,7 +125,7 @@ pub(super) fn check(
     unreachable_states(what, (states, guards), &possible, out);
 }
 
-/// Warns of states that no way leads to.
+/// Warns of unreachable states.
 fn unreachable_states(
     what: &str,
     (states, guards): (&[String], &[TransitionGuard]),
@@ -145,12 +145,13 @@ fn unreachable_states(
         }
     }
     for (k, state) in states.iter().enumerate().filter(|(k, _)| !reached[*k]) {
-        let message = format!("{what}: no way leads from `{}`, where it starts, to its state `{state}`", states[0]);
+        let message =
+            format!("{what}: no transitions lead from its initial state `{}` to its state `{state}`", states[0]);
         let diagnostic = Diagnostic::warning("block::state", message);
         let place = of_state.get(&k).copied().or(guards.first());
         let diagnostic = place
             .into_iter()
             .fold(diagnostic, |diagnostic, guard| diagnostic.at(guard.place.clone(), "of this machine"));
-        out.push(diagnostic.help("add a transition, or take the state out"));
+        out.push(diagnostic.help("add a transition, or remove the state"));
     }
 }

@@ -12,7 +12,7 @@ use crate::names;
 use crate::schema::{Kind, Scalar, Sign, Table, Value};
 use crate::units::{Dimension, Evaluated, Exact, Expression, Tolerated, format_quantity, parse_number};
 
-/// Reads `[parameters]`; gives what follows from other values.
+/// Reads `[parameters]`; returns the computed ones.
 pub(super) fn read_parameters(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) -> Vec<Following> {
     let before = out.len();
     let mut following = Vec::new();
@@ -22,7 +22,7 @@ pub(super) fn read_parameters(root: &Node<'_>, document: &mut Document, out: &mu
     };
     for found in node.table.iter() {
         let (name, place, entry) = (found.key.as_str(), found.place.clone(), &found.entry);
-        // In doubt until it is read: what uses it is not wrong for that.
+        // Doubtful until read: its users are not reported for it.
         document.suppressed.names.insert(name.to_string());
         if !check_name(name, place.clone(), "parameter", out) {
             continue;
@@ -75,14 +75,14 @@ pub(super) fn read_parameters(root: &Node<'_>, document: &mut Document, out: &mu
     following
 }
 
-/// What follows from other values, in an order in which each stands behind those that it needs, and else as they are written.
+/// Computed values in dependency order, otherwise in the order of the file.
 pub(super) fn follow(unresolved: Vec<Following>, document: &mut Document, out: &mut Vec<Diagnostic>) {
     let mut values: HashMap<String, (Exact, Dimension)> = HashMap::new();
     for parameter in document.all_parameters().chain(&document.keys) {
         values.entry(parameter.name.clone()).or_insert_with(|| (parameter.value.clone(), parameter.dimension));
     }
     let Waiting { needs, mut missing, named_by } = Waiting::of(&unresolved, &values, document);
-    // What can be computed, first those that no other pass over the list is needed for.
+    // Computable values, first those that need no further pass over the list.
     let mut ready: BTreeSet<(usize, usize)> =
         (0..unresolved.len()).filter(|k| missing[*k] == 0).map(|k| (0, k)).collect();
     let (mut passes, mut rank) = (vec![0; unresolved.len()], 0);
@@ -97,7 +97,7 @@ pub(super) fn follow(unresolved: Vec<Following>, document: &mut Document, out: &
                 None => (found.value, found.dimension),
             },
             Err(error) => {
-                // Of a key it is told where the element is read.
+                // For a key it is reported where the element is read.
                 if key.is_none() {
                     out.push(expression_diagnostic(
                         document,
@@ -128,11 +128,11 @@ pub(super) fn follow(unresolved: Vec<Following>, document: &mut Document, out: &
     circles(&unresolved, &needs, out);
 }
 
-/// What values that follow from others wait for.
+/// The open dependencies of computed values.
 struct Waiting {
     /// Those of the list that each needs.
     needs: Vec<Vec<usize>>,
-    /// How many values each waits for, also such as never come.
+    /// The number of open dependencies of each, including unavailable ones.
     missing: Vec<usize>,
     /// Those of the list that need each.
     named_by: Vec<Vec<usize>>,
@@ -160,7 +160,7 @@ impl Waiting {
     }
 }
 
-/// A value as one of the dimension of a key: angles are not counted, and a frequency may stand for a time.
+/// A value as one of the dimension of a key: angles are not counted, and a frequency may replace a time.
 pub(super) fn fitting(found: &Evaluated, expected: Dimension) -> Option<(Exact, Dimension)> {
     match expected.of_other(&found.value, &found.dimension) {
         Some(period) => Some((period, expected)),
@@ -168,17 +168,17 @@ pub(super) fn fitting(found: &Evaluated, expected: Dimension) -> Option<(Exact, 
     }
 }
 
-/// Tells of values that follow from themselves, of each circle once.
+/// Reports values that depend on themselves, each cycle once.
 fn circles(unresolved: &[Following], needs: &[Vec<usize>], out: &mut Vec<Diagnostic>) {
     for circle in in_order(needs).1 {
         let names: Vec<&str> = circle.iter().map(|k| unresolved[*k].name.as_str()).collect();
         let Following { name, place, expression, key } = &unresolved[circle[0]];
         let what = if key.is_some() { "" } else { "parameter " };
-        let message = format!("{what}`{name}` follows from itself: {}", names::circle(&names));
+        let message = format!("{what}`{name}` depends on itself: {}", names::circle(&names));
         let at = place.part(expression.text(), 0..expression.text().len());
         out.push(
             Diagnostic::error("parameter::circle", message)
-                .at(at, "in a circle")
+                .at(at, "circular")
                 .help("write one of them as a number with its unit"),
         );
     }
@@ -189,7 +189,7 @@ fn parameter(name: String, place: Place, read: Tolerated) -> Parameter {
     Parameter { name, place, value, dimension, text, spread: Some(spread), expression: None, rank: 0 }
 }
 
-/// Takes the tolerances out of an element's table: each such key becomes a parameter of the name `<element>.<key>`.
+/// Removes the tolerances from an element's table: each such key becomes a parameter of the name `<element>.<key>`.
 pub(super) fn implicit_parameters(element: &str, table: &mut Table) -> Vec<Parameter> {
     let mut out = Vec::new();
     for (key, entry) in &mut table.values {
@@ -203,7 +203,7 @@ pub(super) fn implicit_parameters(element: &str, table: &mut Table) -> Vec<Param
     out
 }
 
-/// The same of what is given in it by name, in lists of tables, and, if asked for, by its own keys: `scenario.initial.a.phi`, `scenario.event.1.at`.
+/// The same for its named values, in lists of tables, and, on request, for its own keys: `scenario.initial.a.phi`, `scenario.event.1.at`.
 pub(super) fn implicit_within(prefix: &str, table: &mut Table, own: bool) -> Vec<Parameter> {
     let mut out = if own { implicit_parameters(prefix, table) } else { Vec::new() };
     for (key, entry) in &mut table.values {
@@ -231,7 +231,7 @@ pub(super) fn implicit_within(prefix: &str, table: &mut Table, own: bool) -> Vec
 pub(super) const REMOVE_TOLERANCE: &str =
     "remove the tolerance: elements, `[parameters]`, `initial` of `[scenario]`, its events and faults can have one";
 
-/// Reports tolerances where a value cannot have one, and goes on with the value itself.
+/// Reports tolerances where a value cannot have one, and continues with the value itself.
 pub(super) fn refuse_tolerances(table: &mut Table, what: &str, help: &str, out: &mut Vec<Diagnostic>) {
     let refuse = |scalar: &mut Scalar, place: &Place, what: String, out: &mut Vec<Diagnostic>| {
         if let Scalar::Tolerated(read) = scalar {

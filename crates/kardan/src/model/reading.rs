@@ -1,4 +1,4 @@
-//! Entries of a model as typed tables; all mistakes of keys, types and units are reported together.
+//! Entries of a model as typed tables; all errors in keys, types and units are reported together.
 
 use std::collections::{BTreeSet, HashMap};
 use std::sync::LazyLock;
@@ -28,32 +28,32 @@ use crate::signal;
 use crate::synthesis;
 use crate::units::{Dimension, Expression};
 
-/// What tells the law of a `[control.<name>]`; the other keys are those of the law.
+/// The key that selects the law of a `[control.<name>]`; the other keys are those of the law.
 pub const CONTROL: &[Field] = &[Field::required("law", Kind::Choice(LAWS), "Which control law.")];
 
-/// What tells the kind of a `[signal.<name>]`; the other keys are those of the kind.
+/// The key that selects the kind of a `[signal.<name>]`; the other keys are those of the kind.
 pub const SIGNAL: &[Field] = &[Field::required("kind", Kind::Choice(SIGNALS), "Which kind of signal.")];
 
-/// The keywords of [`signal::REGISTRY`]; a test keeps them equal.
+/// The keywords of [`signal::REGISTRY`]; a test checks that they are equal.
 const SIGNALS: &[&str] =
     &["sine", "chirp", "pulses", "ramp", "smooth_step", "sine_with_dwell", "multisine", "noise", "table", "expression"];
 
-/// What tells the kind of a `[block.<name>]`, and what all kinds have; the other keys are those of the kind.
+/// The key that selects the kind of a `[block.<name>]`, and the common keys; the other keys are those of the kind.
 pub const BLOCK: &[Field] = &[
     Field::required("kind", Kind::Choice(BLOCKS), "Which kind of block."),
     Field::optional(
         "sample_time",
         Kind::Quantity(Dimension::TIME, Sign::Period),
-        "When it computes, as on a control unit; its answer holds until the next sample. Left out: at every instant.",
+        "When it computes, as on a control unit; its output is held until the next sample. Left out: at every instant.",
     ),
     Field::optional(
         "unit",
         Kind::Text,
-        "Unit of its answer, `N m`; needed where it follows from itself by way of other blocks, else it follows from what it reads.",
+        "Unit of its output, `N m`; needed where it depends on itself through other blocks, else kardan derives it from what it reads.",
     ),
 ];
 
-/// The keywords of [`block::REGISTRY`]; a test keeps them equal.
+/// The keywords of [`block::REGISTRY`]; a test checks that they are equal.
 const BLOCKS: &[&str] = &[
     "gain",
     "table",
@@ -73,7 +73,7 @@ const BLOCKS: &[&str] = &[
     "state_machine",
 ];
 
-/// The keywords of [`synthesis::REGISTRY`]; a test keeps them equal.
+/// The keywords of [`synthesis::REGISTRY`]; a test checks that they are equal.
 const LAWS: &[&str] = &[
     "computed_torque",
     "decoupling",
@@ -86,13 +86,13 @@ const LAWS: &[&str] = &[
     "sampled_noninteracting",
 ];
 
-/// Reads a model file. All mistakes of syntax, keys, types and units are reported together.
+/// Reads a model file. All errors of syntax, keys, types and units are reported together.
 pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
     let (entries, diagnostics, broken) = open(source);
     read_entries(&entries, diagnostics, broken)
 }
 
-/// The entries of a model file, what is not TOML in it, and whether a broken line may have held a header.
+/// The entries of a model file, its TOML errors, and whether a broken line may have contained a header.
 pub fn open(source: &str) -> (Entries, Vec<Diagnostic>, bool) {
     if source.trim().is_empty() {
         let diagnostic = Diagnostic::error("file::empty", "the model file is empty")
@@ -100,9 +100,9 @@ pub fn open(source: &str) -> (Entries, Vec<Diagnostic>, bool) {
         return (Entries::default(), vec![diagnostic], true);
     }
     let (entries, diagnostics) = syntax(source);
-    // A broken line may have held a header, a broken text or list may have swallowed one.
+    // A broken line may have contained a header, a broken text or list may have swallowed one.
     let broken = diagnostics.iter().any(|diagnostic| {
-        let harmless = ["text without quotes", "a key without a value", "a key that was given before", "invalid float"];
+        let harmless = ["text without quotes", "a key without a value", "a duplicate key", "invalid float"];
         let start = diagnostic.labels.first().map_or(0, |label| label.place.span().start);
         let line_start = source[..start].rfind('\n').map_or(0, |at| at + 1);
         source[line_start..].trim_start().starts_with('[')
@@ -111,7 +111,7 @@ pub fn open(source: &str) -> (Entries, Vec<Diagnostic>, bool) {
     (entries, diagnostics, broken)
 }
 
-/// Reads the entries of a model: `diagnostics` are those told already, and after `broken` ones any name may exist.
+/// Reads the entries of a model: `diagnostics` are those reported already, and after `broken` ones any name may exist.
 pub fn read_entries(entries: &Entries, diagnostics: Vec<Diagnostic>, broken: bool) -> (Document, Vec<Diagnostic>) {
     let mut document = Document::default();
     document.suppressed.all = broken;
@@ -120,7 +120,7 @@ pub fn read_entries(entries: &Entries, diagnostics: Vec<Diagnostic>, broken: boo
     }
     let driven = with_manoeuvres(entries);
     let (source_entries, entries) = (entries, &*with_parts(&driven));
-    // Two lists: mistakes that leave the equations in doubt and others. Both begin with what is broken, for `table`.
+    // Two lists: errors that make the equations doubtful and others. Both start with the broken parts, for `table`.
     let broken = diagnostics.len();
     let mut study = diagnostics.clone();
     let mut out = diagnostics;
@@ -180,7 +180,7 @@ pub fn read_entries(entries: &Entries, diagnostics: Vec<Diagnostic>, broken: boo
 /// The most shafts, masses and charges of a model: matrices over all of them, of doubles and of fractions, then take about 1.5 GB.
 const MOST_COORDINATES: usize = 1500;
 
-/// Refuses a model whose matrices would take more memory than there is.
+/// Rejects a model whose matrices would need too much memory.
 fn check_size(document: &Document, out: &mut Vec<Diagnostic>) {
     let coordinates = document.elements.iter().flat_map(|element| {
         let charges = element.kind.charges(&element.name).len();
@@ -189,12 +189,13 @@ fn check_size(document: &Document, out: &mut Vec<Diagnostic>) {
     let count = coordinates.clone().count();
     if let Some(first) = coordinates.clone().nth(MOST_COORDINATES) {
         let message = format!("the model has {count} shafts, masses and charges, more than {MOST_COORDINATES}");
-        let diagnostic = Diagnostic::error("model::large", message).at(first.place.clone(), "the first one beyond");
-        out.push(diagnostic.help("kardan computes with full matrices over all of them: put what turns together into one, or look at parts of the model"));
+        let diagnostic =
+            Diagnostic::error("model::large", message).at(first.place.clone(), "the first above the limit");
+        out.push(diagnostic.help("kardan computes with full matrices over all of them: combine bodies that rotate together, or analyse parts of the model"));
     }
 }
 
-/// Warns of parameters that nothing names: changing them would change nothing.
+/// Warns of unused parameters: a change of them has no effect.
 fn unused_parameters((entries, source_entries): (&Entries, &Entries), document: &Document, out: &mut Vec<Diagnostic>) {
     let mut named = BTreeSet::new();
     let is_own = |name: &str| source_entries.table("parameters").is_some_and(|table| table.get(name).is_some());
@@ -211,8 +212,8 @@ fn unused_parameters((entries, source_entries): (&Entries, &Entries), document: 
     }
 }
 
-/// Warns of tables that nothing reads: empty groups, springs without a law, and, in a model that has events and no
-/// bench, motors and disturbances that nothing ever moves.
+/// Warns of unused tables: empty groups, springs without a law, and, in a model that has events and no
+/// bench, motors and disturbances that are never set.
 fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnostic>) {
     let warning = |message: String, place: &Place, label: &str, help: &str| {
         Diagnostic::warning("table::unused", message).at(place.clone(), label).help(help)
@@ -223,7 +224,7 @@ fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnosti
             element::find(&found.key).is_some() || matches!(found.key.as_str(), "control" | "log" | "signal" | "table");
         let (name, dot) = (&found.key, if named { ".NAME" } else { "" });
         let help = format!("write its keys below `[{name}{dot}]`, or remove it");
-        out.push(warning(format!("the table `[{name}]` is empty"), &found.place, "nothing in it", &help));
+        out.push(warning(format!("the table `[{name}]` is empty"), &found.place, "empty", &help));
     }
     let laws = ["stiffness", "damping", "friction", "breakaway"];
     for spring in document.elements.iter().filter(|element| element.kind.keyword == "spring_damper") {
@@ -252,7 +253,7 @@ fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnosti
     for input in document.elements.iter().filter(|element| has_events && inputs[..3].contains(&element.kind.keyword)) {
         if !moved.contains(input.name.as_str()) {
             let (kind, name) = (input.kind.keyword, &input.name);
-            let message = format!("nothing moves the {kind} `{name}`: it stays at zero in every run");
+            let message = format!("the model never sets the {kind} `{name}`: it stays at zero in every run");
             let signal = match kind {
                 "motor" => format!("{name}.tau"),
                 "voltage_source" => format!("{name}.v"),
@@ -279,7 +280,7 @@ fn texts(value: &RawValue, out: &mut BTreeSet<String>) {
     }
 }
 
-/// `[scenario]`, with what has a tolerance in it.
+/// `[scenario]`, with its values that have a tolerance.
 fn scenario(root: &Node<'_>, out: &mut Vec<Diagnostic>) -> (Table, NamedList<Parameter>) {
     let mut scenario = plain(root, "scenario", tables::Scenario::FIELDS, out);
     let of_runs = implicit_within("scenario", &mut scenario, false).into_iter().collect();
@@ -326,7 +327,7 @@ fn several(root: &Node<'_>, key: &str, fields: &'static [Field], out: &mut Vec<D
     tables
 }
 
-/// What to do where a key cannot have a tolerance, and may name a parameter.
+/// The remedy if a key cannot have a tolerance, but may name a parameter.
 const DECLARE: &str = "declare a parameter with it under `[parameters]`, and write its name here";
 
 fn read_elements(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
@@ -341,7 +342,7 @@ fn read_elements(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
                 document.suppressed.names.insert(node.name.to_string());
             }
             document.implicit.extend(implicit);
-            // Blocks read these by their names alone.
+            // Blocks read these by name only.
             let standalone = ["sensor", "disturbance"].contains(&kind.keyword);
             if let Some(reason) =
                 reserved(node.name, document).filter(|_| standalone && ["t", "pi"].contains(&node.name))
@@ -369,7 +370,7 @@ fn read_controls(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
         let word = entry.map(|entry| if let RawValue::Text(word) = &entry.value { word.as_str() } else { "" });
         let law = word.and_then(|word| synthesis::REGISTRY.iter().position(|law| law.keyword == word));
         let Some(number) = law else {
-            // Says what is wrong with `law` alone: the other keys depend on it.
+            // Reports only the error in `law`: the other keys depend on it.
             match entry {
                 Some(entry) => drop(value(&CONTROL[0].kind, &format!("`law` of {what}"), entry, out)),
                 None => drop(table(&CONTROL[..1], &Node { table: &Entries::default(), ..node.clone() }, &what, out)),
@@ -422,7 +423,7 @@ fn read_tables(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnosti
     }
 }
 
-/// Checks manoeuvres and paths, which are other tables already.
+/// Checks manoeuvres and paths, which have become other tables already.
 fn read_manoeuvres(
     root: &Node<'_>,
     variants: &[Table],
@@ -449,7 +450,7 @@ fn read_signals(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnost
             _ => None,
         };
         let Some(number) = word.and_then(kind_index) else {
-            // Says what is wrong with `kind` alone: the other keys depend on it.
+            // Reports only the error in `kind`: the other keys depend on it.
             match word {
                 Some(entry) => drop(value(&SIGNAL[0].kind, &format!("`kind` of {what}"), entry, out)),
                 None => drop(table(SIGNAL, &Node { table: &Entries::default(), ..node.clone() }, &what, out)),
@@ -520,7 +521,7 @@ fn reserved(name: &str, document: &Document) -> Option<&'static str> {
     }
 }
 
-/// The study's tables; all others make the equations.
+/// The tables of the study; all others define the equations.
 const STUDY: [&str; 14] = [
     "scenario",
     "signal",
@@ -565,7 +566,7 @@ fn check_tables(
             (None, "extra" | "candidate") => format!("write each as `[[identification.{name}]]`"),
             (None, "channel" | "channels") => "write each as `[[log.NAME.channel]]`".to_string(),
             (None, "actuator" | "actuators") => "write each as `[[analysis.actuator]]`".to_string(),
-            (None, "tolerance" | "tolerances") => "write a tolerance behind its value: \"1 N m ± 10 %\"".to_string(),
+            (None, "tolerance" | "tolerances") => "write a tolerance after its value: \"1 N m ± 10 %\"".to_string(),
             (None, word) if is_fixed_name(word) => how_to_fix_shaft("SHAFT"),
             (None, "sources" | "source" | "input" | "inputs") => {
                 "torques come from `motor` and `disturbance`".to_string()
@@ -633,7 +634,7 @@ fn named_tables<'t>(
     let loose = group.table.iter().find(|found| !is_table(found) && fields.iter().any(|f| f.name == found.key));
     if let Some(found) = loose {
         suppressed.all = true;
-        let message = format!("a {keyword} needs a name: `{}` stands in `[{keyword}]` itself", found.key);
+        let message = format!("a {keyword} needs a name: `{}` is in `[{keyword}]` itself", found.key);
         out.push(
             Diagnostic::error("name::missing", message)
                 .at(group.place.clone(), "no name")
@@ -664,7 +665,7 @@ fn check_unique(document: &Document, out: &mut Vec<Diagnostic>) {
             Some((other_kind, other_span)) => out.push(
                 Diagnostic::error(
                     "name::duplicate",
-                    format!("the name `{name}` is used twice, for {other_kind} and {kind}"),
+                    format!("the name `{name}` has two uses, for {other_kind} and {kind}"),
                 )
                 .at(place.clone(), "again here")
                 .at((*other_span).clone(), "first here")

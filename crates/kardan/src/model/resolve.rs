@@ -1,4 +1,4 @@
-//! A document and parameter values to a model: parameters put in, terms made.
+//! Resolves a document and parameter values to a model: inserts parameters, creates terms.
 
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
@@ -53,22 +53,22 @@ pub struct Model {
     pub coordinates: Option<Vec<String>>,
     /// Controllers in the loop.
     pub controls: Vec<ControlSpec>,
-    /// Controllers of the file that this variant does not use; their references are signals all the same.
+    /// Controllers of the file that this variant does not use; their references are still signals.
     pub idle: Vec<ControlSpec>,
     /// Parameter values.
     pub parameters: Vec<ParameterValue>,
     /// How far parameters may be from their values, by name.
     pub tolerances: Vec<Tolerance>,
-    /// Elements that have a mistake: their terms are not those of the file.
+    /// Elements with an error: their terms differ from the file.
     pub doubtful: BTreeSet<String>,
-    /// What blocks compute.
+    /// The outputs of blocks.
     pub programs: Programs,
-    /// Values that were rounded: what is exact of the model is so for these numbers.
+    /// Rounded values: exact results are exact for these numbers.
     pub rounded: Vec<Rounded>,
 }
 
 impl Document {
-    /// The model for the file's parameters with some replaced. Reports what does not fit; the model is complete only
+    /// The model for the file's parameters with some replaced. Reports errors; the model is complete only
     /// if there is no error among the diagnostics.
     pub fn model(&self, settings: &[Setting]) -> (Model, Vec<Diagnostic>) {
         self.model_with(settings, None)
@@ -85,7 +85,7 @@ impl Document {
         let (active, idle): (Vec<&Control>, Vec<&Control>) =
             self.controls.iter().partition(|control| active.is_none_or(|a| a.contains(&control.name)));
         let mut controls = self.active_controls(&active, &reader, &mut out);
-        // What is wrong with an idle controller is told where it is active.
+        // Errors in an idle controller are reported where it is active.
         let idle: Vec<ControlSpec> =
             idle.into_iter().map(|control| ControlSpec::read(control, &reader, &mut Vec::new())).collect();
         let programs = self.programs(&reader, &mut functions, (&mut controls, &idle), &mut out);
@@ -103,7 +103,7 @@ impl Document {
                 own.iter_mut().for_each(Term::leave_ground);
             }
             let described = describe(instance, &values, &reader);
-            // A sensor of a signal stands among the blocks.
+            // A sensor of a signal is one of the blocks.
             if values.word("measures") != Some("signal") {
                 mechanism.parts.push(part(instance, &values, &own, &described));
             }
@@ -169,7 +169,7 @@ impl Document {
         controls
     }
 
-    /// Refuses motors that two controllers command.
+    /// Rejects motors that two controllers command.
     fn check_commanded(&self, controls: &[ControlSpec], out: &mut Vec<Diagnostic>) {
         let mut commanded: HashMap<String, usize> = HashMap::new();
         for (k, control) in controls.iter().enumerate() {
@@ -192,7 +192,7 @@ impl Document {
         }
     }
 
-    /// The mistake that all bodies which an element names stand still; a branch of a circuit is one all the same.
+    /// The error that an element names only fixed bodies; a branch of a circuit is valid anyway.
     fn check_moves(&self, instance: &Instance, values: &Values, reader: &TableReader<'_>, out: &mut Vec<Diagnostic>) {
         let is_body = |field: &&Field| matches!(field.kind, Kind::Shaft | Kind::Mass | Kind::Body);
         let keys = instance.kind.fields.iter().filter(is_body);
@@ -203,7 +203,7 @@ impl Document {
                 format!("{} `{}` acts on the ground alone, which does not move", instance.kind.keyword, instance.name);
             out.push(
                 Diagnostic::error("name::ground", message)
-                    .at(TableReader::place(&instance.table, key), "stands still")
+                    .at(TableReader::place(&instance.table, key), "fixed")
                     .help("name a shaft or mass that moves"),
             );
         }
@@ -247,13 +247,13 @@ impl Document {
             let (key, message, help) = match shaft {
                 _ if by_multiplier => (
                     "element",
-                    format!("no sensor reads what `{element}` carries, which is not solved for a coordinate"),
+                    format!("no sensor can read the multiplier of `{element}`, which is not solved for a coordinate"),
                     format!("its multiplier is a column of a run: `{element}.tau` or `{element}.f`"),
                 ),
                 None if has_spring => continue,
                 None if shafts.is_empty() => (
                     "element",
-                    format!("`{element}` has no spring, so no twist tells its torque"),
+                    format!("`{element}` has no spring, so its torque does not follow from a twist"),
                     format!("give `{element}` a stiffness, or measure another element"),
                 ),
                 None => (
@@ -302,7 +302,7 @@ impl Document {
     }
 }
 
-/// Rounded values that are told one by one.
+/// Rounded values that are reported one by one.
 const MOST_ROUNDED: usize = 8;
 
 impl Model {
@@ -330,7 +330,7 @@ impl ControlSpec {
     }
 }
 
-/// The values of an element, checked; and whether nothing is wrong with them.
+/// The values of an element, checked; and whether they have no errors.
 pub(super) fn element_values(
     instance: &Instance,
     (reader, functions): (&TableReader<'_>, &mut Functions<'_, '_>),
@@ -376,7 +376,7 @@ pub(super) fn element_values(
         let function = functions.of_events(&signal, Dimension::CURRENT, out);
         function.into_iter().for_each(|found| values.insert("current", Resolved::OfTime(Arc::new(found))));
     }
-    // A check over several keys means little if one of them could not be read.
+    // A check over several keys is skipped if one of them could not be read.
     let complete = table.values.keys().all(|key| values.has(key)) && table.unread.is_empty();
     if complete && out.len() == before {
         for error in (kind.check)(&values) {
@@ -391,7 +391,7 @@ pub(super) fn element_values(
     (values, complete && out.len() == before)
 }
 
-/// What the loss of a mesh may name.
+/// Names allowed in a gear loss.
 fn gear_loss_symbols(torque: Dimension) -> Vec<(String, Meaning)> {
     let speed = if torque == Dimension::FORCE { Dimension::VELOCITY } else { Dimension::ANGULAR_VELOCITY };
     vec![(LOAD.into(), Meaning::Load(torque)), (SPEED.into(), Meaning::Slip(speed))]

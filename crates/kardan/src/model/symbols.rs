@@ -19,7 +19,7 @@ pub struct SymbolValue {
     pub value: Exact,
     /// Its dimension.
     pub dimension: Dimension,
-    /// How it follows from other parameters, if it does.
+    /// How it is computed from other parameters, if it is.
     pub follows: Option<String>,
 }
 
@@ -28,13 +28,13 @@ pub struct SymbolValue {
 pub struct NamedTerms {
     /// The terms.
     pub terms: Vec<NamedTerm>,
-    /// What the names of the values of elements mean; parameters stand for themselves.
+    /// The meanings of the names of element values; parameters mean themselves.
     pub meanings: BTreeMap<String, Meaning>,
     /// All values by name.
     pub values: BTreeMap<String, SymbolValue>,
-    /// Torques that expressions give, by element: they are inputs among the terms.
+    /// Torques given by expressions, by element: they are inputs among the terms.
     pub laws: Vec<(String, String)>,
-    /// What constraints prescribe, by element; and how it is written.
+    /// Prescribed functions of constraints, by element; and their source text.
     pub functions: BTreeMap<String, TimeFunction>,
     /// Numbers that laws of torque name, as they are written.
     pub named_in_laws: Vec<(String, Exact, Dimension)>,
@@ -42,11 +42,11 @@ pub struct NamedTerms {
     pub used: Vec<String>,
 }
 
-/// What stands for a function that no expression gives.
+/// The symbol of a function without an expression.
 const EVENTS: &str = "as the events of the run set it";
 
 impl Document {
-    /// The terms of the model for the settings with the names of their values; of a model without mistakes.
+    /// The terms of the model for the settings with the names of their values; of a model without errors.
     pub fn named_terms(&self, settings: &[Setting]) -> NamedTerms {
         let (reader, mut out) = (TableReader::new(self, settings), NamedTerms::default());
         let mut functions = Functions::of_scenario(&reader, self);
@@ -74,7 +74,7 @@ impl Document {
             }
             for term in own {
                 let element = instance.name.clone();
-                // A law has its own line; in the equations it is an input.
+                // A law has a separate line; in the equations it is an input.
                 let named = match term {
                     Term::Torque { direction, law } => {
                         let of_charge = instance.kind.node_keys().next().is_some();
@@ -118,7 +118,7 @@ pub fn constants(formula: &equations::Formula) -> impl Iterator<Item = (String, 
 }
 
 impl NamedTerms {
-    /// What a constraint prescribes, with names; and the names in kept formulas.
+    /// The prescribed function of a constraint, with names; and the names in formulas of multiplier constraints.
     fn prescribed(&mut self, instance: &Instance, document: &Document, values: &Values, terms: &[Term]) {
         let formulas = terms.iter().filter_map(|term| match term {
             Term::MultiplierLaw(law) => Some(law.formulas()),
@@ -159,7 +159,7 @@ impl NamedTerms {
         }
     }
 
-    /// What the values of an element are.
+    /// The values of an element.
     fn read(&mut self, instance: &Instance, reader: &TableReader<'_>) {
         for (key, entry) in &instance.table.values {
             let name = format!("{}.{key}", instance.name);
@@ -175,7 +175,7 @@ impl NamedTerms {
         }
     }
 
-    /// A number by hand in a row of coefficients, and zero, stand as they are.
+    /// An explicit number in a row of coefficients, and zero, remain numbers.
     fn mean(&mut self, name: String, scalar: &Scalar, in_row: bool, reader: &TableReader<'_>) {
         let number =
             |value: &Exact| if in_row || value.is_zero() { Meaning::Number(value.clone()) } else { Meaning::Value };

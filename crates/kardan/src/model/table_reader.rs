@@ -1,4 +1,4 @@
-//! Tables with names looked up and parameters put in.
+//! Tables with resolved names and inserted parameters.
 
 use std::cell::{OnceCell, RefCell};
 use std::collections::{BTreeSet, HashMap};
@@ -19,11 +19,11 @@ impl fmt::Display for Rounded {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { what, text, value, unit } = self;
         let value = format!("{value} {unit}");
-        write!(f, "{what} = {text} was rounded to {}; what is exact is so for that number", value.trim())
+        write!(f, "{what} = {text} was rounded to {}; exact results are exact for that number", value.trim())
     }
 }
 
-/// Looks up names and parameters of tables.
+/// Resolves names and parameters of tables.
 pub struct TableReader<'a> {
     document: &'a Document,
     settings: &'a [Setting],
@@ -34,7 +34,7 @@ pub struct TableReader<'a> {
     rounded: RefCell<Vec<Rounded>>,
 }
 
-/// A parameter with its value for the settings, or what is wrong with its expression for them.
+/// A parameter with its value for the settings, or the error of its expression for them.
 struct Found<'a> {
     declared: &'a Parameter,
     value: Result<Exact, UnitError>,
@@ -42,7 +42,7 @@ struct Found<'a> {
     exact: bool,
 }
 
-/// A value that was rounded: no number that is written so has its digits.
+/// A rounded value: no written number has its digits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rounded {
     /// The parameter, or `<key> of <table>`.
@@ -55,7 +55,7 @@ pub struct Rounded {
     pub unit: String,
 }
 
-/// What may have been meant by a name, unless there are very many mistakes already.
+/// The suggestion for a name, unless there are very many errors already.
 fn guess<'a>(name: &str, names: impl Iterator<Item = &'a str>, out: &[Diagnostic]) -> Option<&'a str> {
     if out.len() < GUESSES { nearest(name, names) } else { None }
 }
@@ -86,7 +86,7 @@ impl<'a> TableReader<'a> {
             for setting in self.settings {
                 settings.entry(&setting.name).or_insert(setting);
             }
-            // Each stands behind those that it follows from.
+            // Each follows its dependencies.
             for declared in self.document.in_order() {
                 let name = declared.name.as_str();
                 let set = settings.get(name);
@@ -109,12 +109,12 @@ impl<'a> TableReader<'a> {
         all.get(name)
     }
 
-    /// The value of a parameter for the settings, in SI units; nothing if it has none.
+    /// The value of a parameter for the settings, in SI units; `None` if it has none.
     pub(super) fn parameter_value(&self, name: &str) -> Option<f64> {
         self.parameter(name)?.value.as_ref().ok().map(Exact::to_f64)
     }
 
-    /// The value of a parameter for the settings, and its dimension; `None`: there is no such parameter. A mistake in its own expression
+    /// The value of a parameter for the settings, and its dimension; `None`: there is no such parameter. An error in its own expression
     /// is reported, and it has no value.
     pub(crate) fn value_of(&self, name: &str, out: &mut Vec<Diagnostic>) -> Option<Option<(Exact, Dimension)>> {
         let found = self.parameter(name)?;
@@ -124,12 +124,12 @@ impl<'a> TableReader<'a> {
         Some(exact_of(found))
     }
 
-    /// The value of what an expression may name, for the settings.
+    /// The value of a name in an expression, for the settings.
     pub(crate) fn exact_value(&self, name: &str) -> Option<(Exact, Dimension)> {
         exact_of(self.parameter(name)?)
     }
 
-    /// The value of an expression that stands at a place.
+    /// The value of an expression at a place.
     fn evaluate(
         &self,
         expression: &Expression,
@@ -163,11 +163,11 @@ impl<'a> TableReader<'a> {
         }
     }
 
-    /// What was rounded on the way to the values that were read: parameters, then others in the order in which they were read, each once.
+    /// Values rounded during reading: parameters, then others in the order of reading, each once.
     pub(super) fn rounded(&self) -> Vec<Rounded> {
         let parameters = self.document.in_order().into_iter().filter_map(|declared| {
             let found = self.parameter(&declared.name).filter(|found| !found.exact)?;
-            // Keys of elements are told where they are read.
+            // Keys of elements are reported where they are read.
             let own = self.document.parameters.has(&declared.name);
             let (value, expression) = (found.value.as_ref().ok()?, declared.expression.as_ref()?);
             let (text, unit) = (expression.text().to_string(), declared.dimension.si());
@@ -189,7 +189,7 @@ impl<'a> TableReader<'a> {
         out.push(expression_diagnostic(self.document, &what, error.clone(), expression, (&declared.place, out)));
     }
 
-    /// A scalar with its parameter put in; the dimension and sign are checked where they are known.
+    /// A scalar with its parameter inserted; the dimension and sign are checked where they are known.
     pub fn scalar(
         &self,
         scalar: &Placed<Scalar>,
@@ -231,7 +231,7 @@ impl<'a> TableReader<'a> {
             out.push(
                 Diagnostic::error("unit::dimension", message)
                     .at(place.clone(), found.noun())
-                    .help(format!("it should come out in a unit such as {}", required.example())),
+                    .help(format!("the result needs a unit such as {}", required.example())),
             );
             return None;
         }
@@ -279,7 +279,7 @@ impl<'a> TableReader<'a> {
             if let Some(period) = required.of_other(&value, &dimension) {
                 (value, dimension) = (period, required);
             }
-            // Of what is computed angles are not counted.
+            // Angles are ignored in computed dimensions.
             if declared.expression.is_some() && required.is_like(&dimension) {
                 dimension = required;
             }
@@ -315,7 +315,7 @@ impl<'a> TableReader<'a> {
         table.values.get(key).map_or_else(|| table.place.clone(), |value| value.place.clone())
     }
 
-    /// All values of a table, with names of shafts and elements checked and parameters put in.
+    /// All values of a table, with names of shafts and elements checked and parameters inserted.
     pub fn values(&self, fields: &[Field], table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Values {
         let mut values = Values::default();
         values.translational = table.translational;
@@ -357,7 +357,7 @@ impl<'a> TableReader<'a> {
                     let read = self.scalar(&scalar, expected, &label, out);
                     // A row has a right-hand side of its own kind.
                     let row = values.measure("coefficients").filter(|_| field.name == "offset");
-                    // A number in place of a function of time was read without asking what it is of.
+                    // A number in place of a function of time was read without a check of its dimension.
                     let of_time = expected.filter(|_| matches!(kind, Kind::OfTime(_)));
                     let required = row.map(|domain| domain.dimensions()[0]).or(of_time.map(|one| one.0));
                     match (read, required) {
@@ -369,7 +369,7 @@ impl<'a> TableReader<'a> {
                             Resolved::Exact(value)
                         }
                         (Some((value, _)), _) => Resolved::Exact(value),
-                        (None, _) => continue, // Reported, or in doubt.
+                        (None, _) => continue, // Reported, or doubtful.
                     }
                 }
                 (Kind::Coefficients, Value::Map(entries)) => self.row(entries, &label, out),
@@ -396,7 +396,7 @@ impl<'a> TableReader<'a> {
         values
     }
 
-    /// Tells of an element that would join a shaft and a mass as if they were of one kind.
+    /// Reports an element that would join a shaft and a mass as if they were of one kind.
     fn check_same_domain(&self, fields: &[Field], table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
         let named = fields.iter().filter(|field| field.kind == Kind::Body).filter_map(|field| {
             let Placed { value: Value::Word(name), place } = table.values.get(field.name)? else { return None };
@@ -406,7 +406,7 @@ impl<'a> TableReader<'a> {
         let Some((first, _, kind)) = named.first() else { return };
         if let Some((other, place, own)) = named.iter().find(|(_, _, own)| own != kind) {
             let message = format!("{what}: `{first}` is a {} and `{other}` a {}", kind.carrier(), own.carrier());
-            let help = "what turns meets what moves straight in a `rack_and_pinion`, a `screw` or a `pulley`";
+            let help = "connect rotation and translation by a `rack_and_pinion`, a `screw` or a `pulley`";
             out.push(Diagnostic::error("element::mixed", message).at((*place).clone(), "of another kind").help(help));
         }
     }
@@ -488,13 +488,13 @@ impl<'a> TableReader<'a> {
         }
     }
 
-    /// An output must be an angle or a speed of a shaft, or a sensor; what is measured may be the current of a branch too.
+    /// An output must be an angle or a speed of a shaft, or a sensor; a measurement may also be the current of a branch.
     fn check_output(&self, signal: &str, place: &Place, label: &str, measured: bool, out: &mut Vec<Diagnostic>) {
         let name = SignalName::new(signal);
         let (head, quantity, unqualified) = (name.element, name.quantity(), name.on.is_none());
         if let Some((sensor, measured, _)) = self.document.signal_sensor(head) {
             let message = format!(
-                "{label}: `{}` measures the signal `{}`, which no equation of the mechanism tells",
+                "{label}: `{}` measures the signal `{}`, which no equation of the mechanism gives",
                 shortened(sensor),
                 shortened(measured)
             );
@@ -595,7 +595,7 @@ impl<'a> TableReader<'a> {
         self.is_ground(GROUND).then_some(dimension)
     }
 
-    /// What a coordinate is.
+    /// The domain of a coordinate.
     pub(super) fn domain_of(&self, coordinate: &str) -> Domain {
         self.body(coordinate).unwrap_or(Domain::Charge)
     }
@@ -614,12 +614,12 @@ impl<'a> TableReader<'a> {
         bodies.map(|instance| instance.name.as_str())
     }
 
-    /// What a body is: a shaft or a mass.
+    /// The kind of a body: a shaft or a mass.
     fn body(&self, name: &str) -> Option<Domain> {
         self.document.elements.all(name).find_map(Instance::body)
     }
 
-    /// A shaft, a mass, or `ground`, which stands still.
+    /// A shaft, a mass, or `ground`, which is fixed.
     fn check_body(&self, kind: &Kind, name: &str, place: &Place, label: &str, out: &mut Vec<Diagnostic>) {
         if self.body(name).is_some_and(|domain| is_of(kind, domain))
             || self.document.suppressed.has(name)
@@ -636,14 +636,14 @@ impl<'a> TableReader<'a> {
         let (message, help) = match self.body(name) {
             Some(other) => (
                 format!("{label}: `{name}` is a {}, not a {what}", other.carrier()),
-                "what turns meets what moves straight in a `rack_and_pinion`, a `screw` or a `pulley`".to_string(),
+                "connect rotation and translation by a `rack_and_pinion`, a `screw` or a `pulley`".to_string(),
             ),
             None => {
                 let keyword = if *kind == Kind::Mass { "mass" } else { "shaft" };
                 let declare = format!("`[{keyword}.{}]`", shortened(name));
                 let near = guess(name, self.bodies(kind), out);
                 let help = if near.is_none() && is_fixed_name(name) {
-                    "what stands still is called \"ground\"".to_string()
+                    "the fixed frame is called \"ground\"".to_string()
                 } else {
                     did_you_mean(near, || match self.bodies(kind).next() {
                         Some(_) if out.len() < GUESSES => {
@@ -716,20 +716,20 @@ fn is_of(kind: &Kind, domain: Domain) -> bool {
     }
 }
 
-/// The rule that a value breaks.
+/// The rule that a value violates.
 fn broken(sign: Sign, value: &Exact) -> Option<&'static str> {
     match (sign, value.signum()) {
         (Sign::NonNegative, -1) => Some("zero or more"),
         (Sign::NonZero, 0) => Some("anything but zero"),
         (Sign::Positive | Sign::Period, -1 | 0) => Some("more than zero"),
         (Sign::Period, _) if value.to_f64() < SHORTEST_PERIOD => {
-            Some("at least 1 us (a run computes each time: a million for each second)")
+            Some("at least 1 us (a run computes every sample: a million per second)")
         }
         _ => None,
     }
 }
 
-/// What an expression is given for a name.
+/// The value of a name in an expression.
 fn exact_of(found: &Found<'_>) -> Option<(Exact, Dimension)> {
     Some((found.value.clone().ok()?, found.declared.dimension))
 }
@@ -759,11 +759,11 @@ pub fn occurrences(table: &Table, word: &str) -> Vec<Place> {
     places
 }
 
-/// The dimension and sign of a scalar, where its kind says them.
+/// The dimension and sign of a scalar, if its kind defines them.
 fn expected_of(kind: Kind, key: &str) -> Option<(Dimension, Sign)> {
     match kind {
         Kind::Quantity(dimension, sign) => Some((dimension, sign)),
-        // A right-hand side is of what its row adds up to.
+        // A right-hand side has the quantity of the sum in its row.
         Kind::OfTime(dimension) if key != "offset" => Some((dimension, Sign::Any)),
         Kind::Number(sign) => Some((Dimension::NONE, sign)),
         _ => None,

@@ -3,7 +3,7 @@
 use crate::schema::{Field, Kind, Sign, choice, keys};
 use crate::units::Dimension;
 
-/// The elements that can hold, by Coulomb friction or otherwise; a test keeps them equal to the registry.
+/// The elements that can stick or lock, by Coulomb friction or otherwise; a test checks that they equal the registry.
 pub(super) const HOLDING: &[&str] = &[
     "shaft",
     "mass",
@@ -48,18 +48,21 @@ keys! {
             relative_tolerance: Number(Sign::Positive) = "1e-10",
                 "Relative error allowed per integration step, from 1e-13 to 1e-3.";
             initial: Overrides,
-                "Initial angles and speeds, of masses positions and velocities, in a circuit charges and currents, of any of them: { \
-                 \"rk.phi\" = \"10 deg\" }. The others follow by the constraints; what is left open is zero, or beside \
-                 constraints that are kept as near to it as they let it be (in SI units).";
+                "Initial angles and speeds (of masses positions and velocities, in a circuit charges and currents), \
+                 of any of them: { \"rk.phi\" = \"10 deg\" }. The others follow from the constraints. Undetermined \
+                 values are zero; beside constraints enforced by multipliers they are as near to zero as these allow \
+                 (in SI units).";
             start: Choice(&["initial", "equilibrium", "operating_point"]) = "initial",
-                "Where the run begins: at the angles of `initial`, at the equilibrium that Newton's method finds from there, without \
-                 inputs and friction, or at the operating point of the controllers; the run tells which, and what of it is proven.";
+                "Where the run begins: at the angles of `initial`, at the equilibrium that Newton's method finds from \
+                 there, without inputs and friction, or at the operating point of the controllers; the run reports \
+                 which one, and what of it is proven.";
             seed: Number(Sign::NonNegative) = "1",
-                "Whole number from which the `noise` of sensors is drawn: the same seed, the same noise.";
+                "Seed of the `noise` of sensors, a whole number: the same seed gives the same noise.";
             event: Tables(Event), "Steps and ramps of signals: `[[scenario.event]]`.";
             signals: Functions,
-                "What is added to references, disturbances, motor torques and voltages: expressions of the time `t`, parameters \
-                 and the signals of `[signal.NAME]`: { load = \"knocks + 2 N m * sin(2 pi t / 1 s)\" }.";
+                "Functions of time added to references, disturbances, motor torques and voltages: expressions of the \
+                 time `t`, parameters and the signals of `[signal.NAME]`: { load = \"knocks + 2 N m * sin(2 pi t / 1 \
+                 s)\" }.";
             fault: Tables(Fault), "Sensors, motors and control units that fail: `[[scenario.fault]]`.";
         }
     }
@@ -84,7 +87,7 @@ keys! {
                 "Between two points along x: a straight line, or a cubic that is as monotone as the points are (Steffen, Astron. \
                  Astrophys. 239, 1990). Along y always a straight line.";
             beyond: Choice(&["hold", "straight"]) = "hold",
-                "Beyond the first and the last point: the value there holds, or it goes on straight with the slope there.";
+                "Beyond the first and the last point: constant at the value there, or a straight line with the slope there.";
         }
     }
 }
@@ -109,36 +112,38 @@ keys! {
     /// `[[scenario.fault]]`, `[fault.NAME]`.
     table Fault {
         required {
-            at: Quantity(Dimension::TIME, Sign::Positive), "When it begins: after the start, where all works.";
+            at: Quantity(Dimension::TIME, Sign::Positive), "When it begins: after the start of the run, which has no fault.";
         }
         optional {
             sensor: Text,
-                "A sensor that a controller with a sample time, or a block, reads, by its name or as it stands \
-                 there: `wg_encoder`, `rk.phi`. One of `sensor`, `motor`, `control` and `element` is named.";
+                "A sensor that a controller with a sample time, or a block, reads, by its name or as written there: `wg_encoder`, `rk.phi`. Give one of `sensor`, `motor`, `control` and `element`.";
             motor: Text, "A motor.";
             control: Text, "A controller with a sample time: its control unit fails.";
-            element: Text, "A spring_damper, or an element with teeth that give (`stiffness`): a bar breaks, teeth jump.";
+            element: Text, "A spring_damper, or an element with compliant teeth (`stiffness`): a bar breaks, teeth skip.";
             kind: Choice(&[
                 "lost", "stuck", "offset", "drift", "noise", "reversed", "dead", "reduced", "braking", "undervoltage",
                 "reset", "missed", "stale", "jitter", "broken", "jump",
             ]),
-                "Of a sensor `lost`, if left out (no number: the controller holds the last good one), `stuck` at its last reading, \
-                 `offset`, `drift`, `noise` or `reversed` in sign; of a motor `dead`, if left out, `reduced`, `reversed`, `stuck` at its last torque, `braking` \
-                 (short-circuited windings) or `undervoltage` (of its torque limit a part is left); of a controller `reset`, if left out \
-                 (it commands zero until the end, then starts anew), `missed` (it computes nothing, its commands hold), `stale` (no new \
-                 readings arrive) or `jitter` (its commands take effect late); of an element `broken`, if left out (its spring and damper give \
-                 nothing any more), or `jump` (its spring goes on from another relaxed angle: teeth jump). What breaks or jumps stays so.";
+                "Of a sensor `lost`, if left out (no number: the controller uses the last good one), `stuck` at its \
+                 last reading, `offset`, `drift`, `noise` or `reversed` in sign; of a motor `dead`, if left out, \
+                 `reduced`, `reversed`, `stuck` at its last torque, `braking` (short-circuited windings) or \
+                 `undervoltage` (a part of its torque limit remains); of a controller `reset`, if left out (it \
+                 commands zero until the end, then restarts), `missed` (it computes nothing, its commands stay \
+                 constant), `stale` (no new readings arrive) or `jitter` (its commands take effect late); of an \
+                 element `broken`, if left out (its spring and damper have no torque any more), or `jump` (its spring \
+                 continues with another relaxed angle: teeth skip). `broken` and `jump` are permanent.";
             by: AnyQuantity,
-                "How much: the offset, the drift per second, or the standard deviation of the noise, in the unit of what is read; the \
-                 part that is left of a torque (`reduced`) or of a limit (`undervoltage`); the braking torque per speed; the largest jitter, \
-                 drawn evenly from zero to it for each sample; the angle or way that teeth jump by, where their spring is.";
+                "How much: the offset, the drift per second, or the standard deviation of the noise, in the unit of \
+                 the reading; the part that remains of a torque (`reduced`) or of a limit (`undervoltage`); the \
+                 braking torque per speed; the largest jitter, drawn evenly from zero to it for each sample; the \
+                 angle or distance that teeth skip by, at their spring.";
             until: Quantity(Dimension::TIME, Sign::Positive), "When it ends; left out: never.";
         }
     }
 }
 
 choice! {
-    /// What a requirement or a figure measures of a signal.
+    /// The measures of a signal in requirements and figures.
     Measure {
         /// The largest value in the window.
         Max = "max",
@@ -154,7 +159,7 @@ choice! {
         Ripple = "ripple",
         /// How long the motor of this torque or force, or the source of this voltage, is at its limit, s.
         TimeAtLimit = "time_at_limit",
-        /// How far it goes beyond its target, as a part of its way there.
+        /// Overshoot past its target, relative to the step.
         Overshoot = "overshoot",
         /// When it enters the band around its target first, s.
         RiseTime = "rise_time",
@@ -176,7 +181,7 @@ choice! {
         TimeOfMax = "time_of_max",
         /// When it is smallest.
         TimeOfMin = "time_of_min",
-        /// Its slope over another signal where that passes zero rising.
+        /// Its slope over another signal where that crosses zero rising.
         Gradient = "gradient",
         /// The slope of the straight line that fits it best over another signal.
         Slope = "slope",
@@ -184,7 +189,7 @@ choice! {
         Hysteresis = "hysteresis",
         /// Amplitude at a frequency over that of another signal.
         Gain = "gain",
-        /// By how much it comes later than another signal at a frequency, s.
+        /// Its delay against another signal at a frequency, s.
         Lag = "lag",
         /// The same as an angle of that wave.
         PhaseLag = "phase_lag",
@@ -211,7 +216,8 @@ keys! {
         optional {
             signal: Signal,
                 "The signal to judge, or an expression of signals, parameters and the time `t`: `cj.phi - cs.phi`, \
-                 `motor.tau * shaft.w`; names with `-` stand in quotes there: `'my-shaft.phi'`. It is needed with `measure`, or `figure` alone.";
+                 `motor.tau * shaft.w`; quote names with `-` there: `'my-shaft.phi'`. Give it with `measure`, or give \
+                 `figure` alone.";
             measure: Choice(Measure::NAMES) as MEASURE;
             figure: Text, "The figure to judge, by its name, in place of `signal` and `measure`.";
             below: AnyQuantity, "The measure must be less than this.";
@@ -232,16 +238,15 @@ keys! {
     /// `[[figure]]`.
     table Figure {
         required {
-            name: Name, "Its name; other figures and requirements name it.";
+            name: Name, "Its name, by which other figures and requirements use it.";
         }
         optional {
             signal: Signal,
-                "The signal that is measured, or an expression of signals, parameters and the time `t`. It is needed with `measure`, or `value` \
-                 alone.";
+                "The signal that is measured, or an expression of signals, parameters and the time `t`. Give it with `measure`, or give `value` alone.";
             measure: Choice(Measure::NAMES) as MEASURE;
             value: Signal,
-                "An expression of parameters and of figures that stand before it, in place of `signal` and `measure`: `peak_time * sideslip`.";
-            display: Text, "Unit in which it is told, `deg/s`; left out: the SI unit.";
+                "An expression of parameters and of earlier figures, in place of `signal` and `measure`: `peak_time * sideslip`.";
+            display: Text, "Unit in which it is reported, `deg/s`; left out: the SI unit.";
             target: AnyQuantity as TARGET;
             band: AnyQuantity as BAND;
             over: Signal as OVER;
@@ -266,23 +271,25 @@ impl Requirement {
     }
 }
 
-/// What is measured.
+/// The measured signal.
 const MEASURE: Field = Field::optional(
     "measure",
     Kind::Choice(Measure::NAMES),
-    "Largest, smallest, largest in size, or last value in the window, or that `at` a time; `mean`, `peak_to_peak`; `rms`: root of the mean of its \
-     squares over the time; `ripple`: the same around its mean, what is left of a torque at rest without \
-     what it holds; `time_of_max`, `time_of_min`: when, from the begin of the window, s; `time_at_limit`: how long in the window the motor of this \
-     torque or force, or the source of this voltage, is at its limit, s. With x the signal, x0 its first value in the window, r the `target`: \
-     `overshoot`: the largest (x - r)/(r - x0), at least 0; `rise_time`, `settling_time`: time from the begin of the window to where |x - r| <= `band` \
-     first, or for good; `iae`: the integral of |x - r| over the time; `energy`: the integral of a power over the time; \
-     `events`: number of events of the element of this signal, of all of them for the signal `t`; what is told of one located instant, such as a blow \
-     and what rests from then on, counts each. With y the signal `over`: `gradient`: dx/dy \
-     where y passes zero rising, the mean of all passages; `slope`: that of the straight line that fits x over y best; `hysteresis`: how far \
-     x where y falls through zero is from x where it rises, means of all passages; `gain`, `lag`, `phase_lag`: by what the waves of the \
-     `frequency` in x and y differ, fitted by least squares with their means over the last whole periods of the window: ratio of amplitudes, and how \
-     much later x is, in time (at most half a period either way) or as an angle. Between rows straight lines are taken; a verdict that this leaves \
-     open is told in the notes.",
+    "Largest, smallest, largest in size, or last value in the window, or that `at` a time; `mean`, `peak_to_peak`; \
+     `rms`: root of the mean of its squares over the time; `ripple`: the same about its mean, such as a torque at \
+     rest without its static load; `time_of_max`, `time_of_min`: when, from the begin of the window, s; \
+     `time_at_limit`: how long in the window the motor of this torque or force, or the source of this voltage, is at \
+     its limit, s. With x the signal, x0 its first value in the window, r the `target`: `overshoot`: the largest (x - \
+     r)/(r - x0), at least 0; `rise_time`, `settling_time`: time from the begin of the window to where |x - r| <= \
+     `band` first, or for good; `iae`: the integral of |x - r| over the time; `energy`: the integral of a power over \
+     the time; `events`: number of events of the element of this signal, of all of them for the signal `t`; events of \
+     one located instant, such as an impact and the sticking after it, count separately. With y the signal `over`: \
+     `gradient`: dx/dy where y crosses zero rising, the mean of all crossings; `slope`: that of the straight line \
+     that fits x over y best; `hysteresis`: how far x where y crosses zero falling is from x where y crosses it \
+     rising, means of all crossings; `gain`, `lag`, `phase_lag`: by what the waves of the `frequency` in x and y \
+     differ, fitted by least squares with their means over the last whole periods of the window: ratio of amplitudes, \
+     and how much later x is, in time (at most half a period either way) or as an angle. Between rows signals are \
+     straight lines; the notes report a verdict that this leaves open.",
 );
 
 const TARGET: Field = Field::optional(
@@ -311,7 +318,7 @@ const AT: Field =
 const FREQUENCY: Field = Field::optional(
     "frequency",
     Kind::Quantity(Dimension::FREQUENCY, Sign::Positive),
-    "Waves in a second, of `gain`, `lag` and `phase_lag`.",
+    "Frequency of the waves, of `gain`, `lag` and `phase_lag`.",
 );
 
 const FROM: Field =
@@ -360,9 +367,10 @@ keys! {
             values: Lists,
                 "Values of parameters to try them at, every combination: { v = [\"10 m/s\", \"20 m/s\"] }; left out: those of the file.";
             detected: Text,
-                "The condition that says that something was detected, of signals, parameters and `t`: `encoder_lost`, `unit.manual or abs(residual) > 1 deg`; \
-                 any number counts above 0.5. Left out: nothing is detected, and harm alone is judged.";
-            reaction: Text, "A block of the kind `state_machine`: the states that it enters after the fault are told.";
+                "The condition for detection, of signals, parameters and `t`: `encoder_lost`, `unit.manual or \
+                 abs(residual) > 1 deg`; a number is true above 0.5. Left out: nothing is detected, and only the \
+                 effects are judged.";
+            reaction: Text, "A block of the kind `state_machine`: kardan reports the states that it enters after the fault.";
             within: Quantity(Dimension::TIME, Sign::Positive),
                 "The longest time to detection, from the begin of the fault; later counts as not detected. Left out: any.";
             effect: Tables(SafetyEffect), "Unwanted effects and their bounds: `[[safety.effect]]`.";
@@ -383,7 +391,7 @@ keys! {
             window: Quantity(Dimension::TIME, Sign::Positive),
                 "How long after the begin of the fault, the time in which a driver does not yet act: \"100 ms\"; left out: to the end.";
             against: Choice(&["no fault", "zero"]) = "no fault",
-                "What of it is unwanted: the difference to the run of the same variant and values without the fault, or all of it.";
+                "What counts as unwanted: the difference to the run of the same variant and values without the fault, or all of it.";
             below: AnyQuantity, "The measure must be less than this.";
             above: AnyQuantity, "The measure must be more than this.";
         }
@@ -399,19 +407,21 @@ keys! {
             samples: Number(Sign::Positive) = "1000", "How many samples, at most ten millions.";
             seed: Number(Sign::NonNegative) = "0", "A whole number: another one, other samples.";
             points: Choice(&["latin_hypercube", "sobol", "halton", "random", "corners", "grid", "saltelli", "morris"]) = "latin_hypercube",
-                "How samples fill the space of what varies. `latin_hypercube`: each value has one sample in each of as many parts of its distribution \
-                 as there are samples; `sobol` and `halton`: sequences that fill it evenly; `random`: each sample by itself; `corners`: every combination of \
-                 least and largest values; `grid`: every combination of `levels` values of each, from least to largest. Lists keep their values. \
-                 `saltelli`: for the indices of Sobol, each parameter exchanged between two samples of Sobol's sequence, one after another; `morris`: for elementary \
-                 effects, paths on which one parameter after another moves. Both are filled up to whole groups.";
+                "How samples fill the space of what varies. `latin_hypercube`: each value has one sample in each of \
+                 as many parts of its distribution as there are samples; `sobol` and `halton`: sequences that fill it \
+                 evenly; `random`: each sample by itself; `corners`: every combination of least and largest values; \
+                 `grid`: every combination of `levels` values of each, from least to largest. Lists use their own \
+                 values. `saltelli`: for the indices of Sobol, each parameter exchanged between two samples of \
+                 Sobol's sequence, one after another; `morris`: for elementary effects, paths on which one parameter \
+                 after another moves. Both are filled up to whole groups.";
             levels: Number(Sign::Positive) = "5", "Values of each parameter on a grid.";
             variants: Names,
                 "The variants that run with each sample, all with the same values; left out: all.";
             vary: Tables(SweepVary),
-                "What varies and how: `[[sweep.vary]]`. Left out, and no `lists`: all that has a tolerance, uniformly within it, or normally where the tolerance \
-                 has a confidence.";
+                "What varies and how: `[[sweep.vary]]`. Left out, and no `lists`: everything with a tolerance, \
+                 uniformly within it, or normally where the tolerance has a confidence.";
             lists: Lists,
-                "Parameters that take one of some values, each as often: { v = [\"10 m/s\", \"20 m/s\"] }.";
+                "Parameters that take listed values, each equally often: { v = [\"10 m/s\", \"20 m/s\"] }.";
             together: Tables(SweepTogether), "What varies together, with correlations: `[[sweep.together]]`.";
         }
     }
@@ -423,13 +433,13 @@ keys! {
         required {
         }
         optional {
-            parameters: Names, "What varies together, in the order of the correlations; of a file left out: all that it names.";
+            parameters: Names, "What varies together, in the order of the correlations; with a file, left out: all its names.";
             correlation: Text,
-                "The matrix of correlations, row by row: \"1, 0.8; 0.8, 1\". They are those of normal numbers, which distributions that are not normal follow by their \
-                 parts: each keeps its own distribution.";
+                "The matrix of correlations, row by row: \"1, 0.8; 0.8, 1\". They apply to normal variables, which other distributions follow by their quantiles: each has its own distribution.";
             file: Text,
-                "In its place: what `kardan identify --json` has written, found values with their errors and correlations; or an object of JSON with `names`, \
-                 `covariance` row by row in SI, and `means`, left out: the values of this file. All are normal.";
+                "In its place: the output of `kardan identify --json`, identified values with their errors and \
+                 correlations; or a JSON object with `names`, `covariance` row by row in SI, and `means`, left out: \
+                 the values of this file. All are normal.";
         }
     }
 }
@@ -442,7 +452,7 @@ keys! {
         }
         optional {
             distribution: Choice(&["uniform", "normal", "triangular"]) = "uniform", "How its values are distributed.";
-            from: AnyQuantity, "The least value; left out: the end of its tolerance. A normal distribution is cut off there, and goes on without an end if it is left out.";
+            from: AnyQuantity, "The least value; left out: the end of its tolerance. A normal distribution is truncated there, and unbounded if it is left out.";
             to: AnyQuantity, "The largest value, likewise.";
             mean: AnyQuantity, "The mean of a normal distribution; left out: the value of the file.";
             deviation: AnyQuantity, "Its standard deviation; needed there.";
@@ -458,22 +468,22 @@ keys! {
             name: Name, "Name of the file and place in the report: `rack-angle`.";
             title: Text, "Title.";
             signals: Signals,
-                "Signals drawn for every variant, or expressions of signals, parameters and the time `t`: [\"cj.phi - cs.phi\"]; \
-                 names with `-` stand in quotes there: `'my-shaft.phi'`.";
+                "Signals drawn for every variant, or expressions of signals, parameters and the time `t`: [\"cj.phi - \
+                 cs.phi\"]; quote names with `-` there: `'my-shaft.phi'`.";
         }
         optional {
             caption: Text, "A sentence beneath the plot.";
             references: Signals,
-                "Signals drawn dashed: once where they are the same in all variants, else for each variant. A minus before \
-                 the name, `-ref`, draws it in the opposite sense, as where a torque is measured as a load.";
+                "Signals drawn dashed: once where they are the same in all variants, else for each variant. A minus \
+                 before the name, `-ref`, draws it with opposite sign, such as for a torque that is measured as a \
+                 load.";
             labels: Names,
-                "What the signals, then the references, are called in the legend: [\"steering wheel\", \"rack\"]; left out, and \
-                 for those at the end that have none: their names.";
+                "Legend labels of the signals, then of the references: [\"steering wheel\", \"rack\"]; left out, and for those at the end without one: their names.";
             variants: Names, "Variants to draw; left out: all.";
             display: Text,
-                "Unit in which the signals of its kind are drawn and told in the report: `deg`, `rpm`, `mN m`; left out: the SI \
-                 unit. Tables and JSON stay in SI.";
-            from: Quantity(Dimension::TIME, Sign::NonNegative), "Begin of the time that is drawn; left out: the whole run.";
+                "Unit in which the signals of its kind are plotted and reported: `deg`, `rpm`, `mN m`; left out: the \
+                 SI unit. Tables and JSON stay in SI.";
+            from: Quantity(Dimension::TIME, Sign::NonNegative), "Start of the time that is drawn; left out: the whole run.";
             until: Quantity(Dimension::TIME, Sign::Positive), "End of the time that is drawn; left out: the end of the run.";
             over: Signal, "Signal, or expression of signals, on the horizontal axis; left out: the time.";
             shows: Choice(&["values", "spectrum"]) = "values",
@@ -481,7 +491,7 @@ keys! {
                  of the sum of w_j (x_j - mean) exp(-2 pi i j k/n), with the window of Hann w_j = (1 - cos(2 pi j/n))/2 and W \
                  the sum of the w_j: a sine with a whole number of periods in T shows its amplitude. The last row is that of \
                  the next period and left out; rows between those of the even grid are not used.";
-            x_scale: Choice(&["linear", "log"]) = "linear", "Scale of the horizontal axis; what is not above zero has no place on `log`.";
+            x_scale: Choice(&["linear", "log"]) = "linear", "Scale of the horizontal axis; `log` omits what is not above zero.";
             y_scale: Choice(&["linear", "log"]) = "linear", "Scale of the vertical axis.";
         }
     }
@@ -498,26 +508,27 @@ keys! {
                 "Outputs to analyse: `<shaft>.phi`, `<shaft>.w` or the name of a sensor; left out: all sensors, else \
                  the outputs that the laws control, else the angles of all coordinates.";
             at: Point,
-                "Operating point. Angles of reduced coordinates, { \"rk.phi\" = \"30 deg\" }: at rest there. With speeds of any shafts or masses, \
-                 { \"car.v\" = \"20 km/h\" }: in steady motion; what is not given is found (twists of springs, other speeds, torques of motors) so that \
-                 nothing accelerates; friction that slides counts, engaged locks hold, load-dependent losses are left out. `<motor>.tau` gives \
-                 a torque, `t` the time at which functions of time are taken. Where all positions and speeds are given it need not be an equilibrium: \
-                 what accelerates is reported. `\"t = 3.2 s\"` alone is the state of the run at that time. Left out: the initial position of the scenario, \
-                 or an equilibrium near it.";
+                "Operating point. Angles of reduced coordinates, { \"rk.phi\" = \"30 deg\" }: at rest there. With \
+                 speeds of any shafts or masses, { \"car.v\" = \"20 km/h\" }: in steady motion; kardan computes what \
+                 is not given (twists of springs, other speeds, torques of motors) so that nothing accelerates; \
+                 sliding friction counts, engaged locks are locked, load-dependent losses are left out. `<motor>.tau` \
+                 gives a torque, `t` the time at which functions of time are evaluated. Where all positions and \
+                 speeds are given it need not be an equilibrium: kardan reports what accelerates. `\"t = 3.2 s\"` \
+                 alone is the state of the run at that time. Left out: the initial position of the scenario, or an \
+                 equilibrium near it.";
             stuck: Elements(HOLDING),
-                "Elements whose Coulomb friction holds, hence constrains, or whose clutch, lock or stop does; left out: all slide and are open.";
+                "Elements whose Coulomb friction sticks, hence constrains, or whose clutch, lock or stop is closed; left out: all slide and are open.";
             horizon: Quantity(Dimension::TIME, Sign::Positive) = "1 s", "Time over which the Gramians are taken.";
             motion: Overrides,
-                "Angles and speeds of reduced coordinates to reach from rest: { \"rk.phi\" = \"10 deg\" }. Places of \
-                 motors are then compared by the energy that this takes; left out: by their Gramians.";
+                "Angles and speeds of reduced coordinates to reach from rest: { \"rk.phi\" = \"10 deg\" }. Motor locations are then compared by the energy that this needs; left out: by their Gramians.";
             threshold: Number(Sign::Positive),
                 "Gramian eigenvalue below which a sample of the parameters counts as lost; left out: a tenth of that \
                  of the nominal values.";
             samples: Number(Sign::Positive),
                 "Samples of the parameters within their tolerances, a whole number up to a million; left out: 1000, \
                  or fewer for a large model.";
-            actuator: Tables(ActuatorSite), "Where motors may sit: `[[analysis.actuator]]`.";
-            sensor: Tables(SensorSite), "Where sensors may sit: `[[analysis.sensor]]`.";
+            actuator: Tables(ActuatorSite), "Candidate locations of motors: `[[analysis.actuator]]`.";
+            sensor: Tables(SensorSite), "Candidate locations of sensors: `[[analysis.sensor]]`.";
         }
     }
 }
@@ -529,7 +540,7 @@ keys! {
         }
         optional {
             truth: Overrides,
-                "What the plant on the bench has and its model does not know: values of parameters and of keys of \
+                "True values of the plant on the bench, unknown to its model: values of parameters and of keys of \
                  elements, also keys that the file does not give: { \"wg.damping\" = \"0.001 N m s/rad\", \
                  \"hd.stiffness\" = \"8000 N m/rad\" }. Left out: drawn from `seed`, each inertia, damping and \
                  friction within `spread` of its value.";
@@ -543,14 +554,14 @@ keys! {
                 "How the motors move the plant: from one constant speed to the next, by sums of sines, or by random \
                  steps of the speeds.";
             parameters: Signals,
-                "What the log is to tell best, such as [\"wg.damping\", \"fs.friction\"]; left out: every inertia, \
-                 damping, stiffness and friction that this kind of motion can tell at all.";
+                "Parameters that the log is to identify best, such as [\"wg.damping\", \"fs.friction\"]; left out: \
+                 every inertia, damping, stiffness and friction that this kind of motion can identify at all.";
             signals: Signals,
                 "What is logged; left out: the angles of all shafts with an encoder (else of the coordinates), the \
                  torques of all motors, and the torque sensors.";
             speed_limit: Overrides,
-                "Largest speed of a shaft or a mass either way: { wg = \"60 rad/s\", cs = \"1 rad/s\" }; each coordinate needs \
-                 one. Torques keep to four fifths of the limits of the motors.";
+                "Largest speed of a shaft or a mass either way: { wg = \"60 rad/s\", cs = \"1 rad/s\" }; each \
+                 coordinate needs one. Torques stay within four fifths of the limits of the motors.";
             least_speed: Overrides,
                 "Least speed of a shaft at a constant speed, below which it would creep: { fs = \"0.5 rad/s\" }; left \
                  out: a twentieth of its `speed_limit`, if it has friction.";
@@ -565,11 +576,11 @@ keys! {
                  1000; left out: 16, and of a grid of `speeds` all.";
             dwell: Quantity(Dimension::TIME, Sign::Positive),
                 "Shortest time at each constant speed, or length of a section of sines or steps; left out: 1 s, and 4 \
-                 s. Constant speeds are held up to half as long again, drawn from the seed, so that ripple does not \
-                 fall into step.";
+                 s. Constant speeds last up to half as long again, drawn from the seed, so that ripple does not \
+                 synchronise with them.";
             ramp: Quantity(Dimension::TIME, Sign::Positive) = "0.5 s", "Shortest time from one speed to the next.";
             duration: Quantity(Dimension::TIME, Sign::Positive) = "10 min",
-                "Longest log; a plan that takes longer is refused.";
+                "Longest log; kardan rejects a longer plan.";
             torque_noise: Quantity(Dimension::TORQUE, Sign::NonNegative) = "0 N m",
                 "Standard deviation of the noise in the logged torques of the motors; that of sensors is their own \
                  `noise`.";
@@ -586,7 +597,7 @@ keys! {
             shaft: Body, "The shaft or mass that the torque or force would act on.";
         }
         optional {
-            cost: Number(Sign::NonNegative) = "1", "What this place costs.";
+            cost: Number(Sign::NonNegative) = "1", "Cost of this location.";
         }
     }
 }
@@ -599,7 +610,7 @@ keys! {
         }
         optional {
             measures: Choice(&["angle", "speed"]) = "angle", "What would be measured.";
-            cost: Number(Sign::NonNegative) = "1", "What this place costs.";
+            cost: Number(Sign::NonNegative) = "1", "Cost of this location.";
         }
     }
 }
@@ -611,18 +622,18 @@ keys! {
         }
         optional {
             file: Text,
-                "Which of the files given it describes: a name, `*` and `?` stand for anything. Left out: all. \
-                 Several tables of files that were recorded together are joined by time.";
+                "Which of the given files it describes: a name with the wildcards `*` and `?`. Left out: all. Several \
+                 tables of files that were recorded together are joined by time.";
             time: Text, "The column of the time; left out: the one the file marks, or the one called time or t.";
             time_unit: Text, "Unit of the time; left out: that of the file, else s.";
             time_offset: Quantity(Dimension::TIME, Sign::Any) = "0 s",
                 "What is added to the time, where clocks differ.";
             sample_time: Quantity(Dimension::TIME, Sign::Period), "Time between rows of a file without a time.";
-            delimiter: Text, "What stands between the cells of a text file; left out: found out.";
-            decimal: Choice(&["point", "comma"]), "The decimal sign of a text file; left out: found out.";
-            names_row: Number(Sign::Positive), "Row of a text file with names; left out: found out.";
-            units_row: Number(Sign::Positive), "Row of a text file with units; left out: found out.";
-            first_row: Number(Sign::Positive), "Row of a text file in which the numbers begin; left out: found out.";
+            delimiter: Text, "Separator between the cells of a text file; left out: detected.";
+            decimal: Choice(&["point", "comma"]), "The decimal sign of a text file; left out: detected.";
+            names_row: Number(Sign::Positive), "Row of a text file with names; left out: detected.";
+            units_row: Number(Sign::Positive), "Row of a text file with units; left out: detected.";
+            first_row: Number(Sign::Positive), "Row of a text file in which the numbers begin; left out: detected.";
             channel: Tables(LogChannel),
                 "Which column is which signal: `[[log.NAME.channel]]`. Columns that are called like a signal, \
                  `wg.phi`, need none.";
@@ -641,14 +652,13 @@ keys! {
         optional {
             column: Text, "The column, or the channel of a binary file, by its name.";
             number: Number(Sign::Positive), "The column by its number, from 1 on, instead.";
-            unit: Text, "Its unit; left out: that of the file, else the SI unit of the signal. A speed in `1/min` is in turns.";
-            factor: Number(Sign::NonZero) = "1", "What readings are multiplied by, as -1 where the sense differs.";
+            unit: Text, "Its unit; left out: that of the file, else the SI unit of the signal. A speed in `1/min` counts turns.";
+            factor: Number(Sign::NonZero) = "1", "Factor on the readings, such as -1 for an opposite sense.";
             scale: AnyQuantity,
-                "What one unit of a reading is, as \"200 N m\" for one volt, instead of a unit: for readings that are \
-                 no such quantity.";
+                "Value of one unit of a reading, such as \"200 N m\" for one volt, instead of a unit: for readings of another quantity.";
             zero_samples: Number(Sign::Positive),
-                "So many first samples are taken as zero: their mean is subtracted; left out: nothing is.";
-            noise: AnyQuantity, "Standard deviation of a sample; left out: as seen in the log.";
+                "Number of first samples at zero: their mean is subtracted; left out: nothing is.";
+            noise: AnyQuantity, "Standard deviation of a sample; left out: estimated from the log.";
         }
     }
 }
@@ -660,34 +670,33 @@ keys! {
         }
         optional {
             parameters: Signals,
-                "What is to be found: `<element>.<key>` with the keys inertia, damping, stiffness, friction, `<gear>.backlash`, or \
-                 parameters that stand for one or in which laws of torques are linear; left out: every damping and friction of the model, in dynamic tests \
-                 inertias and stiffnesses too.";
+                "Parameters to identify: `<element>.<key>` with the keys inertia, damping, stiffness, friction, \
+                 `<gear>.backlash`, or parameters that replace one or in which torque laws are linear; left out: \
+                 every damping and friction of the model, in dynamic tests inertias and stiffnesses too.";
             method: Choice(&["steady", "dynamic"]),
-                "`steady`: segments of constant speed; `dynamic`: everything, with filtered derivatives. Left out: \
-                 steady if neither inertias nor stiffnesses are asked for and the logs have such segments.";
+                "`steady`: segments of constant speed; `dynamic`: all samples, with filtered derivatives. Left out: \
+                 steady if neither inertias nor stiffnesses are requested and the logs have such segments.";
             window: Quantity(Dimension::TIME, Sign::Positive),
                 "Width of the windows in which samples are smoothed; left out: 50 samples of the slowest channel.";
             rest_speed: AnyQuantity,
-                "Speed below which nobody knows the sign of a friction, of shafts or (m/s) of masses; left out: a hundredth of its largest, or what \
-                 noise hides.";
+                "Speed below which the sign of a friction is unknown, of shafts or (m/s) of masses; left out: a hundredth of its largest, or the level of the noise.";
             steady_tolerance: Number(Sign::Positive) = "0.02",
                 "Change of a speed in a steady segment, as a part of its largest.";
             shortest_segment: Quantity(Dimension::TIME, Sign::Positive),
                 "Shortest steady segment; left out: four windows.";
             absent: Elements(&["motor", "disturbance"]),
-                "Inputs that did nothing while it was logged; of others without a channel the torque is eliminated.";
+                "Inputs that were zero during the log; kardan eliminates the torques of others without a channel.";
             nonnegative: Signals,
                 "Parameters that may not be below zero; left out: none, as an equivalent damping may be.";
             loss: Choice(&["squares", "huber", "bisquare"]) = "squares",
-                "How residuals count: the two others let outliers count less, or not at all.";
+                "Weight of residuals: the two others give outliers less weight, or none.";
             confidence: Number(Sign::Positive) = "0.95", "Confidence of the intervals, below 1.";
             extra: Tables(Extra),
-                "Terms beyond those of the model: `[[identification.extra]]`. They are fitted where `parameters` \
-                 names theirs, or is left out; candidates choose among them.";
+                "Terms in addition to those of the model: `[[identification.extra]]`. They are fitted where \
+                 `parameters` names theirs, or is left out; candidates choose among them.";
             candidate: Tables(Candidate), "Models that `--compare` compares: `[[identification.candidate]]`.";
             published: Overrides,
-                "Values from elsewhere that the report states beside: { \"fs.damping\" = \"0.02 N m s/rad\" }.";
+                "Values from other sources that the report lists beside its own: { \"fs.damping\" = \"0.02 N m s/rad\" }.";
             source: Text, "Where the published values are from.";
         }
     }
@@ -703,15 +712,15 @@ keys! {
             ]),
                 "Friction: `stribeck`, more of it at low speed (the parameters `<element>.stribeck` and \
                  `<element>.stribeck_speed`); `load`, a loss in proportion to a torque, as in a strain-wave gear \
-                 (`<element>.load_loss`); `sense`, half of what it is more forwards than backwards \
+                 (`<element>.load_loss`); `sense`, half its excess forwards over backwards \
                  (`<element>.friction_sense`); `sense_damping`, the same of the damping (`<element>.damping_sense`); \
-                 `quadratic`, with the square of the speed (`<element>.quadratic_damping`); `drift`, what it gains \
-                 each second of a log (`<element>.friction_drift`); `recordings`, how it differs from log to log \
+                 `quadratic`, with the square of the speed (`<element>.quadratic_damping`); `drift`, its increase per \
+                 second of a log (`<element>.friction_drift`); `recordings`, how it differs from log to log \
                  (`<element>.friction_recordings_<log>`); `ripple`, friction over the angle. Others: `cogging`, a \
-                 torque over the angle (both with the parameters `..._<order>_cos` and `..._<order>_sin`); `offset` of \
-                 a torque sensor (`<input>.offset`); `backlash` of a spring (`<spring>.backlash_torque`, half its \
-                 width times the stiffness, and `<spring>.backlash`, the width); `teeth`, what the teeth of a gear lose of \
-                 what they carry (`<gear>.tooth_loss` and `<gear>.tooth_loss_back`, with the efficiencies that follow).";
+                 torque over the angle (both with the parameters `..._<order>_cos` and `..._<order>_sin`); `offset` \
+                 of a torque sensor (`<input>.offset`); `backlash` of a spring (`<spring>.backlash_torque`, half its \
+                 width times the stiffness, and `<spring>.backlash`, the width); `teeth`, load-dependent gear \
+                 friction (`<gear>.tooth_loss` and `<gear>.tooth_loss_back`, with the efficiencies that follow).";
         }
         optional {
             friction: Element(&["shaft", "mass", "spring_damper"]),
@@ -719,13 +728,13 @@ keys! {
             shape: Choice(&["gaussian", "exponential", "peak"]) = "gaussian",
                 "Of Stribeck friction over x, the speed by the Stribeck speed: exp(-x^2), exp(-x), or x exp(1 - x).";
             speed: AnyQuantity,
-                "The Stribeck speed, if it is known; left out: it is found too.";
+                "The Stribeck speed, if it is known; left out: kardan identifies it too.";
             order: Number(Sign::Positive),
                 "Periods in a turn of the element, whose angle must be in the logs (`cogging`, `ripple`).";
             spring: Element(&["spring_damper"]), "The spring that has the backlash.";
-            teeth: Element(&["gear", "harmonic_drive", "rack_and_pinion", "screw"]), "The element whose teeth rub.";
+            teeth: Element(&["gear", "harmonic_drive", "rack_and_pinion", "screw"]), "The element with load-dependent gear friction.";
             clear: AnyQuantity,
-                "Twist (of masses: a length) that is beyond the backlash for certain: windows with less do not count.";
+                "Twist (of masses: a length) that certainly exceeds the backlash: windows with less do not count.";
             torque: Element(&["motor", "disturbance"]), "The input whose torque loads the gear, or whose sensor has the offset (`load`, `offset`).";
         }
     }

@@ -1,4 +1,4 @@
-//! How far parameters may be from their values, and whether the model still has a meaning there.
+//! Tolerances of parameters, and whether the model is valid within them.
 
 use super::divisions::{Varied, check_divisions};
 use super::document::{Document, Setting, keys_of};
@@ -28,7 +28,7 @@ pub struct Tolerance {
 }
 
 impl Document {
-    /// All tolerances, by name. Around a value that a setting replaces, `± …` moves along; an interval stays where it is.
+    /// All tolerances, by name. Around a value that a setting replaces, `± …` moves with it; an interval does not.
     pub fn tolerances(&self, settings: &[Setting]) -> Vec<Tolerance> {
         let mut out: Vec<Tolerance> = self
             .all_parameters()
@@ -37,7 +37,7 @@ impl Document {
                 let set = settings.iter().find(|set| set.name == parameter.name);
                 let nominal = set.map_or(&parameter.value, |set| &set.value);
                 let (lower, upper) = spread.limits_at(nominal);
-                // A percentage of a variant's zero leaves nothing to vary.
+                // A percentage of zero in a variant is no tolerance.
                 (lower.to_f64() < upper.to_f64()).then(|| Tolerance {
                     parameter: parameter.name.clone(),
                     nominal: nominal.clone(),
@@ -53,7 +53,7 @@ impl Document {
         out
     }
 
-    /// Those that the model itself follows from, whatever runs begin with and whatever happens in them.
+    /// Those that the model itself depends on, regardless of initial values and events of runs.
     pub(super) fn tolerances_of_model(&self, settings: &[Setting]) -> Vec<Tolerance> {
         let mut out = self.tolerances(settings);
         out.retain(|one| self.of_runs.iter().all(|candidate| candidate.name != one.parameter));
@@ -72,7 +72,7 @@ impl Document {
             let named = named.map(|(keyword, name, fields, table)| (format!("{keyword} `{name}`"), fields, table));
             let scenario = ("`[scenario]`".to_string(), self.scenario.fields, &self.scenario);
             for (what, fields, table) in named.chain([scenario]) {
-                // The first key that it breaks says enough.
+                // The first violated key suffices.
                 if out.len() == before {
                     check_signs(&tolerance, fields, table, &what, out);
                 }
@@ -100,11 +100,11 @@ impl Document {
             if let Some(varied) = varied {
                 diagnostic = diagnostic.at(varied.parameter.place.clone(), "varied here");
             }
-            out.push(diagnostic.help("write `± ...` behind the value: it moves along with the variants"));
+            out.push(diagnostic.help("write `± ...` after the value: it moves with the variants"));
         }
     }
 
-    /// What an element checks over several keys must hold at both ends, and what is computed must have a value there.
+    /// Checks of an element over several keys must pass at both ends, and computed values must exist there.
     fn check_ends(&self, tolerance: &Tolerance, settings: &[Setting], out: &mut Vec<Diagnostic>) {
         let mut following = vec![tolerance.parameter.as_str()];
         for parameter in self.in_order() {
@@ -185,7 +185,7 @@ fn names(entry: &Placed<Value>, tolerance: &Tolerance) -> bool {
     }
 }
 
-/// Reports an interval that breaks the rule of a key.
+/// Reports an interval that violates the rule of a key.
 fn check_signs(tolerance: &Tolerance, fields: &[Field], table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
     for (field, entry) in fields.iter().filter_map(|field| Some((field, table.values.get(field.name)?))) {
         let sign = match (&field.kind.for_translation(table.translational), &entry.value) {
@@ -201,7 +201,7 @@ fn check_signs(tolerance: &Tolerance, fields: &[Field], table: &Table, what: &st
         };
         let Tolerance { nominal, lower, upper, .. } = tolerance;
         let (reaches, rule) = match sign {
-            // A value that breaks the rule itself is reported elsewhere.
+            // A value that violates the rule itself is reported elsewhere.
             Sign::Positive if lower.signum() <= 0 && nominal.signum() > 0 => {
                 (if lower.is_zero() { "zero" } else { "zero and below" }, "be above zero")
             }
@@ -222,7 +222,7 @@ fn check_signs(tolerance: &Tolerance, fields: &[Field], table: &Table, what: &st
         if !is_own_place {
             diagnostic = diagnostic.at(entry.place.clone(), "used here");
         }
-        let help = "narrow the tolerance, or write bounds of your own behind the value: \"2 N m [0.5, 6]\"";
+        let help = "narrow the tolerance, or write bounds of your own after the value: \"2 N m [0.5, 6]\"";
         out.push(diagnostic.help(help));
         return;
     }
@@ -313,7 +313,7 @@ damping = "0.02 N m s/rad +- 50 %"
         }
     }
 
-    /// The nominal values are used, and shown as if no tolerance were written.
+    /// The nominal values are used, and shown as without a tolerance.
     #[test]
     fn a_tolerance_changes_nothing_of_the_model() {
         let cut = |line: &str| [" ±", " +-", " [0"].iter().find_map(|mark| line.find(mark));
@@ -350,7 +350,7 @@ damping = "0.02 N m s/rad +- 50 %"
         assert!(matches!(of("bar")[1], Term::Damper { damping, .. } if *damping == integer(3)));
         let Term::Constraint { direction, .. } = of("belt")[0] else { panic!("a gear is a constraint") };
         assert!(direction.entries.iter().any(|(_, x)| *x == integer(5) || *x == integer(-5)), "{direction:?}");
-        // `±` moves along, an interval does not; other keys are no parameters.
+        // `±` moves with the value, an interval does not; other keys are not parameters.
         let moved = document.tolerances(&[set("wg.inertia", 10, 1), set("c", 3, 10), set("belt.ratio", 0, 1)]);
         let ends = |name: &str| moved.iter().find(|t| t.parameter == name).map(|t| (t.lower.clone(), t.upper.clone()));
         assert_eq!(ends("wg.inertia"), Some((integer(8), integer(12))));

@@ -22,7 +22,7 @@ const VARIANTS_HELP: &str = "write a list such as \"[0, 10, 20, 30] deg\" or [\"
 /// A value of a list of variants with its place.
 type VariantValue = (Exact, Dimension, String, Place);
 
-/// The values in a list of variants; nothing if something is wrong with it, which is reported.
+/// The values in a list of variants; `None` after a reported error.
 fn variant_values(
     (name, entry): (&str, &Entry),
     (document, varied): (&Document, &[&str]),
@@ -40,7 +40,7 @@ fn variant_values(
         Some(
             Diagnostic::error("tolerance::place", format!("variants of `{name}` cannot have a tolerance"))
                 .at(place.clone(), "with a tolerance")
-                .help("write the tolerance behind the value under `[parameters]`; `±` moves along with the variants"),
+                .help("write the tolerance after the value under `[parameters]`; `±` moves with the variants"),
         )
     };
     match &entry.value {
@@ -104,20 +104,20 @@ fn variant_values(
     (out.len() == before).then_some(values)
 }
 
-/// The value of an entry that is an expression of the values of the file, or what is wrong with it; nothing if it is none.
+/// The value of an entry that is an expression of the values of the file, or its error; `None` if it is not one.
 fn computed(
     name: &str,
     text: &str,
     (place, document, varied): (&Place, &Document, &[&str]),
     out: &[Diagnostic],
 ) -> Option<Result<(Exact, Dimension, String), Diagnostic>> {
-    // A word alone is a quantity with a mistake.
+    // A single word is an invalid quantity.
     let declared = |name: &str| document.parameter(name).is_some();
     let expression =
         Expression::parse(text).ok().filter(|read| read.names() != [text.trim()] || declared(text.trim()))?;
     let what = format!("variants of `{name}`");
     let all = document.in_order();
-    // A value that differs between the variants itself is none of the file.
+    // A value that differs between the variants is not a value of the file.
     let mut moving: Vec<&str> = varied.iter().copied().filter(|other| *other != name).collect();
     for declared in &all {
         let follows = |one: &Expression| one.names().iter().any(|name| moving.contains(name));
@@ -229,7 +229,7 @@ pub(super) fn read_variants(root: &Node<'_>, document: &mut Document, out: &mut 
     document.suppressed.variants |= out.len() > before;
 }
 
-/// What is varied must be declared, and not be set by a variant with a name too.
+/// A varied parameter must be declared, and must not be set by a named variant too.
 fn check_varied(found: &KeyedEntry, document: &Document, out: &mut Vec<Diagnostic>) {
     let (name, place) = (found.key.as_str(), &found.place);
     if let Some(other) = document.named_variants.iter().find(|v| v.settings.iter().any(|s| s.name == name)) {
@@ -274,7 +274,7 @@ fn distinct(
             if let Some(declared) = declared {
                 expression_diagnostic = expression_diagnostic.at(declared.place.clone(), expected);
             }
-            // One unit for a whole list is one mistake.
+            // One wrong unit for a whole list is one error.
             if out[before..].iter().all(|d| d.labels[0].place != expression_diagnostic.labels[0].place) {
                 out.push(expression_diagnostic);
             }
@@ -290,7 +290,7 @@ fn distinct(
     good
 }
 
-/// The controllers that variants name must be there, and each controller in some variant.
+/// The controllers that variants name must exist, and each controller must be in some variant.
 pub(super) fn check_named_controls(document: &Document, out: &mut Vec<Diagnostic>) {
     let variants = &document.named_variants;
     let used = |name: &String| {
@@ -327,7 +327,7 @@ pub(super) fn check_named_controls(document: &Document, out: &mut Vec<Diagnostic
     }
 }
 
-/// Reports faults that a variant names and that are not there.
+/// Reports missing faults that a variant names.
 pub(super) fn check_named_faults(document: &Document, out: &mut Vec<Diagnostic>) {
     for variant in &document.named_variants {
         for word in variant.faults.iter().filter(|word| !document.suppressed.all && !document.has_fault(&word.value)) {
@@ -337,7 +337,7 @@ pub(super) fn check_named_faults(document: &Document, out: &mut Vec<Diagnostic>)
     }
 }
 
-/// A fault that is not there, and which ones are.
+/// The error for a missing fault, with the existing ones.
 pub(crate) fn no_such_fault(document: &Document, name: &str, what: &str) -> Diagnostic {
     let names = || document.faults.iter().map(|(name, _)| name.value.as_str());
     let help = match nearest(name, names()) {

@@ -1,4 +1,4 @@
-//! Values put into the text of a model file, the rest of which stays as it is.
+//! Inserts values into the text of a model file and leaves the rest unchanged.
 
 use std::ops::Range;
 
@@ -29,10 +29,10 @@ struct Edit {
     text: String,
 }
 
-/// The text of a model file with new values, and what could not be put in, with the reason.
+/// The text of a model file with new values, and the values that could not be inserted, with the reason.
 ///
-/// A value takes the place of the one written; comments, order and everything else stay. A key that is an entry of `[parameters]`
-/// which nothing else uses is changed there; one that is not given yet is added below the header of its table.
+/// A value takes the place of the one written; comments, order and all other text remain. A key that is an entry of `[parameters]`
+/// with no other use is changed there; a missing one is added below the header of its table.
 ///
 /// ```
 /// use kardan::model::{NewValue, write_values};
@@ -45,7 +45,7 @@ struct Edit {
 /// ```
 ///
 /// # Errors
-/// Mistakes of the file, or of what would come out.
+/// Errors of the file, or of the resulting text.
 pub fn write_values(source: &str, values: &[NewValue]) -> Result<(String, Vec<String>), Vec<Diagnostic>> {
     let errors = |found: Vec<Diagnostic>| -> Vec<Diagnostic> {
         found.into_iter().filter(|one| one.severity == Severity::Error).collect()
@@ -63,7 +63,7 @@ pub fn write_values(source: &str, values: &[NewValue]) -> Result<(String, Vec<St
             Err(why) => omissions.push(format!("{}: {why}", new.name)),
         }
     }
-    // From behind, so that places stay right.
+    // From the end, so that places stay valid.
     edits.sort_by_key(|edit| std::cmp::Reverse((edit.place.start, edit.place.end)));
     let mut text = source.to_string();
     for edit in edits {
@@ -83,7 +83,7 @@ fn edit(source: &str, document: &Document, new: &NewValue) -> Result<Edit, Strin
     }
     if let Some(parameter) = document.parameters.get(&new.name) {
         if document.is_varied(&new.name) {
-            return Err("it is varied in the file, so that no single value holds".into());
+            return Err("the file varies it, so no single value applies".into());
         }
         let text = quoted(new, &parameter.dimension.si(), Sign::Any);
         return Ok(Edit { place: parameter.place.span(), text });
@@ -97,7 +97,7 @@ fn edit(source: &str, document: &Document, new: &NewValue) -> Result<Edit, Strin
         _ => return Err("no quantity".into()),
     };
     if sign != Sign::Any && new.value < 0.0 {
-        return Err("the value found is below zero, which the file cannot hold".into());
+        return Err("the identified value is below zero, which the file cannot represent".into());
     }
     let text = quoted(new, &unit, sign);
     match instance.table.values.get(key) {

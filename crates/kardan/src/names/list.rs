@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::fmt;
 use std::ops::{Deref, DerefMut};
 
-/// What has a name.
+/// An entry with a name.
 pub trait HasName {
     /// The name.
     fn name(&self) -> &str;
@@ -26,11 +26,11 @@ pub trait HasName {
 #[derive(Clone)]
 pub struct NamedList<T> {
     list: Vec<T>,
-    /// Where the entries of each name stand, of a list that is longer than [`FEW`].
+    /// The positions of the entries of each name, for a list longer than [`FEW`].
     places: HashMap<Box<str>, Vec<usize>>,
 }
 
-/// So few entries are looked through faster than a table of them is made.
+/// Up to this number a linear search is faster than building a table.
 const LINEAR_SEARCH_LIMIT: usize = 8;
 
 impl<T: HasName> NamedList<T> {
@@ -44,7 +44,7 @@ impl<T: HasName> NamedList<T> {
         self.position(name).map(|place| &mut self.list[place])
     }
 
-    /// Where the first entry of a name stands.
+    /// The position of the first entry of a name.
     pub fn position(&self, name: &str) -> Option<usize> {
         match self.list.len() {
             0..=LINEAR_SEARCH_LIMIT => self.list.iter().position(|entry| entry.name() == name),
@@ -69,21 +69,21 @@ impl<T: HasName> NamedList<T> {
         self.list
     }
 
-    /// Adds an entry behind the others.
+    /// Adds an entry after the others.
     pub fn push(&mut self, entry: T) {
         self.list.push(entry);
         let first = if self.list.len() == LINEAR_SEARCH_LIMIT + 1 { 0 } else { self.list.len() - 1 };
         self.enter(first);
     }
 
-    /// Keeps the entries for which something holds.
+    /// Retains the entries that satisfy a predicate.
     pub fn retain(&mut self, predicate: impl FnMut(&T) -> bool) {
         self.list.retain(predicate);
         self.places.clear();
         self.enter(0);
     }
 
-    /// Takes down where the entries from one on stand.
+    /// Records the positions of the entries from one on.
     fn enter(&mut self, first: usize) {
         if self.list.len() <= LINEAR_SEARCH_LIMIT {
             return;
@@ -164,7 +164,7 @@ mod tests {
         }
     }
 
-    /// Short and long lists find what looking through them finds.
+    /// Short and long lists find the same entries as a linear search.
     #[test]
     fn entries_are_those_of_looking_through() {
         for count in 0..4 * LINEAR_SEARCH_LIMIT {

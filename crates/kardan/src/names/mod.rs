@@ -1,4 +1,4 @@
-//! Names in sentences, and what to say of those that nobody knows.
+//! Names in sentences, and the messages for unknown ones.
 
 mod list;
 mod signal;
@@ -8,9 +8,9 @@ use std::borrow::Cow;
 pub use list::{HasName, NamedList};
 pub use signal::{Quantity, SignalName, carrier, parameter};
 
-/// The candidate nearest to a misspelt word, if one is near enough to be meant.
+/// The candidate nearest to a misspelt word, if one is near enough.
 ///
-/// Letters are compared without regard to case; a single letter has no other letter near it. Among equally near
+/// Letters are compared without case; a single letter has no other letter near it. Among equally near
 /// candidates the one with the same letters in upper and lower case wins, then the one with the same first letter.
 ///
 /// ```
@@ -31,7 +31,7 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     candidates
         .into_iter()
         .filter(|candidate| candidate.len() <= 4 * LONGEST)
-        // The distance itself costs a hundred times as much, and thousands of names may stand against thousands.
+        // The distance itself costs a hundred times as much, and thousands of names may be compared with thousands.
         .filter(|candidate| least_distance(letters_of_word, letters(candidate)) <= tolerance)
         .map(|candidate| (strsim::damerau_levenshtein(&lower, &candidate.to_lowercase()), candidate))
         .filter(|(distance, _)| *distance <= tolerance && (*distance < length || *distance == 0))
@@ -62,12 +62,12 @@ pub fn nearest_or_similar<'a>(word: &str, candidates: impl IntoIterator<Item = &
     nearest(word, candidates.clone()).or_else(similar)
 }
 
-/// Which letters stand in a word, in lower case and in 64 classes: one bit each.
+/// Which letters are in a word, in lower case and in 64 classes: one bit each.
 fn letters(word: &str) -> u64 {
     word.chars().flat_map(char::to_lowercase).fold(0, |set, c| set | 1 << (u32::from(c) % 64))
 }
 
-/// Steps that lead from one word to another at least: each adds a letter, takes one away, or puts one in another's place.
+/// Lower bound of the edit distance between two words: insertions, deletions and substitutions.
 fn least_distance(one: u64, other: u64) -> usize {
     (one & !other).count_ones().max((other & !one).count_ones()) as usize
 }
@@ -82,7 +82,7 @@ pub fn quoted<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     }
 }
 
-/// A text whose characters stand where they are shown: those that turn the direction of what follows (Unicode, bidirectional formatting)
+/// A text whose characters are shown in their order: those that change the direction of the following text (Unicode, bidirectional formatting)
 /// are written as escapes, for with them a name looks like another one.
 ///
 /// ```
@@ -111,7 +111,7 @@ pub fn shortened(text: &str) -> String {
     text.chars().take(MOST).chain(['…']).collect()
 }
 
-/// A circle of names for a sentence, the first one again at its end; of very many the first and the last ones.
+/// A cycle of names for a sentence, with the first one repeated at its end; of very many the first and the last ones.
 ///
 /// ```
 /// use kardan::names::circle;
@@ -126,7 +126,7 @@ pub fn circle(names: &[&str]) -> String {
     format!("{} from ... from {}", all[..MOST / 2].join(" from "), all[all.len() - MOST / 2..].join(" from "))
 }
 
-/// What to say where a name is not known: the one that was meant, if one is near, or those that there are.
+/// The help for an unknown name: the nearest one, or the existing ones.
 ///
 /// ```
 /// use kardan::names::unknown_name;
@@ -137,12 +137,12 @@ pub fn unknown_name<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str
     did_you_mean(nearest(name, candidates.clone()), || format!("there are {}", quoted(candidates)))
 }
 
-/// Whether a word says that something stands still: what the author calls the housing, or how a shaft would be fixed.
+/// Whether a word means a fixed frame: a name for the housing, or for a fixed shaft.
 ///
 /// ```
 /// use kardan::names::{how_to_fix_shaft, stands_still};
 /// assert!(is_fixed_name("ground") && is_fixed_name("Fixed") && !is_fixed_name("rk"));
-/// assert_eq!(how_to_fix_shaft("rk"), "to hold a shaft still, add `[constraint.hold]` with `coefficients = { rk = 1 }`");
+/// assert_eq!(how_to_fix_shaft("rk"), "to fix a shaft, add `[constraint.hold]` with `coefficients = { rk = 1 }`");
 /// ```
 pub fn is_fixed_name(word: &str) -> bool {
     const GROUND_NAMES: [&str; 16] = [
@@ -153,13 +153,13 @@ pub fn is_fixed_name(word: &str) -> bool {
     GROUND_NAMES.contains(&word.as_str()) || word.strip_suffix('s').is_some_and(|one| GROUND_NAMES.contains(&one))
 }
 
-/// What to write so that a shaft stands still.
+/// The help for fixing a shaft.
 pub fn how_to_fix_shaft(shaft: &str) -> String {
     let shaft = shortened(shaft);
-    format!("to hold a shaft still, add `[constraint.hold]` with `coefficients = {{ {shaft} = 1 }}`")
+    format!("to fix a shaft, add `[constraint.hold]` with `coefficients = {{ {shaft} = 1 }}`")
 }
 
-/// The same where the one that was meant is looked for elsewhere, or something else is said.
+/// The same where the suggestion is made elsewhere, or the help is another.
 pub fn did_you_mean(near: Option<&str>, otherwise: impl FnOnce() -> String) -> String {
     near.map_or_else(otherwise, |near| format!("did you mean `{near}`?"))
 }
@@ -168,7 +168,7 @@ pub fn did_you_mean(near: Option<&str>, otherwise: impl FnOnce() -> String) -> S
 mod tests {
     use super::*;
 
-    /// No candidate is passed over that is near.
+    /// No near candidate is missed.
     #[test]
     fn what_is_left_out_is_never_near() {
         let samples = [

@@ -1,8 +1,8 @@
-//! The names of signals: the one place where they are put together and taken apart.
+//! The names of signals: the only module that builds and parses them.
 
 use std::fmt;
 
-/// What the last word of a signal's name says: `phi` in `rk.phi`.
+/// The quantity in the last part of a signal's name: `phi` in `rk.phi`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// `phi`: angle, rad.
@@ -11,15 +11,15 @@ pub enum Quantity {
     Speed,
     /// `tau`: torque, N m.
     Torque,
-    /// `command`: torque asked of a motor, N m.
+    /// `command`: commanded torque of a motor, N m.
     Command,
-    /// `ripple`: torque that a motor adds to what it reports, N m.
+    /// `ripple`: torque of a motor in addition to its reported torque, N m.
     Ripple,
     /// `friction`: friction torque, N m.
     Friction,
-    /// `disturbance`: torque on a shaft that nothing reports, N m.
+    /// `disturbance`: unreported torque on a shaft, N m.
     Disturbance,
-    /// `excess`: what a torque limit leaves of a command, less the command, N m.
+    /// `excess`: limited command less the command, N m.
     Excess,
     /// `s`: position of a mass, m.
     Position,
@@ -39,7 +39,7 @@ pub enum Quantity {
     Sum,
     /// `z`: a state of first order, a number.
     State,
-    /// `rate`: how fast a state changes, 1/s.
+    /// `rate`: rate of a state, 1/s.
     Change,
 }
 
@@ -53,7 +53,7 @@ const QUANTITY_NAMES: [(Quantity, &str); 18] = [
     (Quantity::Disturbance, "disturbance"),
     (Quantity::Excess, "excess"),
     (Quantity::Position, "s"),
-    // Of what is no mass it is a voltage: who asks knows.
+    // For anything but a mass it is a voltage: the caller knows which.
     (Quantity::Velocity, "v"),
     (Quantity::Force, "f"),
     (Quantity::Charge, "q"),
@@ -76,7 +76,7 @@ impl Quantity {
         format!("{element}.{}", self.word())
     }
 
-    /// How fast it changes: a speed of an angle, a velocity of a position; anything else stays.
+    /// Its rate: the speed of an angle, the velocity of a position; others are unchanged.
     #[must_use]
     pub fn rate(self) -> Self {
         match self {
@@ -88,7 +88,7 @@ impl Quantity {
         }
     }
 
-    /// The SI unit; of what has one of its own none.
+    /// The SI unit; none if the signal defines its own.
     pub fn unit(self) -> &'static str {
         match self {
             Self::Multiplier => "",
@@ -124,7 +124,7 @@ pub struct SignalName<'a> {
     pub element: &'a str,
     /// The shaft that an element acts on, if it has several.
     pub on: Option<&'a str>,
-    /// The last word, whatever it is.
+    /// The last part of the name.
     pub word: Option<&'a str>,
 }
 
@@ -138,7 +138,7 @@ impl<'a> SignalName<'a> {
         }
     }
 
-    /// What its last word says, if that is known; of `v` that it is a velocity.
+    /// The quantity of its last part, if known; for `v` a velocity.
     pub fn quantity(self) -> Option<Quantity> {
         let word = self.word?;
         QUANTITY_NAMES.iter().find(|(_, candidate)| *candidate == word).map(|(quantity, _)| *quantity)
@@ -154,12 +154,12 @@ impl<'a> SignalName<'a> {
         self.word == Some(quantity.word())
     }
 
-    /// Whether it is where something is: an angle, a position, a charge.
+    /// Whether it is a position: an angle, a position, a charge.
     pub fn is_position(self) -> bool {
         matches!(self.quantity(), Some(Quantity::Angle | Quantity::Position | Quantity::Charge | Quantity::Sum))
     }
 
-    /// Whether it is how fast something moves, of a coordinate or a sensor of its motion: a speed, a velocity, a current.
+    /// Whether it is a rate, of a coordinate or a sensor of its motion: a speed, a velocity, a current.
     pub fn is_rate(self) -> bool {
         matches!(self.quantity(), Some(Quantity::Speed | Quantity::Velocity | Quantity::Current | Quantity::State))
     }
@@ -180,7 +180,7 @@ impl<'a> SignalName<'a> {
     }
 }
 
-/// What moves with a position or a rate of this name: the shaft `rk` of `rk.phi`, the winding `tr.2` of `tr.2.i`; a name without a
+/// The body with a position or a rate of this name: the shaft `rk` of `rk.phi`, the winding `tr.2` of `tr.2.i`; a name without a
 /// dot itself.
 ///
 /// ```
@@ -191,7 +191,7 @@ pub fn carrier(name: &str) -> &str {
     name.rsplit_once('.').map_or(name, |(carrier, _)| carrier)
 }
 
-/// The element and the key of a parameter, `wheel.inertia`; none if it is no such name.
+/// The element and the key of a parameter, `wheel.inertia`; none if it is not such a name.
 pub fn parameter(name: &str) -> Option<(&str, &str)> {
     name.rsplit_once('.')
 }

@@ -3,30 +3,30 @@ use faer::linalg::solvers::DenseSolveCore;
 
 use super::{Matrix, balance};
 
-/// Of how many roundings of the largest entries a matrix is known.
+/// The accuracy of a matrix, in roundings of the largest entries.
 const ROUNDINGS: f64 = 16.0;
 /// Of how many such limits a number is not zero, however it was computed: an inverse then has a digit at least.
 const CLEAR: f64 = 8.0;
 
-/// What of a square matrix is at zero, and the rest.
+/// The eigenvalues of a square matrix at zero, and the rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AtZero {
     /// Vectors that span what powers of the matrix send to zero, n × k; k is the number of eigenvalues at zero.
     pub motions: Matrix<f64>,
-    /// The matrix on what is left, (n − k) × (n − k): `left · A · right`.
+    /// The matrix on the rest, (n − k) × (n − k): `left · A · right`.
     pub rest: Matrix<f64>,
     /// To the coordinates of the rest, (n − k) × n; zero on the motions.
     pub left: Matrix<f64>,
     /// From them, n × (n − k); `left · right` is the identity.
     pub right: Matrix<f64>,
-    /// Below which size, in balanced coordinates and the unit of the matrix, numbers counted as zero; 0 if nothing was decided.
+    /// The size below which numbers counted as zero, in balanced coordinates and the unit of the matrix; 0 if the test decided nothing.
     pub rounding: f64,
 }
 
 /// Splits off all eigenvalues of a matrix that are at zero to the rounding of its entries, however long their chains.
 ///
 /// A chain of k rounded zeros otherwise spreads over a circle with the radius of the k-th root of the rounding unit. Method:
-/// null space by singular values in balanced coordinates, the same for what is left without it, and so on (Kublanovskaya's
+/// null space by singular values in balanced coordinates, the same for the rest, and so on (Kublanovskaya's
 /// staircase): the result is exact for a matrix that differs by rounding, 16 n ε ‖A‖ in balanced coordinates. `None` if an
 /// entry is not finite or the iteration fails. Cost O(n³) for each step of the longest chain.
 ///
@@ -52,13 +52,13 @@ pub enum Rounding<'a> {
     OfLargest,
     /// Of a change `Φ − 1` of a map: to that of one, however little changes.
     OfOne,
-    /// Each entry to that of its own size: of what was added up to it, before anything cancelled.
+    /// Each entry to that of its own size: that of its terms before cancellation.
     OfEach(&'a Matrix<f64>),
 }
 
 /// The same of a matrix that is known to a rounding.
 ///
-/// What no errors of the size of single entries make singular has no eigenvalue at zero, however small it is beside the largest entries: a slow motion beside
+/// A matrix that no errors of the size of single entries make singular has no eigenvalue at zero, however small it is against the largest entries: a slow motion beside
 /// a spring of 1e12 N m/rad is not free.
 ///
 /// ```
@@ -92,7 +92,7 @@ pub fn at_zero_rounded(matrix: &Matrix<f64>, rounding: Rounding<'_>) -> Option<A
     while rest.nrows() > 0 {
         // The smallest singular value is no less than one over the norm of the inverse, which is a tenth of the work.
         let inverse = rest.partial_piv_lu().inverse();
-        // Vectors that were split off are known less well than entries: only the matrix as it is can be told regular by these.
+        // Vectors that were split off are less accurate than entries: only for the original matrix can these decide regularity.
         let whole = sizes.as_ref().filter(|_| motions.ncols() == 0);
         if 1.0 / inverse.norm_l2() > CLEAR * least || whole.is_some_and(|sizes| regular(sizes, &inverse)) {
             break;

@@ -3,9 +3,9 @@ use kardan_rt::functions::{exp2, log2};
 
 use super::Matrix;
 
-/// Scales of the coordinates that make rows and columns of a square matrix alike in size: `A[i][j] · s[j] / s[i]`.
+/// Scales of the coordinates that balance rows and columns of a square matrix: `A[i][j] · s[j] / s[i]`.
 ///
-/// Powers of two, so that nothing is rounded. Method: Parlett and Reinsch, without permutations; a stiff mechanical model in
+/// Powers of two, so that scaling has no rounding errors. Method: Parlett and Reinsch, without permutations; a stiff mechanical model in
 /// SI units loses several digits without it.
 ///
 /// # Panics
@@ -24,7 +24,7 @@ pub fn balance(matrix: &Mat<f64>) -> Vec<f64> {
             if !(column > 0.0 && row > 0.0 && column.is_finite() && row.is_finite()) {
                 continue;
             }
-            // No power of two makes these more alike by as much as is asked for below.
+            // No power of two balances these better by as much as is required below.
             if (0.45..2.2).contains(&(row / column)) {
                 continue;
             }

@@ -1,8 +1,8 @@
 use super::Matrix;
 
-/// The states of a square matrix in two lots: those that stand alone, and the others.
+/// The states of a square matrix in two sets: the isolated ones and the others.
 ///
-/// A state stands alone if none of those that are left acts on it, or if it acts on none of them; then it is left no more, and so on. Entries on the
+/// A state is isolated if none of the remaining ones acts on it, or if it acts on none of them; then it is removed, and so on. Entries on the
 /// diagonal do not count. Put in order these states make the matrix block triangular: their entries on the diagonal are
 /// eigenvalues of the matrix, exactly, and the square of the others has all the rest.
 ///
@@ -51,7 +51,7 @@ mod tests {
     use super::*;
     use crate::num::{Polynomial, Random, Rational, characteristic};
 
-    /// The characteristic polynomial of a sparse matrix, exactly, is that of the others times `s − d` of each that stands alone; of the others each
+    /// The characteristic polynomial of a sparse matrix, exactly, is that of the others times `s − d` of each isolated one; of the others each
     /// acts on another one and is acted on.
     #[test]
     fn the_rest_has_the_rest_of_the_characteristic_polynomial() {

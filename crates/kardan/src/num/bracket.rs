@@ -2,7 +2,7 @@ use kardan_rt::functions::{log2, powi};
 
 /// Halvings after which no number lies between two.
 const MOST: f64 = 2200.0;
-/// Most evaluations beyond those of halving.
+/// Most evaluations in addition to those of halving.
 const SLACK: i32 = 1;
 /// How far the step of the secant is drawn to the middle, of the square of the bracket over its first length.
 const DRAWN: f64 = 0.2;
@@ -11,7 +11,7 @@ const DRAWN: f64 = 0.2;
 /// there: the two places once they are no further apart than a tolerance, or next to each other.
 ///
 /// Only the sign decides on which side a place lies; sizes make it fast, and may be infinite. Method: interpolate, truncate,
-/// project (Oliveira, Takahashi 2020): as fast as the secant where the function is smooth, never more than two evaluations beyond
+/// project (Oliveira, Takahashi 2020): as fast as the secant where the function is smooth, never more than two evaluations more than
 /// halving.
 ///
 /// ```

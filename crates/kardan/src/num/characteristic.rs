@@ -6,7 +6,7 @@ use super::{Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Reconstruct
 /// det(sI − M), exact.
 ///
 /// Method: with the common denominator d, dM is whole and so is its characteristic polynomial. Its coefficients are at most
-/// `(1 + r)ⁿ` with the largest sum r of sizes in a row of dM (Hadamard); modulo primes whose product exceeds twice that they
+/// `(1 + r)ⁿ` with the largest sum r of sizes in a row of dM (Hadamard); modulo primes whose product exceeds double that they
 /// are known. Cost: O(n³) for each of about `n log₂(r)/60` primes.
 pub fn characteristic_polynomial(matrix: &Matrix<Rational>) -> Polynomial {
     let n = matrix.rows();

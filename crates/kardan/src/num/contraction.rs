@@ -6,17 +6,17 @@ use kardan_rt::functions::{exp2, log2};
 
 use super::{Matrix, Rational, Rounding, at_zero_rounded, balance, rational_from_f64};
 
-/// Binary digits behind the point to which what floating point found is taken.
+/// Binary digits after the point to which the floating-point result is truncated.
 const DIGITS: usize = 100;
 /// Doublings of the series of Stein's equation: motions that decay by less over 2⁴⁰ periods are left undecided.
 const DOUBLINGS: usize = 40;
 
 /// Whether all eigenvalues of a map lie inside the unit circle, but for those that are known to be exactly at one. `false` where that
-/// is not shown, as for slow decays beside large numbers.
+/// is not shown, such as for slow decays next to large numbers.
 ///
 /// The true map differs from `map` by less than 2^`off` in the largest sum of sizes in a row. Method: Stein's inequality. With P from the
-/// sum of `(Φᵀ)ᵏ Φᵏ` in floating point and `M = P − ΦᵀPΦ` in whole numbers, `‖M − 1‖ < 1/2` shows that Φ contracts the norm of P. What is at
-/// one is split off before; what is left of the coupling bounds how far the others may move (Rouché for determinants).
+/// sum of `(Φᵀ)ᵏ Φᵏ` in floating point and `M = P − ΦᵀPΦ` in whole numbers, `‖M − 1‖ < 1/2` shows that Φ contracts the norm of P. The part at
+/// one is split off before; the remaining coupling bounds how far the others may move (Rouché for determinants).
 ///
 /// # Panics
 /// If the matrix is not square.
@@ -38,7 +38,7 @@ fn balanced(map: &Matrix<Rational>, off: f64) -> (Whole, f64) {
     let floating = map.to_f64();
     let scales = balance(&Mat::from_fn(n, n, |i, j| floating[(i, j)]));
     let power = |scale: f64| log2(scale).round() as isize;
-    // As many digits as are known, and so many that cutting them is next to nothing.
+    // As many digits as are known, and enough that truncation is negligible.
     let digits = 2 * DIGITS + (-off).clamp(0.0, 1e4) as usize;
     let value = |i: usize, j: usize| {
         let x = &map[(i, j)];
@@ -96,7 +96,7 @@ fn sum_of_powers(map: &Mat<f64>) -> Option<Mat<f64>> {
     None
 }
 
-/// A map in coordinates in which what is at one stands first: `[[J, A], [B, rest]]`, with couplings A and B that are next to nothing.
+/// A map in coordinates in which the eigenvalues at one come first: `[[J, A], [B, rest]]`, with negligible couplings A and B.
 struct Split {
     /// J − 1
     chains: Whole,
@@ -121,7 +121,7 @@ impl Split {
             Mat::from_fn(n, n, |i, j| if j < at_one { right.motions[(i, j)] } else { remaining[(i, j - at_one)] });
         let inverse = faer::linalg::solvers::DenseSolveCore::inverse(&basis.partial_piv_lu());
         let (basis, mut inverse) = (Whole::of(&basis, DIGITS)?, Whole::of(&inverse, DIGITS)?);
-        // Newton: twice as many digits each time.
+        // Newton: each step doubles the digits.
         let two = Whole::identity(n).plus(&Whole::identity(n));
         for _ in 0..2 {
             inverse = inverse.times(&two.minus(&basis.times(&inverse))).cut(3 * DIGITS);
@@ -144,7 +144,7 @@ impl Split {
         })
     }
 
-    /// Whether a circle inside the unit circle parts what is at one from the rest.
+    /// Whether a circle inside the unit circle separates the eigenvalues at one from the rest.
     ///
     /// On it, of radius r, `z − J` and `z − rest` are regular, and so are both together while the product of their inverses with the couplings is
     /// below one. So as many eigenvalues lie inside as the rest has.
@@ -178,7 +178,7 @@ struct Whole {
 }
 
 impl Whole {
-    /// What floating point found, cut to so many digits; `None` if a number is not finite.
+    /// The floating-point result, truncated to so many digits; `None` if a number is not finite.
     fn of(matrix: &Mat<f64>, digits: usize) -> Option<Self> {
         let (rows, columns) = (matrix.nrows(), matrix.ncols());
         let value = |x: f64| {

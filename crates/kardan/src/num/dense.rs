@@ -2,10 +2,10 @@ use kardan_rt::functions::ln;
 
 use super::Matrix;
 
-/// Sums that go on at once.
+/// Sums that are computed in parallel.
 pub(crate) const LANES: usize = 8;
 
-/// A matrix for products with vectors: eight rows at a time, column by column, so that eight sums go on at once.
+/// A matrix for products with vectors: eight rows at a time, column by column, so that eight sums run in parallel.
 #[derive(Debug, Clone)]
 pub(crate) struct Panels {
     columns: usize,
@@ -72,7 +72,7 @@ pub(crate) fn product(a: &Matrix<f64>, b: &Matrix<f64>, out: &mut Matrix<f64>) {
 
 /// A Cholesky factorisation `M = LLᵀ` with memory of its own, for repeated use without allocation.
 ///
-/// Zeros at the beginning of the rows of M stay zeros of L and cost nothing: a matrix of a chain, numbered along it, is factored and solved
+/// Zeros at the beginning of the rows of M stay zeros of L and cost no time: a matrix of a chain, numbered in its order, is factored and solved
 /// in time proportional to its length.
 #[derive(Debug, Clone)]
 pub struct Cholesky {

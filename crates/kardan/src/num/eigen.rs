@@ -4,7 +4,7 @@ use super::{Matrix, balance, isolated, square};
 
 /// The eigenvalues of a real square matrix as `(real, imaginary)`, sorted by size, then by imaginary part.
 ///
-/// Method: states that stand alone have theirs on the diagonal ([`isolated()`]); the others by QR iteration (`faer`) in balanced coordinates, O(n³),
+/// Method: isolated states have theirs on the diagonal ([`isolated()`]); the others by QR iteration (`faer`) in balanced coordinates, O(n³),
 /// backward stable there: errors of a few ulp of the balanced norm, more for nearly multiple eigenvalues. Returns `None` if the iteration does not converge or an entry is not finite.
 ///
 /// ```

@@ -149,7 +149,7 @@ pub fn definiteness(matrix: &Matrix<Rational>) -> Definiteness {
 /// The same of a symmetric matrix given by its rows.
 pub fn definiteness_of_rows(matrix: &[SparseRow]) -> Definiteness {
     let n = matrix.len();
-    // What is left of the upper triangle: in each row the entries from the diagonal on, without zeros.
+    // The rest of the upper triangle: in each row the entries from the diagonal on, without zeros.
     let upper = |(i, row): (usize, &SparseRow)| row.iter().filter(|(j, _)| *j >= i).cloned().collect();
     let mut rows: Vec<BTreeMap<usize, Rational>> = matrix.iter().enumerate().map(upper).collect();
     let mut factors: Vec<SparseRow> = Vec::with_capacity(n);

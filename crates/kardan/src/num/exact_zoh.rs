@@ -1,4 +1,4 @@
-//! Sampling of exact systems to many digits: what is rounded once in the end.
+//! Sampling of exact systems to many digits, with one rounding in the end.
 
 use dashu_int::ops::BitTest;
 use dashu_int::{IBig, UBig};
@@ -7,13 +7,13 @@ use kardan_rt::functions::{exp2, log2};
 
 use super::{Matrix, ModularMatrix, Polynomial, PrimeField, Random, Rational, Scalar, random_prime};
 
-/// Binary digits that are kept, beyond those that halving and squaring cost.
+/// Binary digits of the result, in addition to those that halving and squaring cost.
 const DIGITS: usize = 320;
-/// Binary digits beyond these, for what each step cuts off.
+/// Binary digits in addition to these, for the truncation of each step.
 const GUARD: usize = 24;
-/// log₂ of the largest sum of sizes in a row of what is not taken as beyond all numbers.
+/// log₂ of the largest sum of sizes in a row that does not count as overflow.
 const LARGEST: f64 = 1000.0;
-/// Beyond this log₂ ‖A T‖ too many digits are lost.
+/// Above this log₂ ‖A T‖ too many digits are lost.
 const FASTEST: isize = 128;
 
 /// How many binary digits a number has before the point, negative behind it.
@@ -101,7 +101,7 @@ fn ending(a: &Matrix<Rational>, time: &Rational) -> Option<[Matrix<Rational>; 2]
 
 /// `[e^{AT}, ∫₀ᵀ e^{At} dt]` of an exact square matrix, to far more digits than those of a double; exact where the series ends.
 ///
-/// Method: the series over T/2ˢ, s doublings. `None` if the result is beyond all numbers.
+/// Method: the series over T/2ˢ, s doublings. `None` if the result overflows.
 ///
 /// ```
 /// use kardan::num::{Matrix, Rational, exact_zoh};
@@ -131,9 +131,9 @@ pub struct ExactZoh {
 }
 
 impl ExactZoh {
-    /// To so many binary digits in each step; `None` if the result is beyond all numbers.
+    /// To so many binary digits in each step; `None` if the result overflows.
     ///
-    /// Method: with S = A T/2ˢ, of norm 1/2 at most, `J = Σ Sᵏ/(k+1)!` and `E = S J = e^S − 1`; over twice the time they are `(E + 2) J` and
+    /// Method: with S = A T/2ˢ, of norm 1/2 at most, `J = Σ Sᵏ/(k+1)!` and `E = S J = e^S − 1`; over double the time they are `(E + 2) J` and
     /// `(E + 2) E`, so that no product with A loses digits.
     ///
     /// # Panics
@@ -243,7 +243,7 @@ mod tests {
         }
     }
 
-    /// A stiff one, and one that grows beyond all numbers.
+    /// A stiff one, and one that overflows.
     #[test]
     fn fast_decays_vanish_and_growth_beyond_numbers_is_reported() {
         let a = |x: i64| Matrix::from_fn(2, 2, |i, j| rational([[x, 1], [0, -1]][i][j], 1));
@@ -259,7 +259,7 @@ mod tests {
         }
     }
 
-    /// What few digits give is as near to what many give as its bound says, and not much nearer; twice the time is the square.
+    /// A result with few digits differs from one with many by at most its bound, and not by much less; double the time gives the square.
     #[test]
     fn errors_stay_within_their_bounds() {
         let mut random = Random::new(4);
@@ -289,7 +289,7 @@ mod tests {
         }
     }
 
-    /// Powers that end are summed up exactly, whatever stands where.
+    /// Nilpotent powers are summed up exactly, for any place of the entries.
     #[test]
     fn series_that_end_are_exact() {
         // S N S⁻¹ with N³ = 0.

@@ -62,10 +62,10 @@ pub struct Discretised {
     pub b: Matrix<f64>,
 }
 
-/// The exact sampled form of `ẋ = A x + B u` whose inputs are held over the sample time T in s (zero-order hold).
+/// The exact sampled form of `ẋ = A x + B u` whose inputs are constant over the sample time T in s (zero-order hold).
 ///
 /// Method: the exponential of `[A B; 0 0] T`, whose first rows are `[e^{AT}, ∫₀ᵀ e^{At} dt B]` (Van Loan 1978); A may be
-/// singular. States are balanced and columns of B scaled by powers of two, which rounds nothing. Errors as those of
+/// singular. States are balanced and columns of B scaled by powers of two, without rounding. Errors as those of
 /// [`exponential`].
 ///
 /// `None` if a number is not finite, T is not above zero, or the result overflows.

@@ -48,7 +48,7 @@ impl Float for f32 {
     }
 }
 
-/// The larger of two numbers; what is no number counts as larger than any, so that a maximum over numbers with one of these is none.
+/// The larger of two numbers; NaN counts as larger than any, so that a maximum over numbers with NaN is NaN.
 ///
 /// ```
 /// use kardan::num::max_or_nan;

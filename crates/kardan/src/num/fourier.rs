@@ -32,7 +32,7 @@ pub fn fourier(samples: &[f64]) -> Vec<[f64; 2]> {
         return Vec::new();
     }
     let length = (2 * n - 1).next_power_of_two();
-    // k² grows beyond what an angle resolves; exp(-πi k²/n) has the period 2n in k².
+    // k² becomes too large for the resolution of an angle; exp(-πi k²/n) has the period 2n in k².
     let chirp = |k: usize| rotation(-PI * ((k as u128 * k as u128) % (2 * n as u128)) as f64 / n as f64);
     let (mut a, mut b) = (vec![[0.0; 2]; length], vec![[0.0; 2]; length]);
     for (k, sample) in samples.iter().enumerate() {

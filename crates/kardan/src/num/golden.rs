@@ -1,4 +1,4 @@
-/// Steps of a search along a line.
+/// Steps of a line search.
 const LINE: usize = 40;
 
 /// Where a function is smallest between two places, if it has one minimum there (golden section).

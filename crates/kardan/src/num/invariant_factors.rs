@@ -4,14 +4,14 @@ use super::{ModularMatrix, Operator, PrimeField, Random, Residue, Span, recurren
 
 /// The non-trivial invariant factors of `sI − G`, each dividing the next, monic, coefficients of 1, s, s², …
 ///
-/// The vectors drawn decide about the time only, never about the answer:
+/// The random vectors affect the time only, never the result:
 ///
 /// - If a sequence `uᵀGᵏv` obeys no recurrence shorter than n, the recurrence of degree n is that of the characteristic
 ///   polynomial and there is one factor (the minimal polynomial has degree n).
 /// - Otherwise chains `v, Gv, G²v, …` fill the space one after the other. Chain k ends with
 ///   `f_k(G) v_k = Σ_{j<k} h_kj(G) v_j`. It is checked that f_k divides f_{k−1} and all h_kj: then the vectors
 ///   `v_k − Σ (h_kj/f_k)(G) v_j`, corrected in turn, generate the space as a direct sum of cyclic parts with annihilators
-///   `f_1, f_2, …`, so these are the invariant factors. Chains that fail (probability below n²/p) are drawn anew.
+///   `f_1, f_2, …`, so these are the invariant factors. Chains that fail (probability below n²/p) are drawn again.
 ///
 /// O(n³); O(n²) for a sparse matrix with one factor.
 pub fn invariant_factors(field: &PrimeField, g: &ModularMatrix, random: &mut Random) -> Vec<Vec<Residue>> {
@@ -123,7 +123,7 @@ mod tests {
         }
     }
 
-    /// The minor that a span keeps is the determinant; special chains are not taken for the answer.
+    /// The minor that a span stores is the determinant; special chains are not mistaken for the result.
     #[test]
     fn minors_and_defective_matrices() {
         let f = field();

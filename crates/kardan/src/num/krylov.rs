@@ -1,6 +1,6 @@
 use super::{ModularMatrix, PrimeField, Residue};
 
-/// A square matrix over a prime field for many products with vectors: rows with few entries are kept without their zeros.
+/// A square matrix over a prime field for many products with vectors: rows with few entries are stored without their zeros.
 #[derive(Debug, Clone)]
 pub struct Operator {
     rows: Vec<OperatorRow>,
@@ -69,12 +69,12 @@ impl Operator {
 
 /// The monic polynomial of least degree whose recurrence the sequence obeys, coefficients of 1, s, s², …
 ///
-/// It is determined by the sequence if that has at least twice as many terms as the degree (Berlekamp and Massey). Cost:
+/// It is determined by the sequence if that has at least two times as many terms as the degree (Berlekamp and Massey). Cost:
 /// length² / 2.
 pub fn recurrence(field: &PrimeField, sequence: &[Residue]) -> Vec<Residue> {
     let count = sequence.len();
     let backwards: Vec<Residue> = sequence.iter().rev().copied().collect();
-    // c_0 s_i + c_1 s_{i−1} + … = 0 for all i seen so far.
+    // c_0 s_i + c_1 s_{i−1} + … = 0 for all i so far.
     let mut current = vec![field.one()];
     let mut previous = current.clone();
     let (mut degree, mut gap, mut last) = (0, 1, field.one());

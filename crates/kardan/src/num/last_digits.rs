@@ -7,7 +7,7 @@ const DOUBLE: usize = 28;
 /// Part of its size within which a rounded number may be off: some units of the last digit of a double.
 const OFF: f64 = 8.0 * f64::EPSILON;
 
-/// Draws other numbers within the last digits of rounded ones: what is the same for all of them does not hang on rounding.
+/// Draws other numbers within the last digits of rounded ones: a result that is the same for all of them does not depend on rounding.
 #[derive(Debug, Clone)]
 pub struct LastDigits {
     random: Random,

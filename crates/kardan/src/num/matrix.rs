@@ -113,7 +113,7 @@ impl<S: Scalar> Matrix<S> {
     /// # Panics
     /// If the matrix is not square of the row's length.
     pub fn add_outer(&mut self, factor: &S, row: &[S]) {
-        assert!(self.rows == row.len() && self.columns == row.len(), "outer product of another size");
+        assert!(self.rows == row.len() && self.columns == row.len(), "outer product of a different size");
         for i in 0..row.len() {
             if row[i].is_zero() {
                 continue;

@@ -1,6 +1,6 @@
 //! Numbers and small dense matrices: the same code over `f64` (speed) and over exact rationals (certainty).
 //!
-//! Knows no mechanics. Structural decisions (rank, definiteness, which rows depend on which) are made here over
+//! Independent of mechanics. Structural decisions (rank, definiteness, which rows depend on which) are made here over
 //! [`Rational`]; floating point decides magnitudes only.
 
 mod at_zero;

@@ -14,7 +14,7 @@ pub struct NullVectors {
 
 /// The `count` right singular vectors of the smallest singular values (of columns beyond the number of rows: zero).
 ///
-/// For a defect known exactly they span the null space as well as floating point can tell it. Left null vectors are those
+/// For a defect known exactly they span the null space to floating-point accuracy. Left null vectors are those
 /// of the adjoint. Method: singular value decomposition (`faer`), O(n³). `None` if an entry is not finite, the iteration
 /// does not converge, or there are fewer than `count` columns.
 ///

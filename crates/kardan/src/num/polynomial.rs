@@ -52,7 +52,7 @@ impl Polynomial {
         self.coefficients.is_empty()
     }
 
-    /// The coefficient of `s^power`, zero beyond the degree.
+    /// The coefficient of `s^power`, zero above the degree.
     pub fn coefficient(&self, power: usize) -> Rational {
         self.coefficients.get(power).cloned().unwrap_or(Rational::ZERO)
     }
@@ -347,7 +347,7 @@ mod tests {
         assert_eq!(polynomial(&[5]).square_free(), []);
     }
 
-    /// Common factors come back whatever the sizes of the coefficients; also where a leading coefficient is the first prime.
+    /// Common factors are recovered for any sizes of the coefficients; also where a leading coefficient is the first prime.
     #[test]
     fn greatest_common_divisors_are_exact() {
         let half = Rational::from_parts(1.into(), 2u8.into());

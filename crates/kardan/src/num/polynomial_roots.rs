@@ -7,7 +7,7 @@ use super::{Polynomial, Rational, Scalar, nearby_fraction, roots};
 
 impl Polynomial {
     /// Splits off factors of degree one and two with rational coefficients that are found by way of the roots; each is
-    /// confirmed by an exact division. What is left comes last; it may factor further.
+    /// confirmed by an exact division. The rest comes last; it may factor further.
     ///
     /// # Panics
     /// If the polynomial is zero.
@@ -56,8 +56,8 @@ impl Polynomial {
     /// All roots, each as often as it is one, sorted by size, then imaginary part; conjugate and opposite roots are so to
     /// the last bit.
     ///
-    /// They are those of [`proven_roots`](Self::proven_roots); should its bounds not be enough, floating-point estimates stand
-    /// in for them. Decide nothing by these numbers: what is exact is said by exact tests of the polynomial.
+    /// They are those of [`proven_roots`](Self::proven_roots); if its bounds are not enough, floating-point estimates replace
+    /// them. Decide nothing by these numbers: use exact tests of the polynomial for exact statements.
     ///
     /// ```
     /// use kardan::num::{Polynomial, Rational};
@@ -74,11 +74,11 @@ impl Polynomial {
     /// The same, or `None` where the roots could not be isolated with 65536 bits.
     ///
     /// Real and imaginary part of each root are off by less than 0.51 units in the last place. A part is zero if and only if
-    /// it is exactly zero, so that the signs are right; what lies beyond the range of doubles is their largest or smallest
+    /// it is exactly zero, so that the signs are right; what lies outside the range of doubles is their largest or smallest
     /// number.
     ///
     /// Method: square-free parts; simultaneous iteration with as many bits as it takes until discs around the iterates, their
-    /// radii rounded up, hold one root each; Newton's method within each. Cost about degree² operations with 128 bits, more
+    /// radii rounded up, contain one root each; Newton's method within each. Cost about degree² operations with 128 bits, more
     /// where roots are close to each other.
     ///
     /// # Panics

@@ -10,7 +10,7 @@ use super::{Polynomial, Scalar};
 const DIGITS: usize = 60;
 /// Binary digits of places within such an interval.
 const PLACES: usize = 64;
-/// Where the second look is, in halvings of the interval.
+/// Where the second evaluation is, in halvings of the interval.
 const BEHIND: usize = 10;
 
 /// A polynomial on an interval, `p(2^exponent (at + x))` with x from 0 to 1, times a power of two.
@@ -20,7 +20,7 @@ struct Piece {
     exponent: i64,
 }
 
-/// What is still to be looked at.
+/// The open intervals.
 enum Open {
     Interval(Piece),
     Root(f64),
@@ -30,7 +30,7 @@ impl Polynomial {
     /// The different positive real roots, ascending, each off by some units in the last place; roots that are closer to each other come as one.
     ///
     /// Method: intervals are halved until the signs of the coefficients of `(1 + x)ⁿ p(1/(1 + x))` change at most once (Descartes' rule, Vincent's theorem):
-    /// then there is no root or one, which the rule of false position finds. All of it is exact. An interval that is not decided within 60 digits holds roots
+    /// then there is no root or one, which the rule of false position finds. All of it is exact. An interval that is not decided within 60 digits contains roots
     /// next to each other, or two that just miss the axis.
     ///
     /// ```
@@ -115,7 +115,7 @@ impl Piece {
         coefficients.zip(1..).fold(last, |sum, (c, k)| sum * &m + (c << (PLACES * k)))
     }
 
-    /// The only root within, by the rule of false position with a second look just behind each place, and by halving now and then.
+    /// The only root in an interval, by the rule of false position with a second evaluation just behind each point, and by occasional halving.
     fn root(&self) -> f64 {
         let [mut low, mut high] = [0, 1u128 << PLACES];
         let [mut at_low, mut at_high] = [low, high].map(|m| self.value(m));
@@ -178,7 +178,7 @@ mod tests {
     use super::*;
     use crate::num::{Random, Rational};
 
-    /// The same as all roots tell, for roots of every size, next to each other, at ends of intervals, and pairs next to the axis.
+    /// The same result as from all roots, for roots of every size, next to each other, at ends of intervals, and pairs next to the axis.
     #[test]
     fn they_are_those_among_all_roots() {
         let mut random = Random::new(3);

@@ -7,10 +7,10 @@ use kardan_rt::functions::{cos, ln};
 
 use super::Rational;
 
-/// The whole numbers modulo a prime below 2⁶¹, for structure that holds modulo almost every prime.
+/// The whole numbers modulo a prime below 2⁶¹, for structure that is the same modulo almost every prime.
 ///
 /// A minor that does not vanish modulo one prime does not vanish: full rank here is a proof. The opposite needs more
-/// (see `analysis`). Elements are kept as `x · 2⁶⁴ mod p` (Montgomery), so that a product costs no division.
+/// (see `analysis`). Elements are stored as `x · 2⁶⁴ mod p` (Montgomery), so that a product costs no division.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PrimeField {
     prime: u64,
@@ -176,7 +176,7 @@ impl PrimeField {
     }
 }
 
-/// A generator of numbers that look random (SplitMix64), the same for the same seed.
+/// A generator of pseudo-random numbers (SplitMix64), the same for the same seed.
 #[derive(Debug, Clone)]
 pub struct Random(u64);
 
@@ -199,12 +199,12 @@ impl Random {
     /// Where sums of bytes begin.
     pub const FNV: u64 = 0xcbf2_9ce4_8422_2325;
 
-    /// A sum of bytes that goes on from another one (Fowler, Noll, Vo: FNV-1a).
+    /// A hash of bytes that continues another one (Fowler, Noll, Vo: FNV-1a).
     pub fn fnv(start: u64, bytes: &[u8]) -> u64 {
         bytes.iter().fold(start, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3))
     }
 
-    /// Where it stands in its sequence.
+    /// Its position in its sequence.
     pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         archive.word(&mut self.0);
     }
@@ -249,10 +249,10 @@ impl Random {
     }
 }
 
-/// Primes between 2⁶⁰ and 2⁶¹, each uniform up to the lengths of prime gaps, none of them twice.
+/// Primes between 2⁶⁰ and 2⁶¹, each uniform up to the lengths of prime gaps, without repetition.
 ///
-/// What a computation modulo a prime says may be wrong for a few primes only. Who knows the primes before can write a
-/// system for which they are among those: where luck matters, take [`unforeseen`](Self::unforeseen) ones.
+/// The result of a computation modulo a prime is wrong for a few primes at most. Who knows the primes in advance can write a
+/// system for which they are among those: where chance matters, take [`unforeseen`](Self::unforeseen) ones.
 ///
 /// ```
 /// use kardan::num::{Primes, is_prime};
@@ -270,7 +270,7 @@ pub struct Primes {
 }
 
 impl Primes {
-    /// The same for the same seed: for what is proven afterwards whatever the primes are.
+    /// The same for the same seed: for results that are proven afterwards for any primes.
     pub fn new(seed: u64) -> Self {
         Self { random: Random::new(seed), used: HashSet::new(), queued: VecDeque::new() }
     }
@@ -384,7 +384,7 @@ mod tests {
         }
     }
 
-    /// A prime that comes again is passed over: the remainders modulo equal primes say nothing new.
+    /// A repeated prime is skipped: the remainders modulo equal primes give no new information.
     #[test]
     fn primes_are_distinct() {
         let first: Vec<u64> = Primes::new(3).take(4).collect();

@@ -1,10 +1,10 @@
-//! What a matrix makes of vectors over a prime field: spans, reachable subspaces, quotients.
+//! Krylov spaces over a prime field: spans, reachable subspaces, quotients.
 
 use super::{ModularMatrix, Operator, PrimeField, Residue};
 
 /// A growing subspace with a basis in echelon form.
 ///
-/// Every basis vector remembers how it was made of the vectors of the current chain (see [`Span::insert`]).
+/// Every basis vector stores its combination of the vectors of the current chain (see [`Span::insert`]).
 #[derive(Debug, Clone, Default)]
 pub struct Span {
     /// The basis vectors as columns: `coordinates[i][k]` is entry i of vector k. Sums over vectors run through memory in
@@ -40,9 +40,9 @@ impl Span {
         if self.coordinates.is_empty() {
             self.coordinates = vec![Vec::new(); vector.len()];
         }
-        assert_eq!(self.coordinates.len(), vector.len(), "a vector of another length");
+        assert_eq!(self.coordinates.len(), vector.len(), "a vector of a different length");
         // How often each basis vector is contained: triangular, as a vector has zeros at the pivots of those before it. Where
-        // nothing is contained yet, nothing is to be summed (vectors of a chain of integrators are units).
+        // none is contained yet, there is no sum (vectors of a chain of integrators are units).
         let mut factors: Vec<Residue> = Vec::with_capacity(self.dimension());
         let mut first = self.dimension();
         for (k, &pivot) in self.pivots.iter().enumerate() {
@@ -168,7 +168,7 @@ mod tests {
         PrimeField::new(random_prime(&mut Random::new(1)))
     }
 
-    /// The reachable part of a double chain with one input, and what is left of it.
+    /// The reachable part of a double chain with one input, and its quotient.
     #[test]
     fn the_quotient_is_what_is_not_reached() {
         let f = field();

@@ -10,7 +10,7 @@ pub struct Reconstruction {
 }
 
 impl Reconstruction {
-    /// Nothing is known yet.
+    /// No image is known yet.
     pub fn new() -> Self {
         Self { modulus: UBig::ONE, residues: Vec::new() }
     }
@@ -23,7 +23,7 @@ impl Reconstruction {
         if self.residues.is_empty() {
             self.residues = vec![UBig::ZERO; images.len()];
         }
-        assert_eq!(self.residues.len(), images.len(), "another number of images than before");
+        assert_eq!(self.residues.len(), images.len(), "a different number of images than before");
         let field = super::PrimeField::new(prime);
         let p = UBig::from(prime);
         let low = |x: &UBig| field.element(u64::try_from(x % &p).unwrap_or_default());
@@ -114,7 +114,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// A fraction comes back from its images.
+        /// A fraction is reconstructed from its images.
         #[test]
         fn fractions_come_back(n in any::<i128>(), d in 1u128..u128::MAX, seed in any::<u64>()) {
             let value = Rational::from_parts(IBig::from(n), UBig::from(d));
@@ -140,7 +140,7 @@ mod tests {
         assert_eq!(all.integers(), values.map(IBig::from));
     }
 
-    /// One wrong image does not keep a small fraction from being found; it is told from the right ones.
+    /// One wrong image does not prevent finding a small fraction; it is distinguished from the right ones.
     #[test]
     fn wrong_images_are_distinguished() {
         let value = Rational::from_parts(5.into(), 7u32.into());

@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 use super::{Polynomial, Rational, Scalar};
 
-/// The roots of a polynomial beside the imaginary axis, each as often as it is one.
+/// The roots of a polynomial on each side of the imaginary axis, with multiplicity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RootSides {
     /// How many lie left of the axis.
@@ -19,9 +19,9 @@ pub struct RootSides {
 
 /// Counts the roots on each side of the imaginary axis, exactly.
 ///
-/// Method: what `p(s)` and `p(−s)` have in common, `sᵏ q(s²)`, holds all roots that lie symmetrically to the origin, those on the axis
+/// Method: the common factor of `p(s)` and `p(−s)`, `sᵏ q(s²)`, has all roots that lie symmetrically to the origin, those on the axis
 /// among them: k and the negative roots of q, which Sturm's chain counts. The others follow from the Cauchy index of
-/// `p(jω)` (Hermite, Hurwitz), to which symmetric roots add nothing.
+/// `p(jω)` (Hermite, Hurwitz), to which symmetric roots do not contribute.
 ///
 /// ```
 /// use kardan::num::{Polynomial, Rational, root_sides};
@@ -103,7 +103,7 @@ fn left_minus_right(polynomial: &Polynomial) -> isize {
         Polynomial::new(polynomial.coefficients().iter().enumerate().map(entry).collect())
     };
     let degree = polynomial.degree();
-    // The part with the highest power stands below; a turn to the left by half a turn counts one.
+    // The part with the highest power is the denominator; half a turn to the left counts one.
     let index = cauchy_index(part(degree % 2), part(1 - degree % 2));
     if degree % 2 == 1 { index } else { -index }
 }

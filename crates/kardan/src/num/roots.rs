@@ -7,7 +7,7 @@ use kardan_rt::functions::{cos, exp2, log2, sin};
 use super::wide::{Point, Size, Wide, nearest};
 use super::{Matrix, Polynomial, Rational, eigenvalues};
 
-/// Bits that the search begins with, and those beyond which it gives up.
+/// Bits with which the search begins, and the most bits before it gives up.
 const BITS: [usize; 2] = [128, 1 << 16];
 /// Most rounds of the simultaneous iteration for one set of starting points.
 const ROUNDS: usize = 2000;
@@ -40,14 +40,14 @@ pub(super) fn roots(whole: &[IBig]) -> Option<Vec<(f64, f64)>> {
     Some(out)
 }
 
-/// The roots in plain floating point: what is left where [`roots`] gives up.
+/// The roots in plain floating point: the fallback where [`roots`] gives up.
 pub(super) fn estimates(whole: &[IBig]) -> Vec<(f64, f64)> {
     let part = |x: f64, exponent: i64| nearest(&IBig::from((x * (1i64 << 60) as f64) as i64), exponent - 60);
     let points = Scaled::new(whole).starts(0);
     points.into_iter().map(|z| (part(z.re, z.exponent), part(z.im, z.exponent))).collect()
 }
 
-/// Isolates and refines all roots; `put` makes of each real one and each one above the real axis what is returned.
+/// Isolates and refines all roots; `put` converts each real one and each one above the real axis to the result.
 fn upper_half(whole: &[IBig], both: bool, put: impl Fn(&Point) -> Vec<(f64, f64)>) -> Option<Vec<(f64, f64)>> {
     let polynomial = Scaled::new(whole);
     let discs = (0..3).find_map(|attempt| polynomial.isolated(attempt))?;
@@ -62,7 +62,7 @@ fn upper_half(whole: &[IBig], both: bool, put: impl Fn(&Point) -> Vec<(f64, f64)
     Some(out)
 }
 
-/// A root of its own, with its conjugate.
+/// A single root, with its conjugate.
 fn both_of_pair(z: &Point) -> Vec<(f64, f64)> {
     let (re, im) = (nearest(&z.x, z.exponent), nearest(&z.y, z.exponent));
     if im == 0.0 { vec![(re, im)] } else { vec![(re, im), (re, -im)] }
@@ -120,7 +120,7 @@ impl Value {
     }
 }
 
-/// Holds one root.
+/// Contains one root.
 struct Disc {
     centre: Point,
     radius: Size,
@@ -177,10 +177,10 @@ impl Scaled {
         Value { value, error }
     }
 
-    /// Discs that hold one root each, and are so far from each other that Newton's method converges in each of them.
+    /// Discs that contain one root each, and are so far from each other that Newton's method converges in each of them.
     ///
     /// Method: the simultaneous iteration of Ehrlich and Aberth with as many bits as it takes. The discs around zᵢ with the
-    /// radii `n |p(zᵢ) / (a_n Π (zᵢ − z_j))|` hold as many roots as there are discs in each connected part (Smith 1970); the
+    /// radii `n |p(zᵢ) / (a_n Π (zᵢ − z_j))|` contain as many roots as there are discs in each connected part (Smith 1970); the
     /// radii are rounded up, with the errors of p(zᵢ).
     fn isolated(&self, attempt: usize) -> Option<Vec<Disc>> {
         let n = self.degree();
@@ -368,7 +368,7 @@ fn stepped(z: &Point, step: Wide, bits: usize) -> Point {
     out
 }
 
-/// What one point sees of the others.
+/// The effect of the other points on one.
 struct Surroundings {
     /// `Π |zᵢ − z_j|`, at most a millionth too large.
     product: Size,

@@ -4,7 +4,7 @@ use dashu_ratio::RBig;
 /// An exact fraction of whole numbers of any size.
 pub type Rational = RBig;
 
-/// What the matrix code needs of a number.
+/// The operations that the matrix code needs of a number.
 ///
 /// Implemented by `f64` and [`Rational`]. `Clone` is by value because a rational owns memory.
 pub trait Scalar: Clone + PartialEq + std::fmt::Debug {

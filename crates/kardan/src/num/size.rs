@@ -1,4 +1,4 @@
-//! Lengths whose squares are beyond floating point, and roundings to one side.
+//! Lengths whose squares overflow floating point, and roundings to one side.
 
 use dashu_int::UBig;
 use dashu_int::ops::BitTest;

@@ -1,7 +1,7 @@
-//! Numbers of something that runs, taken out and put back bit for bit.
+//! Save and restore of the numbers of a running block or machine, bit for bit.
 
-/// Goes through the numbers of something that runs, always in the same order: takes them out, or puts others in their place. So one
-/// list of what is to be kept serves both ways.
+/// Visits the numbers of a running block or machine, always in the same order: reads them out, or replaces them. So one
+/// list of the state serves for saving and restoring.
 ///
 /// ```
 /// use kardan::num::StateArchive;
@@ -38,12 +38,12 @@ impl<'a> StateArchive<'a> {
         Self(Way::Taking(Vec::new()))
     }
 
-    /// Puts numbers back that were taken out.
+    /// Restores saved numbers.
     pub fn putting(data: &'a [u64]) -> Self {
         Self(Way::Putting(data, true))
     }
 
-    /// What was taken out; nothing, if numbers were put back.
+    /// The numbers read out; empty, if numbers were restored.
     pub fn data(self) -> Vec<u64> {
         match self.0 {
             Way::Taking(data) => data,

@@ -8,8 +8,8 @@ pub type SparseRow = Vec<(usize, Rational)>;
 /// The reduced row echelon form of a sparse matrix.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SparseEchelon {
-    /// Each pivot column with the other entries of its row: `x_pivot + Σ entry · x_column = 0` on the kernel. No entry
-    /// stands in a pivot column.
+    /// Each pivot column with the other entries of its row: `x_pivot + Σ entry · x_column = 0` on the kernel. No entry is
+    /// in a pivot column.
     pub rows: BTreeMap<usize, SparseRow>,
 }
 

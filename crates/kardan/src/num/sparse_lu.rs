@@ -39,7 +39,7 @@ impl Field for c64 {
 ///
 /// Pivots are taken from the diagonal, always where the fewest numbers change (Markowitz 1957), and never where the diagonal has no number
 /// yet. So the factors of a chain or a tree take memory and time in proportion to its length, and the same places
-/// always give the same order. No row is exchanged for the size of its numbers: a pivot that cancels is told when numbers are factored.
+/// always give the same order. No row is exchanged for the size of its numbers: a pivot that cancels is reported when numbers are factored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SparseOrder {
     /// The row (and column) of each pivot.

@@ -1,5 +1,5 @@
-//! Floating point with an exponent that does not overflow, and complex numbers of any precision: what the isolation of roots
-//! reckons with.
+//! Floating point with an exponent that does not overflow, and complex numbers of any precision, for the isolation of
+//! roots.
 
 use dashu_int::ops::BitTest;
 use dashu_int::{IBig, UBig};

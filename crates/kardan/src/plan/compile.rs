@@ -107,7 +107,7 @@ impl Domain for Builder {
     }
 }
 
-/// Compiles the outputs wanted as functions of the inputs, in both orders given.
+/// Compiles the requested outputs as functions of the inputs, in both orders given.
 ///
 /// # Errors
 /// The name of a symbol that an output depends on and that is no input.
@@ -154,7 +154,7 @@ fn uses(operations: &[Operation], outputs: &[Value]) -> Vec<usize> {
     uses
 }
 
-/// Puts products that only one sum uses into it; the bits stay, as both are rounded one after the other.
+/// Fuses products that only one sum uses into it; the bits stay, as both are rounded one after the other.
 fn fuse(operations: &mut [Operation], outputs: &[Value]) {
     let uses = uses(operations, outputs);
     for k in 0..operations.len() {
@@ -232,7 +232,7 @@ fn in_runs(operations: &[Operation], needed: &[bool]) -> (Vec<Run>, Vec<u32>) {
     (runs, order)
 }
 
-/// Orders the operations, and gives all values their places: inputs, constants in the order of their use, results.
+/// Orders the operations, and assigns indices to all values: inputs, constants in the order of their use, results.
 fn schedule(builder: &Builder, outputs: &[Value], plan: &mut Plan) {
     let (runs, order) = in_runs(&builder.operations, &needed(&builder.operations, outputs));
     let order: Vec<(u32, &Operation)> = order.into_iter().map(|k| (k, &builder.operations[k as usize])).collect();

@@ -1,4 +1,4 @@
-//! Where a value that is no finite number comes from.
+//! The origin of a value that is not finite.
 
 use std::collections::BTreeMap;
 
@@ -7,12 +7,12 @@ use kardan_rt::{Operator, Run};
 use super::Plan;
 use super::operators::word;
 
-/// Operations within each other that are written out; what lies deeper is written as its value.
+/// Nesting depth of operations that are written out; deeper ones are written as their value.
 const DEPTH: usize = 3;
 
 impl Plan {
-    /// The first operation whose operands are finite and whose result is not, at the values of a memory, in words: the operation with what it is
-    /// made of, and its operands' values. `None` where all results are finite or an input is not.
+    /// The first operation with finite operands and a result that is not finite, at the values of a memory, as text:
+    /// the operation as a formula, and its operands' values. `None` where all results are finite or an input is not.
     ///
     /// ```
     /// use kardan::expr::Graph;
@@ -40,12 +40,12 @@ impl Plan {
         Some(format!("{named}{numbers} is {}", memory[*place as usize]))
     }
 
-    /// An output as it is computed, a few operations deep; what lies deeper is written as its value in a memory.
+    /// An output as a formula, a few operations deep; deeper operations are written as their value in a memory.
     pub fn formatted(&self, output: usize, memory: &[f64]) -> String {
         Writing { plan: self, memory, results: &self.results() }.infix(self.place(output) as u32, DEPTH)
     }
 
-    /// What every place behind inputs and constants is the result of.
+    /// The operation that computes each index behind inputs and constants.
     fn results(&self) -> BTreeMap<u32, Origin<'_>> {
         let mut first = (self.inputs.len() + self.constants.len()) as u32;
         let (mut results, mut operands) = (BTreeMap::new(), self.operands.as_slice());
@@ -80,7 +80,7 @@ struct Writing<'a> {
 }
 
 impl Writing<'_> {
-    /// A value as it is computed, so many operations deep.
+    /// A value as a formula, `depth` operations deep.
     fn infix(&self, place: u32, depth: usize) -> String {
         match (self.plan.inputs.get(place as usize), self.results.get(&place)) {
             (Some(input), _) if depth > 0 => input.clone(),
@@ -89,10 +89,10 @@ impl Writing<'_> {
         }
     }
 
-    /// An operation with operands that are so many operations deep.
+    /// An operation whose operands are `depth` operations deep.
     fn operation(&self, result: &Origin<'_>, depth: usize) -> String {
         let inner = |k: usize| self.infix(result.operands[k], depth);
-        // What is no single word or call stands in parentheses.
+        // A term that is not a single word or call is in parentheses.
         let part = |k: usize| {
             let text = inner(k);
             let word = |text: &str| text.chars().all(|c| c.is_alphanumeric() || c == '.' || c == '_');

@@ -1,7 +1,7 @@
 //! Plans: expressions compiled to straight-line lists of operations, which `kardan_rt::Plan` runs.
 //!
-//! Equal operations are one, what no output needs is not there, constants are folded exactly and rounded once. The same expressions
-//! give the same plan, byte for byte.
+//! Equal operations are computed once, operations that no output needs are removed, constants are folded exactly and
+//! rounded once. The same expressions give the same plan, byte for byte.
 
 mod compile;
 mod explain;
@@ -51,7 +51,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// What runs.
+    /// The executable plan.
     pub fn block(&self) -> kardan_rt::Plan<'_, f64> {
         self.block_of(&self.constants, &self.numbers)
     }
@@ -62,9 +62,10 @@ impl Plan {
         kardan_rt::Plan { inputs: self.inputs.len(), constants, runs, operands, outputs: places, tables, numbers }
     }
 
-    /// What a program keeps of it, as rows by name, with constants and numbers of its tables as they are in a precision: `plan_constants`,
-    /// `plan_runs` (number of the operator in the order of [`kardan_rt::Operator`], operations), `plan_operands` (places in the memory),
-    /// `plan_outputs`, `plan_tables` (first number, pieces, terms), `plan_numbers`.
+    /// The data of it that a program stores, as rows by name, with constants and numbers of its tables in a given
+    /// precision: `plan_constants`, `plan_runs` (number of the operator in the order of [`kardan_rt::Operator`],
+    /// operations), `plan_operands` (indices into the memory), `plan_outputs`, `plan_tables` (first number, pieces,
+    /// terms), `plan_numbers`.
     pub fn rows(&self, constants: &[f64], numbers: &[f64]) -> [(&'static str, Vec<Vec<f64>>); 6] {
         let places = |list: &[u32]| list.iter().map(|place| vec![f64::from(*place)]).collect();
         let list = |list: &[f64]| list.iter().map(|x| vec![*x]).collect();
@@ -103,7 +104,7 @@ impl Plan {
         self.places[output] as usize
     }
 
-    /// How many operations of each kind there are, a fused product and sum counted as one.
+    /// The number of operations of each kind, a fused product and sum counted as one.
     pub fn counts(&self) -> Vec<(Operator, usize)> {
         let mut counts: Vec<(Operator, usize)> = Vec::new();
         for run in &self.runs {
@@ -116,7 +117,7 @@ impl Plan {
         counts
     }
 
-    /// How many operations there are.
+    /// The number of operations.
     pub fn operations(&self) -> usize {
         self.runs.iter().map(|run| run.count).sum()
     }

@@ -1,4 +1,4 @@
-//! What has kinks in series: one smooth piece of it, as long as what tells the piece keeps its sign.
+//! Operations with kinks in series: one smooth piece, valid as long as the deciding value does not change sign.
 
 use kardan_native::Step;
 use kardan_rt::{Operator, Table};
@@ -8,15 +8,15 @@ use super::Plan;
 /// Parts of two values that are the same but for rounding.
 const SAME: f64 = 1e-12;
 
-/// A value of smooth pieces. Numbers are places among the values of an order.
+/// A value of smooth pieces. Numbers are indices into the values of an order.
 #[derive(Debug, Clone)]
 enum Kink {
-    /// One of two values, told by whether the first of two is below the second.
+    /// One of two values, selected by whether the first of two is below the second.
     Pair { than: [usize; 2], values: [usize; 2], sign: usize },
     /// A value times the sign of it.
     Size { value: usize, sign: usize },
-    /// A polynomial between two knots of a table. From `first` on: the coefficients, constant first, the origin, what the argument is behind it, and
-    /// what Horner's rule has of the order before.
+    /// A polynomial between two knots of a table. From `first` on: the coefficients, constant first, the origin, the
+    /// argument minus the origin, and the intermediate values of Horner's rule of the previous order.
     Table { value: usize, table: Table, first: usize, piece: usize },
 }
 
@@ -26,7 +26,7 @@ pub(super) struct Pieces {
     kinks: Vec<Kink>,
     /// The tables' numbers.
     numbers: Vec<f64>,
-    /// Which of them begin where two pieces meet: what tells them apart has vanished in all orders found so far.
+    /// Which of them begin where two pieces meet: the deciding value vanishes in all orders computed so far.
     open: Vec<usize>,
     /// Whether one of them begins with a jump, which its values do not know of.
     jumps: bool,
@@ -37,7 +37,8 @@ impl Pieces {
         Self { numbers: plan.numbers.clone(), ..Self::default() }
     }
 
-    /// Writes the steps of an operation that has kinks; `free` is the first place that no value has, given back behind what it took.
+    /// Writes the steps of an operation that has kinks; `free` is the first unused index, returned behind the used
+    /// ones.
     pub fn write(
         &mut self,
         plan: &Plan,
@@ -61,7 +62,7 @@ impl Pieces {
                 let (origin, behind) = (first + terms, first + terms + 1);
                 free += 2 * terms.max(1) + 1;
                 steps.push(step(Operator::Subtract, false, behind, [value, origin, 0], 0));
-                // Horner's rule; behind the argument there is a place for each value of it but the last.
+                // Horner's rule; behind the argument there is an index for each value of it but the last.
                 for j in (0..terms.saturating_sub(1)).rev() {
                     let (highest, own) = (j + 2 == terms, if j == 0 { out } else { behind + j });
                     let before = if highest { first + j + 1 } else { behind + j + 1 };
@@ -87,7 +88,7 @@ impl Pieces {
         Some(free)
     }
 
-    /// Which piece each has at the values of order 0: where two meet, the one that the plan takes there, for now.
+    /// The piece of each at the values of order 0: where two meet, at first the one that the plan takes there.
     pub fn begin(&mut self, memory: &mut [f64]) {
         let Self { kinks, numbers, open, jumps } = self;
         open.clear();
@@ -115,14 +116,14 @@ impl Pieces {
         }
     }
 
-    /// Decides which way those go that begin where two pieces meet, as far as the coefficients of an order tell. True where one takes another
-    /// piece, with which that order is to be found again.
+    /// Chooses the piece of operations that begin where two pieces meet, as far as the coefficients of an order decide
+    /// it. True where one changes to another piece; that order is then to be computed again.
     pub fn decide(&mut self, memory: &mut [f64], width: usize, k: usize) -> bool {
         let mut changed = false;
         let Self { kinks, numbers, open, jumps } = self;
         open.retain(|kink| {
             if changed {
-                // It may be of what is to be found again.
+                // It may depend on values that are to be computed again.
                 return true;
             }
             let change = match &mut kinks[*kink] {
@@ -134,7 +135,7 @@ impl Pieces {
                     let chosen = if a < b { -1.0 } else { 1.0 };
                     let change = memory[*sign] != chosen;
                     memory[*sign] = chosen;
-                    // Orders before were found with the other value.
+                    // Lower orders were computed with the other value.
                     let apart = |order: usize| {
                         let [a, b] = values.map(|place| memory[order * width + place]);
                         (a - b).abs() > SAME * (a.abs() + b.abs())
@@ -179,7 +180,8 @@ impl Pieces {
         self.jumps
     }
 
-    /// What tells the pieces, as long as it stays positive: places of two values, the second taken from the first, with a sign; and what is added.
+    /// The value that decides the piece, which is valid as long as it stays positive: indices of two values, the second
+    /// subtracted from the first, with a sign; and a constant added.
     pub fn margins<'a>(&'a self, memory: &'a [f64]) -> impl Iterator<Item = (usize, Option<usize>, f64, f64)> + 'a {
         self.kinks.iter().flat_map(move |kink| {
             let margins = match kink {
@@ -211,7 +213,7 @@ fn at_piece(table: &Table, numbers: &[f64], piece: usize, x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |value, coefficient| value * (x - origin) + coefficient)
 }
 
-/// Puts the values of order 0 of a piece where the steps of a table read them.
+/// Writes the values of order 0 of a piece to the indices that the steps of a table read.
 fn put_piece(table: &Table, numbers: &[f64], (first, piece): (usize, usize), x: f64, memory: &mut [f64]) {
     let (origin, coefficients) = piece_of(table, numbers, piece);
     let (terms, behind) = (table.terms, x - origin);

@@ -1,9 +1,11 @@
-//! What a step of an integrator resolves of a plan: how far the arguments of its operations move, and what operations can do that it has not sampled.
+//! Resolution of an integrator step: how far the arguments of operations move, and what operations can do between
+//! samples.
 //!
-//! An operation that is no polynomial changes its character on a scale of its own: `exp a` when a moves by one, `sin a` by a radian, `1/a` and `√a` when
-//! a changes by a part of itself. A step over which no argument moves by more than that resolves all of them: its series, or its stages, see what
-//! they do. A longer one may pass a pulse whole. Then intervals tell: the ranges of all values while the inputs move, and from these what the operations
-//! that are not resolved can make of each output at most.
+//! A nonpolynomial operation changes its character on a scale of its own: `exp a` when a moves by one, `sin a` by a
+//! radian, `1/a` and `√a` when a changes by a fraction of itself. A step over which no argument moves by more than that
+//! resolves all of them: its series, or its stages, sample their behaviour. A longer step may miss a whole pulse. Then
+//! interval arithmetic decides: the ranges of all values while the inputs move, and from these the largest effect of
+//! unresolved operations on each output.
 
 use kardan_rt::{Operator, Table};
 
@@ -15,11 +17,11 @@ const WIDE: f64 = 0.5;
 /// Part of a value that outward rounding makes of it.
 const ROUNDING: f64 = 1e-14;
 
-/// An operation of a plan that something wanted depends on, and that varies.
+/// An operation of a plan that a requested output depends on, and that varies.
 #[derive(Debug, Clone)]
 struct Operation {
     operator: Operator,
-    /// Places of its operands; of [`Operator::Table`] the first is the table's number.
+    /// Indices of its operands; of [`Operator::Table`] the first is the table's number.
     operands: [usize; 4],
     /// Where its value is, and of [`Operator::SineCosine`] the cosine.
     out: [usize; 2],
@@ -49,7 +51,8 @@ impl Operation {
         )
     }
 
-    /// How far its arguments move, in scales; `extent` gives of a place how large its value is and how far it moves. More than 1 is not resolved.
+    /// How far its arguments move, in scales; `extent` returns for an index the size of its value and how far it moves.
+    /// More than 1 is not resolved.
     fn moved(&self, extent: impl Fn(usize) -> (f64, f64)) -> f64 {
         let of = |k: usize| extent(self.operands[k]);
         let part = |size: f64, moved: f64| if moved == 0.0 { 0.0 } else { moved / size };
@@ -102,13 +105,14 @@ pub struct Resolution {
     scaled: Vec<usize>,
     tables: Vec<Table>,
     numbers: Vec<f64>,
-    /// Of each value its range, and the range of what operations that are not resolved can make of it, where they reach it.
+    /// The range of each value, and the range of the unresolved operations' contribution to it, where they reach it.
     ranges: Vec<Interval>,
     effects: Vec<Option<Interval>>,
 }
 
 impl Resolution {
-    /// Of the values at some places of a plan's memory and of what they need; `steady` tells which inputs do not change.
+    /// For the values at some indices of a plan's memory and their operands; `steady` returns which inputs do not
+    /// change.
     pub fn new(plan: &Plan, outputs: &[usize], steady: impl Fn(usize) -> bool) -> Self {
         let needed = super::series::needed(plan, outputs);
         let (inputs, constants, values) = (plan.inputs.len(), plan.constants.len(), plan.block().memory());
@@ -148,12 +152,12 @@ impl Resolution {
         }
     }
 
-    /// Whether no operation has a scale: polynomials between places where they have kinks.
+    /// Whether no operation has a scale: polynomials between kinks.
     pub fn is_empty(&self) -> bool {
         self.scaled.is_empty()
     }
 
-    /// Places of the arguments of operations that have a scale.
+    /// Indices of the arguments of operations that have a scale.
     pub fn arguments(&self) -> impl Iterator<Item = usize> + '_ {
         self.scaled.iter().flat_map(|k| {
             let operation = &self.operations[*k];
@@ -162,16 +166,16 @@ impl Resolution {
         })
     }
 
-    /// How far arguments move at most, in the scales of their operations: of more than 1 a step may pass something unseen. `extent` gives of a place of
-    /// the plan's memory how large its value is and how far it moves.
+    /// The largest movement of arguments, in the scales of their operations: with more than 1 a step may miss an event.
+    /// `extent` returns for an index of the plan's memory the size of its value and how far it moves.
     pub fn moved(&self, extent: impl Fn(usize) -> (f64, f64)) -> f64 {
         let all = self.scaled.iter().map(|k| self.operations[*k].moved(&extent));
-        // What is no number is far away.
+        // NaN counts as far away.
         all.fold(0.0, |most: f64, moved| if moved <= most { most } else { moved })
     }
 
-    /// Finds the ranges of all values while the inputs move within theirs. Operations that are not resolved may take any value of their range,
-    /// all others are as `values` of the plan say. True where all are resolved.
+    /// Computes the ranges of all values while the inputs move within theirs. Unresolved operations may take any value
+    /// of their range, all others take the value in `values` of the plan. True where all are resolved.
     pub fn find(&mut self, inputs: &[Interval], values: &[f64]) -> bool {
         let Self { operations, tables, numbers, ranges, effects, .. } = self;
         effects.fill(None);
@@ -200,7 +204,7 @@ impl Resolution {
         resolved
     }
 
-    /// By how much the value at a place can differ from what it was given as, by operations that are not resolved.
+    /// The largest difference between the value at an index and its given value that unresolved operations can cause.
     pub fn effect(&self, place: usize, values: &[f64]) -> f64 {
         let value = values[place];
         let apart = self.effects[place].map_or(0.0, |effect| (effect.high - value).max(value - effect.low));

@@ -1,7 +1,8 @@
 //! Taylor series of all values of a plan, coefficient by coefficient.
 //!
-//! The coefficients of each value follow from those of its operands ([`Step`]). So a differential equation whose right side is a plan gives its
-//! solution's series one coefficient after the other: each rate gives the next coefficient of its state.
+//! The coefficients of each value follow from those of its operands ([`Step`]). So the series of the solution of a
+//! differential equation whose right side is a plan follows one coefficient after the other: each rate gives the next
+//! coefficient of its state.
 
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
@@ -52,7 +53,7 @@ use super::pieces::Pieces;
 #[derive(Debug, Clone)]
 pub struct Series<N = f64> {
     order: usize,
-    /// Values of an order: those of the plan, then what rules keep beside.
+    /// Values of an order: those of the plan, then the auxiliary values of rules.
     width: usize,
     steps: Vec<Step>,
     /// The steps as machine code, where there is such code.
@@ -62,14 +63,15 @@ pub struct Series<N = f64> {
 }
 
 impl<N: Value> Series<N> {
-    /// The series of a plan up to an order, of the values at some places of its memory and of what they need; `steady` tells which inputs
-    /// do not change. `None` if one of them has kinks, which have no series.
+    /// The series of a plan up to an order, for the values at some indices of its memory and their operands; `steady`
+    /// returns which inputs do not change. `None` if one of them has kinks, which have no series.
     pub fn new(plan: &Plan, order: usize, outputs: &[usize], steady: impl Fn(usize) -> bool) -> Option<Self> {
         Self::with(plan, order, outputs, steady, |_, _| (0, Vec::new()))
     }
 
-    /// The same with more values behind those of the plan: `more` tells from the place of the first one, and from which values of the plan do not change,
-    /// how many they are, and how coefficients of some follow from others. Those that no step finds are what they are [set](Self::set) to.
+    /// The same with more values behind those of the plan: `more` receives the index of the first one and which values
+    /// of the plan do not change, and returns their number and the steps that compute coefficients. Values that no step
+    /// computes keep what they are [set](Self::set) to.
     pub fn with(
         plan: &Plan,
         order: usize,
@@ -152,7 +154,7 @@ impl<N: Value> Series<N> {
         self.order
     }
 
-    /// Takes the values of the plan at the point of expansion, from its memory. Those of higher orders are to be found anew.
+    /// Reads the values of the plan at the point of expansion from its memory. Higher orders must be computed again.
     pub fn begin(&mut self, values: &[N]) {
         self.memory[..values.len()].copy_from_slice(values);
         self.steps.iter().for_each(|step| step.begin(&mut self.memory));
@@ -164,7 +166,7 @@ impl<N: Value> Series<N> {
         self.memory[order * self.width + first..][..coefficients.len()].copy_from_slice(coefficients);
     }
 
-    /// A coefficient of the value at a place of the plan's memory.
+    /// A coefficient of the value at an index of the plan's memory.
     #[inline]
     pub fn value(&self, place: usize, order: usize) -> N {
         self.memory[order * self.width + place]
@@ -176,19 +178,19 @@ impl<N: Value> Series<N> {
         &self.memory[order * self.width + place]
     }
 
-    /// All coefficients of the value at a place of the plan's memory.
+    /// All coefficients of the value at an index of the plan's memory.
     #[inline]
     pub fn of(&self, place: usize) -> impl DoubleEndedIterator<Item = N> + ExactSizeIterator {
         self.memory[place..].iter().step_by(self.width).copied()
     }
 
-    /// `Σ c_j x_(k−j)` over j = 1 … k, where c are the coefficients of the value at a place.
+    /// `Σ c_j x_(k−j)` over j = 1 … k, where c are the coefficients of the value at an index.
     #[inline]
     pub fn convolution(&self, place: usize, k: usize, x: impl Fn(usize) -> N) -> N {
         (1..k + 1).fold(N::all(0.0), |sum, j| sum + self.value(place, j) * x(k - j))
     }
 
-    /// Finds the coefficients of an order, at least 1, of all values from those of the inputs.
+    /// Computes the coefficients of an order, at least 1, of all values from those of the inputs.
     pub fn advance(&mut self, k: usize) {
         let Self { width, steps, native, memory, .. } = self;
         match native {
@@ -272,7 +274,7 @@ impl PiecedSeries {
     pub fn new(plan: &Plan, order: usize, outputs: &[usize], steady: impl Fn(usize) -> bool) -> Self {
         let mut pieces = Pieces::new(plan);
         let series = Series::with_pieces(plan, order, outputs, steady, Some(&mut pieces), |_, _| (0, Vec::new()));
-        Self { series: series.expect("all that has kinks has pieces"), pieces }
+        Self { series: series.expect("every function with kinks has pieces"), pieces }
     }
 
     /// See [`Series::begin`].
@@ -281,7 +283,8 @@ impl PiecedSeries {
         self.pieces.begin(&mut self.series.memory);
     }
 
-    /// See [`Series::advance`]. What begins where two of its pieces meet takes the one into which the first derivative leads that does not vanish.
+    /// See [`Series::advance`]. An operation that begins where two pieces meet takes the one into which its first
+    /// nonzero derivative points.
     pub fn advance(&mut self, k: usize) {
         self.series.advance(k);
         while self.pieces.decide(&mut self.series.memory, self.series.width, k) {
@@ -289,13 +292,13 @@ impl PiecedSeries {
         }
     }
 
-    /// Whether something jumps where the series begin, so that they belong to one instant alone.
+    /// Whether a value jumps where the series begin, so that they are valid at one instant only.
     pub fn jump(&self) -> bool {
         self.pieces.jump()
     }
 
-    /// Numbers that tell the pieces, which hold as long as none of the numbers is negative: coefficients, a sign that they have, and what is added to
-    /// the first one then.
+    /// The values that decide the pieces, which are valid as long as none is negative: coefficients, their sign, and a
+    /// constant added to the first one.
     pub fn margins(&self) -> impl Iterator<Item = (impl Iterator<Item = f64> + '_, f64, f64)> + '_ {
         self.pieces.margins(&self.series.memory).map(|(of, less, sign, more)| {
             let less = less.map(|place| self.series.of(place));

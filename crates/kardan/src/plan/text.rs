@@ -14,7 +14,7 @@ use super::operators::{OPERATORS, word};
 pub struct PlanTextError {
     /// From 1.
     pub line: usize,
-    /// What is wrong.
+    /// The error.
     pub what: String,
 }
 
@@ -113,7 +113,7 @@ impl Reader {
         if let Some(number) = word.strip_prefix('v').and_then(|rest| rest.parse::<u32>().ok()).filter(|n| *n > 0) {
             return Ok(Operand::Value(number - 1));
         }
-        word.parse().map(Operand::Constant).map_err(|_| format!("`{word}` is no input, no value and no number"))
+        word.parse().map(Operand::Constant).map_err(|_| format!("`{word}` is not an input, a value or a number"))
     }
 
     fn line(&mut self, line: &str) -> Result<(), String> {
@@ -135,7 +135,7 @@ impl Reader {
             }
             [value, "=", operator, operands @ ..] => self.operation(&[value], operator, operands),
             [sine, cosine, "=", operator, operands @ ..] => self.operation(&[sine, cosine], operator, operands),
-            _ => Err("this is no line of a plan".into()),
+            _ => Err("this is not a line of a plan".into()),
         }
     }
 
@@ -145,13 +145,16 @@ impl Reader {
             return Err("a table has four parts".into());
         };
         let numbers = |text: &str| {
-            let number = |word: &str| word.parse::<f64>().map_err(|_| format!("`{word}` is no number"));
+            let number = |word: &str| word.parse::<f64>().map_err(|_| format!("`{word}` is not a number"));
             text.split_whitespace().map(number).collect::<Result<Vec<f64>, String>>()
         };
-        let terms: usize = terms.trim().parse().map_err(|_| "how many terms has the table?".to_owned())?;
+        let terms: usize = terms
+            .trim()
+            .parse()
+            .map_err(|_| "the number of terms of the table is missing or not an integer".to_owned())?;
         let (knots, origins, coefficients) = (numbers(knots)?, numbers(origins)?, numbers(coefficients)?);
         if origins.len() != knots.len() + 1 || Some(coefficients.len()) != origins.len().checked_mul(terms) {
-            return Err("knots, origins and coefficients of the table do not fit together".into());
+            return Err("knots, origins and coefficients of the table have inconsistent counts".into());
         }
         self.plan.tables.push(Table { first: self.plan.numbers.len(), pieces: origins.len(), terms });
         self.plan.numbers.extend([knots, origins, coefficients].concat());
@@ -163,7 +166,7 @@ impl Reader {
         let operator = found.ok_or_else(|| format!("there is no operation `{operator}`"))?.0;
         if results.len() != operator.values() || operands.len() != operator.operands() {
             return Err(format!(
-                "`{}` takes {} operands and gives {}",
+                "`{}` takes {} operands and returns {}",
                 word(operator),
                 operator.operands(),
                 operator.values()
@@ -171,13 +174,13 @@ impl Reader {
         }
         let number = |word: &&str| match self.operand(word)? {
             Operand::Value(number) => Ok(number),
-            _ => Err(format!("`{word}` is no value")),
+            _ => Err(format!("`{word}` is not a value")),
         };
         let results: Vec<u32> = results.iter().map(number).collect::<Result<_, String>>()?;
         let mut own = Vec::new();
         for (k, word) in operands.iter().enumerate() {
             own.push(match (operator, k) {
-                (Operator::Table, 0) => Operand::Number(word.parse().map_err(|_| format!("`{word}` is no table"))?),
+                (Operator::Table, 0) => Operand::Number(word.parse().map_err(|_| format!("`{word}` is not a table"))?),
                 _ => self.operand(word)?,
             });
         }
@@ -187,7 +190,7 @@ impl Reader {
             _ => {
                 self.run_first = self.done;
                 if own.iter().any(|operand| matches!(operand, Operand::Value(number) if *number >= self.done)) {
-                    return Err("an operand comes later".into());
+                    return Err("an operand is defined later".into());
                 }
                 self.plan.runs.push(Run { operator, count: 1 });
             }
@@ -202,11 +205,11 @@ impl Reader {
         let mut names = self.values.clone();
         names.sort_unstable();
         if names.iter().enumerate().any(|(k, name)| *name as usize != k) {
-            return Err("the values are not v1, v2, … once each".into());
+            return Err("the values v1, v2, … must each be defined once".into());
         }
         let inputs = self.plan.inputs.len() as u32;
         let mut index: HashMap<u64, u32> = HashMap::new();
-        // Constants keep the order in which the plan holds them: that of their first use, values apart.
+        // Constants are in the order of the plan: that of their first use, values apart.
         let constants: Vec<f64> = self
             .operands
             .iter()

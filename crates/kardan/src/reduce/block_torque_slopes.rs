@@ -1,4 +1,4 @@
-//! Torques and locks that follow from what blocks answer, around a position at rest.
+//! Slopes of torques and locks that depend on block outputs, around a position at rest.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,20 +9,20 @@ use crate::equations::{Formula, Meaning, UnilateralConstraint};
 use crate::expr::{Expr, Floating, Symbol, lower};
 use crate::num::{Rational, SparseRow, rational_to_f64};
 
-/// A torque that follows from what blocks answer: what it has more than where they answer zero, to first order.
+/// A torque that depends on block outputs: its difference from the value at zero outputs, to first order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BlockTorque {
     /// The element.
     pub element: String,
-    /// The direction along which it acts, over the shafts.
+    /// The direction in which it acts, over the shafts.
     pub row: Vec<(usize, f64)>,
-    /// Its slopes by what blocks answer, N m for each unit.
+    /// Its slopes by block outputs, N m for each unit.
     pub on_outputs: Vec<(String, f64)>,
-    /// What its slopes by angles have more, N m/rad, of those where that is not zero.
+    /// The change of its slopes by angles, N m/rad, where that is not zero.
     pub on_positions: Vec<(usize, f64)>,
     /// The same by speeds, N m s/rad.
     pub on_rates: Vec<(usize, f64)>,
-    /// What vanishes where it has a kink, and where it jumps, with these answers.
+    /// The expressions that vanish where it has a kink, and where it jumps, at these outputs.
     pub kinks: [Vec<String>; 2],
 }
 
@@ -40,7 +40,7 @@ impl<'a> BlockFormula<'a> {
         Self { motion, value, numeric }
     }
 
-    /// Values of expressions at time zero, with what blocks answer.
+    /// Values of expressions at time zero, with given block outputs.
     fn at(&self, exprs: &[Expr], answer: &dyn Fn(&str) -> f64) -> Vec<f64> {
         let Motion { graph, symbols, timed, .. } = &self.motion;
         let begin: Vec<f64> = timed.values(0.0).collect();
@@ -60,12 +60,12 @@ impl<'a> BlockFormula<'a> {
     }
 }
 
-/// Whether a formula follows from what blocks answer.
+/// Whether a formula depends on block outputs.
 pub fn reads_blocks(formula: &Formula) -> bool {
     formula.all_names().into_iter().any(|(_, meaning)| matches!(meaning, Meaning::Block(..)))
 }
 
-/// The torques that follow from blocks, at an operating point, with what they answer there.
+/// The torques that depend on blocks, at an operating point, with the block outputs there.
 ///
 /// # Panics
 /// If the point has not one entry per coordinate.
@@ -92,7 +92,7 @@ pub fn block_torques(reduced: &Reduced, point: &OperatingPoint, answer: &dyn Fn(
         .collect()
 }
 
-/// The locks that follow from blocks and are engaged with what these answer at rest at an operating point.
+/// The locks that depend on blocks and are engaged by the block outputs at rest at an operating point.
 ///
 /// # Panics
 /// As [`block_torques`].

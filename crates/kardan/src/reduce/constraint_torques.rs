@@ -9,7 +9,7 @@ use crate::expr::{Expr, Graph};
 use crate::num::Rational;
 use crate::units::Exact;
 
-/// What acts on the shafts besides springs, dampers and inertias, and their accelerations.
+/// The torques on the shafts besides springs, dampers and inertias, and their accelerations.
 #[derive(Debug, Clone, Copy)]
 pub struct Acting<'a> {
     /// q̈_r
@@ -62,7 +62,7 @@ impl Motion {
         }
     }
 
-    /// What is left of what an element gives, where it breaks in the course of a run: a product, so that zero is zero.
+    /// The remaining fraction of an element's torque, where it breaks during a run: a product, so that zero is zero.
     pub fn scaled_by_fault(&mut self, reduced: &Reduced, element: &str, expr: Expr) -> Expr {
         let Some(share) = reduced.equations.failing.get(element).and_then(|failing| failing.share.clone()) else {
             return expr;
@@ -82,7 +82,8 @@ impl Motion {
         self.scaled_by_fault(reduced, element, torque)
     }
 
-    /// A coefficient times a rate that is one number: a twist is taken before it is multiplied, so that rounding stays that of the twist.
+    /// A coefficient times a rate that is one number: the twist is computed before the product, so that the rounding
+    /// error is that of the twist.
     pub(super) fn resisting(&mut self, rate: Expr, coefficient: &Exact) -> Expr {
         let (rate, coefficient) = (self.graph.group(rate), self.exact(coefficient));
         self.graph.multiply(coefficient, rate)
@@ -193,7 +194,8 @@ impl Motion {
 }
 
 impl System<'_> {
-    /// The unknowns, by elimination: a number that is not zero before other expressions, then what has the fewest neighbours.
+    /// Elimination order of the unknowns: a nonzero number before other expressions, then the unknown with the fewest
+    /// neighbours.
     fn solve(mut self, count: usize) -> Vec<Expr> {
         let mut solved: Vec<(usize, BTreeMap<usize, Expr>, Expr)> = Vec::with_capacity(count);
         while let Some((row, column)) = self.pivot() {

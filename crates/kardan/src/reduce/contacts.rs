@@ -1,37 +1,37 @@
-//! Stops and cushions at a position: open, touched or pressed.
+//! Stops and soft stops at a position: open, touching or compressed.
 
 use super::{Kinematics, Reduced};
 use crate::equations::UnilateralConstraint;
 
-/// By how much a stop may be passed that counts as touched, relative to what its gap is the difference of.
+/// Penetration of a stop that counts as touching, relative to the terms whose difference is the gap.
 const TOUCHED: f64 = 1e-9;
 
-/// A stop or a cushion at a position.
+/// A stop or a soft stop at a position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
-    /// Its number among the holds.
+    /// Its number among the unilateral constraints.
     pub unilateral: usize,
-    /// `aᵀq − offset`, rad or m; below zero it lies beyond.
+    /// `aᵀq − offset`, rad or m; negative where the stop is penetrated.
     pub gap: f64,
-    /// What rounding may make of that.
+    /// The rounding error of the gap.
     pub rounding: f64,
     /// Whether it is a soft one.
     pub soft: bool,
 }
 
 impl Contact {
-    /// Whether the position lies beyond it, by more than rounding: a soft one is pressed.
+    /// Whether the position penetrates it, by more than rounding: a soft stop is compressed.
     pub fn is_passed(&self) -> bool {
         self.gap < -self.rounding
     }
 
-    /// Whether its gap is zero, but for rounding.
+    /// Whether its gap is zero, except for rounding.
     pub fn is_touched(&self) -> bool {
         self.gap.abs() <= self.rounding
     }
 }
 
-/// All stops and cushions at a reduced position (rad, m).
+/// All stops and soft stops at a reduced position (rad, m).
 ///
 /// # Panics
 /// If `position` has not one entry per coordinate.
@@ -59,7 +59,7 @@ pub fn contacts(reduced: &Reduced, position: &[f64]) -> Vec<Contact> {
     found.collect()
 }
 
-/// The cushions that are pressed at a reduced position.
+/// The soft stops that are compressed at a reduced position.
 ///
 /// # Panics
 /// As [`contacts`].

@@ -72,14 +72,15 @@ pub struct Dynamics {
     inertias: Directions,
     dampers: Directions,
     springs: Directions,
-    /// What fails of springs and dampers in a run.
+    /// Springs and dampers that fail in a run.
     failing: Vec<Fails>,
     rests: Vec<f64>,
     frictions: Directions,
     breakaways: Vec<f64>,
-    /// Reduced coordinates that each friction direction has a part in.
+    /// Reduced coordinates with an entry in each friction direction.
     friction_entries: Vec<Vec<usize>>,
-    /// What the friction of each direction has more when motion begins (N m), and the speed that it falls with (rad/s).
+    /// For each friction direction the excess of breakaway over sliding friction (N m), and the speed over which it
+    /// decays (rad/s).
     stribeck: Vec<(f64, f64)>,
     inputs: Directions,
     constant: bool,
@@ -87,12 +88,12 @@ pub struct Dynamics {
     plan: Arc<MotionPlan>,
 }
 
-/// What an evaluation of [`Dynamics`] computes, and where it goes: for each list the place in it and the number of the output.
+/// The results of an evaluation of [`Dynamics`]: for each list the index in it and the number of the output.
 ///
 /// The inputs of the plan are the reduced coordinates, their speeds, and those of an [`Extension`].
 #[derive(Debug)]
 pub struct MotionPlan {
-    /// What is evaluated.
+    /// The plan to evaluate.
     pub plan: Plan,
     /// Angles of shafts that follow from the coordinates, by shaft.
     pub angles: Vec<(usize, usize)>,
@@ -105,7 +106,7 @@ pub struct MotionPlan {
     pub inertia: Vec<(usize, usize)>,
     /// Entries of the friction directions that do, row by row.
     pub friction_rows: Vec<(usize, usize)>,
-    /// aᵀk along the friction directions.
+    /// aᵀk in the friction directions.
     pub friction_bias: Vec<(usize, usize)>,
     input_rows: Vec<(usize, usize)>,
     /// Numbers of the outputs of an extension.
@@ -115,13 +116,14 @@ pub struct MotionPlan {
     native_shafts: Option<Native<f64>>,
     /// Kinetic and potential energy, J.
     energy: Plan,
-    /// What these two are given besides the motion, by its number among the inputs of the plan.
+    /// The inputs of these two besides the motion, by their numbers among the inputs of the plan.
     beside: Vec<usize>,
     /// The plan as machine code, where there is such code.
     native: Option<Native<f64>>,
 }
 
-/// Springs and dampers of an element that fails in a run, by number: with stiffness and relaxed angle, and with damping.
+/// Springs and dampers of an element that fails in a run, by number: with stiffness and relaxed angle, and with
+/// damping.
 #[derive(Debug, Clone)]
 struct Fails {
     weakened: Weakened,
@@ -144,7 +146,7 @@ impl Fails {
     }
 }
 
-/// What holds at rest along each direction of friction, and along the kept rows.
+/// The stick limits of each friction direction, and of the multiplier constraints.
 fn breakaways(equations: &Equations) -> Vec<f64> {
     let breakaway = |friction: &DirectionalTerm<FrictionLaw>| {
         let FrictionLaw { torque, stribeck } = &friction.value;
@@ -154,13 +156,13 @@ fn breakaways(equations: &Equations) -> Vec<f64> {
     frictions.chain(equations.multiplier_constraints.iter().map(|_| f64::INFINITY)).collect()
 }
 
-/// Directions of frictions, and of what else holds.
+/// Directions of frictions and of unilateral constraints.
 fn set_valued(equations: &Equations, kinematics: &Kinematics) -> Directions {
     let unilaterals = Directions::new(&equations.unilaterals, |_| 0.0, kinematics);
     Directions::new(&equations.frictions, |x| x.torque.to_f64(), kinematics).and(unilaterals)
 }
 
-/// What the friction of each direction has more when motion begins, and the speed that it falls with.
+/// For each friction direction the excess of breakaway over sliding friction, and the speed over which it decays.
 fn falls(equations: &Equations, breakaways: &[f64], torques: &[f64]) -> Vec<(f64, f64)> {
     let speed =
         |friction: &DirectionalTerm<FrictionLaw>| friction.value.stribeck.as_ref().map_or(1.0, |s| s.speed.to_f64());
@@ -169,7 +171,7 @@ fn falls(equations: &Equations, breakaways: &[f64], torques: &[f64]) -> Vec<(f64
     frictions.chain(equations.unilaterals.iter().map(|_| (0.0, 1.0))).collect()
 }
 
-/// What is constant in kept rows.
+/// The constant entries of multiplier constraints.
 fn add_multipliers(rows: &[SparseRow], r: usize, constants: &dyn Fn(&[Expr]) -> Vec<f64>, out: &mut Vec<f64>) {
     for row in rows {
         let entries: Vec<Expr> = row.values().copied().collect();
@@ -179,7 +181,7 @@ fn add_multipliers(rows: &[SparseRow], r: usize, constants: &dyn Fn(&[Expr]) -> 
     }
 }
 
-/// Kinematics with what of them is the same at every position, at every speed and at every time: also speeds that are prescribed and do not
+/// Kinematics with its parts that are the same at every position, speed and time: also prescribed speeds that do not
 /// change.
 fn with_constants(
     mut kinematics: Kinematics,
@@ -203,19 +205,19 @@ fn with_constants(
     kinematics
 }
 
-/// What is evaluated with the equations of motion: symbols that are given beside the motion, and expressions of both.
+/// Further expressions evaluated with the equations of motion, and their symbols besides those of the motion.
 #[derive(Debug, Clone, Default)]
 pub struct Extension {
-    /// What is given.
+    /// The input symbols.
     pub inputs: Vec<Symbol>,
-    /// What is wanted, by name.
+    /// The requested expressions, by name.
     pub outputs: Vec<(String, Expr)>,
 }
 
 impl MotionPlan {
-    /// Everything that depends on the motion; what is constant is in the memory already.
+    /// All entries that depend on the motion; constant ones are in the memory already.
     ///
-    /// `own_speeds` are those of the shafts without what an extension is given.
+    /// `own_speeds` are those of the shafts without the inputs of an extension.
     fn new(motion: &Motion, r: usize, extension: Extension, (energy, own_speeds): (Expr, &[Expr])) -> Self {
         let mut outputs: Vec<(String, Expr)> = Vec::new();
         let varying = motion.graph.varying();
@@ -255,12 +257,12 @@ impl MotionPlan {
         let needed_symbols: Vec<Symbol> =
             motion.symbols.iter().copied().chain(beside.iter().map(|input| symbols[*input])).collect();
         let compiled = |outputs: &[(String, Expr)]| {
-            compile(&motion.graph, &needed_symbols, outputs).expect("an extension names all that it is given")
+            compile(&motion.graph, &needed_symbols, outputs).expect("an extension declares all its inputs")
         };
         let (shafts, energy) = (compiled(&shafts), compiled(&[("energy".into(), energy)]));
         let more = outputs.len()..outputs.len() + extension.outputs.len();
         outputs.extend(extension.outputs);
-        let plan = compile(&motion.graph, &symbols, &outputs).expect("an extension names all that it is given");
+        let plan = compile(&motion.graph, &symbols, &outputs).expect("an extension declares all its inputs");
         let [native, native_shafts] = [&plan, &shafts].map(|plan| Native::new(&plan.block()));
         Self {
             plan,
@@ -296,11 +298,11 @@ pub struct Work {
     pub passive: Vec<f64>,
     /// Reduced direction `g` of each friction term, row by row.
     pub friction_rows: Vec<f64>,
-    /// Acceleration bias `aᵀk` along each friction direction, rad/s².
+    /// Acceleration bias `aᵀk` in each friction direction, rad/s².
     pub friction_bias: Vec<f64>,
     /// Reduced direction of each input, row by row.
     pub input_rows: Vec<f64>,
-    /// Where the inertia is the same at every position and known, whether it is regular.
+    /// Where the inertia is the same at every position and computed, whether it is regular.
     regular: Option<bool>,
     /// Memory of the plan.
     memory: Vec<f64>,
@@ -309,7 +311,7 @@ pub struct Work {
 }
 
 impl Work {
-    /// Gives the inputs of an [`Extension`], from a number on.
+    /// Sets the inputs of an [`Extension`], from a number on.
     pub fn give(&mut self, dynamics: &Dynamics, first: usize, values: impl IntoIterator<Item = f64>) {
         let first = 2 * dynamics.degrees_of_freedom + first;
         self.memory[first..].iter_mut().zip(values).for_each(|(place, value)| *place = value);
@@ -332,7 +334,7 @@ impl Work {
     }
 }
 
-/// Whether the inertia depends on nothing but coefficients that are given.
+/// Whether the inertia depends only on coefficients that are inputs.
 fn inertia_is_constant(motion: &Motion) -> bool {
     let entries: Vec<Expr> = motion.inertia.values().copied().collect();
     let run_parameters: Vec<Symbol> =
@@ -341,7 +343,8 @@ fn inertia_is_constant(motion: &Motion) -> bool {
 }
 
 impl Dynamics {
-    /// Compiles a reduced model; the memory for its evaluation comes with it. What depends on the time is what it is at time zero.
+    /// Compiles a reduced model; returns it with the memory for its evaluation. Functions of time have their values at
+    /// time zero.
     pub fn new(reduced: &Reduced) -> (Self, Work) {
         let mut begin = Vec::new();
         let (dynamics, mut work) = Self::extended(reduced, |motion| {
@@ -352,7 +355,7 @@ impl Dynamics {
         (dynamics, work)
     }
 
-    /// The same with more expressions of the motion and of what else is given.
+    /// The same with further expressions of the motion and of further inputs.
     ///
     /// # Panics
     /// If these depend on a symbol that is neither of the motion nor among [`Extension::inputs`].
@@ -369,12 +372,12 @@ impl Dynamics {
         let mut motion = Motion::new(reduced);
         let speeds = motion.speeds.clone();
         let extension = extend(&mut motion);
-        // Which sliders that springs couple slip is given.
+        // The slipping sliders among those that springs couple are inputs.
         let couples = reduced.relaxation.as_ref().is_some_and(|relaxation| !relaxation.coupled_slips().is_empty());
         let speeds = if couples { motion.speeds.clone() } else { speeds };
         let energy = motion.energy(reduced);
         let plan = MotionPlan::new(&motion, r, extension, (energy, &speeds));
-        // What is constant is there from the begin.
+        // Constant entries are there from the start.
         let varying = motion.graph.varying();
         let constants = |exprs: &[Expr]| -> Vec<f64> {
             let constant_exprs: Vec<Expr> = exprs.iter().copied().filter(|expr| !varying(*expr)).collect();
@@ -422,7 +425,7 @@ impl Dynamics {
         let mut friction_rows = out.frictions.projected(&kinematics, r);
         add_multipliers(&motion.frictions[out.frictions.rows.len()..], r, &constants, &mut friction_rows);
         let work = Work {
-            // What is constant in a row stays as it is here, what varies is written by each evaluation.
+            // Constant entries of a row stay as they are here; each evaluation writes the varying ones.
             friction_rows,
             friction_bias: constants(&motion.friction_bias),
             input_rows: out.inputs.projected(&kinematics, r),
@@ -437,7 +440,7 @@ impl Dynamics {
         (out, work)
     }
 
-    /// The plan that is evaluated, and where its results go.
+    /// The plan that is evaluated, and the indices of its results.
     pub fn plan(&self) -> &MotionPlan {
         &self.plan
     }
@@ -452,18 +455,18 @@ impl Dynamics {
         self.constant
     }
 
-    /// Whether, but for friction, angles, accelerations and all directions are linear in position, speed and inputs (with constants),
-    /// decided on the exact expressions.
+    /// Whether, except for friction, angles, accelerations and all directions are linear in position, speed and inputs
+    /// (with constants), decided on the exact expressions.
     pub fn is_linear(&self) -> bool {
         self.linear
     }
 
-    /// Number of friction directions, those of what else holds behind them.
+    /// Number of friction directions; those of unilateral constraints follow them.
     pub fn friction_count(&self) -> usize {
         self.frictions.rows.len()
     }
 
-    /// Coulomb torques of the friction directions, N m; zero of what else holds.
+    /// Coulomb torques of the friction directions, N m; zero for unilateral constraints.
     pub fn friction_torques(&self) -> &[f64] {
         &self.frictions.coefficients
     }
@@ -478,7 +481,7 @@ impl Dynamics {
     pub fn sliding_torque(&self, friction: usize, speed: f64) -> f64 {
         let (torque, (more, scale)) = (self.frictions.coefficients[friction], self.stribeck[friction]);
         let square = (speed / scale) * (speed / scale);
-        // Beyond, nothing is left, and `exp` would be slow to say so.
+        // Above that the excess is zero, and `exp` would be slow.
         if more == 0.0 || square > 700.0 { torque } else { torque + more * exp(-square) }
     }
 
@@ -496,7 +499,7 @@ impl Dynamics {
         let Work { kinematics, memory, .. } = work;
         memory[..r].copy_from_slice(&position[..r]);
         memory[r..2 * r].copy_from_slice(&speed[..r]);
-        // What is no number is seen where it is used. The code has the bits of the list.
+        // A value that is not a number is detected where it is used. The code has the same bits as the list.
         let _ = match native {
             Some(native) => native.evaluate(memory),
             None => plan.block().evaluate(memory),
@@ -547,13 +550,13 @@ impl Dynamics {
         memory[..state_count].copy_from_slice(&work.memory[..state_count]);
         self.plan.beside.iter().enumerate().for_each(|(k, input)| memory[state_count + k] = work.memory[*input]);
         let block = energy.block();
-        // What is no number is seen where it is used.
+        // A value that is not a number is detected where it is used.
         let _ = block.evaluate(&mut memory);
         memory[energy.place(0)]
     }
 
-    /// Takes springs and dampers as they are from a time on: what fails of them in a run is in the expressions, and here for sensors that read
-    /// them between evaluations.
+    /// Updates springs and dampers from a time on: their failures are in the expressions, and here for sensors that
+    /// read them between evaluations.
     pub fn enter_faults(&mut self, time: f64) {
         for Fails { weakened: Weakened { share, moved }, springs, dampers } in &self.failing {
             let remaining_share = 1.0 + share.as_ref().map_or(0.0, |share| share.value(time));
@@ -568,8 +571,8 @@ impl Dynamics {
         }
     }
 
-    /// Takes a coefficient of the equations, by its kind and the number of its term, for all but the plan, which is given it. Of a friction it is
-    /// what holds at rest too.
+    /// Sets a coefficient of the equations, by its kind and the number of its term, everywhere except in the plan,
+    /// which receives it as an input. For a friction this includes its stick limit.
     pub fn take_coefficient(&mut self, (kind, term): (CoefficientKind, usize), value: f64) {
         match kind {
             CoefficientKind::Inertia => self.inertias.coefficients[term] = value,
@@ -593,33 +596,34 @@ impl Dynamics {
         [self.dampers.coefficients[damper] * speed, speed]
     }
 
-    /// Speed along an input direction, rad/s, at the last update.
+    /// Speed in an input direction, rad/s, at the last update.
     pub fn input_speed(&self, input: usize, work: &Work) -> f64 {
         row_dot(&self.inputs.rows[input], &work.kinematics.speeds)
     }
 
-    /// Angle along a friction direction, rad, at the last update.
+    /// Angle in a friction direction, rad, at the last update.
     pub fn friction_angle(&self, friction: usize, work: &Work) -> f64 {
         row_dot(&self.frictions.rows[friction], &work.kinematics.angles)
     }
 
-    /// What may cancel in that, rad.
+    /// The sum of the absolute terms of that angle, rad, which bounds its cancellation.
     pub fn friction_angles(&self, friction: usize, work: &Work) -> f64 {
         self.frictions.rows[friction].iter().map(|(shaft, c)| (c * work.kinematics.angles[*shaft]).abs()).sum()
     }
 
-    /// Speed along a friction direction, rad/s, at the last update.
+    /// Speed in a friction direction, rad/s, at the last update.
     pub fn friction_speed(&self, friction: usize, work: &Work) -> f64 {
         row_dot(&self.frictions.rows[friction], &work.kinematics.speeds)
     }
 
-    /// A vector over the reduced coordinates along a friction direction, at the last update.
+    /// The component of a vector over the reduced coordinates in a friction direction, at the last update.
     pub fn friction_component(&self, friction: usize, vector: &[f64], work: &Work) -> f64 {
         let row = &work.friction_rows[friction * self.degrees_of_freedom..];
         self.friction_entries[friction].iter().map(|&i| row[i] * vector[i]).sum()
     }
 
-    /// The reduced coordinate that a friction direction is along at every position, if it is and is along it at the last update.
+    /// The reduced coordinate that a friction direction equals at every position, if there is one and it does at the
+    /// last update.
     pub fn only_entry(&self, friction: usize, work: &Work) -> Option<usize> {
         let &[i] = self.friction_entries[friction].as_slice() else { return None };
         (work.friction_rows[friction * self.degrees_of_freedom + i] != 0.0).then_some(i)
@@ -628,13 +632,14 @@ impl Dynamics {
     /// Whether the coefficients of a friction direction change with the angles.
     pub fn friction_varies(&self, friction: usize) -> bool {
         let (r, own) = (self.degrees_of_freedom, self.frictions.rows.len());
-        // Kept rows stand behind the frictions.
+        // Multiplier constraints follow the frictions.
         let multiplier_varies = || self.plan.friction_rows.iter().any(|(entry, _)| entry / r == friction);
         if friction < own { self.frictions.varying.contains(&friction) } else { multiplier_varies() }
     }
 
-    /// What may cancel in the speed of a friction direction, rad/s: `Σ |a_j K_ji v_i|` over shafts j and coordinates i, at the
-    /// last update; `sizes` are the sizes of the reduced speeds. The speed itself is known to this times the unit roundoff.
+    /// Bound of the cancellation in the speed of a friction direction, rad/s: `Σ |a_j K_ji v_i|` over shafts j and
+    /// coordinates i, at the last update; `sizes` are the sizes of the reduced speeds. The speed itself is accurate to
+    /// this times the unit roundoff.
     pub fn friction_terms(&self, friction: usize, sizes: &[f64], work: &Work) -> f64 {
         let shaft = |(shaft, c): &(usize, f64)| {
             let row = work.kinematics.row(*shaft).iter().zip(sizes);

@@ -1,4 +1,4 @@
-//! Positions at which a model rests: found by Newton's method, proven by Krawczyk's test.
+//! Rest positions of a model: computed by Newton's method, proven by Krawczyk's test.
 
 use std::collections::BTreeMap;
 
@@ -12,69 +12,71 @@ use crate::expr::{Domain, Expr, Floating, Graph, Interval, Intervals, Rationals,
 use crate::num::{Matrix, Random, Rational, Scalar, echelon, rational_from_f64, rational_to_f64};
 use crate::units::{Dimension, Exact};
 
-/// Newton steps that are made at most, and halvings of one.
+/// Most Newton steps, and halvings of one.
 const STEPS: usize = 200;
 const HALVINGS: usize = 40;
 /// Starts of [`equilibria`] besides the first one.
 pub const STARTS: usize = 24;
-/// Two equilibria are one if they are closer, relative to their size or to a radian (or metre).
+/// Two equilibria are equal if they are closer than this, relative to their size or to a radian (or metre).
 const SAME: f64 = 1e-6;
-/// By how much a kept row may be off that counts as met, rad or m.
+/// Residual of a multiplier constraint that counts as satisfied, rad or m.
 const OFF: f64 = 1e-9;
 const SEED: u64 = 0x6571_7569_6c69_6272;
 
-/// A position at rest at which no torque is left, without inputs and friction, at time zero.
+/// A position at rest without a residual torque, without inputs and friction, at time zero.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equilibrium {
     /// The reduced position, rad or m.
     pub position: Vec<f64>,
     /// Rates of the coordinates: currents that flow.
     pub rates: Vec<f64>,
-    /// The multiplier of each kept row, N m.
+    /// The multiplier of each multiplier constraint, N m.
     pub multipliers: Vec<f64>,
-    /// The radius around it within which there is exactly one, proven; `None`: found to rounding only.
+    /// The radius around it within which there is exactly one, proven; `None`: accurate to rounding only.
     pub radius: Option<f64>,
-    /// The largest torque that is left, N m.
+    /// The largest residual torque, N m.
     pub residual: f64,
 }
 
-/// What was found of equilibria.
+/// The result of a search for equilibria.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equilibria {
-    /// The one that the first start led to comes first; the others are from starts within a turn around it.
+    /// The result of the first start comes first; the others are from starts within a turn around it.
     pub found: Vec<Equilibrium>,
-    /// Coordinates on which no torque depends: they stay where they were.
+    /// Coordinates on which no torque depends: they stay at their start.
     pub free: Vec<usize>,
-    /// A coordinate along which a torque (N m) acts that is the same everywhere: then there is none.
+    /// A coordinate on which a torque (N m) acts that is the same everywhere: then there is no equilibrium.
     pub constant: Option<(usize, f64)>,
-    /// The smallest of the largest torques that was come to, with its place, where none was found.
+    /// The smallest of the largest residual torques reached, with its position, where no equilibrium was found.
     pub best: Option<(Vec<f64>, f64)>,
-    /// An equilibrium that lies beyond a rigid stop, with the number of that hold: it is none.
+    /// A position beyond a rigid stop, with the number of that unilateral constraint: it is not an equilibrium.
     pub beyond: Option<(Vec<f64>, usize)>,
 }
 
-/// A position that inputs hold at rest, as far as they can.
+/// A position that inputs keep at rest, as far as they can.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trim {
     /// The reduced position, rad or m.
     pub position: Vec<f64>,
     /// Rates of the coordinates: currents that flow.
     pub rates: Vec<f64>,
-    /// The torque of each of the inputs that may hold it, N m.
+    /// The torque of each of the inputs that may balance it, N m.
     pub torques: Vec<f64>,
-    /// The multiplier of each kept row, N m.
+    /// The multiplier of each multiplier constraint, N m.
     pub multipliers: Vec<f64>,
-    /// Kept rows that are not met there, with how far they are off, rad or m.
+    /// Multiplier constraints that are violated there, with their residuals, rad or m.
     pub unmet: Vec<(usize, f64)>,
-    /// Whether nothing is left but what rounding makes.
+    /// Whether the residual is at the level of rounding.
     pub at_rest: bool,
-    /// The radius within which there is exactly one such position, proven, zero where this is one exactly; `None`: found to rounding only.
+    /// The radius within which there is exactly one such position, proven, zero where this is one exactly; `None`:
+    /// accurate to rounding only.
     pub radius: Option<f64>,
-    /// The coordinate along which most is left, and how much, N m.
+    /// The coordinate with the largest residual torque, and its value, N m.
     pub residual_torque: Option<(usize, f64)>,
 }
 
-/// How coordinates move while nothing accelerates: with the speeds `base`, and along `directions` as fast as what is to be found says.
+/// The motion of coordinates without acceleration: with the speeds `base`, plus multiples of `directions` that are
+/// unknowns.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Moves {
     /// Of each coordinate, rad/s.
@@ -83,45 +85,47 @@ pub(super) struct Moves {
     pub directions: Vec<Vec<(usize, Rational)>>,
 }
 
-/// What of a model is looked for at rest, or in steady motion.
+/// The settings of a search for a rest position or a steady motion.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sought<'a> {
-    /// Inputs whose torques are to be found.
+    /// Inputs whose torques are unknowns.
     pub inputs: &'a [usize],
     /// Coordinates that are given.
     pub fixed: &'a [usize],
     /// Rigid stops that are touched.
     pub stops: &'a [usize],
-    /// How it moves; `None`: it rests, but for charges that count only.
+    /// Its motion; `None`: it is at rest, except for charges that are integrators without effect.
     pub moves: Option<&'a Moves>,
     /// Torques of inputs that are given, N m.
     pub torques: &'a [(usize, f64)],
 }
 
-/// The static torques as expressions of the coordinates, and of the torques of inputs and multipliers that hold them.
+/// The static torques as expressions of the coordinates, and of the torques of inputs and multipliers that balance
+/// them.
 pub(super) struct Statics {
     graph: Graph,
-    /// The unknowns: coordinates, behind them currents, torques of inputs, and multipliers of kept rows.
+    /// The unknowns: coordinates, then currents, torques of inputs, and multipliers of multiplier constraints.
     symbols: Vec<Symbol>,
-    /// Currents that may flow at rest, as directions over the coordinates: those along which charges only count what has flowed.
+    /// Currents that may flow at rest, as directions over the coordinates: those whose charges are integrators without
+    /// effect.
     pub(super) counters: Vec<Vec<(usize, Rational)>>,
-    /// What is to vanish. First torques along coordinates, without those that are always zero, with the numbers of their coordinates; behind
-    /// them, with larger numbers, what kept rows say of positions.
+    /// The residuals. First torques on coordinates, without those that are always zero, with the numbers of their
+    /// coordinates; then, with larger numbers, the position equations of multiplier constraints.
     torques: Vec<(usize, Expr)>,
-    /// How many coordinates there are.
+    /// The number of coordinates.
     coordinates: usize,
-    /// The numbers of the kept rows that say something of positions.
+    /// The numbers of the multiplier constraints that constrain positions.
     rows: Vec<usize>,
-    /// Unknowns that they depend on.
+    /// The unknowns on which they depend.
     active: Vec<usize>,
-    /// Which of these are to be found, as places in `active`.
+    /// Which of these are to be computed, as indices into `active`.
     free: Vec<usize>,
     /// Derivatives, a row for each torque.
     slopes: Vec<Expr>,
 }
 
 impl Statics {
-    /// The torques with what is sought; what is prescribed stays where it starts.
+    /// The torques with the unknowns; prescribed motions stay at their start.
     pub(super) fn new(reduced: &Reduced, sought: &Sought<'_>, start: &[f64]) -> Self {
         let Sought { inputs, fixed, stops, moves, torques: given } = *sought;
         let reduced = &*reduced.unrelaxed();
@@ -201,7 +205,7 @@ impl Statics {
         self.at(&mut Floating::<f64>::default(), &exprs, |k| position[k])
     }
 
-    /// How many coordinates there are.
+    /// The number of coordinates.
     pub(super) fn degrees_of_freedom(&self) -> usize {
         self.coordinates
     }
@@ -213,7 +217,7 @@ impl Statics {
         from
     }
 
-    /// Slopes by each unknown that is to be found and that something depends on, each row over its largest.
+    /// Slopes by each unknown on which a torque depends, each row relative to its largest entry.
     pub(super) fn columns(&self, position: &[f64]) -> BTreeMap<usize, Vec<f64>> {
         let slopes = self.at(&mut Floating::<f64>::default(), &self.slopes, |k| position[k]);
         let width = self.active.len();
@@ -236,7 +240,7 @@ impl Statics {
         out
     }
 
-    /// The torques that are left at a position, along coordinates.
+    /// The residual torques at a position, on the coordinates.
     pub(super) fn residual_torque(&self, position: &[f64]) -> Vec<(usize, f64)> {
         let all = self.torques.iter().zip(self.residual(position));
         all.map(|((k, _), torque)| (*k, torque)).filter(|(k, _)| *k < self.coordinates).collect()
@@ -253,7 +257,7 @@ impl Statics {
                 break;
             }
             let slopes = self.at(&mut Floating::<f64>::default(), &self.slopes, |k| position[k]);
-            // Damped where directions are flat: the damping falls with the torques.
+            // Damped where directions are flat: the damping decreases with the torques.
             let (scale, damping) = (size(&slopes), size(&residual).min(1e-6));
             let tall = Mat::from_fn(rows + columns, columns, |i, j| match i {
                 i if i < rows => slopes[i * width + self.free[j]],
@@ -284,7 +288,8 @@ impl Statics {
         (position, residual_torque)
     }
 
-    /// Whether what is left at a position is no more than rounding makes: of torques of the largest of them, of each row of positions of its own.
+    /// Whether the residual at a position is at the level of rounding: for torques relative to the largest of them, for
+    /// each position equation relative to itself.
     pub(super) fn is_settled(&self, position: &[f64]) -> bool {
         let slopes = self.at(&mut Floating::<f64>::default(), &self.slopes, |k| position[k]);
         let width = self.active.len();
@@ -303,7 +308,7 @@ impl Statics {
             })
     }
 
-    /// A coordinate along which a torque (N m) acts that is the same everywhere and, rounding included, not zero.
+    /// A coordinate on which a torque (N m) acts that is the same everywhere and, rounding included, not zero.
     pub(super) fn constant(&self) -> Option<(usize, f64)> {
         let vanishes = |torque| self.at(&mut Intervals, &[torque], |_| Interval::ALL)[0].contains(0.0);
         let mut of_coordinates = self.torques.iter().filter(|(k, _)| *k < self.coordinates);
@@ -312,14 +317,14 @@ impl Statics {
         Some((*k, self.at(&mut Floating::<f64>::default(), &[*torque], |_| 0.0)[0]))
     }
 
-    /// Kept rows that are not met at a position, with how far they are off.
+    /// Multiplier constraints that are violated at a position, with their residuals.
     fn unmet(&self, position: &[f64]) -> Vec<(usize, f64)> {
         let rows = self.torques.iter().zip(self.residual(position)).filter(|((k, _), _)| *k >= self.coordinates);
         let off = rows.map(|((k, _), residual_torque)| (self.rows[*k - self.coordinates], residual_torque));
         off.filter(|(_, residual_torque)| !(residual_torque.abs() <= OFF)).collect()
     }
 
-    /// The unknowns with multipliers at zero that carry nothing but rounding.
+    /// The unknowns, with multipliers of rounding size set to zero.
     fn without_rounding(&self, mut found: Vec<f64>, inputs: usize) -> Vec<f64> {
         for k in self.coordinates + self.counters.len() + inputs..found.len() {
             let carries = std::mem::take(&mut found[k]);
@@ -330,14 +335,14 @@ impl Statics {
         found
     }
 
-    /// Whether no torque at all is left, exactly.
+    /// Whether the residual torque is exactly zero.
     pub(super) fn is_exact(&self, position: &[f64]) -> bool {
         let exprs: Vec<Expr> = self.torques.iter().map(|(_, torque)| *torque).collect();
         let found = self.at(&mut Rationals, &exprs, |k| rational_from_f64(position[k]));
         found.iter().all(|torque| torque.as_ref().is_some_and(Scalar::is_zero))
     }
 
-    /// As many of the unknowns as there are torques, such that these determine them; the others stay where they are.
+    /// As many of the unknowns as there are torques, such that these determine them; the others stay constant.
     fn determined(&self, slopes: &[f64]) -> Option<Vec<usize>> {
         let (n, width) = (self.torques.len(), self.active.len());
         if self.free.len() <= n {
@@ -406,13 +411,13 @@ impl Statics {
     }
 }
 
-/// Directions of charges along which no torque changes, exactly: of a capacitor beside a winding their sum.
+/// Directions of charges in which no torque changes, exactly: for a capacitor beside a winding their sum.
 fn counters(reduced: &Reduced, motion: &mut Motion) -> Vec<Vec<(usize, Rational)>> {
     let is_charge = |k: &usize| reduced.equations.domain(reduced.coordinates[*k]).counts();
     let charges: Vec<usize> = (0..reduced.degrees_of_freedom()).filter(is_charge).collect();
     let passive = motion.passive.clone();
     let mut rows: Vec<Vec<Rational>> = vec![Vec::new(); passive.len()];
-    // Where a torque depends on a charge otherwise than linearly, that charge is out.
+    // A charge on which a torque depends nonlinearly is excluded.
     let mut bent = Vec::new();
     for (place, &k) in charges.iter().enumerate() {
         let slopes = motion.graph.derivatives(&passive, motion.symbols[k]);
@@ -434,7 +439,8 @@ fn counters(reduced: &Reduced, motion: &mut Motion) -> Vec<Vec<(usize, Rational)
     (0..directions.columns()).map(column).collect()
 }
 
-/// What kept rows say of positions, as expressions that vanish: surfaces, and prescribed motions that stay where they start.
+/// The position equations of multiplier constraints, as residuals: surfaces, and prescribed motions that stay at their
+/// start.
 fn rows_of_positions(reduced: &Reduced, motion: &mut Motion, start: &[f64]) -> Vec<(usize, Expr)> {
     let mut out = Vec::new();
     for (number, (constraint, row)) in
@@ -460,7 +466,8 @@ fn rows_of_positions(reduced: &Reduced, motion: &mut Motion, start: &[f64]) -> V
     out
 }
 
-/// The position near `start` (rad or m) that constant torques of these inputs hold; the coordinates in `fixed` stay where they are.
+/// The position near `start` (rad or m) at which constant torques of these inputs balance the model; the coordinates in
+/// `fixed` stay constant.
 ///
 /// # Panics
 /// If `start` has not one entry per coordinate, or there is no such input.
@@ -488,11 +495,11 @@ pub fn trim(reduced: &Reduced, start: &[f64], fixed: &[usize], inputs: &[usize])
     }
 }
 
-/// Stops, cushions and play at rest, written into static torques.
+/// Stops, soft stops and backlash at rest, written into static torques.
 struct Contacts<'a> {
     reduced: &'a Reduced,
     motion: &'a mut Motion,
-    /// Of the symbols of the motion their expressions in the graph of the torques.
+    /// The expressions of the motion's symbols in the graph of the torques.
     values: &'a [(Symbol, Expr)],
 }
 
@@ -505,7 +512,7 @@ impl Contacts<'_> {
         self.motion.graph.subtract(angle, offset)
     }
 
-    /// Adds a torque along a hold.
+    /// Adds a torque in the direction of a unilateral constraint.
     fn push(&self, unilateral: usize, torque: Expr, graph: &mut Graph, torques: &mut [Expr]) {
         let direction = &self.motion.frictions[self.reduced.equations.frictions.len() + unilateral];
         for (k, entry) in direction {
@@ -515,7 +522,7 @@ impl Contacts<'_> {
         }
     }
 
-    /// Cushions press with their stiffness where their gap is negative.
+    /// Soft stops have their stiffness where their gap is negative.
     fn press(&mut self, graph: &mut Graph, torques: &mut [Expr]) {
         for (k, unilateral) in self.reduced.equations.unilaterals.iter().enumerate() {
             let UnilateralConstraint::Cushion { offset, stiffness, .. } = &unilateral.value else { continue };
@@ -531,7 +538,7 @@ impl Contacts<'_> {
         }
     }
 
-    /// A rigid stop is touched: its gap vanishes, and it pushes with a torque to be found, whose symbol is given back.
+    /// A closed rigid stop: its gap vanishes, and its torque is an unknown, whose symbol is returned.
     fn touch(&mut self, unilateral: usize, graph: &mut Graph, torques: &mut Vec<Expr>) -> Option<Symbol> {
         let UnilateralConstraint::Stop { offset, .. } = &self.reduced.equations.unilaterals[unilateral].value else {
             return None;
@@ -545,11 +552,11 @@ impl Contacts<'_> {
     }
 }
 
-/// Rigid stops of which all choices are tried.
+/// Most rigid stops of which all combinations are tried.
 const STOPS: usize = 4;
 
-/// Equilibria near a reduced position (rad or m), and those that starts within a turn around it lead to. Where there is none with all rigid stops
-/// open, one that rests on some of them.
+/// Equilibria near a reduced position (rad or m), and those reached from starts within a turn around it. Where there is
+/// none with all rigid stops open, one with some of them closed.
 ///
 /// # Panics
 /// If `start` has not one entry per coordinate.
@@ -567,7 +574,7 @@ pub fn equilibria(reduced: &Reduced, start: &[f64]) -> Equilibria {
     resting.into_iter().find(|one| !one.found.is_empty()).unwrap_or(open)
 }
 
-/// Equilibria with these rigid stops touched and pushing, the others open.
+/// Equilibria with these rigid stops closed and loaded, the others open.
 fn with_stops(reduced: &Reduced, start: &[f64], stops: &[usize]) -> Equilibria {
     let sought = Sought { stops, ..Sought::default() };
     let (statics, r) = (Statics::new(reduced, &sought, start), reduced.degrees_of_freedom());
@@ -595,7 +602,7 @@ fn with_stops(reduced: &Reduced, start: &[f64], stops: &[usize]) -> Equilibria {
         if pushes.iter().any(|push| *push < 0.0) {
             continue;
         }
-        // What a stop keeps from being reached rests nowhere.
+        // A position beyond a stop is no rest position.
         let passed = contacts(reduced, &position).into_iter().find(|one| !one.soft && one.is_passed());
         if let Some(one) = passed.filter(|one| !stops.contains(&one.unilateral)) {
             if statics.is_settled(&found) && out.beyond.is_none() {
@@ -616,7 +623,7 @@ fn with_stops(reduced: &Reduced, start: &[f64], stops: &[usize]) -> Equilibria {
             }
             continue;
         }
-        // Where they are not isolated, another one is no news, nor where steps of the method led far away.
+        // Where they are not isolated, a further one adds nothing, nor where steps of the method led far away.
         let turn = std::f64::consts::TAU;
         let is_near = || position.iter().zip(start).all(|(a, b)| (a - b).abs() <= turn);
         if out.found.is_empty() || (radius.is_some() && is_near()) {

@@ -1,32 +1,32 @@
-//! Motions without inertia along which springs alone act: equations of equilibrium, which are constraints.
+//! Motions without inertia on which springs alone act: equations of equilibrium, which are constraints.
 
 use crate::assemble::{DirectionalTerm, Equations, MultiplierConstraint};
 use crate::num::{Matrix, Rational, Scalar, echelon};
 use crate::units::Exact;
 
-/// What a row without inertia is called, in front of the shaft that it holds.
+/// The prefix of the name of a row without inertia; the name of the shaft that it determines follows.
 const EQUILIBRIUM: &str = "equilibrium of ";
 
-/// Why springs do not decide about a motion without inertia.
+/// Why springs do not determine a motion without inertia.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NoEquilibrium {
-    /// Inputs or torques of laws act along it: it would follow their torques at once.
+    /// Inputs or torques of laws act on it: it would follow their torques at once.
     Driven {
         /// Their elements.
         inputs: Vec<String>,
-        /// Whether springs act along it too.
+        /// Whether springs act on it too.
         sprung: bool,
         /// The shafts that move, with their shares.
         direction: Vec<(usize, Rational)>,
     },
-    /// A constraint that is kept with its multiplier depends on it.
+    /// A constraint enforced by a multiplier depends on it.
     MultiplierConstraint {
         /// Its element.
         element: String,
         /// The shafts that move, with their shares.
         direction: Vec<(usize, Rational)>,
     },
-    /// Nothing at all acts along it.
+    /// No torque at all acts on it.
     Free {
         /// The shafts that move, with their shares.
         direction: Vec<(usize, Rational)>,
@@ -40,7 +40,7 @@ fn row_dot(row: &Row, directions: &Matrix<Rational>, column: usize) -> Rational 
     row.iter().fold(Rational::ZERO, |sum, (k, x)| sum.plus(&x.times(&directions[(*k, column)])))
 }
 
-/// A basis of what none of these rows sees, one column for each direction, with the shaft that each is named after.
+/// A basis of the null space of these rows, one column for each direction, with the shaft that each is named after.
 fn null_directions<'a>(shafts: usize, rows: impl Iterator<Item = &'a Row>) -> (Matrix<Rational>, Vec<usize>) {
     let rows: Vec<&Row> = rows.collect();
     let mut matrix = Matrix::zeros(rows.len(), shafts);
@@ -51,13 +51,15 @@ fn null_directions<'a>(shafts: usize, rows: impl Iterator<Item = &'a Row>) -> (M
     (e.kernel(), e.free())
 }
 
-/// The equations of equilibrium `vᵀ(S q − s₀) = 0` of the motions v without inertia that neither dampers nor frictions feel, one row for each.
+/// The equations of equilibrium `vᵀ(S q − s₀) = 0` of the motions v without inertia on which neither dampers nor
+/// frictions act, one row for each.
 ///
-/// Where H v = 0, D v = 0 and no torque acts along v, `vᵀ(H q̈ + D q̇ + S q − s₀) = 0` is a linear constraint that holds by itself: its
-/// multiplier is zero, and eliminating it is exact. Motions through a transmission whose ratio changes are not looked for.
+/// Where H v = 0, D v = 0 and no torque acts in the direction v, `vᵀ(H q̈ + D q̇ + S q − s₀) = 0` is a linear
+/// constraint that is satisfied by itself: its multiplier is zero, and eliminating it is exact. Motions through a
+/// transmission whose ratio changes are not considered.
 ///
 /// # Errors
-/// [`NoEquilibrium`] where inputs or kept rows act along such a motion or nothing does.
+/// [`NoEquilibrium`] where inputs or multiplier constraints act on such a motion or no torque does.
 pub fn equilibrium_rows(equations: &Equations) -> Result<Vec<DirectionalTerm<Exact>>, NoEquilibrium> {
     let n = equations.coordinates.len();
     let ends: Vec<Row> = equations
@@ -132,7 +134,7 @@ impl Equations {
         self
     }
 
-    /// Whether a constraint is an equation of equilibrium: nothing pushes along it, its multiplier is zero.
+    /// Whether a constraint is an equation of equilibrium: no force acts through it, its multiplier is zero.
     pub fn is_equilibrium(&self, constraint: usize) -> bool {
         self.constraints.get(constraint).is_some_and(|row| row.element.starts_with(EQUILIBRIUM))
     }

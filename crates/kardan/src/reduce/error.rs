@@ -8,7 +8,7 @@ pub enum ReduceError {
         rows: usize,
         /// The exact rank of C.
         rank: usize,
-        /// One entry for each dependency that is not kept once.
+        /// One entry for each dependency that cannot be removed as redundant.
         dependencies: Vec<Dependency>,
     },
     /// The constraints leave no motion.
@@ -26,15 +26,15 @@ pub enum ReduceError {
         degrees_of_freedom: usize,
         /// The names given.
         named: Vec<String>,
-        /// Coordinates that would do.
+        /// A valid set of coordinates.
         suggestion: Vec<String>,
     },
     /// Coordinates named by the user depend on each other through linear constraints.
-    #[error("the coordinates {} are not independent: the constraints tie them together", list(named))]
+    #[error("the coordinates {} are not independent: the constraints couple them", list(named))]
     CoordinatesDependent {
         /// The names given.
         named: Vec<String>,
-        /// Coordinates that would do.
+        /// A valid set of coordinates.
         suggestion: Vec<String>,
     },
     /// The transmissions cannot be evaluated one after another from the coordinates.
@@ -44,10 +44,10 @@ pub enum ReduceError {
         elements: Vec<String>,
         /// Those of them whose curve has no inverse in closed form: the shaft that drives must be known first.
         one_way: Vec<String>,
-        /// Coordinates that would do, if there are any.
+        /// A valid set of coordinates, if there is one.
         suggestion: Vec<String>,
     },
-    /// A shaft follows through so many transmissions that its exact ratio has too many digits.
+    /// A shaft follows through too many transmissions: its exact ratio has too many digits.
     #[error("`{shaft}` follows from the coordinates through {transmissions} transmissions one after the other, more than {MOST_IN_SERIES}: its \
              exact ratio would have {} digits", transmissions * DIGITS_OF_A_RATIO)]
     TooDeep {
@@ -58,7 +58,7 @@ pub enum ReduceError {
     },
 }
 
-/// Transmissions that a shaft may follow through, one after the other: exact ratios of so many take seconds.
+/// Most transmissions in series that a shaft may follow through: exact ratios of that many take seconds.
 pub(super) const MOST_IN_SERIES: usize = 500;
 /// Decimal digits of a ratio that is rounded to binary, on both sides of its point.
 const DIGITS_OF_A_RATIO: usize = 16;
@@ -68,7 +68,7 @@ const DIGITS_OF_A_RATIO: usize = 16;
 pub struct Dependency {
     /// `(element, its share in the combination that vanishes)`.
     pub elements: Vec<(String, f64)>,
-    /// Whether the offsets contradict each other; otherwise one row is superfluous.
+    /// Whether the offsets contradict each other; otherwise one row is redundant.
     pub contradiction: bool,
     /// Whether an offset is a function of time: whether they agree at all times is not decided.
     pub moving: bool,
@@ -88,7 +88,7 @@ fn describe_dependencies(dependencies: &[Dependency]) -> String {
         let verdict = match dependency {
             Dependency { contradiction: true, .. } => "and their offsets contradict each other",
             Dependency { moving: true, .. } => "and an offset is a function of time",
-            _ => "so one is superfluous",
+            _ => "so one is redundant",
         };
         format!("{} = 0, {verdict}", sum.join(" + "))
     };
@@ -102,6 +102,6 @@ fn describe_open(elements: &[String], one_way: &[String]) -> String {
     }
     let drives = list(one_way);
     format!(
-        "the transmissions {all} cannot be evaluated from these coordinates: of {drives} what drives must be known first"
+        "the transmissions {all} cannot be evaluated from these coordinates: the driving shaft of {drives} must be known first"
     )
 }

@@ -8,8 +8,9 @@ use crate::num::{Echelon, Rational, Scalar, echelon, rational_to_f64};
 
 /// Chooses reduced coordinates (or takes the named ones) and brings all constraints to explicit form.
 ///
-/// Left to itself it keeps inertias and drops, in this order of preference, the driven shafts of transmissions,
-/// massless shafts, and shafts with large coefficients (so that the basis stays well scaled); ties go by name.
+/// Without names it prefers inertias as coordinates and drops, in this order of preference, the driven shafts of
+/// transmissions, massless shafts, and shafts with large coefficients (so that the basis stays well scaled); ties are
+/// broken by name.
 ///
 /// ```
 /// use kardan::{assemble::assemble, model, reduce::reduce};
@@ -24,7 +25,7 @@ use crate::num::{Echelon, Rational, Scalar, echelon, rational_to_f64};
 /// [`ReduceError`], with the exact reason.
 ///
 /// # Panics
-/// If `named` holds a name that is no shaft or holds one twice (the model checks this before).
+/// If `named` contains a name that is not a shaft or contains one two times (the model checks this before).
 pub fn reduce(equations: Equations, named: Option<&[String]>) -> Result<Reduced, ReduceError> {
     let moving: Vec<String> = equations.moving.keys().cloned().collect();
     let behind = (!moving.is_empty()).then(|| equations.clone());
@@ -33,7 +34,8 @@ pub fn reduce(equations: Equations, named: Option<&[String]>) -> Result<Reduced,
     if one_way.is_empty() {
         return found;
     }
-    // What is prescribed behind a curve that is followed from its other end alone is kept: of one such constraint, or of all.
+    // A prescribed motion behind a curve that can be followed only from its other end is a multiplier constraint: one
+    // such constraint, or all.
     let with_moving = |names: &[String]| {
         let mut equations = equations.clone();
         equations.prefer_moving(names);
@@ -46,7 +48,7 @@ pub fn reduce(equations: Equations, named: Option<&[String]>) -> Result<Reduced,
         .map_or(found, Ok)
 }
 
-/// The same where nothing that is prescribed stands behind a curve.
+/// The same where no prescribed motion is behind a curve.
 fn explicit(mut equations: Equations, named: Option<&[String]>) -> Result<Reduced, ReduceError> {
     let redundant = independent_rows(&mut equations)?;
     let constraints = check_motion(&equations)?;
@@ -99,22 +101,22 @@ type Explicit = (Vec<usize>, Vec<Step>);
 /// The number of all constraints, if they leave a motion.
 fn check_motion(equations: &Equations) -> Result<usize, ReduceError> {
     let (n, constraints) = (equations.coordinates.len(), equations.constraints.len() + equations.transmissions.len());
-    // What is prescribed may take the last one.
+    // Prescribed motions may use the last one.
     if constraints > n || constraints == n && equations.moving.is_empty() {
         return Err(ReduceError::NoMotion { shafts: n, constraints });
     }
     Ok(constraints)
 }
 
-/// Sets of coordinates that [`automatic`] tries before it gives up.
+/// Most sets of coordinates that [`automatic`] tries.
 const MOST_TRIED: usize = 500;
 
 fn automatic(equations: &Equations) -> Result<Explicit, ReduceError> {
     let order = from_dropped_to_retained(equations);
     let e = echelon(&equations.constraint_matrix(), &order);
     let mut free: Vec<usize> = (0..order.len()).filter(|shaft| !e.pivots.contains(shaft)).collect();
-    // Each transmission takes one of the free shafts away: its driven one if that is free, else its driving one, else any
-    // that its driven shaft depends on.
+    // Each transmission makes one of the free shafts dependent: its driven one if that is free, else its driving one,
+    // else any that its driven shaft depends on.
     for transmission in &equations.transmissions {
         let expression =
             |shaft: usize| affine(equations, &e, shaft).terms.into_iter().map(|(s, _)| s).collect::<Vec<_>>();
@@ -136,7 +138,8 @@ fn automatic(equations: &Equations) -> Result<Explicit, ReduceError> {
     };
     match open {
         Ok(steps) => Ok((free, steps)),
-        // Where transmissions and gears mesh, the first choice can need an equation solved that another choice does not.
+        // Where transmissions and gears are coupled, the first choice can require solving an equation that another
+        // choice avoids.
         Err(open) => {
             let order_of_retained: Vec<usize> = order.into_iter().rev().collect();
             search(equations, &order_of_retained, degrees_of_freedom, &mut Vec::new(), &mut 0)
@@ -145,8 +148,8 @@ fn automatic(equations: &Equations) -> Result<Explicit, ReduceError> {
     }
 }
 
-/// Shafts in the order in which they are given up as coordinates: ends of transmissions last, massless ones and those with
-/// large coefficients first; ties go by name.
+/// Shafts in the order in which they become dependent: ends of transmissions last, massless ones and those with large
+/// coefficients first; ties are broken by name.
 fn from_dropped_to_retained(equations: &Equations) -> Vec<usize> {
     let n = equations.coordinates.len();
     let mut massless = vec![true; n];
@@ -243,10 +246,10 @@ fn dependent_first(equations: &Equations, resolved: &[usize]) -> Vec<usize> {
     unknown.chain(resolved.iter().copied()).collect()
 }
 
-/// Steps that find all shafts from the coordinates; the transmissions that stay open if that is not possible.
+/// Steps that compute all shafts from the coordinates; the transmissions that stay open if that is not possible.
 ///
-/// Method: a transmission whose one end follows from known shafts through the linear constraints makes its other end
-/// known; when none is left, the linear constraints must give the rest.
+/// Method: a transmission with one end that follows from known shafts through the linear constraints determines its
+/// other end; when none is left, the linear constraints must determine the rest.
 fn plan<'a>(equations: &'a Equations, coordinates: &[usize]) -> Result<Vec<Step>, Vec<&'a TransmissionRow>> {
     let matrix = equations.constraint_matrix();
     let mut resolved = coordinates.to_vec();

@@ -28,7 +28,7 @@ impl<S: Scalar> FirstOrder<S> {
         let relaxing: Vec<usize> = (0..r).filter(|k| !moving.contains(k)).collect();
         let minus = S::zero().minus(&S::one());
         let own = part(inertia, &moving, &moving);
-        // What acts on the coordinates of some rows: of positions, of rates with an inertia, of inputs.
+        // The entries of some rows on the coordinates: of positions, of rates with an inertia, of inputs.
         let acting = |rows: &[usize]| {
             let all: Vec<usize> = (0..r).collect();
             let inputs: Vec<usize> = (0..m).collect();
@@ -68,7 +68,8 @@ fn part<S: Scalar>(matrix: &Matrix<S>, rows: &[usize], columns: &[usize]) -> Mat
     Matrix::from_fn(rows.len(), columns.len(), |i, j| matrix[(rows[i], columns[j])].clone())
 }
 
-/// Rows over angles and speeds of all shafts as rows over the states of [`FirstOrder`], with the basis K. They see no rate that is no state.
+/// Rows over angles and speeds of all shafts as rows over the states of [`FirstOrder`], with the basis K. They do not
+/// depend on rates that are not states.
 pub fn over_states<S: Scalar>(
     [on_angles, on_speeds]: [&Matrix<S>; 2],
     basis: &Matrix<S>,

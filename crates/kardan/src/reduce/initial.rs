@@ -1,4 +1,4 @@
-//! Where a run begins, from angles and speeds that are given of any coordinates.
+//! The start of a run, from angles and speeds that are given for any coordinates.
 
 use std::collections::BTreeMap;
 
@@ -15,20 +15,20 @@ pub struct StartValue {
     pub value: Exact,
 }
 
-/// What is given contradicts itself.
+/// The given start values contradict each other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StartConflict {
-    /// Numbers of what is given that take part.
+    /// Numbers of the given values that are involved.
     pub prescribed: Vec<usize>,
-    /// What follows of one of them from the others, SI.
+    /// The value of one of them that follows from the others, SI.
     pub follows: Option<(usize, f64)>,
     /// The transmission that does not allow it, where it is one.
     pub transmission: Option<String>,
 }
 
-/// Relative to the larger one, what two values may differ by where numbers were rounded.
+/// Difference of two values relative to the larger one that counts as rounding.
 const ROUNDED: f64 = 1e-9;
-/// What rounding may make of zero, SI.
+/// A value that counts as zero, SI.
 const LEAST: f64 = 1e-15;
 
 /// A number as powers of π with their factors: these are independent over the fractions, so that equality is decided.
@@ -50,7 +50,7 @@ fn subtract<K: Ord + Copy>(from: &mut BTreeMap<K, Rational>, factor: &Rational, 
     from.retain(|_, x| !x.is_zero());
 }
 
-/// `Σ entries·q = right`, the sum of constraints and of `from` times what is given.
+/// `Σ entries·q = right`, the sum of constraints and of `from` times given values.
 #[derive(Debug, Clone, Default)]
 struct Row {
     entries: BTreeMap<usize, Rational>,
@@ -63,7 +63,7 @@ struct Row {
 struct Rows(Vec<(usize, Row)>);
 
 impl Rows {
-    /// What of a row does not follow from these.
+    /// The part of a row that does not follow from these.
     fn rest(&self, mut row: Row) -> Row {
         for (pivot, own) in &self.0 {
             let Some(entry) = row.entries.get(pivot).cloned() else { continue };
@@ -75,7 +75,7 @@ impl Rows {
         row
     }
 
-    /// Takes a row in; what is left of one that follows from the others.
+    /// Adds a row; returns the remainder of one that follows from the others.
     fn add(&mut self, row: Row) -> Option<Row> {
         let rest = self.rest(row);
         match rest.entries.keys().next() {
@@ -87,7 +87,7 @@ impl Rows {
         }
     }
 
-    /// The value of a coordinate, and what is given that it follows from; nothing while it is open.
+    /// The value of a coordinate, and the given values that it follows from; `None` while it is free.
     fn value(&self, coordinate: usize) -> Option<(Graded, Vec<usize>)> {
         let entries = BTreeMap::from([(coordinate, Rational::ONE)]);
         let mut rest = self.rest(Row { entries, ..Row::default() });
@@ -96,7 +96,7 @@ impl Rows {
     }
 }
 
-/// All that is known of angles, or of speeds.
+/// The equations of angles, or of speeds.
 struct Start<'a> {
     reduced: &'a Reduced,
     prescribed: &'a [StartValue],
@@ -106,7 +106,7 @@ struct Start<'a> {
 }
 
 impl<'a> Start<'a> {
-    /// The linear constraints with these right sides, and what is given.
+    /// The linear constraints with these right sides, and the given values.
     fn new(reduced: &'a Reduced, prescribed: &'a [StartValue], right: impl Fn(usize) -> (Graded, bool)) -> Self {
         let mut out = Self { reduced, prescribed, rows: Rows::default(), rounded: false };
         for (k, constraint) in reduced.equations.constraints.iter().enumerate() {
@@ -119,7 +119,7 @@ impl<'a> Start<'a> {
         out
     }
 
-    /// Takes in what is given.
+    /// Adds the given values.
     fn give(&mut self) -> Result<(), StartConflict> {
         for (number, prescribed) in self.prescribed.iter().enumerate() {
             let entries = BTreeMap::from([(prescribed.coordinate, Rational::ONE)]);
@@ -140,14 +140,14 @@ impl<'a> Start<'a> {
         exact || (self.rounded && excess.abs() <= (ROUNDED * beside.abs().max(follows.abs())).max(LEAST))
     }
 
-    /// Takes in what a coordinate is, where it is open.
+    /// Adds the value of a coordinate, where it is free.
     fn set(&mut self, coordinate: usize, value: f64, from: &[usize]) {
         let right = graded(&Exact::new(rational_from_f64(value).unwrap_or(Rational::ZERO), 0));
         let from = from.iter().map(|number| (*number, Rational::ONE)).collect();
         self.rows.add(Row { entries: BTreeMap::from([(coordinate, Rational::ONE)]), right, from });
     }
 
-    /// What is open of the reduced coordinates is zero, one after the other, and what follows is taken in each time.
+    /// Sets free reduced coordinates to zero, one after the other, and adds the consequences each time.
     fn close(
         &mut self,
         follow: &mut dyn FnMut(&mut Self) -> Result<(), StartConflict>,
@@ -164,9 +164,10 @@ impl<'a> Start<'a> {
     }
 }
 
-/// The reduced position that has these angles; what they leave open is zero, the coordinates in their order.
+/// The reduced position that has these angles; free coordinates are zero, the coordinates in their order.
 ///
-/// Linear constraints are solved over the fractions and the powers of π; a transmission is taken at the end that is known, and rounded.
+/// Linear constraints are solved over the fractions and the powers of π; a transmission is evaluated from its known
+/// end, and rounded.
 ///
 /// # Errors
 /// [`StartConflict`]
@@ -217,7 +218,8 @@ pub fn start_position(reduced: &Reduced, prescribed: &[StartValue]) -> Result<Ve
     })
 }
 
-/// The reduced speeds at a reduced position that give these speeds; what they leave open is zero, the coordinates in their order.
+/// The reduced speeds at a reduced position that give these speeds; free speeds are zero, the coordinates in their
+/// order.
 ///
 /// # Errors
 /// [`StartConflict`]

@@ -1,4 +1,5 @@
-//! A model at an instant: functions of time are numbers, what slides is a torque, what sticks or is engaged is a constraint.
+//! A model at an instant: functions of time are numbers, sliding frictions are torques, sticking or engaged elements
+//! are constraints.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -11,12 +12,12 @@ use crate::expr::{Floating, lower};
 use crate::num::{Rational, project, rational_from_f64, rational_to_f64};
 use crate::units::{Dimension, Exact};
 
-/// When a model is looked at.
+/// The instant at which a model is evaluated.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Instant {
     /// s
     pub time: f64,
-    /// What blocks answer then; those that are not named answer zero.
+    /// The block outputs then; blocks that are not named output zero.
     pub outputs: BTreeMap<String, f64>,
 }
 
@@ -25,7 +26,7 @@ fn exact(value: f64) -> Exact {
 }
 
 impl Instant {
-    /// A formula in which nothing depends on the time.
+    /// A formula in which no term depends on the time.
     fn formula(&self, formula: &Arc<Formula>) -> Arc<Formula> {
         let varies = |(_, meaning): &(String, Meaning)| {
             !matches!(meaning, Meaning::Constant(..) | Meaning::Position(_) | Meaning::Rate(_) | Meaning::Table(_))
@@ -46,7 +47,7 @@ impl Instant {
         Arc::new(Formula { names, ..Formula::clone(formula) })
     }
 
-    /// The equations of motion then; what an offset prescribes stands still.
+    /// The equations of motion then; prescribed offsets are constant.
     pub fn equations(&self, equations: &Equations) -> Equations {
         let mut out = equations.clone();
         out.laws.iter_mut().for_each(|law| law.value = self.formula(&law.value));
@@ -97,7 +98,7 @@ fn value_at(reduced: &Reduced, formula: &Formula, position: &[f64], speeds: &[f6
     lower(&motion.graph, &[value], &mut Floating::<f64>::default(), of)[0]
 }
 
-/// Speeds along all set-valued directions, rad/s.
+/// Speeds in all set-valued directions, rad/s.
 ///
 /// # Panics
 /// As [`engaged_locks`].
@@ -105,7 +106,7 @@ pub fn slip_speeds(reduced: &Reduced, position: &[f64], speeds: &[f64]) -> Vec<f
     let mut numeric = Kinematics::new(reduced);
     numeric.update(position, speeds);
     let row_speed = |row: &[(usize, Rational)]| {
-        // What differs by rounding alone does not slip.
+        // A speed at the level of rounding does not slip.
         let parts = row.iter().map(|(k, a)| rational_to_f64(a) * numeric.speeds[*k]);
         let (sum, size) = parts.fold((0.0, 0.0), |(sum, size), part: f64| (sum + part, f64::max(size, part.abs())));
         if sum.abs() <= SLIPS * size { 0.0 } else { sum }
@@ -116,8 +117,8 @@ pub fn slip_speeds(reduced: &Reduced, position: &[f64], speeds: &[f64]) -> Vec<f
 /// Part of the speeds that a slip is the difference of, below which it is none.
 const SLIPS: f64 = 1e-9;
 
-/// With the torques of frictions that slide: of each set-valued direction the sign of its speed, zero where it does not slide. Friction of teeth, whose
-/// torque depends on what they carry, is left out.
+/// With the torques of sliding frictions: for each set-valued direction the sign of its speed, zero where it does not
+/// slide. Gear losses, whose torque depends on the load, are left out.
 pub fn with_sliding(equations: &Equations, signs: &[f64]) -> Equations {
     let mut out = equations.clone();
     let first = equations.frictions.len();
@@ -140,7 +141,7 @@ pub fn with_sliding(equations: &Equations, signs: &[f64]) -> Equations {
     out
 }
 
-/// `c + (c_b − c) exp(−(v/v_s)²)`, with v the speed along the direction of a friction.
+/// `c + (c_b − c) exp(−(v/v_s)²)`, with v the speed in the direction of a friction.
 fn coulomb(equations: &Equations, friction: usize, against: &dyn Fn(&str) -> String) -> Arc<Formula> {
     let friction = &equations.frictions[friction];
     let domain = equations.domain_of(friction);
@@ -162,8 +163,9 @@ fn coulomb(equations: &Equations, friction: usize, against: &dyn Fn(&str) -> Str
     Formula::of(&against(&format!("@ + (@ - @) * exp(-(({}) / @)^2)", squares.join(" + "))), names, effort)
 }
 
-/// The model in which these set-valued directions hold, as they are at a reduced position (rad): constraints in their place. Coordinates in `named` stay
-/// coordinates, where others may follow instead. One that says nothing new, or that no order of evaluation allows, holds nothing.
+/// The model in which these set-valued directions stick, at a reduced position (rad): constraints replace them.
+/// Coordinates in `named` stay coordinates, where others may follow instead. A constraint that is redundant, or that no
+/// order of evaluation allows, is left out.
 ///
 /// # Panics
 /// If the position has not one entry per coordinate.
@@ -206,8 +208,8 @@ pub fn with_enforced(reduced: &Reduced, enforced: &BTreeSet<usize>, position: &[
     out
 }
 
-/// The model in which these contacts (numbers of holds) are closed at a reduced position (rad): springs and dampers in the place of soft ones, relaxed where
-/// they begin to press, and constraints in the place of rigid ones.
+/// The model in which these contacts (numbers of unilateral constraints) are closed at a reduced position (rad):
+/// springs and dampers replace soft ones, relaxed at first contact, and constraints replace rigid ones.
 ///
 /// # Panics
 /// If the position has not one entry per coordinate.

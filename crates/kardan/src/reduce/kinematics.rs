@@ -204,7 +204,8 @@ impl Kinematics {
     }
 }
 
-/// The slope of a curve at x: the derivative of its expression where it is a fraction there, else rounded once. Tells which.
+/// The slope of a curve at x: the derivative of its expression where it is a fraction there, else rounded once. Also
+/// returns whether it is exact.
 fn exact_slope(curve: &dyn Curve, x: Option<&Surd>, rounded: f64) -> Slope {
     let mut graph = Graph::default();
     let symbol = graph.symbol("x", Dimension::ANGLE);
@@ -223,7 +224,7 @@ fn exact_slope(curve: &dyn Curve, x: Option<&Surd>, rounded: f64) -> Slope {
 pub struct Slope {
     /// The slope, exact from here on.
     pub value: Rational,
-    /// Whether it is no fraction, as far as is known, and was rounded once.
+    /// Whether it is not known to be a fraction, and was rounded once.
     pub rounded: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Torques that expressions give, around a position at rest.
+//! Slopes of torque expressions, around a position at rest.
 
 use super::{Kinematics, Motion, Reduced, Step, kinematics, pressed_cushions};
 use crate::assemble::{DirectionalTerm, Equations, RestTorque};
@@ -6,13 +6,13 @@ use crate::equations::{Formula, UnilateralConstraint};
 use crate::expr::{Expr, Interval, Linear, Place, Rationals, Side, Surd, Symbol, bending, linear_sides, lower};
 use crate::num::{LastDigits, Rational, SparseRow, rational_from_f64, rational_to_f64};
 
-/// A torque that an expression gives, or the multiplier of a row that turns, around a position at rest and at time zero:
-/// `τ = τ₀ + gᵀ Δq + hᵀ q̇` over all coordinates.
+/// A torque that an expression gives, or the multiplier of a row that rotates, around a position at rest and at time
+/// zero: `τ = τ₀ + gᵀ Δq + hᵀ q̇` over all coordinates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LawSlopes {
     /// The element.
     pub element: String,
-    /// The direction along which it acts.
+    /// The direction in which it acts.
     pub row: SparseRow,
     /// τ₀, N m.
     pub value: f64,
@@ -20,22 +20,23 @@ pub struct LawSlopes {
     pub on_positions: SparseRow,
     /// h, N m s/rad.
     pub on_rates: SparseRow,
-    /// Slopes by what blocks answer, N m for each unit, where these are given.
+    /// Slopes by block outputs, N m for each unit, where these are given.
     pub on_outputs: Vec<(String, f64)>,
-    /// Whether an entry is no fraction, as far as is known, and was rounded once.
+    /// Whether an entry is not known to be a fraction, and was rounded once.
     pub rounded: bool,
-    /// By how much rounding may move each entry of g, and of h.
+    /// The rounding error of each entry of g, and of h.
     pub off: [Vec<f64>; 2],
-    /// Why it has no slope here, in words: that it jumps, or that it or its slope is no number.
+    /// Why it has no slope here, as text: that it jumps, or that it or its slope is not a number.
     pub undefined: Vec<String>,
-    /// What vanishes where the expression jumps.
+    /// The expressions that vanish where the law jumps.
     pub jumps: Vec<String>,
-    /// What vanishes where the expression has a kink here: its slopes differ on the two sides, and the entries are those of one of them.
+    /// The expressions that vanish where the law has a kink here: its slopes differ on the two sides, and the entries
+    /// are those of one of them.
     pub kinks: Vec<String>,
 }
 
 impl LawSlopes {
-    /// Moves rounded entries within what rounding leaves open.
+    /// Moves rounded entries within their rounding error.
     pub fn perturb(&mut self, digits: &mut LastDigits) {
         for (row, off) in [&mut self.on_positions, &mut self.on_rates].into_iter().zip(&self.off) {
             for ((_, slope), off) in row.iter_mut().zip(off) {
@@ -45,7 +46,8 @@ impl LawSlopes {
     }
 }
 
-/// What a transmission under load adds to the stiffness: a row over the coordinates, and the stiffness along it (N m/rad).
+/// The stiffness that a loaded transmission adds: a row over the coordinates, and the stiffness in its direction (N
+/// m/rad).
 #[derive(Debug, Clone, PartialEq)]
 pub struct GeometricStiffness {
     /// The transmission.
@@ -56,16 +58,17 @@ pub struct GeometricStiffness {
     pub stiffness: Rational,
 }
 
-/// Where a model is looked at: at rest, and, where that is known, held there.
+/// The operating point of a model: at rest, and, where that is computed, in balance.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct OperatingPoint {
     /// The reduced position, rad or m.
     pub position: Vec<f64>,
-    /// Rates of the reduced coordinates: zero, but for the currents of charges that only count what has flowed, A.
+    /// Rates of the reduced coordinates: zero, except for the currents of charges that are integrators without effect,
+    /// A.
     pub rates: Vec<f64>,
-    /// The constant torque of each input that holds it there, N m; `None`: springs are taken as relaxed there.
+    /// The constant torque of each input that balances it, N m; `None`: springs are taken as relaxed there.
     pub torques: Option<Vec<f64>>,
-    /// The side of it that is looked at, where something bends there.
+    /// The side of the operating point that is used, where it is at a kink.
     pub side: Side,
 }
 
@@ -81,9 +84,9 @@ impl OperatingPoint {
     }
 }
 
-/// The stiffness that springs, laws and holding torques make along transmissions whose ratio depends on the angle: `−μ γ″` along the driving
-/// side, with μ the torque that acts on the driven one; `laws` are the slopes of the laws there. There is none where no law is and nothing is
-/// held: springs are then taken as relaxed.
+/// The stiffness that springs, laws and balancing torques add at transmissions whose ratio depends on the angle:
+/// `−μ γ″` along the driving side, with μ the torque that acts on the driven one; `laws` are the slopes of the laws
+/// there. Without laws and balancing torques there is none: springs are then taken as relaxed.
 ///
 /// # Panics
 /// If the position has not one entry per coordinate.
@@ -171,19 +174,19 @@ pub(super) fn all_free(equations: &Equations) -> Reduced {
     }
 }
 
-/// What angles of a place may be rounded by, relative.
+/// The relative rounding error of angles of a position.
 const ROUNDED: f64 = 4.0 * f64::EPSILON;
 
-/// A model at rest at a place, left by motions that its constraints allow.
+/// A model at rest at a position, with the motions that its constraints allow.
 struct RestPoint {
     /// Angles, behind all of them speeds.
     symbols: Vec<Symbol>,
     exact: Vec<Option<Surd>>,
     numeric: Kinematics,
     basis: Vec<SparseRow>,
-    /// What blocks answer.
+    /// The block outputs.
     outputs: Vec<(Symbol, f64)>,
-    /// What stands still: functions of time as they begin.
+    /// Constant symbols: functions of time at their start values.
     fixed: Vec<(Symbol, f64)>,
 }
 
@@ -201,7 +204,7 @@ impl RestPoint {
         }
     }
 
-    /// How many coordinates it has.
+    /// The number of coordinates.
     fn coordinates(&self) -> usize {
         self.basis.len()
     }
@@ -231,7 +234,7 @@ impl Place for RestPoint {
 
     fn enclosure(&self, symbol: Symbol) -> Interval {
         let value = self.value(symbol);
-        // Zero is exact; what a search found near it is not.
+        // Zero is exact; a value that a search found near it is not.
         let half_width = if value == 0.0 { 0.0 } else { ROUNDED * value.abs().max(1.0) };
         Interval { low: value - half_width, high: value + half_width }
     }
@@ -247,7 +250,7 @@ impl Place for RestPoint {
     }
 }
 
-/// What a multiplier carries, whose row turns.
+/// The contribution of a multiplier whose row changes direction.
 fn carried_slopes(rest_term: &DirectionalTerm<RestTorque>) -> LawSlopes {
     LawSlopes {
         element: rest_term.element.clone(),
@@ -264,7 +267,7 @@ fn carried_slopes(rest_term: &DirectionalTerm<RestTorque>) -> LawSlopes {
     }
 }
 
-/// The torques of all laws around a reduced position (rad), and behind them what multipliers carry there.
+/// The torques of all laws around a reduced position (rad), then those of multipliers there.
 ///
 /// # Panics
 /// If `position` has not one entry per coordinate.
@@ -272,7 +275,7 @@ pub fn law_slopes(reduced: &Reduced, position: &[f64]) -> Vec<LawSlopes> {
     law_slopes_at(reduced, &OperatingPoint::relaxed(position))
 }
 
-/// The same at an operating point, where currents may flow, on its side of what bends there.
+/// The same at an operating point, where currents may flow, on its side of any kink there.
 ///
 /// # Panics
 /// As [`law_slopes`].
@@ -281,8 +284,8 @@ pub fn law_slopes_at(reduced: &Reduced, point: &OperatingPoint) -> Vec<LawSlopes
     laws.chain(reduced.equations.carried.iter().map(carried_slopes)).collect()
 }
 
-/// The torques of some laws around an operating point with what blocks answer there, by which torques have slopes too; without, blocks answer zero and
-/// stand still.
+/// The torques of some laws around an operating point with the block outputs there, by which torques have slopes too;
+/// without them, block outputs are constant zero.
 ///
 /// # Panics
 /// As [`law_slopes`].
@@ -297,7 +300,7 @@ pub fn law_slopes_with(
         return Vec::new();
     }
     let free = unconstrained(reduced);
-    // Blocks are symbols where they answer, and functions of time with them.
+    // Block outputs are symbols where they are given, and functions of time with them.
     let mut motion = if answer.is_some() { Motion::kinematics(&free, false) } else { Motion::free(&free) };
     let mut rest_point = RestPoint::new(reduced, point, &motion);
     let mut out = Vec::new();
@@ -315,7 +318,7 @@ pub fn law_slopes_with(
     out
 }
 
-/// What a law is on a side of the place, with what is said of the others.
+/// The slopes of a law on one side of the position, with notes on the other sides.
 fn slopes_of(
     sides: Option<Vec<Linear>>,
     (coordinates, blocks): (usize, &[String]),
@@ -336,8 +339,8 @@ fn slopes_of(
         kinks: Vec::new(),
     };
     let Some(sides) = sides else {
-        // A loop names it with what jumps, and leaves it out.
-        let many = "more than 64 sides";
+        // A loop reports it with the jumps, and leaves it out.
+        let many = "more than 64 branches";
         return LawSlopes { undefined: vec![format!("it has {many}")], jumps: vec![many.into()], ..nothing };
     };
     let own = sides.iter().find(|one| one.is_on(side)).unwrap_or(&sides[0]);
@@ -346,7 +349,7 @@ fn slopes_of(
     let kinks = bending(&sides, &|one, other| one.same_slopes(other));
     let mut undefined: Vec<String> = jumps.iter().map(|guard| format!("it jumps where `{guard}` = 0")).collect();
     if undefined.is_empty() && !value.value.is_finite() {
-        undefined.push("its value is no number".into());
+        undefined.push("its value is not a number".into());
     } else if undefined.is_empty() && own.slopes[0].iter().any(|(_, slope)| !slope.is_number()) {
         undefined.push("its slope is infinite".into());
     }

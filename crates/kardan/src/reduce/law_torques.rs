@@ -1,4 +1,4 @@
-//! Torques that expressions give at measured motions.
+//! Torque expressions at measured motions.
 
 use super::law_slopes::{all_free, unconstrained};
 use super::{Motion, Reduced, Timed};
@@ -16,7 +16,7 @@ pub struct NotLinear {
     pub parameter: String,
     /// Number of the formula.
     pub formula: usize,
-    /// Whether where it bends or jumps depends on the parameter; else its derivative does.
+    /// Whether the location of a kink or jump depends on the parameter; else its derivative does.
     pub kink: bool,
 }
 
@@ -93,8 +93,8 @@ pub struct LawTorques {
 }
 
 impl LawTorques {
-    /// Torques of formulas of a model; those of the names `parameters` are left open. Sines and cosines of `waves` are given: means of them over a
-    /// time are not those of the mean angle.
+    /// Torques of formulas of a model; those of the names `parameters` are left open. Sines and cosines of `waves` are
+    /// inputs: their means over a time are not those of the mean angle.
     ///
     /// # Errors
     /// A parameter in which a formula is not linear.
@@ -133,7 +133,7 @@ impl LawTorques {
             };
             by.into_iter().map(put).collect()
         };
-        // At the values of the file: how noise of angles and speeds goes through.
+        // At the values of the file: the effect of noise of angles and speeds.
         let values = values(graph, formulas, &open);
         let nominal = graph.substitute(&plain, &values);
         let slopes = nominal.iter().map(|torque| derivatives(graph, &mut outputs, *torque)).collect();
@@ -167,8 +167,8 @@ impl LawTorques {
         })
     }
 
-    /// Takes angles (rad) and speeds (rad/s) of all shafts at a time (s); of the loss of a mesh, the size of its load (N m) and of its speed; and
-    /// the sines and cosines that are given.
+    /// Receives angles (rad) and speeds (rad/s) of all shafts at a time (s); for a gear loss, the size of its load (N
+    /// m) and of its speed; and the given sines and cosines.
     ///
     /// # Panics
     /// If a length does not fit.
@@ -181,7 +181,7 @@ impl LawTorques {
         self.memory[2 * n + 2..from].copy_from_slice(waves);
         let given = self.memory[from..].iter_mut();
         given.zip(self.timed.values(time)).for_each(|(place, value)| *place = value);
-        // What is no number is seen where it stands.
+        // A value that is not a number is detected where it is used.
         let _ = self.plan.block().evaluate(&mut self.memory);
     }
 
@@ -205,7 +205,8 @@ impl LawTorques {
         self.slopes[formula].iter().map(move |(place, output)| (place % n, *place >= n, self.output(*output)))
     }
 
-    /// Whether no formula jumps within so much time (s) either way, as speeds (rad/s) and accelerations (rad/s²) of the shafts say.
+    /// Whether no formula jumps within this time (s) before or after, according to the speeds (rad/s) and accelerations
+    /// (rad/s²) of the shafts.
     pub fn is_smooth(&self, half: f64, speeds: &[f64], accelerations: &[f64]) -> bool {
         let rate = |place: usize| match place.checked_sub(self.shafts) {
             Some(shaft) => accelerations[shaft],
@@ -230,7 +231,7 @@ fn shares(
         for (symbol, name) in parameters.iter().zip(names) {
             let share = graph.derivative(torque, *symbol);
             let wrong = |kink| NotLinear { parameter: name.clone(), formula, kink };
-            // A jump has no derivative that would tell of it.
+            // A jump has no derivative that would show it.
             let kinks = graph.kinks(torque);
             if graph.symbols(&kinks).contains(symbol) {
                 return Err(wrong(true));
@@ -244,7 +245,7 @@ fn shares(
     Ok(out)
 }
 
-/// The parameters as the file gives them.
+/// The parameters with the values of the file.
 fn values(graph: &mut Graph, formulas: &[&Formula], open: &[(String, Expr)]) -> Vec<(Symbol, Expr)> {
     let mut out = Vec::new();
     for (name, expr) in open {

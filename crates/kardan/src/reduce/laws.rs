@@ -1,4 +1,4 @@
-//! Torques that expressions give, in the equations of motion.
+//! Torque expressions in the equations of motion.
 
 use std::sync::Arc;
 
@@ -12,13 +12,13 @@ impl Motion {
     /// A formula as an expression of the motion.
     ///
     /// # Panics
-    /// If it names a coordinate that the model does not have, or has a mistake; it was checked when it was read.
+    /// If it names a coordinate that the model does not have, or has an error; it was checked when it was read.
     pub fn formula(&mut self, reduced: &Reduced, formula: &Formula) -> Expr {
         let zero = self.graph.integer(0);
         self.formula_of(reduced, formula, [zero; 2])
     }
 
-    /// The same of the loss of a mesh, with the sizes of its torque and of its speed.
+    /// The same for a gear loss, with the sizes of its torque and of its speed.
     ///
     /// # Panics
     /// As [`Self::formula`].
@@ -69,7 +69,8 @@ impl Motion {
         }
         let mut named =
             |_: &mut _, name: &str| bindings.iter().find(|(other, _)| *other == name).map(|(_, n)| n.clone());
-        // It was checked when it was read: no more than a division can fail, by what is zero where the motion stands still. It has no value there.
+        // It was checked when it was read: only a division by an expression that is zero at rest can fail. It is
+        // undefined there.
         let value = match self.graph.lowered(&formula.expression, &mut named) {
             Ok((value, _)) => value,
             Err(_) => self.graph.without_value(),
@@ -77,8 +78,8 @@ impl Motion {
         self.graph.group(value)
     }
 
-    /// The torques that expressions give, into the forces. Beside motions without inertia y they act along x, with y standing still, and along y with
-    /// what is prescribed of the speeds; what else they do cancels with dampers or comes with ẏ.
+    /// Adds the torques of expressions to the forces. Beside motions y without inertia they act on x, with y at rest,
+    /// and on y with the prescribed part of the speeds; their other effects cancel with dampers or come with ẏ.
     pub(super) fn add_laws(&mut self, reduced: &Reduced) {
         for law in &reduced.equations.laws {
             let (torque, mut row) = (self.formula(reduced, &law.value), self.reduced_row(&law.row));
@@ -96,7 +97,7 @@ impl Motion {
         }
     }
 
-    /// A law that is linear in speeds, of what is prescribed of them.
+    /// The prescribed part of a law that is linear in speeds.
     fn of_carried(&mut self, reduced: &Reduced, law: &Formula) -> Expr {
         let carried = self.carried.clone();
         let speeds = std::mem::replace(&mut self.speeds, carried);
@@ -105,7 +106,7 @@ impl Motion {
         value
     }
 
-    /// What a block answers, as a symbol; where the time stands still there are no blocks, and it is zero.
+    /// The output of a block, as a symbol; at a fixed time there are no blocks, and it is zero.
     fn of_block(&mut self, name: &str, dimension: Dimension) -> Expr {
         let (graph, timed) = (&mut self.graph, &mut self.timed);
         if timed.begin {
@@ -120,7 +121,7 @@ impl Motion {
         symbol
     }
 
-    /// Puts what blocks answer at every instant in the place of what stands for it.
+    /// Substitutes the block outputs at every instant for their symbols.
     pub fn answer(&mut self, outputs: Vec<(String, Expr)>) {
         let (graph, timed) = (&mut self.graph, &mut self.timed);
         let value = |name: &str| outputs.iter().find(|(candidate, _)| candidate == name).map(|(_, value)| *value);
@@ -135,7 +136,7 @@ impl Motion {
         timed.block_outputs = outputs;
     }
 
-    /// The time; where it stands still a number.
+    /// The time; a number where it is fixed.
     pub fn time(&mut self) -> Expr {
         let (graph, timed) = (&mut self.graph, &mut self.timed);
         if timed.begin {

@@ -41,17 +41,17 @@ impl LinearModel {
         all.into_iter().flat_map(Matrix::<Rational>::as_slice).any(LastDigits::is_rounded)
     }
 
-    /// As equations of first order, with the states `[q_r; q̇_r]` without rates of coordinates that have no inertia; `None` where something else than
-    /// dampers holds such a one.
+    /// As equations of first order, with the states `[q_r; q̇_r]` without rates of coordinates that have no inertia;
+    /// `None` where another element than dampers determines such a coordinate.
     pub fn first_order(&self) -> Option<FirstOrder<Rational>> {
         FirstOrder::new(self.moving(), [&self.inertia, &self.damping, &self.stiffness, &self.input])
     }
 
-    /// Accelerations of shafts, which move with coordinates that have an inertia alone: rows over the states of [`Self::first_order`], and over forces,
-    /// columns along the coordinates.
+    /// Accelerations of shafts, which move only with coordinates that have an inertia: rows over the states of
+    /// [`Self::first_order`], and over forces, columns over the coordinates.
     ///
     /// # Panics
-    /// If the inertia matrix is singular beyond coordinates that dampers hold.
+    /// If the inertia matrix is singular in coordinates that dampers do not determine.
     pub fn accelerations(&self, shafts: &[usize], forces: &Matrix<Rational>) -> [Matrix<Rational>; 2] {
         let matrices = [&self.inertia, &self.damping, &self.stiffness, forces];
         let found = FirstOrder::new(self.moving(), matrices).expect("reduced inertia is positive definite");
@@ -65,7 +65,7 @@ impl LinearModel {
         })
     }
 
-    /// Whether a shaft has an acceleration: it moves with coordinates that have an inertia alone.
+    /// Whether a shaft has an acceleration: it moves only with coordinates that have an inertia.
     pub fn accelerates(&self, shaft: usize) -> bool {
         let moving = self.moving();
         (0..self.basis.columns()).all(|k| moving.contains(&k) || self.basis[(shaft, k)].is_zero())
@@ -98,7 +98,7 @@ pub fn linearise(reduced: &Reduced, position: &[f64]) -> LinearModel {
     linear_model(reduced, &OperatingPoint::relaxed(position), &[], None)
 }
 
-/// [`linearise`] at an operating point, under the torques that hold it there, with the cushions that are pressed there.
+/// [`linearise`] at an operating point, under the balancing torques, with the soft stops that are compressed there.
 ///
 /// # Panics
 /// As [`linearise`].

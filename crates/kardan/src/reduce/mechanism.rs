@@ -55,10 +55,10 @@ impl MechanismData<f64> {
         Self::opened(reduced, 0)
     }
 
-    /// The plan of a reduced model with cuts, each between an element and one of the shafts that it constrains. The numbers of
-    /// shafts, inputs and coordinates stay; behind the coordinates stands one for each cut, in the order given: the angle by
-    /// which the shaft runs ahead of its end in the element. Held at zero it changes nothing, and the generalised force that
-    /// holds it is the constraint torque of the element on the shaft, \[diss. (4.18)\].
+    /// The plan of a reduced model with cuts, each between an element and one of the shafts that it constrains. The
+    /// numbers of shafts, inputs and coordinates stay; each cut adds one coordinate behind them, in the order given:
+    /// the angle by which the shaft runs ahead of its end in the element. At zero it changes no equation, and the
+    /// generalised force that enforces zero is the constraint torque of the element on the shaft, \[diss. (4.18)\].
     ///
     /// # Errors
     /// [`MechanismError`]
@@ -214,5 +214,7 @@ fn cut(reduced: &Reduced, element: &str, shaft: &str) -> Option<Reduced> {
     }
     let mut coordinates = reduced.coordinate_names();
     coordinates.push(name);
-    found.then(|| reduce(equations, Some(&coordinates)).expect("what followed without the cut follows with its angle"))
+    found.then(|| {
+        reduce(equations, Some(&coordinates)).expect("a shaft determined without the cut is determined with its angle")
+    })
 }

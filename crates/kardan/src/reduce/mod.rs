@@ -1,7 +1,7 @@
-//! Constraints out of the equations: reduced coordinates, the explicit form `q = γ(q_r)` and its derivatives.
+//! Elimination of constraints: reduced coordinates, the explicit form `q = γ(q_r)` and its derivatives.
 //!
 //! Linear constraints are eliminated exactly over the rationals; nonlinear transmissions follow in an order in which
-//! each can be evaluated in closed form. The result is a plan that floating point executes without decisions.
+//! each can be evaluated in closed form. The result is a plan that runs in floating point without decisions.
 
 mod block_torque_slopes;
 mod constraint_torques;

@@ -12,20 +12,20 @@ use crate::units::{Dimension, Exact, InNames};
 /// A direction in reduced coordinates: its entries by number, none of them zero.
 pub type SparseRow = BTreeMap<usize, Expr>;
 
-/// Forces along reduced coordinates: of each coordinate the terms that a factor of directions has, one factor after the other, so that every
-/// factor that varies multiplies once.
+/// Forces on reduced coordinates: for each coordinate the terms of each direction factor, one factor after the other,
+/// so that every varying factor multiplies once.
 #[derive(Debug, Clone, Default)]
 pub struct Forces(Vec<BTreeMap<Expr, Vec<(Expr, Rational)>>>);
 
 impl Forces {
-    /// With other expressions in the place of symbols of what acts.
+    /// The same with other expressions substituted for symbols of torques.
     pub(super) fn substitute(&mut self, graph: &mut Graph, substitutions: &[(Symbol, Expr)]) {
         for (value, _) in self.0.iter_mut().flat_map(BTreeMap::values_mut).flatten() {
             *value = graph.substitute(&[*value], substitutions)[0];
         }
     }
 
-    /// Adds `factor·value` along a direction.
+    /// Adds `factor·value` in a direction.
     pub fn add(&mut self, graph: &mut Graph, row: &SparseRow, value: Expr, factor: &Rational) {
         for (column, entry) in row {
             let (constant, terms) = graph.terms(*entry);
@@ -53,7 +53,7 @@ impl Forces {
 /// `H_r q̈_r = passive + Gᵀτ`, `q̇ = K q̇_r`, `q̈ = K q̈_r + k` \[diss. (4.12)-(4.14), (4.23)\] as expressions.
 #[derive(Debug, Clone)]
 pub struct Motion {
-    /// What all expressions stand in.
+    /// The graph of all expressions.
     pub graph: Graph,
     /// The reduced coordinates, then their speeds.
     pub symbols: Vec<Symbol>,
@@ -67,60 +67,60 @@ pub struct Motion {
     pub bias: Vec<Expr>,
     /// u, rad/s, one for each shaft: the part of its speed that constraints prescribe, `q̇ = K q̇_r + u`.
     pub carried: Vec<Expr>,
-    /// H_r, kg m², what is not zero on and below the diagonal.
+    /// H_r, kg m², the nonzero entries on and below the diagonal.
     pub inertia: BTreeMap<(usize, usize), Expr>,
     /// Forces of springs, dampers and inertias, N m.
     pub passive: Vec<Expr>,
-    /// What these are the sums of.
+    /// The terms of these sums.
     pub passive_terms: Forces,
-    /// Directions of the frictions, and of what else holds.
+    /// Directions of the frictions, and of the unilateral constraints.
     pub frictions: Vec<SparseRow>,
-    /// aᵀk along each of them, rad/s²; behind these the kept rows, like frictions that never give way.
+    /// aᵀk in each of them, rad/s²; then the multiplier constraints, like frictions that never slip.
     pub friction_bias: Vec<Expr>,
     /// Directions of the inputs.
     pub inputs: Vec<SparseRow>,
     /// Torques that expressions give, N m.
     pub laws: Vec<Expr>,
-    /// More of the kept rows.
+    /// Further terms of the multiplier constraints.
     pub multiplier_constraints: Vec<MultiplierTerms>,
-    /// What is given of the time.
+    /// The terms that depend on the time.
     pub timed: Timed,
-    /// Coefficients that are given, by name.
+    /// Coefficients that are inputs, by name.
     pub run_parameters: Vec<(String, Expr)>,
-    /// Motions without inertia that dampers hold.
+    /// Motions without inertia that dampers determine.
     pub(super) relaxing: Option<Box<Relaxing>>,
 }
 
-/// What a run needs of a kept row besides its direction and its bias.
+/// The terms of a multiplier constraint that a run needs besides its direction and its bias.
 #[derive(Debug, Clone)]
 pub struct MultiplierTerms {
     /// Its coefficients over the shafts.
     pub row: Vec<(usize, Expr)>,
     /// φ, which vanishes; none for a row that has no integral.
     pub position: Option<Expr>,
-    /// What vanishes of the speeds, `Σ a_i q̇_i` less what it is to be; none where accelerations alone are prescribed.
+    /// The speed residual, `Σ a_i q̇_i` minus its prescribed value; none where accelerations alone are prescribed.
     pub speed: Option<Expr>,
-    /// What `Σ a_i q̇_i` is.
+    /// The prescribed value of `Σ a_i q̇_i`.
     pub rate: Expr,
 }
 
-/// The time, and parts of functions of it, as symbols of a motion: there once something depends on them.
+/// The time, and parts of functions of it, as symbols of a motion: created at their first use.
 #[derive(Debug, Clone, Default)]
 pub struct Timed {
     /// The time, s.
     pub time: Option<Expr>,
-    /// What blocks answer, each with its symbol.
+    /// The block outputs, each with its symbol.
     pub blocks: Vec<(String, Expr)>,
-    /// What of that is no symbol any more: blocks at every instant.
+    /// The expressions substituted for symbols: blocks at every instant.
     pub block_outputs: Vec<(String, Expr)>,
     /// Parts, each with its symbol.
     pub parts: Vec<(Arc<Part>, Expr)>,
-    /// Whether it stands still at zero: then there are no symbols.
+    /// Whether the time is fixed at zero: then there are no symbols.
     pub begin: bool,
 }
 
 impl Timed {
-    /// What is given: the parts, the time, then what blocks answer.
+    /// The inputs: the parts, the time, then the block outputs.
     pub fn symbols(&self, graph: &Graph) -> Vec<Symbol> {
         let blocks = self.blocks.iter().map(|(_, symbol)| *symbol);
         let all = self.parts.iter().map(|(_, symbol)| *symbol).chain(self.time).chain(blocks);
@@ -137,13 +137,13 @@ impl Timed {
     }
 }
 
-/// What relaxes or slips in a motion.
+/// The first-order and slipping motions.
 #[derive(Debug, Clone)]
 pub(super) struct Relaxing {
     pub relaxation: Relaxation,
-    /// Speeds of all shafts while y stands still.
+    /// Speeds of all shafts while y is at rest.
     pub base_speeds: Vec<Expr>,
-    /// Speed of each motion that slips if it alone did.
+    /// Speed of each slipping motion if it slipped alone.
     pub slip_speeds: Vec<Expr>,
 }
 
@@ -153,7 +153,7 @@ impl Motion {
         Self::with_time(reduced, false)
     }
 
-    /// The expressions of a model at time zero: what depends on the time is what it is there.
+    /// The expressions of a model at time zero: functions of time have their values there.
     pub fn at_time_zero(reduced: &Reduced) -> Self {
         Self::with_time(reduced, true)
     }
@@ -181,7 +181,8 @@ impl Motion {
         Self::kinematics(reduced, true)
     }
 
-    /// Angles, speeds, basis and bias, in the order in which shafts follow from each other; with `begin` the time stands still.
+    /// Angles, speeds, basis and bias, in the order in which shafts follow from each other; with `begin` the time is
+    /// fixed.
     pub(super) fn kinematics(reduced: &Reduced, begin: bool) -> Self {
         let (n, mut graph) = (reduced.equations.coordinates.len(), Graph::default());
         let mut symbols = |rate: usize| -> Vec<Expr> {
@@ -317,8 +318,9 @@ impl Motion {
         self.inertia.retain(|_, entry| *entry != zero);
     }
 
-    /// What an evaluation of the equations of motion finds, by name: angles and speeds of the shafts that follow from the coordinates,
-    /// `H[i,j]`, `force[i]` (of springs, dampers and inertias), directions of frictions and inputs over the coordinates.
+    /// The outputs of an evaluation of the equations of motion, by name: angles and speeds of the shafts that follow
+    /// from the coordinates, `H[i,j]`, `force[i]` (of springs, dampers and inertias), directions of frictions and
+    /// inputs over the coordinates.
     pub fn outputs(&self, reduced: &Reduced) -> Vec<(String, Expr)> {
         let names = reduced.coordinate_names();
         let mut outputs = Vec::new();
@@ -346,7 +348,8 @@ impl Motion {
         outputs
     }
 
-    /// A function of time as an expression. What it needs of the time becomes part of [`timed`](Self::timed), once for all functions.
+    /// A function of time as an expression. Its time-dependent terms become part of [`timed`](Self::timed), once for
+    /// all functions.
     pub fn of_time(&mut self, function: &OfTime) -> Expr {
         let Timed { time, parts, begin, .. } = &mut self.timed;
         let begin = *begin;
@@ -367,7 +370,7 @@ impl Motion {
         function.write_into(&mut self.graph, &mut time, &mut part)
     }
 
-    /// The expression of a rational times a power of π; the symbol of a coefficient that is given.
+    /// The expression of a rational times a power of π; the symbol of a coefficient that is an input.
     pub fn exact(&mut self, value: &Exact) -> Expr {
         if let (false, Some(InNames::Name(name))) = (self.run_parameters.is_empty(), value.in_names())
             && let Some((_, symbol)) = self.run_parameters.iter().find(|(own, _)| own == name)

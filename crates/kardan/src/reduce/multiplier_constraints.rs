@@ -1,11 +1,12 @@
-//! Constraints that are not solved for a coordinate, as directions that hold: `G q̈_r + b = 0` with the derivatives of the row in exact terms.
+//! Constraints that are not solved for a coordinate, enforced by multipliers: `G q̈_r + b = 0` with the derivatives of
+//! the row in exact terms.
 
 use super::{Motion, MultiplierTerms, Reduced, SparseRow};
 use crate::equations::{Formula, MultiplierLaw};
 use crate::expr::{Expr, Rationals, Symbol, lower};
 use crate::num::{Rational, dot, rational_from_f64};
 
-/// A row over all coordinates as if they were free: coefficients, φ, and what its coefficients change by, `Σ ȧ_i q̇_i`.
+/// A row over all coordinates as if they were free: coefficients, φ, and the rate of its coefficients, `Σ ȧ_i q̇_i`.
 struct Free {
     motion: Motion,
     row: Vec<(usize, Expr)>,
@@ -63,7 +64,7 @@ impl Free {
 }
 
 impl Motion {
-    /// Kept rows behind the directions of friction.
+    /// Adds multiplier constraints behind the directions of friction.
     pub(super) fn add_multiplier_rows(&mut self, reduced: &Reduced) {
         for constraint in &reduced.equations.multiplier_constraints {
             let (rate, change) = match &constraint.law {
@@ -119,8 +120,9 @@ impl Motion {
         }
     }
 
-    /// An inertia μ along a kept row, which changes nothing: as `G q̈ + b` vanishes, so does its force `μ Gᵀ(G q̈ + b)`, and its energy with the
-    /// speed along the row. With it the inertia is definite where it is so on what the rows leave free.
+    /// An inertia μ in the direction of a multiplier constraint, which changes no motion: as `G q̈ + b` vanishes, so
+    /// does its force `μ Gᵀ(G q̈ + b)`, and its energy with the speed in that direction. With it the inertia is
+    /// definite where it is definite on the motions that the rows leave free.
     fn brace(&mut self, reduced: &Reduced, row: &SparseRow, bias: Expr) {
         let inertias = reduced.equations.inertias.iter().map(|inertia| &inertia.value);
         let Some(largest) = inertias.max_by(|a, b| a.to_f64().total_cmp(&b.to_f64())) else { return };
@@ -139,7 +141,7 @@ impl Motion {
         self.passive = self.passive_terms.sums(&mut self.graph);
     }
 
-    /// `Σ a_i x_i` over a kept row.
+    /// `Σ a_i x_i` over a multiplier constraint.
     pub fn along_multiplier(&mut self, constraint: usize, of: impl Fn(&Self, usize) -> Expr) -> Expr {
         let row = self.multiplier_constraints[constraint].row.clone();
         let terms: Vec<_> = row.into_iter().map(|(k, a)| (a, of(self, k))).collect();
@@ -157,7 +159,8 @@ impl Motion {
         (row, speed)
     }
 
-    /// A row over free coordinates, with angles and speeds of this motion in their place; and what its coefficients change by.
+    /// A row over free coordinates, with angles and speeds of this motion substituted; and the rate of its
+    /// coefficients.
     fn take(&mut self, mut free: Free) -> (MultiplierTerms, Expr) {
         let change = free.change();
         let n = self.angles.len();
@@ -177,7 +180,7 @@ impl Motion {
     }
 }
 
-/// Angles and speeds to begin with that lie on the kept rows.
+/// Start angles and speeds that satisfy the multiplier constraints.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StartOnRows {
     /// Reduced coordinates.
@@ -186,7 +189,7 @@ pub struct StartOnRows {
     pub speed: Vec<f64>,
 }
 
-/// What of angles and speeds is given at the start, and stays: numbers of shafts, and values.
+/// The angles and speeds that are given at the start and stay: numbers of shafts, and values.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StartValues {
     /// Of angles (rad), and of speeds.
@@ -196,38 +199,38 @@ pub struct StartValues {
 /// Why there are none.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NoStart {
-    /// No place on the rows was found from where the search began; numbers of the rows that are not satisfied.
+    /// The search found no solution of the rows from its start; numbers of the rows that are not satisfied.
     NotReached(Vec<usize>),
-    /// These rows are no numbers where the search began.
+    /// These rows are not numbers at the start of the search.
     NotFinite(Vec<usize>),
-    /// These rows have no slopes there: they constrain nothing.
+    /// These rows have no slopes there: they do not constrain any motion.
     Flat(Vec<usize>),
     /// To ten digits, the rows depend on each other there.
     Dependent,
-    /// What is given leaves a row nothing that satisfies it: the row, and which of the given angles (rate 0) or speeds (1).
+    /// The given values leave a row no solution: the row, and which of the given angles (rate 0) or speeds (1).
     Contradiction {
         /// Its number.
         row: usize,
         /// Whether of angles or of speeds.
         rate: usize,
-        /// Numbers of what is given of that rate.
+        /// Numbers of the given values of that rate.
         prescribed: Vec<usize>,
     },
 }
 
 /// Steps of the search for a start.
 const MOST: usize = 50;
-/// Relative to its row, what of a pivot is taken for a dependence.
+/// A pivot below this, relative to its row, counts as a dependence.
 const DEPENDENT: f64 = 1e-10;
-/// What is left of a row where it is satisfied, relative to the largest angle or speed, or to one.
+/// Residual of a satisfied row, relative to the largest angle or speed, or to one.
 const TOLERANCE: f64 = 1e-12;
-/// The same of a row that what is given satisfies by itself.
+/// The same for a row that the given values determine alone.
 const CONTRADICTION: f64 = 1e-9;
-/// How far beside zero what is open is looked for where its slopes vanish there.
+/// Distance from zero at which free values are searched where their slopes vanish there.
 const BESIDE: [f64; 4] = [0.01, -0.01, 1.0, -1.0];
 
-/// A start with these angles and speeds on the rows, at time zero: what is given stays, what is open changes by the least squares of Newton's
-/// method.
+/// A start with these angles and speeds that satisfies the rows, at time zero: given values stay, free ones change by
+/// the least squares of Newton's method.
 ///
 /// # Errors
 /// [`NoStart`]
@@ -269,7 +272,7 @@ impl Row {
     }
 }
 
-/// The rows, and what is given, as numbers.
+/// The rows and the given values, as numbers.
 struct Search<'a> {
     prescribed: &'a StartValues,
     plan: crate::plan::Plan,
@@ -281,7 +284,8 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// Wanted are the kept rows, those of what is given, and of both what vanishes: of angles, then of speeds.
+    /// Evaluates the multiplier constraints, the rows of given values, and the residuals of both: of angles, then of
+    /// speeds.
     fn new(reduced: &Reduced, prescribed: &'a StartValues) -> Self {
         let (r, count) = (reduced.degrees_of_freedom(), reduced.equations.multiplier_constraints.len());
         let motion = Motion::new(reduced);
@@ -321,18 +325,18 @@ impl<'a> Search<'a> {
         self.expressions.iter().map(&mut value).collect()
     }
 
-    /// A row by its number: a kept one, or behind these one of what is given.
+    /// A row by its number: a multiplier constraint, or behind these a row of a given value.
     fn row(&self, values: &[f64], number: usize, defect: f64) -> Row {
         Row { entries: values[number * self.r..(number + 1) * self.r].to_vec(), defect }
     }
 
-    /// Numbers of the kept rows that say something of angles, or of speeds.
+    /// Numbers of the multiplier constraints that constrain angles, or speeds.
     fn own(&self, rate: usize) -> Vec<usize> {
         let defects = (self.count + self.prescribed.values.iter().map(Vec::len).sum::<usize>()) * self.r;
         (0..self.count).filter(|k| self.expressions[defects + rate * self.count + k].is_some()).collect()
     }
 
-    /// What is given of a rate, then the kept rows, each with what is to vanish.
+    /// The given values of a rate, then the multiplier constraints, each with its residual.
     fn rows(&self, values: &[f64], rate: usize, own: &[usize]) -> Vec<Row> {
         let before = if rate == 0 { 0 } else { self.prescribed.values[0].len() };
         let defects = (self.count + self.prescribed.values.iter().map(Vec::len).sum::<usize>()) * self.r;
@@ -363,7 +367,7 @@ impl<'a> Search<'a> {
             }
             let x = if rate == 0 { &mut found.position } else { &mut found.speed };
             let size = x.iter().fold(1.0f64, |size, x| size.max(x.abs()));
-            // A row in another unit, as an area, is as large as its slope says.
+            // A row in another unit, such as an area, scales with its slope.
             let is_unsatisfied = |k: usize| !(rows[k].defect.abs() <= TOLERANCE * size * rows[k].size().max(1.0));
             let Least { change, follow } = match least_change(&rows, CONTRADICTION * size) {
                 Ok(least) => least,
@@ -394,7 +398,8 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// The nearest of the places that are found from beside where the slopes of what is open vanish; only where something is given.
+    /// The nearest of the solutions that are found from beside the point where the slopes of free values vanish; only
+    /// where some value is given.
     fn beside(&mut self, begin: &StartOnRows, open: &[usize]) -> Option<StartOnRows> {
         if self.prescribed.values[0].is_empty() {
             return None;
@@ -409,7 +414,7 @@ impl<'a> Search<'a> {
                 }
                 let far: f64 =
                     found.position.iter().zip(&begin.position).map(|(now, then)| (now - then) * (now - then)).sum();
-                // Of two that are equally far the first one counts.
+                // Of two equally distant ones the first one counts.
                 if nearest.as_ref().is_none_or(|(least, _)| far < least * (1.0 - CONTRADICTION)) {
                     nearest = Some((far, found));
                 }
@@ -419,7 +424,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The smallest change that takes defects away, and numbers of rows that follow from those before them.
+/// The smallest change that removes defects, and numbers of rows that follow from those before them.
 struct Least {
     change: Vec<f64>,
     follow: Vec<usize>,
@@ -431,11 +436,12 @@ struct Conflict {
     conflicting: Vec<usize>,
 }
 
-/// `Gᵀ (G Gᵀ)⁻¹ d`, by Gram-Schmidt: it tells what of each row is new. A row that follows from others is satisfied where no more than `left` is left.
+/// `Gᵀ (G Gᵀ)⁻¹ d`, by Gram-Schmidt, which finds the new part of each row. A row that follows from others is satisfied
+/// if its residual is at most `left`.
 fn least_change(rows: &[Row], tolerance: f64) -> Result<Least, Conflict> {
     let r = rows.first().map_or(0, |row| row.entries.len());
     let mut out = Least { change: vec![0.0; r], follow: Vec::new() };
-    // Directions, with what makes them from the rows.
+    // Directions, with their coefficients over the rows.
     let mut basis: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
     for (k, row) in rows.iter().enumerate() {
         let size = dot(&row.entries, &row.entries).sqrt();
@@ -450,7 +456,7 @@ fn least_change(rows: &[Row], tolerance: f64) -> Result<Least, Conflict> {
                 from.iter_mut().zip(made).for_each(|(x, y)| *x -= share * y);
             }
         }
-        // What the change so far leaves of the defect.
+        // The remaining defect after the change so far.
         let rest = row.defect - dot(&row.entries, &out.change);
         let length = dot(&new, &new).sqrt();
         if length > DEPENDENT {
@@ -471,7 +477,8 @@ fn least_change(rows: &[Row], tolerance: f64) -> Result<Least, Conflict> {
     Ok(out)
 }
 
-/// The first kept row that follows from those before it at all of these positions, to ten digits; none where one of them is no number.
+/// The first multiplier constraint that depends on those before it at all of these positions, to ten digits; none where
+/// one of them is not a number.
 pub fn follows_everywhere(reduced: &Reduced, positions: &[Vec<f64>]) -> Option<usize> {
     let prescribed = StartValues::default();
     let mut search = Search::new(reduced, &prescribed);
@@ -488,8 +495,8 @@ pub fn follows_everywhere(reduced: &Reduced, positions: &[Vec<f64>]) -> Option<u
     found.first()?.iter().copied().find(|row| found.iter().all(|own| own.contains(row)))
 }
 
-/// The inertia matrix with the squares of the kept rows at a position: definite if and only if all that these leave free there has inertia. Nothing
-/// where something is no number.
+/// The inertia matrix with the squares of the multiplier constraints at a position: definite if and only if all motions
+/// that these leave free there have inertia. `None` where an entry is not a number.
 pub fn inertia_with_rows(reduced: &Reduced, position: &[f64]) -> Option<Vec<crate::num::SparseRow>> {
     let motion = Motion::at_time_zero(reduced);
     let rows = &motion.frictions[motion.frictions.len() - motion.multiplier_constraints.len()..];
@@ -523,18 +530,22 @@ pub fn inertia_with_rows(reduced: &Reduced, position: &[f64]) -> Option<Vec<crat
     Some(sum.into_iter().map(|row| row.into_iter().filter(|(_, x)| !x.is_zero()).collect()).collect())
 }
 
-/// A model whose kept rows are linear ones: their coefficients at a position (of the reduced coordinates, rad), exact where they are fractions (times
-/// powers of π) for certain, else rounded, and from there on exact. Small
-/// motions around a rest on them are the same: where multipliers (N m) carry torques there, rows that turn turn these with them, which adds
-/// `−λ ∂a/∂q` to the stiffness. Of a row that is no surface it is not symmetric.
+/// A model whose multiplier constraints are linear ones: their coefficients at a position (of the reduced coordinates,
+/// rad), exact where they are certainly fractions (times powers of π), else rounded, and from there on exact. Small
+/// motions around a rest on them are the same: where multipliers (N m) carry torques there, rows that rotate also
+/// rotate these, which adds `−λ ∂a/∂q` to the stiffness. For a row that is not a surface it is not symmetric.
 ///
 /// # Errors
 /// As of [`reduce`](super::reduce).
 ///
 /// # Panics
-/// If there is not a multiplier for each kept row.
+/// If there is not a multiplier for each constraint row.
 pub fn frozen(reduced: &Reduced, position: &[f64], multipliers: &[f64]) -> Result<Reduced, super::ReduceError> {
-    assert_eq!(multipliers.len(), reduced.equations.multiplier_constraints.len(), "a multiplier for each kept row");
+    assert_eq!(
+        multipliers.len(),
+        reduced.equations.multiplier_constraints.len(),
+        "a multiplier for each constraint row"
+    );
     let mut motion = Motion::at_time_zero(reduced);
     let entries: Vec<Expr> =
         motion.multiplier_constraints.iter().flat_map(|row| &row.row).map(|(_, entry)| *entry).collect();

@@ -12,9 +12,9 @@ enum Row {
 
 /// Lagrange multipliers of all constraints, `τ_c = Jᵀλ` \[diss. (4.18)\], by element name.
 ///
-/// Linear constraints come first, transmissions after them, each kind sorted by element name; linear constraints that follow from others
-/// come last, and what these share with them is split as [`Reduced::split`] says. The multiplier of a transmission is the torque on its
-/// driven shaft.
+/// Linear constraints come first, transmissions after them, each kind sorted by element name; linear constraints that
+/// follow from others come last, and the torques that these share with them are split as [`Reduced::split`] defines.
+/// The multiplier of a transmission is the torque on its driven shaft.
 #[derive(Debug, Clone)]
 pub struct Multipliers {
     /// The element of each constraint.
@@ -23,7 +23,8 @@ pub struct Multipliers {
     dependents: Vec<usize>,
     matrix: Vec<f64>,
     solver: Lu,
-    /// Of each multiplier what it is of those that the independent rows would have alone; empty if all rows are independent.
+    /// Each multiplier as a combination of those that the independent rows would have alone; empty if all rows are
+    /// independent.
     split: Vec<Vec<(usize, f64)>>,
 }
 

@@ -6,11 +6,11 @@ use super::{Motion, Reduced};
 use crate::expr::Expr;
 use crate::num::{Rational, rational_from_f64};
 
-/// A right-hand side: what it has changed by since time zero, its first and its second derivative by the time.
+/// A right-hand side: its change since time zero, its first and its second derivative by the time.
 pub(super) type Moving = BTreeMap<usize, [Expr; 3]>;
 
 impl Motion {
-    /// Of each friction direction and of each kept row whether something prescribes a speed along it.
+    /// For each friction direction and each multiplier constraint whether a speed in its direction is prescribed.
     pub fn prescribed_directions(&mut self, reduced: &Reduced) -> Vec<bool> {
         let frictions =
             reduced.equations.set_valued().map(|(_, row)| self.sum(row, |motion, shaft| motion.carried[shaft]));
@@ -23,7 +23,7 @@ impl Motion {
         speeds.into_iter().map(|speed| !self.graph.is_zero(speed)).collect()
     }
 
-    /// The right-hand sides that move, by the number of their constraint; none where the time stands still.
+    /// The right-hand sides that vary, by the number of their constraint; none where the time is fixed.
     pub(super) fn moving(&mut self, reduced: &Reduced) -> Moving {
         let mut out = Moving::new();
         if self.timed.begin {
@@ -41,7 +41,7 @@ impl Motion {
         out
     }
 
-    /// Angle, speed, bias and prescribed speed with the shares of right-hand sides that move.
+    /// Angle, speed, bias and prescribed speed with the contributions of varying right-hand sides.
     pub(super) fn moved(&mut self, found: [Expr; 4], shares: &[(usize, Rational)], moving: &Moving) -> [Expr; 4] {
         let [mut angle, mut speed, mut bias, mut carried] = found;
         for (row, share) in shares {

@@ -39,13 +39,15 @@ impl Reduced {
         self.equations.coordinates.iter().position(|shaft| shaft == name)
     }
 
-    /// Whether motions without inertia were taken out for a run: they follow from springs, or are states of first order.
+    /// Whether motions without inertia were eliminated for a run: they follow from springs, or are states of first
+    /// order.
     pub fn is_settled(&self) -> bool {
         let equations = &self.equations;
         self.relaxation.is_some() || (0..equations.constraints.len()).any(|row| equations.is_equilibrium(row))
     }
 
-    /// With its coordinates without inertia as they are, where a run has states of first order in their place: so statics and laws know them.
+    /// The same model with its coordinates without inertia, where a run has states of first order instead: for statics
+    /// and laws.
     pub fn unrelaxed(&self) -> Cow<'_, Self> {
         match &self.relaxation {
             Some(_) => Cow::Owned(Self { relaxation: None, ..self.clone() }),
@@ -64,7 +66,7 @@ impl Reduced {
 pub struct Affine {
     /// rad; at time zero.
     pub constant: f64,
-    /// What the right-hand sides of constraints that move add as they change: `(number of the constraint, share)`.
+    /// The contributions of right-hand sides that vary: `(number of the constraint, share)`.
     pub moving: Vec<(usize, Rational)>,
     /// `(shaft number, coefficient)`.
     pub terms: Vec<(usize, Rational)>,
@@ -91,22 +93,23 @@ pub enum Step {
     },
 }
 
-/// A linear constraint that says what others say already.
+/// A linear constraint that follows from others.
 #[derive(Debug, Clone)]
 pub struct Redundant {
     /// The constraint.
     pub constraint: DirectionalTerm<Exact>,
-    /// What it is the sum of: numbers of the constraints that are kept, with factors.
+    /// The combination it equals: numbers of the independent constraints, with factors.
     pub shares: Vec<(usize, Rational)>,
 }
 
-/// Reduced coordinates in which the motions without inertia are apart: `q_r = T [x; y]` with `H T_y = 0`.
+/// Reduced coordinates in which the motions without inertia are separate: `q_r = T [x; y]` with `H T_y = 0`.
 ///
-/// Where dampers act, `T_yᵀ D T_x = 0` (D with what laws have on speeds) and `D_y ẏ = T_yᵀ(F τ − S q_r)` with `D_y = T_yᵀ D T_y`, so that y has a rate where x has an acceleration. Where
-/// frictions alone act beside springs, each y is the angle by which one of them has slipped.
+/// Where dampers act, `T_yᵀ D T_x = 0` (D with the speed slopes of laws) and `D_y ẏ = T_yᵀ(F τ − S q_r)` with
+/// `D_y = T_yᵀ D T_y`, so that y has a rate where x has an acceleration. Where frictions alone act beside springs, each
+/// y is the slip angle of one of them.
 #[derive(Debug, Clone)]
 pub struct Relaxation {
-    /// Numbers of the reduced coordinates whose places the damped y take.
+    /// Numbers of the reduced coordinates that the damped y replace.
     pub places: Vec<usize>,
     /// Motions that slip.
     pub slips: Vec<Slip>,
@@ -122,10 +125,10 @@ pub struct Relaxation {
     pub(super) reaction: Matrix<Rational>,
 }
 
-/// A motion without inertia that a friction and springs hold.
+/// A motion without inertia on which a friction and springs act.
 #[derive(Debug, Clone)]
 pub struct Slip {
-    /// Number of the reduced coordinate whose place it takes.
+    /// Number of the reduced coordinate that it replaces.
     pub place: usize,
     /// Number of the friction.
     pub friction: usize,

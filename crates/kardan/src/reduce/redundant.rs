@@ -1,4 +1,4 @@
-//! Constraints that follow from others: kept once where their offsets agree, exactly.
+//! Constraints that follow from others: removed as redundant where their offsets agree, exactly.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,7 +9,7 @@ use crate::expr::{Expr, Graph};
 use crate::num::{Matrix, Rational, Scalar, echelon, rational_to_f64};
 use crate::units::Exact;
 
-/// Takes the constraints that follow from those before them out of the equations.
+/// Removes the constraints that follow from those before them.
 ///
 /// Whether a row follows, and whether its offset is that of the rows that it follows from, is decided over the rationals and the powers of π.
 ///
@@ -54,7 +54,8 @@ pub(super) fn independent_rows(equations: &mut Equations) -> Result<Vec<Redundan
     Ok(redundant)
 }
 
-/// Takes rows of speeds whose coefficients are numbers, and which follow from constraints that stand still, out of the kept ones.
+/// Removes rows of speeds whose coefficients are numbers, and which follow from constraints at rest, from the
+/// multiplier constraints.
 fn redundant_rates(equations: &mut Equations) -> Vec<Redundant> {
     let (n, rows) = (equations.coordinates.len(), equations.constraints.len());
     let elements = rows - equations.nodes.len();
@@ -100,10 +101,11 @@ fn redundant_rates(equations: &mut Equations) -> Vec<Redundant> {
     out
 }
 
-/// A row of speeds as a sum of different expressions, each the coefficient of one shaft; what is constant has none.
+/// A row of speeds as a sum of different expressions, each the coefficient of one shaft; constant ones have none.
 type Parts = BTreeMap<(usize, Option<Expr>), Rational>;
 
-/// Takes rows of speeds that are sums of others of the same unit, times fractions, out of the kept ones: as expressions, at every position.
+/// Removes rows of speeds that are sums of others of the same unit, times fractions, from the multiplier constraints:
+/// as expressions, at every position.
 fn remove_dependent_rates(equations: &mut Equations) {
     let is_row = |constraint: &&MultiplierConstraint| matches!(constraint.law, MultiplierLaw::Rates(_));
     if equations.multiplier_constraints.iter().filter(is_row).count() < 2 {
@@ -124,7 +126,7 @@ fn remove_dependent_rates(equations: &mut Equations) {
     equations.dependent_constraints.extend(found);
 }
 
-/// What the coefficients of a row of speeds are made of; nothing of another constraint.
+/// The terms of the coefficients of a row of speeds; `None` for another constraint.
 fn parts_of(equations: &Equations, graph: &mut Graph, constraint: &MultiplierConstraint) -> Option<Parts> {
     let MultiplierLaw::Rates(entries) = &constraint.law else { return None };
     let dimension = |name: &str| {
@@ -157,7 +159,7 @@ fn sums(rows: &[(&MultiplierConstraint, Parts)]) -> Vec<DependentConstraint> {
         let shares = shares.map(|(other, share)| (rows[other].0.element.clone(), share)).collect();
         DependentConstraint { row: rows[row].0.clone(), shares }
     };
-    // A row that says nothing is a mistake of its own.
+    // A row without content is a separate error.
     e.free().into_iter().map(again).filter(|one| !one.shares.is_empty()).collect()
 }
 
@@ -213,7 +215,8 @@ fn dependency(
 }
 
 impl Reduced {
-    /// A linear constraint by the number of its multiplier: those that are kept, behind the transmissions the redundant ones.
+    /// A linear constraint by the number of its multiplier: the independent ones, then, behind the transmissions, the
+    /// redundant ones.
     pub fn linear_constraint(&self, multiplier: usize) -> Option<&DirectionalTerm<Exact>> {
         let equations = &self.equations;
         let first = equations.constraints.len() + equations.transmissions.len();
@@ -252,18 +255,18 @@ impl Reduced {
         self.redundant_groups().iter().any(|group| group.contains(element))
     }
 
-    /// The multipliers of the rows of a system whose first rows are the kept constraints, from what these would carry alone: those of the
-    /// same rows, then those of the redundant ones. Of all splits that are possible it is the one with the least sum of squares, which
-    /// rows of the same stiffness would have.
+    /// The multipliers of the rows of a system whose first rows are the independent constraints, from those that these
+    /// would have alone: those of the same rows, then those of the redundant ones. Of all possible splits it is the one
+    /// with the least sum of squares, which rows of the same stiffness would have.
     ///
-    /// With redundant rows `R = B C` the kept ones carry `λ + Bᵀμ` in all. Rows that have no part in a redundant one keep theirs. Of each row
-    /// its combination of those alone is given, exact.
+    /// With redundant rows `R = B C` the independent ones carry `λ + Bᵀμ` in all. Rows that have no part in a redundant
+    /// one keep theirs. The result is for each row its combination of those alone, exact.
     pub fn split(&self, rows: usize) -> Vec<Vec<(usize, Rational)>> {
         let shares: Vec<Vec<(usize, Rational)>> = self.redundant.iter().map(|row| row.shares.clone()).collect();
         least_split(&shares, rows)
     }
 
-    /// The same of kept rows, and of those that follow from them.
+    /// The same for independent rows, and for those that follow from them.
     pub fn split_multipliers(&self) -> Vec<Vec<(usize, Rational)>> {
         let multiplier_constraints = &self.equations.multiplier_constraints;
         let number = |name: &str| multiplier_constraints.iter().position(|row| row.element == *name);

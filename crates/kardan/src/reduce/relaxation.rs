@@ -1,4 +1,4 @@
-//! Motions without inertia that dampers or sliders hold: states of first order.
+//! Motions without inertia that dampers or friction elements determine: states of first order.
 
 use std::collections::BTreeMap;
 
@@ -11,40 +11,41 @@ use crate::expr::{Expr, Graph};
 use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, dot, echelon};
 use crate::units::Exact;
 
-/// Why motions without inertia are no states of first order.
+/// Why motions without inertia cannot be states of first order.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NoRelaxation {
-    /// Torques that expressions give act along them or depend on them, in another way than linearly on speeds.
+    /// Torques of expressions act on them or depend on them, otherwise than linearly on speeds.
     Laws(Vec<String>),
     /// The ratio of a transmission changes with its angle.
     PositionDependent,
-    /// Frictions act along them beside dampers, or more of them than there are motions.
+    /// Frictions act on them beside dampers, or more frictions than there are motions.
     Friction {
         /// Elements of the frictions.
         frictions: Vec<String>,
-        /// Elements of dampers along them.
+        /// Elements of dampers on them.
         dampers: Vec<String>,
     },
-    /// Springs hold a motion that slips against one that relaxes: these frictions.
+    /// Springs couple a slipping motion to a first-order one: these frictions.
     Coupled(Vec<String>),
-    /// Frictions along them hold more at rest than in motion.
+    /// Frictions on them have a breakaway torque above the sliding torque.
     Falls(Vec<String>),
-    /// Frictions slip along them without any spring.
+    /// Frictions slip on them without any spring.
     Slides(Vec<String>),
-    /// A constraint that is kept with its multiplier depends on them: its element.
+    /// A constraint enforced by a multiplier depends on them: its element.
     MultiplierConstraint(String),
-    /// Something holds one way or at times along them or depends on them, or teeth rub beside frictions that slide: these elements.
+    /// A unilateral or switched constraint acts on them or depends on them, or gear losses act beside sliding
+    /// frictions: these elements.
     Unilaterals(Vec<String>),
-    /// Frictions alone hold them against inputs.
+    /// Frictions alone balance inputs on them.
     Driven {
         /// Elements of the frictions.
         frictions: Vec<String>,
         /// Elements of the inputs.
         inputs: Vec<String>,
     },
-    /// The reduced coordinates that were named move without inertia together with others.
+    /// The coordinates named by the user move without inertia together with others.
     Coordinates,
-    /// The damping along them is not positive definite.
+    /// The damping on them is not positive definite.
     Damping,
 }
 
@@ -56,7 +57,7 @@ fn beside(left: &Matrix<Rational>, right: &Matrix<Rational>) -> Matrix<Rational>
     })
 }
 
-/// A basis of what a matrix takes to zero.
+/// A basis of the kernel of a matrix.
 fn kernel(matrix: &Matrix<Rational>) -> Matrix<Rational> {
     echelon(matrix, &(0..matrix.columns()).collect::<Vec<_>>()).kernel()
 }
@@ -70,7 +71,7 @@ fn projected<'a>(rows: impl Iterator<Item = &'a Vec<(usize, Rational)>>, basis: 
     Matrix::from_fn(rows.len(), basis.columns(), |i, j| sum(rows[i], j))
 }
 
-/// Frictions along motions of all coordinates, with the dampers there.
+/// Frictions on motions of all coordinates, with the dampers there.
 fn not_alone(reduced: &Reduced, frictions: Vec<String>, motions: &Matrix<Rational>) -> NoRelaxation {
     let dampers = &reduced.equations.dampers;
     let felt = projected(dampers.iter().map(|term| &term.row), motions);
@@ -78,9 +79,10 @@ fn not_alone(reduced: &Reduced, frictions: Vec<String>, motions: &Matrix<Rationa
     NoRelaxation::Friction { frictions, dampers: own.map(|k| dampers[k].element.clone()).collect() }
 }
 
-/// Takes the motions without inertia of a model apart from the others, exactly; `None` if there are none.
+/// Separates the motions without inertia of a model from the others, exactly; `None` if there are none.
 ///
-/// Where dampers act along them, they relax; where as many frictions as motions do and no damper, they slip.
+/// Where dampers act on them, they have first-order dynamics; where there are as many frictions as motions and no
+/// damper, they slip.
 ///
 /// # Errors
 /// [`NoRelaxation`]
@@ -163,8 +165,8 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     }))
 }
 
-/// Refuses what holds one way or at times along such motions, or depends on them; and teeth that rub where frictions slide, which their load may
-/// depend on.
+/// Rejects unilateral and switched constraints on such motions, or dependent on them; and gear losses where frictions
+/// slide, which their load may depend on.
 fn check_unilaterals(reduced: &Reduced, moved: &Matrix<Rational>, slides: bool) -> Result<(), NoRelaxation> {
     let feels = |shaft: usize| moved.row(shaft).iter().any(|x| !x.is_zero());
     let row_dot = |row: &[(usize, Rational)], column: usize| {
@@ -181,8 +183,8 @@ fn check_unilaterals(reduced: &Reduced, moved: &Matrix<Rational>, slides: bool) 
     if hindering.is_empty() { Ok(()) } else { Err(NoRelaxation::Unilaterals(hindering)) }
 }
 
-/// Refuses laws that act along motions without inertia, or depend on them, otherwise than linearly on speeds, or between themselves, or where
-/// frictions slide.
+/// Rejects laws that act on motions without inertia, or depend on them, otherwise than linearly on speeds, or between
+/// themselves, or where frictions slide.
 fn check_laws(
     reduced: &Reduced,
     basis: &Matrix<Rational>,
@@ -211,8 +213,8 @@ fn check_laws(
 }
 
 impl Reduced {
-    /// The states of a run at reduced coordinates `position` and speeds `speed`: these, or of motions without inertia y in the place of a speed. The
-    /// place of y among the angles holds its integral, which nothing depends on.
+    /// The states of a run at reduced coordinates `position` and speeds `speed`: these, or for motions without inertia
+    /// y in place of a speed. The entry of y among the angles contains its integral, which no equation depends on.
     pub fn state(&self, position: &[f64], speed: &[f64]) -> Vec<f64> {
         let mut state = [position, speed].concat();
         let Some(relaxation) = &self.relaxation else { return state };
@@ -240,7 +242,7 @@ impl Relaxation {
 }
 
 impl Motion {
-    /// Writes angles, speeds and directions of the reduced coordinates over x and y, while y stands still.
+    /// Writes angles, speeds and directions of the reduced coordinates over x and y, while y is at rest.
     pub(super) fn set_relaxing(&mut self, reduced: &Reduced, position: &[Expr], speed: &[Expr]) {
         let Some(relaxation) = &reduced.relaxation else { return };
         for (k, &shaft) in reduced.coordinates.iter().enumerate() {
@@ -260,7 +262,7 @@ impl Motion {
         }
     }
 
-    /// What a spring does to reduced coordinates: of motions that slip, friction decides.
+    /// The torque of a spring on reduced coordinates: for motions that slip, friction decides.
     pub(super) fn spring_row(reduced: &Reduced, mut row: SparseRow) -> SparseRow {
         if let Some(relaxation) = &reduced.relaxation {
             row.retain(|place, _| !relaxation.slips_at(*place));
@@ -268,8 +270,8 @@ impl Motion {
         row
     }
 
-    /// A damper: its torque while y stands still acts along x, and `D_y` stands where the inertia of x does. Along y acts what is prescribed of its
-    /// speed; what else it does cancels with others.
+    /// A damper: its torque while y is at rest acts on x, and `D_y` takes the role of the inertia of x. On y acts the
+    /// prescribed part of its speed; its other effects cancel with others.
     pub(super) fn damp_relaxing(
         &mut self,
         reduced: &Reduced,
@@ -296,7 +298,7 @@ impl Motion {
         }
     }
 
-    /// Begins to relax: what forces there are without inputs moves y, and all that may slip slips.
+    /// Starts the first-order motion: the forces without inputs move y, and every slider that may slip slips.
     pub(super) fn begin_massless_rates(&mut self, reduced: &Reduced) {
         let Some(relaxation) = &reduced.relaxation else { return };
         for slip in &relaxation.slips {
@@ -315,9 +317,10 @@ impl Motion {
         moves.for_each(|place| self.passive[place] = forces[place]);
     }
 
-    /// Speeds of all shafts with `ẏ = D_y⁻¹ f_y`, from the forces along the reduced coordinates, and of what slips, which is written among the
-    /// forces too. What ẏ does to x by way of laws is added to the forces. Senses are those of the frictions' motions, zero where they stick; behind
-    /// them what slips of sliders that springs couple ([`Relaxation::coupled_slips`]) have of each other. Without motions that relax nothing changes.
+    /// Speeds of all shafts with `ẏ = D_y⁻¹ f_y`, from the forces on the reduced coordinates, and of slipping motions,
+    /// which are written among the forces too. The effect of ẏ on x through laws is added to the forces. Senses are
+    /// those of the frictions' motions, zero where they stick; then the mutual slip factors of sliders that springs
+    /// couple ([`Relaxation::coupled_slips`]). Without first-order motions nothing changes.
     pub fn massless_rates(&mut self, reduced: &Reduced, forces: &mut [Expr], slipping: (&[Expr], &[Expr])) {
         let Some(mut relaxing) = self.relaxing.take() else { return };
         let Relaxing { relaxation, base_speeds, slip_speeds } = &mut *relaxing;
@@ -361,7 +364,8 @@ impl Motion {
     }
 }
 
-/// The element of a constraint kept with its multiplier that depends on motions, columns over all coordinates; the first one.
+/// The element of a constraint enforced by a multiplier that depends on motions, columns over all coordinates; the
+/// first one.
 fn multiplier_along(reduced: &Reduced, motions: &Matrix<Rational>) -> Option<String> {
     let equations = &reduced.equations;
     let moves = |shaft: usize| motions.row(shaft).iter().any(|x| !x.is_zero());
@@ -372,7 +376,7 @@ fn multiplier_along(reduced: &Reduced, motions: &Matrix<Rational>) -> Option<Str
     found.map(|constraint| constraint.element.clone())
 }
 
-/// Refuses sliders without springs, whose stiffness is given, and those that springs couple with motions that relax.
+/// Rejects sliders without springs, returning their stiffness, and those that springs couple with first-order motions.
 fn check_slips(
     stiffness: &Matrix<Rational>,
     coupled: &Matrix<Rational>,

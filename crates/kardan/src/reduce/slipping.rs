@@ -1,8 +1,9 @@
-//! Motions without inertia that frictions alone hold against springs: how they slip, together where springs couple them.
+//! Motions without inertia on which frictions alone act against springs: how they slip, together where springs couple
+//! them.
 //!
-//! What slips keeps the torques of its springs, `S_y ẏ = r` with `r = −T_yᵀ S q̇` of what moves them besides. With the set A of those that slip,
-//! `ẏ_A = S_AA⁻¹ r_A`, the others stand still. Over the speeds `r_i/S_ii` of each alone these are factors, which are given: what slips changes
-//! between events.
+//! A slipping motion keeps the torques of its springs, `S_y ẏ = r` with `r = −T_yᵀ S q̇` of the other motions. With the
+//! set A of those that slip, `ẏ_A = S_AA⁻¹ r_A`, the others are at rest. Relative to the speeds `r_i/S_ii` of each
+//! alone these are factors, which are inputs: the set A changes between events.
 
 use super::motion::Motion;
 use super::{Kinematics, Reduced, Relaxation, Slip};
@@ -10,7 +11,8 @@ use crate::assemble::{DirectionalTerm, SpringLaw};
 use crate::expr::Expr;
 use crate::num::{Matrix, Rational, Scalar, dot, echelon, rational_to_f64};
 
-/// Directions without inertia and damping along each of which one friction slips by one; `None` if there are not as many as frictions.
+/// Directions without inertia and damping in each of which one friction slips by one; `None` if there are not as many
+/// as frictions.
 pub(super) fn slips(
     damping: &Matrix<Rational>,
     felt: &Matrix<Rational>,
@@ -27,7 +29,8 @@ pub(super) fn slips(
 }
 
 impl Reduced {
-    /// What each slider holds where it sticks at reduced coordinates `position`, N m: its friction and `−T_yᵀ(S q − s₀)`.
+    /// The torque of each slider where it sticks at reduced coordinates `position`, N m: its friction and
+    /// `−T_yᵀ(S q − s₀)`.
     pub fn carried_by_sliders(&self, position: &[f64]) -> Vec<(usize, f64)> {
         let mut kinematics = Kinematics::new(self);
         kinematics.update(position, &vec![0.0; position.len()]);
@@ -43,7 +46,8 @@ impl Reduced {
         slips.map(|slip| slip.friction).zip(slider_torques).collect()
     }
 
-    /// What the torque of each slider while it sticks grows by with the speeds of the shafts, `−T_yᵀ S`, N m/rad: a row with its shafts for each.
+    /// The rate of the torque of each slider while it sticks by the speeds of the shafts, `−T_yᵀ S`, N m/rad: a row
+    /// with its shafts for each.
     pub fn jenkins_rows(&self) -> Vec<Vec<(usize, f64)>> {
         let mut kinematics = Kinematics::new(self);
         let zero = vec![0.0; self.degrees_of_freedom()];
@@ -59,7 +63,7 @@ impl Reduced {
         self.jenkins_shares(&kinematics).into_iter().map(row).collect()
     }
 
-    /// Of each slider the springs that it twists, and what it has of their torque for one of the twist.
+    /// For each slider the springs that it twists, and its share of their torque per unit of twist.
     fn jenkins_shares(&self, kinematics: &Kinematics) -> Vec<Vec<(usize, f64)>> {
         let Some(relaxation) = &self.relaxation else { return Vec::new() };
         let transform = relaxation.transform.to_f64();
@@ -78,7 +82,8 @@ impl Reduced {
 }
 
 impl Relaxation {
-    /// Pairs of sliders whose slips depend on each other: those that springs couple, also by way of others, each with itself too.
+    /// Pairs of sliders whose slips depend on each other: those that springs couple, also through others, and each with
+    /// itself.
     pub fn coupled_slips(&self) -> Vec<(usize, usize)> {
         let n = self.slips.len();
         // The least number of those that each is coupled with.
@@ -100,9 +105,10 @@ impl Relaxation {
 }
 
 impl Motion {
-    /// Adds the speeds of what slips to those of the shafts, and writes them among the forces; gives the speed of each if it slipped alone.
+    /// Adds the speeds of slipping motions to those of the shafts, and writes them among the forces; returns the speed
+    /// of each if it slipped alone.
     ///
-    /// Where a prescribed motion carries a friction along, y moves back by as much while that sticks.
+    /// Where a prescribed motion carries a friction, y moves back by as much while that sticks.
     pub(super) fn slip(
         &mut self,
         reduced: &Reduced,
@@ -141,7 +147,7 @@ impl Motion {
         slip_speeds
     }
 
-    /// `T_yᵀ S x` of a motion that slips, with what `of` gives of each spring; the springs along it, each with its share.
+    /// `T_yᵀ S x` of a motion that slips, with `of` evaluated for each spring; the springs on it, each with its share.
     fn slip_component(&mut self, reduced: &Reduced, slip: &Slip, of: impl Fn(&mut Self, usize) -> Expr) -> Expr {
         let mut terms = Vec::new();
         for (k, spring) in reduced.equations.springs.iter().enumerate() {
@@ -152,7 +158,7 @@ impl Motion {
         self.graph.sum(Rational::ZERO, &terms)
     }
 
-    /// `−T_yᵀ S q̇/S_ii`, the speed of a motion if it alone slipped.
+    /// `−T_yᵀ S q̇/S_ii`, the speed of a motion if it slipped alone.
     fn uncoupled_slip_speed(&mut self, reduced: &Reduced, relaxation: &Relaxation, element: usize) -> Expr {
         let sum = self.slip_component(reduced, &relaxation.slips[element], |out, k| {
             let spring = &reduced.equations.springs[k];
@@ -164,7 +170,8 @@ impl Motion {
         self.graph.group(speed)
     }
 
-    /// Of each motion that may slip the torque that its friction has, `−T_yᵀ(S q − s₀)`, and the speed that it would slip with alone.
+    /// For each motion that may slip the torque of its friction, `−T_yᵀ(S q − s₀)`, and the speed that it would slip
+    /// with alone.
     pub fn jenkins(&mut self, reduced: &Reduced) -> [Vec<Expr>; 2] {
         let Some(relaxing) = self.relaxing.take() else { return [Vec::new(), Vec::new()] };
         let torque = |out: &mut Self, slip: &Slip| {

@@ -1,4 +1,4 @@
-//! Steady motion: speeds that stay, at which nothing accelerates, and the torques of inputs that this takes.
+//! Steady motion: constant speeds without acceleration, and the torques of inputs that this requires.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,16 +9,17 @@ use crate::expr::Side;
 use crate::expr::{Expr, Floating};
 use crate::num::{Matrix, Rational, Scalar, SparseRow, echelon, rational_from_f64, rational_to_f64};
 
-/// Relative to the largest, what speeds that contradict each other differ by.
+/// Relative difference from which two speeds contradict each other.
 const CONTRADICTS: f64 = 1e-9;
-/// Part of a column of slopes that is left of it beside others on which it does not depend.
+/// Independent part of a column of slopes beside others, below which it depends on them.
 const INDEPENDENT: f64 = 1e-9;
-/// Speeds that a search begins with where it leads nowhere from rest, rad/s.
+/// Speeds that a search starts with where it fails from rest, rad/s.
 const SPEEDS: [f64; 8] = [1.0, -1.0, 10.0, -10.0, 100.0, -100.0, 1000.0, -1000.0];
-/// How often the signs of sliding frictions are found anew.
+/// Most iterations over the signs of sliding frictions.
 const SLIDINGS: usize = 8;
 
-/// What is given of a motion, and what may balance it. Coordinates are numbered among all of the equations.
+/// The given values of a motion, and the inputs that may balance it. Coordinates are numbered among all of the
+/// equations.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct MotionSpec {
     /// Positions of coordinates of the reduced model, rad.
@@ -29,51 +30,53 @@ pub struct MotionSpec {
     pub inputs: Vec<usize>,
     /// Torques of inputs that are given, N m.
     pub torques: Vec<(usize, f64)>,
-    /// Set-valued directions that hold: frictions that stick, locks that are engaged.
+    /// Active set-valued directions: frictions that stick, locks that are engaged.
     pub enforced: BTreeSet<usize>,
 }
 
 /// A steady motion, or the instant of another one where all of it is given.
 #[derive(Debug, Clone)]
 pub struct SteadyMotion {
-    /// The model there: what holds is a constraint, what slides a torque. It may have fewer coordinates.
+    /// The model there: sticking or engaged elements are constraints, sliding frictions are torques. It may have fewer
+    /// coordinates.
     pub model: Reduced,
-    /// Where that is and how it moves, with the torque of each input.
+    /// Its position and motion, with the torque of each input.
     pub point: OperatingPoint,
     /// Where the coordinates of the whole model are, rad, and their speeds.
     pub motion: [Vec<f64>; 2],
     /// Of each set-valued direction of the whole model the sign with which it slides.
     pub sliding: Vec<f64>,
-    /// Inputs that nothing asks a torque of.
+    /// Inputs that need no torque.
     pub idle: Vec<usize>,
-    /// Coordinates of `model` whose speeds no torque determines: they stand still as far as nothing else moves them.
+    /// Coordinates of `model` whose speeds no torque determines: they are at rest unless other coordinates move them.
     pub open: Vec<usize>,
     /// Whether all positions and speeds were given: it may be an instant of another motion.
     pub whole: bool,
-    /// Whether nothing is left of the torques but what rounding makes.
+    /// Whether the residual torques are at the level of rounding.
     pub balanced: bool,
-    /// The radius within which there is exactly one such motion, proven; `None`: found to rounding only.
+    /// The radius within which there is exactly one such motion, proven; `None`: accurate to rounding only.
     pub radius: Option<f64>,
-    /// The accelerations that are left along the coordinates of `model`, rad/s².
+    /// The residual accelerations of the coordinates of `model`, rad/s².
     pub accelerations: Vec<f64>,
 }
 
 /// Why there is no steady motion.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NoSteadyMotion {
-    /// A speed that is given (its number) does not stay, as torques depend on the angle that it changes.
+    /// A given speed (its number) cannot be constant, as torques depend on the angle that it changes.
     Turns(usize),
     /// Speeds that are given (their numbers) contradict each other.
     Contradiction(Vec<usize>),
-    /// More inputs could balance it than it takes.
+    /// More inputs could balance it than are needed.
     Undetermined(Vec<usize>),
-    /// No torques of the inputs balance it: the coordinate along which most is left at best, by name, how much (N m), and the position.
+    /// No torques of the inputs balance it: the coordinate with the largest residual at best, by name, its value (N m),
+    /// and the position.
     Unbalanced(String, f64, Vec<f64>),
     /// Frictions whose direction of sliding is not decided.
     Slides(Vec<String>),
 }
 
-/// The steady motion with what is given, near a reduced position (rad). The model must not depend on the time.
+/// The steady motion with the given values, near a reduced position (rad). The model must not depend on the time.
 ///
 /// # Errors
 /// [`NoSteadyMotion`]
@@ -106,7 +109,7 @@ pub fn steady_motion(base: &Reduced, start: &[f64], spec: &MotionSpec) -> Result
     Err(NoSteadyMotion::Slides(elements.zip(&sliding).filter(|(_, sign)| **sign != 0.0).map(|(own, _)| own).collect()))
 }
 
-/// A model with what is given in its coordinates.
+/// A model with the given values in its coordinates.
 struct Search<'a> {
     base: &'a Reduced,
     model: &'a Reduced,
@@ -216,7 +219,7 @@ pub fn motion_of(base: &Reduced, model: &Reduced, point: &OperatingPoint) -> [Ve
     [&numeric.angles, &numeric.speeds].map(|of| base.coordinates.iter().map(|shaft| of[*shaft]).collect())
 }
 
-/// The accelerations along reduced coordinates at a point, rad/s²; friction that is no torque of the model is left out.
+/// The accelerations of reduced coordinates at a point, rad/s²; friction that is no torque of the model is left out.
 ///
 /// # Panics
 /// If the point has not one entry per coordinate.
@@ -260,8 +263,9 @@ fn without_laws_at(model: &Reduced, spec: &MotionSpec) -> Reduced {
     out
 }
 
-/// Directions in which a model may go on at constant speeds: along them no torque and no direction of an input changes, and no gap of a stop; columns
-/// over the coordinates. Exact where slopes are sums of the same terms, as those of a spring are.
+/// Directions in which a model may move at constant speeds: in them no torque and no direction of an input changes, and
+/// no gap of a stop; columns over the coordinates. Exact where slopes are sums of the same terms, as those of a spring
+/// are.
 fn steady_directions(model: &Reduced) -> Matrix<Rational> {
     let reduced = &*model.unrelaxed();
     let mut motion = Motion::at_time_zero(reduced);
@@ -293,7 +297,7 @@ fn steady_directions(model: &Reduced) -> Matrix<Rational> {
     echelon(&matrix, &(0..r).collect::<Vec<_>>()).kernel()
 }
 
-/// The motions along directions (columns) that have these speeds: rows over the coordinates with their values, rad/s.
+/// The motions in directions (columns) that have these speeds: rows over the coordinates with their values, rad/s.
 fn moves(directions: &Matrix<Rational>, rows: &Matrix<Rational>, values: &[f64]) -> Result<Moves, NoSteadyMotion> {
     let (products, count) = (rows.multiply(directions), directions.columns());
     let order: Vec<usize> = (0..count).collect();
@@ -331,11 +335,11 @@ fn moves(directions: &Matrix<Rational>, rows: &Matrix<Rational>, values: &[f64])
 /// Which of the unknowns the torques determine.
 #[derive(Debug, Default)]
 pub(super) struct Determination {
-    /// Speeds along directions that they do not.
+    /// Speeds in directions that they do not determine.
     pub open: Vec<usize>,
-    /// Inputs that do nothing but what positions and speeds do by themselves.
+    /// Inputs without an effect of their own beyond positions and speeds.
     pub idle: Vec<usize>,
-    /// Inputs of which one could stand in for others.
+    /// Inputs of which one could replace others.
     pub ambiguous: Vec<usize>,
 }
 
@@ -343,7 +347,7 @@ pub(super) struct Determination {
 fn joins(mut column: Vec<f64>, basis: &mut Vec<Vec<f64>>) -> bool {
     let size = |list: &[f64]| list.iter().map(|x| x * x).sum::<f64>().sqrt();
     let whole = size(&column);
-    // Twice is enough (Parlett, The Symmetric Eigenvalue Problem, 1980, section 6-9).
+    // Two passes are enough (Parlett, The Symmetric Eigenvalue Problem, 1980, section 6-9).
     for _ in 0..2 {
         for other in basis.iter() {
             let share: f64 = column.iter().zip(other).map(|(x, y)| x * y).sum();
@@ -360,7 +364,8 @@ fn joins(mut column: Vec<f64>, basis: &mut Vec<Vec<f64>>) -> bool {
 }
 
 impl Statics {
-    /// Which of its unknowns (speeds along directions, torques of so many inputs) are determined at a place: columns of slopes, each row to its scale.
+    /// Which of its unknowns (speeds in directions, torques of the inputs) are determined at a position: columns of
+    /// slopes, each row scaled.
     pub(super) fn determination(&self, found: &[f64], inputs: usize) -> Determination {
         let columns = self.columns(found);
         let (r, moving) = (self.degrees_of_freedom(), self.counters.len());

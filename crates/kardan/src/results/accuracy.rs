@@ -11,16 +11,16 @@ pub struct Accuracy {
     /// Relative tolerance of the run.
     pub tolerance: f64,
     /// Relative tolerance of the second run.
-    pub looser: f64,
+    pub comparison_tolerance: f64,
     /// Whether the second run came through the same events in the same order. Times between an event and its like in the other run
     /// are left out of the comparison; where they differ, nothing is left out.
     pub same_events: bool,
     /// Whether rounding keeps one of the runs from being as accurate as asked: then three times the difference is told, otherwise a third.
-    pub rounded: bool,
+    pub limited_by_rounding: bool,
     /// Where sensors count: the first reading of a sampled law that is nearer to the boundary of two counts than the run may err, or that came
     /// out otherwise in the second run. From there on the run may go another way, whatever the tolerance; ten times the difference is told, to
     /// the second run and to one in which such readings come out on their other side, where the second run did not part soon.
-    pub undecided: Option<UndecidedCount>,
+    pub quantisation_ambiguity: Option<UndecidedCount>,
     /// Of each unit the signal with the largest error, and that error.
     pub errors: Vec<SignalError>,
     /// Of angles, speeds, charges and currents the one whose error is largest beside its own size, where that is a tenth of it or more.

@@ -65,7 +65,7 @@ pub struct Analysis {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct OppositeModel {
     /// The side that everything else is about: ``a.phi` > 0`.
-    pub own: String,
+    pub reference_side: String,
     /// This side.
     pub side: String,
     /// Whether every state can be reached here; `None` where that is not decided.
@@ -97,9 +97,9 @@ pub struct Counting {
     /// Each charge, or sum of charges.
     pub charges: Vec<String>,
     /// Whether all other states are reached.
-    pub rest_controllable: bool,
+    pub remaining_controllable: bool,
     /// Whether all other states are seen, where no output shows these charges.
-    pub rest_observable: bool,
+    pub remaining_observable: bool,
 }
 
 /// Definition 4.4, judged.
@@ -123,7 +123,7 @@ pub struct Assumption {
     /// Whether it holds.
     pub satisfied: bool,
     /// What breaks it.
-    pub breaches: Vec<Breach>,
+    pub violations: Vec<Breach>,
 }
 
 /// What breaks an assumption.
@@ -132,7 +132,7 @@ pub struct Breach {
     /// The element.
     pub element: String,
     /// Why.
-    pub why: String,
+    pub reason: String,
 }
 
 /// One of the eight classes of Tables 4.1 and 4.2, with the constraint that belongs to it.
@@ -164,7 +164,7 @@ pub struct OperatingPoint {
     pub friction: Vec<FrictionState>,
     /// Whether it is one in motion, or balanced by torques.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub moves: bool,
+    pub in_motion: bool,
     /// Of one in motion the speeds of the coordinates, and the torques of inputs that are not zero.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub motion: Vec<OperatingSignal>,
@@ -537,13 +537,13 @@ pub struct Certificate {
     /// Proof of `min_outputs`, for the transposed pencil.
     pub outputs: Option<Count>,
     /// Proof that the rank of the controllability matrix is not larger: left vectors that no input reaches.
-    pub unreached: Option<Invariant>,
+    pub uncontrollable_invariant: Option<Invariant>,
     /// The same for the transposed pencil.
-    pub unobservable: Option<Invariant>,
+    pub unobservable_invariant: Option<Invariant>,
     /// Proof that the rank of the controllability matrix is not smaller.
-    pub reached: Option<Minor>,
+    pub controllability_minor: Option<Minor>,
     /// The same for the transposed pencil.
-    pub observable: Option<Minor>,
+    pub observability_minor: Option<Minor>,
     /// Proofs of what is called stable, stabilisable and detectable, or not; left out where that is not decided.
     pub stability: StabilityProofs,
 }
@@ -648,7 +648,7 @@ pub struct PlacementSearch {
     /// Whether a larger score is better.
     pub larger_is_better: bool,
     /// Why there is none, in terms of shafts.
-    pub none_because: Option<String>,
+    pub infeasible_reason: Option<String>,
 }
 
 /// Where a motor or a sensor may sit.
@@ -766,9 +766,9 @@ pub struct MatrixDistance {
     pub proof: Invariant,
     /// How far the numbers of the file may lie from what was meant: half a unit of the last digit of decimals, or 2⁻⁵³ of each
     /// binary number times the number of states; Frobenius norm.
-    pub last_digit: f64,
+    pub data_uncertainty: f64,
     /// Whether `upper` is below `last_digit`: the data do not tell such a system from one that has lost the mode.
-    pub below_last_digit: bool,
+    pub within_data_uncertainty: bool,
 }
 
 /// A value of a parameter.

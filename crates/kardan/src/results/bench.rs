@@ -89,11 +89,11 @@ pub struct Bench {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Difference {
     /// `compliance of hd`, `sampling, delay and sensors`.
-    pub what: String,
+    pub source: String,
     /// Put into the simulation alone.
-    pub added: Option<f64>,
+    pub added_to_simulation: Option<f64>,
     /// Taken from the bench alone.
-    pub removed: Option<f64>,
+    pub removed_from_bench: Option<f64>,
 }
 
 /// A number in the simulation and on the bench.
@@ -118,11 +118,11 @@ pub struct Response {
     #[serde(rename = "unit")]
     pub physical: Physical,
     /// Mean over the last tenth of the run.
-    pub settled: Compared,
+    pub steady_state: Compared,
     /// Farthest from the reference in the transient.
-    pub farthest: Compared,
+    pub max_deviation: Compared,
     /// Largest distance between simulation and bench in the transient.
-    pub distance: f64,
+    pub max_difference: f64,
     /// When that is, s.
     #[serde(rename = "at_s")]
     pub distance_at: f64,

@@ -32,7 +32,7 @@ pub struct DescriptorSystem {
     /// Where outputs respond to derivatives of inputs; empty if the transfer matrix is proper.
     pub polynomial_part: Vec<ImproperEntry>,
     /// Outputs with a polynomial part: no state space has them, and the equivalent one is without them.
-    pub excluded: Vec<String>,
+    pub improper_outputs: Vec<String>,
     /// Normal rank of the transfer matrix from all inputs to all outputs; `null` if it is not decided.
     pub normal_rank: Option<usize>,
     /// Finite invariant zeros with all outputs; `null` if they are not decided.
@@ -53,9 +53,9 @@ pub struct DescriptorVerdicts {
     /// All is met, finite or not: completely controllable (observable), C-controllable; also `[E, B]` has full rank.
     pub complete: Option<bool>,
     /// By how much the rank for impulses falls short.
-    pub missed_impulses: usize,
+    pub impulse_defect: usize,
     /// Infinite eigenvalues that are not met.
-    pub missed_at_infinity: usize,
+    pub infinite_defect: usize,
 }
 
 /// An entry of the transfer matrix with a polynomial part.

@@ -91,7 +91,7 @@ pub struct Design {
     pub exact_poles: bool,
     /// Charges that only count what has flowed: nothing depends on them, no law holds them. Each is a pole exactly at zero that is not
     /// listed.
-    pub counters: Vec<String>,
+    pub integrals_without_effect: Vec<String>,
     /// What the outputs do not show of the decoupled loop.
     #[serde(serialize_with = "zero_dynamics")]
     #[schemars(with = "ZerosView")]
@@ -139,7 +139,7 @@ pub struct Design {
     /// Of a design that ended early: why, and which parts are missing. They are empty then, which says nothing of the loop.
     #[serde(flatten, serialize_with = "serial::ending")]
     #[schemars(with = "serial::Ending")]
-    pub unfinished: Option<String>,
+    pub incomplete_reason: Option<String>,
 }
 
 impl Design {
@@ -319,7 +319,7 @@ pub struct CrossCoupling {
     /// Unit of the output.
     pub unit: String,
     /// Whether the output belongs to the same channel.
-    pub own: bool,
+    pub same_channel: bool,
     /// Largest deviation from the start, SI; `None` if the output has no signal.
     pub peak: Option<f64>,
     /// Root mean square of the deviation over the window, SI; `None` if the output has no signal.

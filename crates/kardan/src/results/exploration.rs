@@ -11,11 +11,11 @@ pub struct Exploration {
     /// Its unit.
     pub unit: String,
     /// Whether torques and noise are parts of the motors' limits; false: N m, because no motor has one.
-    pub limited: bool,
+    pub relative_to_limits: bool,
     /// Combinations for which there is no stable design.
     pub failed: usize,
     /// Combinations that are not judged: their sample times have no short common period.
-    pub not_judged: usize,
+    pub not_evaluated: usize,
     /// All designs that were found; that of the file first.
     pub designs: Vec<Alternative>,
     /// What more sensors would bring, the best first.
@@ -35,7 +35,7 @@ impl Exploration {
     /// assert_eq!(found.amount(0.523, 1), "5.23e-1 N m");
     /// ```
     pub fn amount(&self, torque: f64, decimals: usize) -> String {
-        if self.limited { format!("{:.decimals$} %", 100.0 * torque) } else { format!("{torque:.2e} N m") }
+        if self.relative_to_limits { format!("{:.decimals$} %", 100.0 * torque) } else { format!("{torque:.2e} N m") }
     }
 }
 

@@ -42,7 +42,7 @@ pub struct Identification {
     /// Samples that a robust loss left out or counted by less than a tenth.
     pub outliers: usize,
     /// Rows less parameters.
-    pub freedom: usize,
+    pub degrees_of_freedom: usize,
     /// Residual over what the noise of the sensors explains.
     pub scale: f64,
     /// Largest over smallest singular value of the regressor, columns scaled to one.
@@ -52,7 +52,7 @@ pub struct Identification {
     /// What was found.
     pub parameters: Vec<IdentifiedParameter>,
     /// Combinations of parameters that are not determined.
-    pub not_determined: NotDetermined,
+    pub unidentifiable: NotDetermined,
     /// Correlations of the errors.
     pub correlation: Correlation,
     /// The reduced damping matrix at what was found; `None` where none was asked for.
@@ -87,16 +87,16 @@ pub struct Identification {
     /// Of an identification that ended early: why, and what is missing.
     #[serde(flatten, serialize_with = "serial::ending")]
     #[schemars(with = "serial::Ending")]
-    pub unfinished: Option<String>,
+    pub incomplete_reason: Option<String>,
 }
 
 /// Combinations of parameters that are not determined, in sentences.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct NotDetermined {
     /// By nothing of this kind, whatever is logged.
-    pub by_structure: Vec<String>,
+    pub structurally: Vec<String>,
     /// By these data, or hardly.
-    pub by_data: Vec<String>,
+    pub practically: Vec<String>,
 }
 
 /// Probability below which a test of what is left over speaks.
@@ -117,10 +117,10 @@ impl Identification {
     /// let interval = Some(Interval { lower: 1.9, upper: 2.1 });
     /// let one = IdentifiedParameter { name: "a.damping".into(), value: Some(2.0), interval, ..IdentifiedParameter::default() };
     /// let mut found = Identification { parameters: vec![one.clone(), one], freedom: 7, ..Identification::default() };
-    /// found.logs.push(LogRead { name: "b.csv".into(), damage: Some("900 rows of it are used".into()), ..LogRead::default() });
+    /// found.logs.push(LogRead { name: "b.csv".into(), damage: Some("kardan uses 900 rows of it".into()), ..LogRead::default() });
     /// let verdict = found.verdict();
     /// assert!(!verdict.sound && verdict.text.starts_with(
-    ///     "All 2 parameters are determined, from a log that is damaged (b.csv: 900 rows of it are used)"
+    ///     "All 2 parameters are determined, from a log that is damaged (b.csv: kardan uses 900 rows of it)"
     /// ));
     /// ```
     pub fn verdict(&self) -> Verdict {
@@ -135,9 +135,11 @@ impl Identification {
         };
         let reservations = self.reservations();
         let warnings = counted(&self.warnings);
-        let sound =
-            determined == all && self.warnings.is_empty() && reservations.is_empty() && self.unfinished.is_none();
-        let early = early(self.unfinished.as_deref());
+        let sound = determined == all
+            && self.warnings.is_empty()
+            && reservations.is_empty()
+            && self.incomplete_reason.is_none();
+        let early = early(self.incomplete_reason.as_deref());
         Verdict { sound, text: format!("{early}{parameters}{reservations}{}{warnings}.", self.tested()) }
     }
 
@@ -145,7 +147,7 @@ impl Identification {
     fn tested(&self) -> String {
         let failed_tests = self.tests.iter().filter(|test| test.probability < UNLIKELY).count();
         match (failed_tests, self.tests.len()) {
-            (_, 0) if self.freedom == 0 => "; too few windows to tell errors from parameters".into(),
+            (_, 0) if self.degrees_of_freedom == 0 => "; too few windows to tell errors from parameters".into(),
             (_, 0) => String::new(),
             // Noise that is much more than that of the sensors is something else, however random it looks.
             (0, _) if self.scale > LOUD => {
@@ -270,7 +272,7 @@ struct Ends {
 }
 
 fn ends<S: Serializer>(span: &Option<Span>, to: S) -> Result<S::Ok, S::Error> {
-    Ends { begin_s: span.map(|span| span.from), end_s: span.map(|span| span.until) }.serialize(to)
+    Ends { begin_s: span.map(|span| span.start), end_s: span.map(|span| span.end) }.serialize(to)
 }
 
 /// A channel as it was read.
@@ -302,9 +304,9 @@ pub struct WindowCount {
     /// Without enough samples of every channel.
     pub incomplete: usize,
     /// With a friction that rests, nearly rests or breaks away: its sign is not known.
-    pub resting: usize,
+    pub sticking: usize,
     /// Not steady (where only steady ones count).
-    pub moving: usize,
+    pub unsteady: usize,
     /// Used.
     pub used: usize,
 }
@@ -317,7 +319,7 @@ pub struct IdentifiedParameter {
     /// SI unit.
     pub unit: String,
     /// Its value in the model file; none if the file does not give it.
-    pub before: Option<f64>,
+    pub model_value: Option<f64>,
     /// What was found, or what the file gives; `None` if it is not determined and the file does not give it.
     pub value: Option<f64>,
     /// Standard error; infinite if it is not determined, `None` of a parameter at its bound.
@@ -336,11 +338,11 @@ pub struct IdentifiedParameter {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ResidualTest {
     /// What should hold: `mean zero (row cs)`.
-    pub what: String,
+    pub hypothesis: String,
     /// Probability that it looks like this or worse if it holds.
     pub probability: f64,
     /// What it means if it does not.
-    pub meaning: String,
+    pub if_rejected: String,
 }
 
 /// How well unseen segments are predicted.
@@ -354,10 +356,10 @@ pub struct Validation {
     #[serde(rename = "torque_rms_N_m")]
     pub torque: f64,
     /// Root mean square of the residual on the samples of the fit, N m.
-    #[serde(rename = "residual_seen_N_m")]
+    #[serde(rename = "residual_fit_N_m")]
     pub in_sample: f64,
     /// The same on samples left out of the fit, each once; `None` if there are too few.
-    #[serde(rename = "residual_unseen_N_m")]
+    #[serde(rename = "residual_validation_N_m")]
     pub cross_validated: Option<f64>,
 }
 
@@ -382,15 +384,15 @@ pub struct Candidate {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Suggestions {
     /// What was tried, round by round: the best of each is taken into the model of the next.
-    pub tried: Vec<Suggestion>,
+    pub tested_terms: Vec<Suggestion>,
     /// Harmonics of angles that were tried in the last round and cannot be told from zero.
-    pub silent: usize,
+    pub insignificant_harmonics: usize,
     /// Orders of the harmonics that were tried: periods in a turn.
-    pub orders: Vec<f64>,
+    pub harmonic_orders: Vec<f64>,
     /// What was not tried, and why.
-    pub not_tried: Vec<String>,
+    pub untested_terms: Vec<String>,
     /// The terms to take, in order.
-    pub accepted: Vec<String>,
+    pub selected_terms: Vec<String>,
     /// What to write into the model file to take them.
     pub text: String,
     /// What is found with them.
@@ -402,7 +404,7 @@ pub struct Suggestions {
     /// How well unseen segments are predicted with them.
     pub validation: Vec<Validation>,
     /// How well whole logs are predicted by the others; empty of few logs, or where terms of single logs were asked for.
-    pub held_out_logs: Vec<HeldOutLogs>,
+    pub log_cross_validation: Vec<HeldOutLogs>,
     /// What a model file can hold of what is found with them.
     #[serde(skip)]
     pub for_file: Vec<FileValue>,
@@ -442,7 +444,7 @@ pub struct Suggestion {
     /// Its standard error over the folds.
     pub gain_spread: Option<f64>,
     /// Whether it is taken.
-    pub accepted: bool,
+    pub selected: bool,
     /// Why, or why not.
     pub verdict: String,
 }

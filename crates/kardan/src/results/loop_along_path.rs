@@ -8,7 +8,7 @@ use super::{Span, Stability};
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct LoopAlongPath {
     /// What turns, in words: `rk and cj`; empty if no joint is bent, and only parameters differ from those of the design.
-    pub coordinates: String,
+    pub rotated_coordinates: String,
     /// Positions that are looked at.
     pub positions: usize,
     /// The angles of what turns, from and to, rad.

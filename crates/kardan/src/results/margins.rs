@@ -15,7 +15,7 @@ pub struct Margins {
     #[serde(rename = "delay_s")]
     pub delay: f64,
     /// Whether it computes in single precision.
-    pub single: bool,
+    pub single_precision: bool,
     /// Spectral radius of the exact map of the linear loop over one sample time of this controller (of the shortest one, if it has
     /// none); `None` in continuous time, or if there is no
     /// such map.
@@ -25,7 +25,7 @@ pub struct Margins {
     pub stability: StabilityVerdict,
     /// The same of all motions but those that nobody holds (`free`), which are left out of all limits; `None` if it is not decided, or its
     /// sample times have no short common period, or the eigenvalue iteration failed.
-    #[serde(rename = "held_motions_stable")]
+    #[serde(rename = "controlled_modes_stable")]
     pub stable: Option<bool>,
     /// Slowest stable rates, for delays of no, half a and one sample; empty for a law that is designed for one sample time.
     pub rates: Vec<RateLimit>,
@@ -38,17 +38,17 @@ pub struct Margins {
     /// Smallest and largest factor of its torques that the loop tolerates; `None` if it is unstable.
     pub gain_margin: Option<[LoopLimit; 2]>,
     /// Shafts that move in motions which nobody holds, which are at zero. They are left out of all limits.
-    pub free: Vec<String>,
+    pub uncontrolled_modes: Vec<String>,
     /// How many poles at zero (multipliers at one) these motions are.
-    pub free_poles: usize,
+    pub uncontrolled_poles: usize,
     /// How it is known that they are at zero.
-    pub zero_pole_evidence: ZeroPoleEvidence,
+    pub uncontrolled_poles_method: ZeroPoleEvidence,
     /// Whether these motions are charges that only count what has flowed, exactly.
-    pub only_count: bool,
+    pub uncontrolled_are_integrals: bool,
     /// Poles that are not at zero, and so close to it that 64 bits do not tell: of a loop that is decided over the rationals,
     /// 1/s, as far as rounding shows them. They are left out of all limits.
-    #[serde(rename = "next_to_zero_1_s")]
-    pub next_to_zero: Vec<f64>,
+    #[serde(rename = "near_zero_poles_per_s")]
+    pub near_zero_poles: Vec<f64>,
     /// Whether its stability was decided over the rationals, or by certified bounds; otherwise from eigenvalues, whose rounding is bounded.
     pub proven: bool,
     /// All poles of the loop, where its stability in continuous time was decided over the rationals.
@@ -61,7 +61,7 @@ pub struct Margins {
     /// only those of the motors of a sampled controller.
     pub channels: Vec<ChannelMargin>,
     /// How wrong all torques may be at once; `None` with one motor.
-    pub together: Option<TogetherMargin>,
+    pub multiloop: Option<TogetherMargin>,
     /// Whether it is stable, but the torque of a motor may not be wrong by 10 %, or its disk margin is not larger than that.
     pub low_margins: bool,
     /// Of a loop with backlash that is open where it stands: the same with it in contact.
@@ -98,14 +98,14 @@ pub struct ContactMargins {
     /// How wrong the torque of each motor, and each reading, may be alone; empty where the loop is unstable.
     pub channels: Vec<ChannelMargin>,
     /// How wrong all torques may be at once; `None` with one motor.
-    pub together: Option<TogetherMargin>,
+    pub multiloop: Option<TogetherMargin>,
 }
 
 /// A loop on the other side of where it bends at its operating point.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct OppositeSide {
     /// The side that everything else is about: ``felt` > 0`.
-    pub own: String,
+    pub reference_side: String,
     /// This side.
     pub side: String,
     /// What sampling, delay, lag and limits leave of the loop here.
@@ -159,7 +159,7 @@ pub struct ChannelMargin {
     /// The motor whose torque is wrong, or what is read.
     pub name: String,
     /// Whether it is a reading.
-    pub reading: bool,
+    pub is_sensor: bool,
     /// The nearest factors below and above one that are too much; 0 and infinity if none is.
     pub gain: [f64; 2],
     /// Of the motions that begin there.
@@ -190,7 +190,7 @@ pub struct ChannelMargin {
     pub disk_phase: f64,
     /// Whether phase and disk were searched over the common period of several clocks, for errors that are the same at each
     /// sample; otherwise they come from the frequency response.
-    pub searched: bool,
+    pub multirate_search: bool,
     /// What that delay is to be compared with, s: the lag of the motor, or the sample time; `None` if there is none.
     #[serde(skip)]
     pub own_time: Option<f64>,
@@ -208,7 +208,7 @@ pub struct TogetherMargin {
     #[serde(rename = "rad_s")]
     pub frequency: f64,
     /// That set, which makes the loop unstable.
-    pub worst: Vec<WrongTorque>,
+    pub worst_perturbation: Vec<WrongTorque>,
 }
 
 /// How wrong the torque of a motor, or a reading, is.
@@ -219,8 +219,8 @@ pub struct WrongTorque {
     /// Factor of its size.
     pub factor: f64,
     /// Turn of its phase, rad.
-    #[serde(rename = "turn_rad")]
-    pub turn: f64,
+    #[serde(rename = "phase_rad")]
+    pub phase: f64,
 }
 
 /// What a step of a reference asks of a motor.

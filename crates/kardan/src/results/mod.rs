@@ -262,7 +262,7 @@ pub struct Event {
     /// Time in s.
     pub time: f64,
     /// `fs sticks`, `rk slips backward`, `ref_rk steps to 3.14159 rad`, `wg_motor reaches its torque limit`.
-    pub what: String,
+    pub description: String,
 }
 
 /// Whether a run reached its end with numbers that may be used.
@@ -438,7 +438,7 @@ impl MotorLoad {
         let (unit, what) = (self.unit, self.effort());
         let total = |spans: &[Span]| length(spans, 0.0, f64::INFINITY);
         let of = |spans: &[Span]| {
-            let first = spans.first().map_or(0.0, |span| span.from);
+            let first = spans.first().map_or(0.0, |span| span.start);
             format!("for {} s of {duration} s, first at {} s", rounded(total(spans)), rounded(first))
         };
         let torque = self.torque_limit.filter(|_| !self.at_torque_limit.is_empty()).map(|limit| {
@@ -475,7 +475,7 @@ fn rounded(value: f64) -> f64 {
 }
 
 fn length(spans: &[Span], from: f64, until: f64) -> f64 {
-    spans.iter().map(|span| (span.until.min(until) - span.from.max(from)).max(0.0)).sum()
+    spans.iter().map(|span| (span.end.min(until) - span.start.max(from)).max(0.0)).sum()
 }
 
 /// What the integrator did.
@@ -642,9 +642,9 @@ pub type Pole = Complex;
 #[serde(into = "[f64; 2]")]
 pub struct Span {
     /// Where it begins.
-    pub from: f64,
+    pub start: f64,
     /// Where it ends.
-    pub until: f64,
+    pub end: f64,
 }
 
 /// The ends of a range in which a number lies.
@@ -663,7 +663,7 @@ pub struct Definition {
     /// Its name: `z1`.
     pub state: String,
     /// What it is: `a.w + b.w`.
-    pub is: String,
+    pub expression: String,
 }
 
 /// An element of a model, in words.
@@ -803,7 +803,7 @@ impl From<Complex> for [f64; 2] {
 
 impl From<Span> for [f64; 2] {
     fn from(span: Span) -> Self {
-        [span.from, span.until]
+        [span.start, span.end]
     }
 }
 
@@ -826,7 +826,7 @@ pub(crate) struct MotorLoadView<'a> {
     /// Its rate limit, N m/s.
     rate_limit_n_m_per_s: Option<f64>,
     /// Largest torque asked of it, N m.
-    demand_n_m: f64,
+    max_requested_torque_n_m: f64,
     /// How long it was at its torque limit, s.
     time_at_torque_limit_s: f64,
     /// How long it moved at its rate limit, s.
@@ -843,10 +843,10 @@ impl<'a> MotorLoadView<'a> {
             controller: motor_load.controller.as_deref(),
             torque_limit_n_m: motor_load.torque_limit,
             rate_limit_n_m_per_s: motor_load.rate_limit,
-            demand_n_m: motor_load.demand,
+            max_requested_torque_n_m: motor_load.demand,
             time_at_torque_limit_s: motor_load.seconds_at_limit(0.0, length),
             time_at_rate_limit_s: motor_load.seconds_at_rate_limit(0.0, length),
-            first_at_torque_limit_s: motor_load.at_torque_limit.first().map(|span| span.from),
+            first_at_torque_limit_s: motor_load.at_torque_limit.first().map(|span| span.start),
         }
     }
 }

@@ -15,7 +15,7 @@ pub struct Parity {
     /// How many static residuals are independent.
     pub independent: usize,
     /// Whether `residuals` are all minimal ones; else they are a basis of them.
-    pub all_listed: bool,
+    pub exhaustive: bool,
     /// Minimal static residuals: each is zero whatever the model does, and of its sensors none can be left out.
     pub residuals: Vec<Residual>,
     /// Whether the verdicts on faults are decided exactly; else modulo random primes, wrong with a probability below 1e-12.
@@ -73,14 +73,14 @@ pub struct Threshold {
     #[serde(rename = "sample_time_s")]
     pub sample_time: f64,
     /// Whether its sensors have different sample times: then motion within a sample adds to it.
-    pub different_times: bool,
+    pub multirate: bool,
     /// No more false alarms than that, per hour, for white Gaussian noise.
     pub false_alarms_per_hour: f64,
     /// A change of the size in `smallest` is an alarm after that time at the latest, s.
     #[serde(rename = "detection_time_s")]
     pub detection_time: f64,
     /// For each of its signals the smallest change that is seen with a probability of 99.9 %, in its unit; of a residual in time that of the fault alone.
-    pub smallest: Vec<f64>,
+    pub min_detectable: Vec<f64>,
     /// The time constant τ, s, of the filter `1/(τ s + 1)ⁿ` that a residual in time goes through, n its highest derivative; `null` at one instant.
     #[serde(rename = "filter_s")]
     pub filter: Option<f64>,
@@ -103,15 +103,15 @@ pub struct FaultVerdict {
     /// The sensor or input.
     pub fault: String,
     /// Which of these it is.
-    pub place: FaultPlace,
+    pub location: FaultPlace,
     /// Whether the sensors show it at all, whatever the unknown inputs do.
-    pub shown: bool,
+    pub detectable: bool,
     /// Whether they go on showing it while it stays at one value; `false`: only as it changes. `null`: not decided.
-    pub stays: Option<bool>,
+    pub strongly_detectable: Option<bool>,
     /// The same as `shown` where the torques of friction are unknown too; `null` without friction.
-    pub despite_friction: Option<bool>,
+    pub detectable_despite_friction: Option<bool>,
     /// Faults that it cannot be told from.
-    pub same_as: Vec<String>,
+    pub not_isolable_from: Vec<String>,
     /// The derivatives that a residual needs that it moves; `null`: not shown, or not found with few.
     pub order: Option<usize>,
     /// Such a residual: zero whatever states and unknown inputs are.
@@ -136,5 +136,5 @@ pub struct SensorSets {
     /// The sets; empty if there is none.
     pub sets: Vec<Vec<String>>,
     /// Whether all sets up to this size were tried.
-    pub all_tried: bool,
+    pub exhaustive: bool,
 }

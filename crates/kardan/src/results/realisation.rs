@@ -56,7 +56,7 @@ pub struct DiscreteTime {
 pub struct Realisations {
     /// Kalman's decomposition: `x = T z`.
     pub kalman: TransformedSystem,
-    /// Its block that is reached and seen; of T only the columns of that block.
+    /// Its controllable and observable block; of T only the columns of that block.
     pub minimal: TransformedSystem,
     /// The staircase form of the inputs.
     pub staircase: TransformedSystem,
@@ -82,7 +82,7 @@ pub struct TransformedSystem {
 /// States that belong together.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub struct Block {
-    /// `reached and seen`
+    /// `controllable and observable`
     pub name: String,
     /// How many.
     pub states: usize,

@@ -36,11 +36,11 @@ pub struct SymbolicEquations {
     /// Letters that stand for values of the model.
     pub values: Vec<SymbolOfValue>,
     /// Letters that stand for formulas, each behind those that it needs.
-    pub letters: Vec<SymbolicFormula>,
+    pub intermediate_symbols: Vec<SymbolicFormula>,
     /// Functions that have no formula: curves through points.
     pub functions: Vec<SymbolicFunction>,
     /// Coordinates that follow: `cs`, its rate `cs'`, and what its acceleration is.
-    pub dependents: Vec<SymbolicFormula>,
+    pub dependent_coordinates: Vec<SymbolicFormula>,
     /// Entries of H on and below the diagonal that are not zero.
     pub inertia: Vec<SymbolicFormula>,
     /// Forces that are quadratic in speeds, and those of prescribed speeds and accelerations, by coordinate; those that are not zero, as in all
@@ -54,10 +54,10 @@ pub struct SymbolicEquations {
     pub friction: Vec<SymbolicFormula>,
     /// What clutches, stops, locks and teeth carry, by coordinate.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
-    pub unilateral: Vec<SymbolicFormula>,
+    pub unilateral_forces: Vec<SymbolicFormula>,
     /// On what that depends.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
-    pub modes: Vec<SymbolicMode>,
+    pub contact_states: Vec<SymbolicMode>,
     /// F u by coordinate.
     pub input: Vec<SymbolicFormula>,
     /// A^T lambda by coordinate: what kept constraints do.
@@ -79,7 +79,7 @@ pub struct SymbolicEquations {
     /// What was taken as zero because it is so for the values of the model: the equations hold only there.
     pub zeros: Vec<SymbolicText>,
     /// Parameters that are not in the equations because their value is zero.
-    pub excluded: Vec<String>,
+    pub zero_parameters: Vec<String>,
     /// Motors whose ripple acts beside their torque, and is not in the equations.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub ripples: Vec<String>,
@@ -89,7 +89,7 @@ pub struct SymbolicEquations {
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub struct SymbolicMultiplierConstraint {
     /// The element.
-    pub of: String,
+    pub element: String,
     /// Its multiplier.
     pub multiplier: SymbolicText,
     /// What is zero at all times, of a relation of positions.
@@ -110,16 +110,16 @@ pub struct SymbolicMode {
     /// As it stands in the formulas.
     pub symbol: SymbolicText,
     /// The element.
-    pub of: String,
+    pub element: String,
     /// What it is.
-    pub what: String,
+    pub description: String,
 }
 
 /// A torque that an expression gives.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub struct SymbolicLaw {
     /// The element.
-    pub of: String,
+    pub element: String,
     /// Its law as it is written in the model.
     pub law: String,
 }
@@ -130,10 +130,10 @@ pub struct SymbolOfValue {
     /// As it is written in the formulas.
     pub symbol: SymbolicText,
     /// The parameter or key that it is.
-    pub of: String,
+    pub name: String,
     /// How it follows from other parameters, if it does.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub follows: Option<String>,
+    pub derived_from: Option<String>,
     /// Its value.
     pub value: f64,
     /// Its SI unit.
@@ -146,7 +146,7 @@ pub struct SymbolicFunction {
     /// As it is written in the formulas; its derivatives have `'` and `''`.
     pub symbol: SymbolicText,
     /// The element whose curve it is.
-    pub of: String,
+    pub element: String,
 }
 
 /// A formula for one thing.
@@ -208,7 +208,7 @@ pub struct ManualKey {
     /// The key.
     pub name: String,
     /// What it holds: `kg m^2, above zero`.
-    pub value_kind: String,
+    pub value_type: String,
     /// Whether the table is incomplete without it.
     pub required: bool,
     /// What holds when it is left out, if that is one value.

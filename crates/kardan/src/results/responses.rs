@@ -23,20 +23,20 @@ pub struct LoopResponses {
     /// S, T and KS with all motors, or all readings, at once; empty for a loop that is not stable.
     pub sensitivities: Vec<SingularValues>,
     /// How wrong all readings may be at once; `None` of a loop that is not stable, of one reading, or of many.
-    pub readings_together: Option<TogetherMargin>,
+    pub sensors_multiloop: Option<TogetherMargin>,
     /// From each reference to each output.
     pub references: Vec<ReferenceResponse>,
     /// What follows a step of each reference; empty for a loop that is not stable.
     pub steps: Vec<StepResponse>,
     /// Margins where the joints stand; `None` without joints that turn.
-    pub over_positions: Option<MarginsOverPositions>,
+    pub margins_over_position: Option<MarginsOverPositions>,
 }
 
 /// Margins of the motors along the motions of the joints that stretch no spring, half a turn each.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct MarginsOverPositions {
     /// The coordinates that turn.
-    pub coordinates: String,
+    pub rotated_coordinates: String,
     /// What was found at each position.
     pub positions: Vec<PositionMargins>,
 }
@@ -65,7 +65,7 @@ pub struct LoopGain {
     /// The motor whose torque, or what of the readings, is disconnected.
     pub name: String,
     /// Whether it is a reading.
-    pub reading: bool,
+    pub is_sensor: bool,
     /// Whether nothing comes back: no loop goes through this place.
     pub open: bool,
     /// Poles of the loop broken here that grow, from eigenvalues in floating point; as often L goes around −1, counterclockwise,
@@ -99,7 +99,7 @@ pub struct SingularValues {
     /// Which.
     pub function: LoopFunction,
     /// Whether the errors are those of the readings; otherwise those of the motors' torques.
-    pub readings: bool,
+    pub at_sensors: bool,
     /// Unit; empty for a number without one.
     pub unit: String,
     /// Whether the channels have different units: then the values are those of numbers in SI units.
@@ -130,7 +130,7 @@ pub struct ReferenceResponse {
     /// Unit of their quotient; empty for a number without one.
     pub unit: String,
     /// Whether the output belongs to the reference's channel.
-    pub own: bool,
+    pub same_channel: bool,
     /// Real part at each frequency.
     #[serde(rename = "re")]
     pub real: Vec<f64>,

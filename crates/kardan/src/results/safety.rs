@@ -83,7 +83,7 @@ pub struct EffectMeasured {
     /// SI; `null` if it could not be measured.
     pub measured: Option<f64>,
     /// Whether its bounds hold; `null` if it has none.
-    pub satisfied: Option<bool>,
+    pub within_bounds: Option<bool>,
 }
 
 /// A run with its faults, or without one.
@@ -96,12 +96,12 @@ pub struct SafetyRow {
     /// Values of parameters.
     pub values: Vec<SafetyValue>,
     /// When the first fault begins, s.
-    pub begins: Option<f64>,
+    pub fault_time: Option<f64>,
     /// Time to the first row in which the condition of detection holds and does not hold without the fault, from the begin of the fault that began
     /// last before it, s; of a run without a fault the time of the first row in which it holds.
-    pub detected_after: Option<f64>,
+    pub detection_time: Option<f64>,
     /// How long before the row of the detection the row before it stands, s: so much earlier it may have been.
-    pub detection_uncertainty: Option<f64>,
+    pub detection_resolution: Option<f64>,
     /// States that the state machine of the file enters after the begin, where it does not without the fault.
     pub reaction: Vec<StateEntered>,
     /// The effects, in the order of [`Safety::effects`].

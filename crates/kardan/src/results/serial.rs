@@ -26,12 +26,12 @@ pub(crate) struct Ending<'a> {
     /// Whether nothing ended early.
     complete: bool,
     /// Why it ended early, and what is missing: such parts are empty. `null` if nothing is.
-    unfinished: Option<&'a str>,
+    incomplete_reason: Option<&'a str>,
 }
 
 impl<'a> Ending<'a> {
     pub(crate) fn of(unfinished: &'a Option<String>) -> Self {
-        Self { complete: unfinished.is_none(), unfinished: unfinished.as_deref() }
+        Self { complete: unfinished.is_none(), incomplete_reason: unfinished.as_deref() }
     }
 }
 

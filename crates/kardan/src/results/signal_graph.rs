@@ -19,7 +19,7 @@ pub struct SignalNode {
     /// What it reads: answers of others, sensors, what moves, references, functions of time.
     pub reads: Vec<String>,
     /// Answers of others that its own follow from at the same sample.
-    pub at_once: Vec<String>,
+    pub direct_feedthrough: Vec<String>,
 }
 
 /// Something that is answered.

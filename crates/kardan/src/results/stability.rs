@@ -55,9 +55,9 @@ pub struct BorderMotion {
     /// How many poles it is, both of a pair.
     pub poles: usize,
     /// The power of the time with which it grows; 0: it stays.
-    pub growth: usize,
+    pub growth_exponent: usize,
     /// Whether it is a part that nobody holds and that moves on at constant speed, which counts as staying.
-    pub free: bool,
+    pub uncontrolled: bool,
 }
 
 impl BorderMotion {
@@ -68,21 +68,21 @@ impl BorderMotion {
 
     /// Whether it grows, beyond the angle of a free part.
     pub fn grows(&self) -> bool {
-        self.growth > 0 && !self.free
+        self.growth_exponent > 0 && !self.uncontrolled
     }
 }
 
 impl fmt::Display for BorderMotion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let poles = if self.poles == 1 { "1 pole".to_string() } else { format!("{} poles", self.poles) };
-        match (self.frequency, self.free) {
-            (0.0, true) if self.growth > 0 => write!(f, "a free motion at constant speed ({poles} at zero)")?,
+        match (self.frequency, self.uncontrolled) {
+            (0.0, true) if self.growth_exponent > 0 => write!(f, "a free motion at constant speed ({poles} at zero)")?,
             (0.0, true) => write!(f, "a free motion ({poles} at zero)")?,
             (0.0, false) => write!(f, "a motion that never comes back ({poles} at zero)")?,
             (frequency, _) => write!(f, "an oscillation at {frequency:.6} rad/s ({poles})")?,
         }
-        match self.growth {
-            _ if self.free => Ok(()),
+        match self.growth_exponent {
+            _ if self.uncontrolled => Ok(()),
             0 => Ok(()),
             1 => f.write_str(" that grows like t"),
             power => write!(f, " that grows like t^{power}"),
@@ -125,7 +125,7 @@ impl StabilityVerdict {
 
     /// Stable but for free parts with so many poles at zero (at one of a map).
     pub fn free(poles: usize) -> Self {
-        Self::exact(false, vec![BorderMotion { frequency: 0.0, poles, growth: 0, free: true }])
+        Self::exact(false, vec![BorderMotion { frequency: 0.0, poles, growth_exponent: 0, uncontrolled: true }])
     }
 
     /// Not decided, and why.
@@ -161,7 +161,7 @@ impl StabilityVerdict {
 
     /// The same without what free parts do.
     pub fn without_free(&self) -> Self {
-        let border: Vec<BorderMotion> = self.border.iter().copied().filter(|motion| !motion.free).collect();
+        let border: Vec<BorderMotion> = self.border.iter().copied().filter(|motion| !motion.uncontrolled).collect();
         let word = match self.word {
             Stability::Marginal if border.is_empty() => Stability::Stable,
             word => word,
@@ -240,11 +240,11 @@ struct StabilityView {
     /// Whether all motions die away; `null` if it is not decided.
     stable: Option<bool>,
     /// How it is known.
-    stability_evidence: StabilityEvidence,
+    stability_method: StabilityEvidence,
     /// What lies on the border, where nothing lies outside.
-    border_motions: Vec<BorderMotion>,
+    boundary_modes: Vec<BorderMotion>,
     /// Why it is not decided; empty if it is.
-    not_decided_because: String,
+    undecided_reason: String,
 }
 
 impl From<StabilityVerdict> for StabilityView {
@@ -252,9 +252,9 @@ impl From<StabilityVerdict> for StabilityView {
         Self {
             stability: verdict.word,
             stable: verdict.is_stable(),
-            stability_evidence: verdict.evidence,
-            border_motions: verdict.border,
-            not_decided_because: verdict.why,
+            stability_method: verdict.evidence,
+            boundary_modes: verdict.border,
+            undecided_reason: verdict.why,
         }
     }
 }

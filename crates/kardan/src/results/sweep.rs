@@ -36,7 +36,7 @@ pub struct Sweep {
     /// The confidence of the intervals of probabilities: 0.95.
     pub confidence: f64,
     /// How samples were ended by the width of intervals, if that was asked for.
-    pub until: Option<SweptUntil>,
+    pub stopping_rule: Option<SweptUntil>,
     /// The worst case that a search found, if one was asked for.
     pub worst: Option<SweptWorst>,
     /// The probability of a rare failure, if it was asked for.
@@ -116,7 +116,7 @@ pub struct SweptRule {
     /// An interval for the probability of failing there, at the confidence of the sweep (Clopper and Pearson).
     pub interval: [f64; 2],
     /// The part of all failures that lies there.
-    pub covers: f64,
+    pub coverage: f64,
 }
 
 /// Between which values a parameter is.
@@ -155,7 +155,7 @@ pub struct SweptValues {
     /// Runs of these samples.
     pub runs: u64,
     /// How many of them did not come to their end: what they measured up to there is left out.
-    pub ended: u64,
+    pub invalid_runs: u64,
     /// How many samples have a number.
     pub count: u64,
     /// Their mean.
@@ -165,11 +165,11 @@ pub struct SweptValues {
     /// The numbers below which 0, 5, 25, 50, 75, 95 and 100 % of them lie.
     pub quantiles: Option<[f64; 7]>,
     /// The samples of the least and of the largest one.
-    pub ends: Option<[u64; 2]>,
+    pub extreme_samples: Option<[u64; 2]>,
     /// How much of it each parameter explains, the largest first.
     pub shares: Vec<SweptShare>,
     /// The part of the variance that a straight line through all parameters explains; what is missing bends or comes from products.
-    pub explained: Option<f64>,
+    pub r_squared: Option<f64>,
     /// Indices of Sobol of each parameter, the largest total one first; of `points = "saltelli"` alone.
     pub indices: Vec<SweptIndex>,
     /// Elementary effects of each parameter, the largest first; of `points = "morris"` alone.
@@ -222,7 +222,7 @@ pub struct SweptUntil {
     /// The confidence of the intervals of each look, so that those of all looks hold together at the confidence of the sweep (Bonferroni).
     pub confidence: f64,
     /// Whether all are as narrow.
-    pub reached: bool,
+    pub converged: bool,
 }
 
 /// The worst case that a search found; there may be a worse one.
@@ -245,11 +245,11 @@ pub struct SweptWorst {
     /// Its values.
     pub values: Vec<SweptAt>,
     /// The least margin of the samples before the search, of as many.
-    pub before: Option<f64>,
+    pub margin_before_search: Option<f64>,
     /// Samples before the search.
-    pub explored: u64,
+    pub exploration_samples: u64,
     /// How often the search came to rest and began from another place.
-    pub rests: u64,
+    pub restarts: u64,
 }
 
 /// A value of what varies.
@@ -277,13 +277,13 @@ pub struct SweptRare {
     /// Its standard deviation by the correlation within the chains of each level, the levels taken as independent, as a part of it.
     pub deviation: Option<f64>,
     /// The same, the levels taken as wholly dependent: an upper bound as far as the correlations within the chains are known.
-    pub deviation_most: Option<f64>,
+    pub deviation_upper_bound: Option<f64>,
     /// About 95 %: that of a lognormal number with the mean of both deviations.
     pub interval: Option<[f64; 2]>,
     /// The levels, in order.
     pub levels: Vec<SweptLevel>,
     /// Why it ended.
-    pub ended: String,
+    pub stop_reason: String,
 }
 
 /// A level of subset simulation.
@@ -292,13 +292,13 @@ pub struct SweptLevel {
     /// The margin below which the next level lies, SI; zero at the last one.
     pub margin: f64,
     /// The part of its samples that lies below.
-    pub part: f64,
+    pub fraction: f64,
     /// Its samples, those that the level before gave among them.
     pub samples: u64,
     /// By how much the correlation in its chains raises the variance of that part: 0 of independent samples.
     pub correlation: f64,
     /// The part of its candidates that its chains took.
-    pub accepted: Option<f64>,
+    pub acceptance_rate: Option<f64>,
 }
 
 /// How a number follows a parameter.

@@ -50,9 +50,9 @@ impl Design {
         let grows = grows || self.margins.as_ref().is_some_and(|margins| margins.stable == Some(false));
         let opposite = match &self.opposite_side {
             Some(found) if found.margins.stable == Some(false) && !grows => {
-                format!(" on the side where {}, unstable where {}", found.own, found.side)
+                format!(" on the side where {}, unstable where {}", found.reference_side, found.side)
             }
-            Some(found) => format!(" on the side where {}", found.own),
+            Some(found) => format!(" on the side where {}", found.reference_side),
             None => String::new(),
         };
         let grows = grows || self.opposite_side.as_ref().is_some_and(|found| found.margins.stable == Some(false));
@@ -60,9 +60,9 @@ impl Design {
         let at_limit = if at_limit { "; the scenario drives its motors to their limits" } else { "" };
         let warnings = counted(&self.warnings);
         let grows = grows || self.loop_along_path.as_ref().is_some_and(|found| !found.stable);
-        let early = early(self.unfinished.as_deref());
+        let early = early(self.incomplete_reason.as_deref());
         let low_margins = self.margins.as_ref().is_some_and(|margins| margins.low_margins);
-        let good = decoupled && stable && !grows && !low_margins && self.unfinished.is_none();
+        let good = decoupled && stable && !grows && !low_margins && self.incomplete_reason.is_none();
         Verdict { sound: good, text: format!("{early}{first}{own}{loop_}{opposite}{hidden}{at_limit}{warnings}.") }
     }
 
@@ -81,7 +81,7 @@ impl Design {
         };
         // Whether they are exactly there is not decided then.
         let rounded = if margins.stability.word == Stability::Undecided { ", to rounding," } else { "" };
-        let free = match margins.free_poles {
+        let free = match margins.uncontrolled_poles {
             0 => String::new(),
             1 => format!(" but for a pole at zero{rounded} that nobody holds"),
             poles => format!(" but for {poles} poles at zero{rounded} that nobody holds"),
@@ -166,7 +166,7 @@ fn proven(design: &Design) -> &'static str {
 
 /// What the loop with the parameters of the variant does, as a part of a sentence.
 fn opposite_text(found: &LoopAlongPath, claimed: bool) -> String {
-    let how = if found.coordinates.is_empty() {
+    let how = if found.rotated_coordinates.is_empty() {
         "with the parameters of the variant"
     } else {
         "where the variant's joints stand"

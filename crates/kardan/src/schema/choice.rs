@@ -1,4 +1,4 @@
-//! Words between which a key chooses, as a type.
+//! The choices of a key as a type.
 
 /// Declares a type for the words of a choice: `Measure::NAMES` for its key, `of` to read one, `word` to write it.
 macro_rules! choice {
@@ -13,7 +13,7 @@ macro_rules! choice {
             /// The words of a model file.
             pub const NAMES: &'static [&'static str] = &[$($word),*];
 
-            /// What a word stands for.
+            /// The value of a word.
             pub fn of(word: &str) -> Option<Self> {
                 match word {
                     $($word => Some(Self::$variant),)*

@@ -16,8 +16,8 @@
 /// }
 /// ```
 ///
-/// A key has the name of its [`Kind`](crate::schema::Kind), the value that holds when it is left out, and a sentence for the manual;
-/// or a constant that several tables share. The struct gets `new` with what is required and a method for each other key.
+/// A key has the name of its [`Kind`](crate::schema::Kind), its default, and a sentence for the manual;
+/// or a constant that several tables share. The struct gets `new` with the required keys and a method for each other key.
 macro_rules! keys {
     (
         $(#[$meta:meta])*
@@ -61,7 +61,7 @@ macro_rules! keys {
         }
 
         impl $name {
-            /// With what it needs; all else is left out.
+            /// With the required keys; all others are left out.
             #[allow(clippy::new_without_default, clippy::too_many_arguments)]
             pub fn new($($rkey: impl Into<$crate::schema::keys!(@type $rkind $(($($rargs)*))?)>),*) -> Self {
                 Self { $($rkey: $rkey.into(),)* $($key: None,)* }

@@ -1,10 +1,10 @@
-//! What a program gives for the keys of a table.
+//! Values of keys in a program.
 
 use crate::entries::{Entries, Entry, RawValue};
 use crate::schema::keys::Keys;
 use crate::units::{Dimension, Exact};
 
-/// A quantity or a number: a text with a unit (`"1.3 N m"`, with a tolerance where one may stand), the name of a parameter, a number
+/// A quantity or a number: a text with a unit (`"1.3 N m"`, with a tolerance where allowed), the name of a parameter, a number
 /// without a unit, or an exact value in SI units.
 ///
 /// ```
@@ -113,11 +113,11 @@ impl<Q: Into<Quantity>> From<Vec<Q>> for Quantities {
     }
 }
 
-/// What can stand behind a key: written as an entry, and read from one.
+/// A value of a key: written as an entry, and read from one.
 pub trait EntryValue: Sized {
     /// As an entry.
     fn raw(&self) -> RawValue;
-    /// From an entry; nothing if it is of another kind.
+    /// From an entry; `None` if it is of another kind.
     fn read(raw: &RawValue) -> Option<Self>;
 }
 

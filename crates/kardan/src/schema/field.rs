@@ -1,11 +1,11 @@
-//! Keys of tables, what they hold, and tables as they were read.
+//! Keys of tables, their types, and tables as read.
 
 use std::collections::BTreeMap;
 
 use crate::entries::Place;
 use crate::units::{Dimension, Exact, Expression, Tolerated, parse_number, parse_quantity};
 
-/// Which numbers a field takes.
+/// The numbers that a field accepts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sign {
     /// Any finite number.
@@ -16,14 +16,14 @@ pub enum Sign {
     Positive,
     /// Anything but zero.
     NonZero,
-    /// A time after which something happens again, s: at least [`SHORTEST_PERIOD`].
+    /// A period, s: at least [`SHORTEST_PERIOD`].
     Period,
 }
 
-/// Shortest time after which something happens again, s: a run computes each time, a million for each second.
+/// Shortest period, s: a run computes every sample, a million per second.
 pub const SHORTEST_PERIOD: f64 = 1e-6;
 
-/// What a field of a table holds.
+/// The type of a field of a table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
     /// The name of a shaft.
@@ -32,13 +32,13 @@ pub enum Kind {
     Mass,
     /// The name of a shaft or of a mass. The key may be written with `mass` in place of `shaft`.
     Body,
-    /// The name of a node of a circuit; naming it is all that makes it.
+    /// The name of a node of a circuit; its name declares it.
     Node,
-    /// Two or more different shaft names; the number asked for (0: any number from one up).
+    /// Two or more different shaft names; the number requested (0: any number from one up).
     Shafts(usize),
     /// A number with a unit, as text: `"130 kg mm^2"`; or the name of a parameter.
     Quantity(Dimension, Sign),
-    /// The same of an element along shafts; along masses that quantity of masses: a force for a torque.
+    /// The same for an element along shafts; for masses their quantity: a force for a torque.
     Mechanical(Dimension, Sign),
     /// A number without a unit (a TOML number or its text, also `"51/50"`); or the name of a parameter.
     Number(Sign),
@@ -72,17 +72,17 @@ pub enum Kind {
     Lists,
     /// A table from names to functions of time: `{ load = "2 N m * sin(2 pi t / 1 s)" }`.
     Functions,
-    /// An expression of what moves, the time, parameters, signals and tables, of a quantity; along masses of that of masses.
+    /// An expression of coordinates, rates, the time, parameters, signals and tables, of a quantity; for masses of theirs.
     Formula(Dimension),
-    /// An expression of measurements, signals, blocks, parameters and the time; what it is of follows from what reads it.
+    /// An expression of measurements, signals, blocks, parameters and the time; its dimension follows from its user.
     Expression,
     /// A table from names of inputs to such expressions: `{ assist = "boost - 0.02 N m s/rad * rotor.w" }`.
     Expressions,
-    /// A quantity, or a function of time of that dimension; along masses of that of masses.
+    /// A quantity, or a function of time of that dimension; for masses of theirs.
     OfTime(Dimension),
     /// A table from names of shafts and masses to expressions of angles and positions.
     Formulas,
-    /// An expression of angles and positions that is to vanish, of any unit.
+    /// An expression of angles and positions that must be zero, of any unit.
     Surface,
     /// A list of tables, each of the given shape.
     Tables(&'static [Field]),
@@ -97,12 +97,12 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Whether it holds expressions of what moves, which are read behind all else: they take functions of time.
+    /// Whether it contains expressions of coordinates, which are read last: they use functions of time.
     pub fn is_formula(self) -> bool {
         matches!(self, Self::Formula(_) | Self::Formulas | Self::Surface | Self::Expression | Self::Expressions)
     }
 
-    /// What it holds for an element along shafts or along masses.
+    /// Its type for an element on shafts or on masses.
     #[must_use]
     pub fn for_translation(self, masses: bool) -> Self {
         match self {
@@ -123,13 +123,13 @@ pub type ExactPole = (Exact, Exact);
 pub struct Field {
     /// The key.
     pub name: &'static str,
-    /// What it holds.
+    /// Its value.
     pub kind: Kind,
     /// Whether the table is incomplete without it.
     pub required: bool,
-    /// What holds when the key is left out, as it would be written, if that is one value.
+    /// The default as written, if it is one value.
     pub default: Option<&'static str>,
-    /// One sentence for the manual; says what holds when the key is left out, where that is no value.
+    /// One sentence for the manual; states the default if that is not a value.
     pub doc: &'static str,
 }
 
@@ -144,7 +144,7 @@ impl Field {
         Self { name, kind, required: false, default: None, doc }
     }
 
-    /// The number that holds when the key is left out, if that is a number; a test reads that of each field.
+    /// The default, if it is a number; a test reads that of each field.
     pub fn default_number(&self) -> Option<Exact> {
         match self.kind {
             Kind::Quantity(..) | Kind::Mechanical(..) => {
@@ -155,18 +155,18 @@ impl Field {
         }
     }
 
-    /// The word that holds when the key is left out, if that is a word.
+    /// The default, if it is a word.
     pub fn default_word(&self) -> Option<&'static str> {
         self.default.filter(|_| matches!(self.kind, Kind::Choice(_) | Kind::Text))
     }
 
-    /// The other name of a key: that of a body may say `mass` for `shaft`.
+    /// The other name of a key: that of a body may have `mass` in place of `shaft`.
     pub fn alias(&self) -> Option<String> {
         let rest = self.name.strip_prefix("shaft").filter(|_| self.kind == Kind::Body);
         rest.map(|rest| format!("mass{rest}"))
     }
 
-    /// A key that may be left out, and then has this value.
+    /// An optional key with this default.
     pub const fn with_default(name: &'static str, kind: Kind, default: &'static str, doc: &'static str) -> Self {
         Self { name, kind, required: false, default: Some(default), doc }
     }
@@ -194,7 +194,7 @@ pub enum Scalar {
     Expression(Box<Expression>),
 }
 
-/// What was read for a [`Field`].
+/// The value read for a [`Field`].
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
     /// For `Shaft`, `Node`, `Element`, `Signal`, `Output`, `Choice`, `Name` and `Text`.
@@ -211,7 +211,7 @@ pub enum Value {
     Poles(Vec<ExactPole>),
 }
 
-/// A table as read: known keys with typed values; what was wrong has been reported already.
+/// A table as read: known keys with typed values; errors have been reported already.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
     /// The keys that it may have.
@@ -222,7 +222,7 @@ pub struct Table {
     pub values: BTreeMap<&'static str, Placed<Value>>,
     /// Quantities as they are written, `179 deg`, by key.
     pub source_text: BTreeMap<&'static str, String>,
-    /// Whether its element acts along masses.
+    /// Whether its element acts on masses.
     pub translational: bool,
     /// Keys that are in the file but could not be read, misspelt ones included; each has been reported.
     pub unread: Vec<&'static str>,
@@ -233,7 +233,7 @@ impl Table {
         self.fields.iter().find(|field| field.name == key).filter(|_| !self.unread.contains(&key))
     }
 
-    /// The number that holds for a key that is left out.
+    /// The default number of a key.
     pub fn default_scalar(&self, key: &str) -> Option<Scalar> {
         let field = self.default_of(key)?;
         let kind = field.kind.for_translation(self.translational);
@@ -241,7 +241,7 @@ impl Table {
         Some(Scalar::Literal(field.default_number()?, dimension))
     }
 
-    /// The word that holds for a key that is left out.
+    /// The default word of a key.
     pub fn default_word(&self, key: &str) -> Option<&'static str> {
         self.default_of(key)?.default_word()
     }

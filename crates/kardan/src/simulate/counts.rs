@@ -1,22 +1,23 @@
-//! What sensors that count meet in a run, and counts that come out otherwise.
+//! Readings of counting sensors in a run, and counts that are flipped at a boundary.
 
 use std::collections::VecDeque;
 
-/// Readings of a sensor that are noted: those of 17 minutes at 1 kHz.
+/// Most recorded readings of a sensor: those of 17 minutes at 1 kHz.
 const MOST: usize = 1 << 20;
 
-/// What a sensor that counts met at the readings of a sampled law.
+/// The readings of a counting sensor for a sampled law.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct EncoderReading {
     /// Name of the sensor.
     pub sensor: String,
-    /// The time of each reading, s, and what was read there, in counts before they are rounded down: whole numbers are the boundaries of counts.
+    /// The time of each reading, s, and its value in counts before rounding down: whole numbers are the boundaries of
+    /// counts.
     pub readings: Vec<(f64, f64)>,
-    /// When the first reading was that is not noted any more, s, if there is one.
+    /// The time of the first reading that is not recorded any more, s, if there is one.
     pub until: Option<f64>,
 }
 
-/// A reading that comes out on the other side of a boundary.
+/// A reading that is flipped to the other side of a boundary.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlippedReading {
     /// Number of its sensor in [`RunResult::encoder_readings`](super::RunResult::encoder_readings).
@@ -25,11 +26,11 @@ pub struct FlippedReading {
     pub reading: usize,
     /// The boundary, in counts.
     pub boundary: f64,
-    /// Whether it comes out above.
+    /// Whether the flipped reading is above.
     pub above: bool,
 }
 
-/// Takes the readings of a sensor down, and turns some of them.
+/// Records the readings of a sensor, and flips some of them.
 #[derive(Debug, Clone)]
 pub(super) struct Notes {
     encoder_readings: EncoderReading,
@@ -39,12 +40,12 @@ pub(super) struct Notes {
 }
 
 impl Notes {
-    /// Of a sensor; its turned readings in their order.
+    /// Of a sensor; its flipped readings in their order.
     pub fn new(sensor: String, flipped: VecDeque<FlippedReading>) -> Self {
         Self { encoder_readings: EncoderReading { sensor, ..EncoderReading::default() }, next: 0, flipped }
     }
 
-    /// The count of what is met.
+    /// The count of a reading.
     pub fn count(&mut self, time: f64, steps: f64) -> f64 {
         let number = self.next;
         self.next += 1;
@@ -60,7 +61,7 @@ impl Notes {
         }
     }
 
-    /// What it met.
+    /// The recorded readings.
     pub fn encoder_readings(self) -> EncoderReading {
         self.encoder_readings
     }
@@ -75,7 +76,7 @@ mod tests {
         let flipped = |reading, above| FlippedReading { sensor: 0, reading, boundary: 5.0, above };
         let all = [flipped(1, true), flipped(2, false), flipped(3, true), flipped(4, true)];
         let mut notes = Notes::new("encoder".into(), all.into());
-        // Not turned; below and turned up; above and turned down; above already; far from the boundary.
+        // Not flipped; below and flipped up; above and flipped down; above already; far from the boundary.
         let encoder_readings = [4.999, 4.999, 5.001, 5.001, 7.2];
         let counts: Vec<f64> =
             encoder_readings.iter().zip([0.0, 0.1, 0.2, 0.3, 0.4]).map(|(x, t)| notes.count(t, *x)).collect();

@@ -13,16 +13,16 @@ use kardan_rt::functions::{exp, ln, powi};
 use super::rounding::Rounding;
 use crate::num::StateArchive;
 
-/// Why a step could not be made. The solver then still stands at its last accepted point.
+/// Why the solver could not make a step. It then is still at its last accepted point.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum StepError {
-    /// The tolerance asks for a step below 16 units in the last place of the time: a pole of the solution, a jump of
+    /// The tolerance requires a step below 16 units in the last place of the time: a pole of the solution, a jump of
     /// the right-hand side inside the step, or a tolerance below rounding.
     #[error("DOP853: the tolerance needs a step below {step:e} at time {time}")]
     StepTooSmall {
         /// Time of the last accepted point.
         time: f64,
-        /// The step that was asked for, in the unit of time.
+        /// The required step, in the unit of time.
         step: f64,
     },
     /// The right-hand side or the state is infinite or NaN at the last accepted point or however close after it.
@@ -33,7 +33,7 @@ pub enum StepError {
     },
 }
 
-/// What an integration has cost so far.
+/// The cost of an integration so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counts {
     /// Accepted steps.
@@ -51,7 +51,7 @@ pub struct Counts {
 /// and 3 of each component into one of order 8, `e₅² / √(e₅² + 0.01 e₃²)`.
 ///
 /// Cost: 12 evaluations of `f` for an accepted step (the slope at its end is the first stage of the next step), 11 for
-/// a rejected one, 1 for a start plus 1 to choose the first step, 3 for dense output. Nothing is allocated after
+/// a rejected one, 1 for a start plus 1 to choose the first step, 3 for dense output. No allocation after
 /// [`Dop853::new`]. An explicit method: for a stiff problem stability limits the step to about `h·|λ| < 6`.
 ///
 /// `f` is called as `rhs(time, state, slope)` and must write all of `slope`. It may be called at trial states outside
@@ -133,7 +133,7 @@ impl Dop853 {
         }
     }
 
-    /// Everything that its next steps depend on.
+    /// All values that its next steps depend on.
     pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         for time in [&mut self.previous_time, &mut self.time, &mut self.next, &mut self.last_error] {
             archive.number(time);
@@ -149,8 +149,8 @@ impl Dop853 {
         self.rounding.archive_state(archive);
     }
 
-    /// Puts the solver at `state` (n components) at `time` and evaluates the slope there; all history but the counts
-    /// is forgotten. The next [`Dop853::step`] chooses its length by the heuristic of \[HNW, II.4\], unless
+    /// Sets the solver to `state` (n components) at `time` and evaluates the slope there; all history except the counts
+    /// is cleared. The next [`Dop853::step`] chooses its length by the heuristic of \[HNW, II.4\], unless
     /// [`Dop853::set_step`] hints one.
     ///
     /// # Panics
@@ -167,7 +167,7 @@ impl Dop853 {
         self.forget_step();
     }
 
-    /// Hints the length of the next step, in the unit of time; 0 asks for the starting heuristic.
+    /// Hints the length of the next step, in the unit of time; 0 requests the starting heuristic.
     ///
     /// # Panics
     /// If `step` is negative or NaN.
@@ -183,15 +183,15 @@ impl Dop853 {
 
     /// Makes one accepted step from [`Dop853::time`], at most to `until`.
     ///
-    /// A step that would end beyond `until`, or so short of it that less than 1 % of the step would be left, ends on
-    /// `until` bit for bit. A step cut short in this way does not shrink the proposal for the next one.
+    /// A step that would end beyond `until`, or so short of it that less than 1 % of the step would remain, ends on
+    /// `until` bit for bit. A step shortened in this way does not shrink the proposal for the next one.
     ///
     /// # Errors
     /// - [`StepError::NotFinite`]: state or slope is not finite at `time()`, or at every trial step down to the
     ///   shortest one;
     /// - [`StepError::StepTooSmall`]: the error test fails down to steps of 16 units in the last place of the time.
     ///
-    /// After an error the solver stands where it stood, without an interval for dense output.
+    /// After an error the solver is where it was before, without an interval for dense output.
     ///
     /// # Panics
     /// If `until` is not finite or not after `time()`.
@@ -215,7 +215,7 @@ impl Dop853 {
         loop {
             let landing = room <= 1.01 * proposed;
             let end = if landing { until } else { self.time + proposed };
-            // The length as the two times have it, so that stages, state and interpolant agree on it.
+            // The length as the difference of the two times, so that stages, state and interpolant agree on it.
             let h = end - self.time;
             let mut error = self.try_step(h, end, rhs);
             if growth_factor(error, self.last_error) < 1.0 {
@@ -254,13 +254,13 @@ impl Dop853 {
         }
     }
 
-    /// Whether the slope at [`Dop853::time`] is exactly zero: a system without explicit time then stays where it is.
+    /// Whether the slope at [`Dop853::time`] is exactly zero: a system without explicit time then stays at rest.
     pub fn rests(&self) -> bool {
         self.slopes[if self.slope_at_end { LAST } else { 0 }].iter().all(|slope| *slope == 0.0)
     }
 
-    /// Stays where it is until a time: the exact solution where [`Dop853::rests`] and nothing depends on time. Dense output is ready; the
-    /// proposal for the next step is kept.
+    /// Stays at its state until a time: the exact solution where [`Dop853::rests`] and no term depends on time. Dense
+    /// output is ready; the proposal for the next step stays.
     ///
     /// # Panics
     /// If `until` is not finite or not after `time()`, or the slope is not zero.
@@ -303,7 +303,7 @@ impl Dop853 {
         self.counts = counts;
     }
 
-    /// Makes [`Dop853::interpolate`] ready for the last accepted step: 3 evaluations of `rhs` inside the step; nothing
+    /// Makes [`Dop853::interpolate`] ready for the last accepted step: 3 evaluations of `rhs` inside the step; none
     /// when that was done already.
     ///
     /// # Panics
@@ -356,7 +356,7 @@ impl Dop853 {
         assert_eq!(out.len(), n, "number of components");
         let theta = (time - self.previous_time) / (self.time - self.previous_time);
         let rest = 1.0 - theta;
-        // From the nearer end, so that both ends come out exactly.
+        // From the nearer end, so that both ends are exact.
         let (near, far, way) =
             if theta <= 0.5 { (&self.previous, &self.state, theta) } else { (&self.state, &self.previous, rest) };
         let (near, far) = (&near[..n], &far[..n]);
@@ -396,7 +396,7 @@ impl Dop853 {
         self.error_norm(h, 0.0)
     }
 
-    /// What rounding makes of a step from where it stands.
+    /// Measures the rounding error of a step from the current point.
     fn measure_rounding(&mut self, h: f64, rhs: &mut impl FnMut(f64, &[f64], &mut [f64])) {
         let Self { time, state, slopes, rounding, counts, absolute, relative, .. } = self;
         counts.evaluations += rounding.measure(state, |x, change| {
@@ -406,13 +406,13 @@ impl Dop853 {
         rounding.in_step(h, absolute.iter().zip(&*state).map(|(absolute, x)| absolute + *relative * x.abs()));
     }
 
-    /// The largest error that rounding alone was seen to make of each component in a step. Steps are not shortened below it; it is looked at
-    /// where a step would be.
+    /// The largest error that rounding alone caused in each component in a measured step. Steps are not shortened below
+    /// it; it is measured where a step would be.
     pub fn rounding(&self) -> &[f64] {
         &self.rounding.largest
     }
 
-    /// The largest of these errors when they were seen, in tolerances of then.
+    /// The largest of these errors at their measurement, in the tolerances of that time.
     pub fn rounding_in_tolerances(&self) -> f64 {
         self.rounding.tolerances
     }
@@ -427,12 +427,13 @@ impl Dop853 {
         self.counts.accepted += 1;
     }
 
-    /// The root mean square over the controlled components of `|h| e₅² / √(e₅² + 0.01 e₃²)`, errors divided by their scales; NaN when a stage
-    /// is not finite. Scaled errors of an uncontrolled component are 0. `rounding` times what rounding makes of the step as last measured
-    /// is added to the scales.
+    /// The root mean square over the controlled components of `|h| e₅² / √(e₅² + 0.01 e₃²)`, errors divided by their
+    /// scales; NaN when a stage is not finite. Scaled errors of an uncontrolled component are 0. `rounding` times the
+    /// last measured rounding error of the step is added to the scales.
     ///
-    /// HNW, II.10 put sums over all components in place of `e₅²` and `e₃²`, which is at most as large (Cauchy and Schwarz), and far too small
-    /// where the order 5 sees the error in an angle far from zero alone, and the order 3 in its speed: an oscillation passes there twice a period.
+    /// HNW, II.10 put sums over all components in place of `e₅²` and `e₃²`, which is at most as large (Cauchy and
+    /// Schwarz), and far too small where order 5 finds the error only in an angle far from zero, and order 3 only in
+    /// its speed: an oscillation passes such points two times per period.
     fn error_norm(&mut self, h: f64, rounding: f64) -> f64 {
         let n = self.state.len();
         // The dense coefficients are free while a step is tried.
@@ -522,9 +523,10 @@ fn power(a: f64, b: f64) -> f64 {
 
 /// Factor of the length after an accepted step: `0.9 err^(-1/8 + 0.2 β) · err_last^β` in `[1/3, 2]` \[HW, IV.2\].
 ///
-/// Where stability limits the step, a fast motion that sleeps does not show in the error, and a step that grows far beyond
-/// the border wakes it in the dense output; growing by 2 at most, the next step is refused first. Measured on a decoupled
-/// torsion bar (10 000 1/s): rows within 8e-7 N m instead of 4e-5 N m, 2 to 4 % more steps than with 6.
+/// Where stability limits the step, a decayed fast motion does not show in the error, and a step that grows far beyond
+/// the stability limit excites it in the dense output; with growth by 2 at most, the next step is rejected first.
+/// Measured on a decoupled torsion bar (10 000 1/s): rows within 8e-7 N m instead of 4e-5 N m, 2 to 4 % more steps than
+/// with 6.
 fn growth_factor(error: f64, last_error: f64) -> f64 {
     (0.9 * power(error, 0.2 * BETA - 0.125) * power(last_error, BETA)).clamp(1.0 / 3.0, 2.0)
 }
@@ -969,15 +971,16 @@ mod tests {
                 assert!(distance(solver.state(), &[cos(solver.time()), -sin(solver.time())]) < bound);
             }
             let counts = solver.counts();
-            // Two more for each look at what rounding makes.
+            // Two more for each measurement of rounding.
             let scans = counts.evaluations - (2 + 15 * counts.accepted + 11 * counts.rejected);
             assert!(scans.is_multiple_of(2) && scans <= 2 * (counts.accepted + counts.rejected), "{counts:?}");
             assert!(counts.rejected * 10 < counts.accepted, "{counts:?}");
         }
     }
 
-    /// An oscillation about an angle far from zero, whose errors are allowed a thousand times those of its speed: at whatever phase a step that
-    /// is far too long is tried, as after an event, no step passes that leaves the angle by more than its tolerance.
+    /// An oscillation about an angle far from zero, whose allowed errors are a thousand times those of its speed: for
+    /// any phase at which a step that is far too long is tried, as after an event, no step is accepted whose angle
+    /// error exceeds its tolerance.
     #[test]
     fn no_phase_hides_the_error_of_a_step() {
         let mut rhs = |_: f64, x: &[f64], slope: &mut [f64]| {
@@ -1108,7 +1111,7 @@ mod tests {
         assert!((solver.state()[0] + 0.4).abs() < 1e-6);
     }
 
-    /// A stiff spring far from zero: what is left of its force is 1e-10 of what cancels in it.
+    /// A stiff spring far from zero: its net force is 1e-10 of the terms that cancel in it.
     #[test]
     fn rounding_shortens_no_steps_and_is_reported() {
         let mut rhs = |_: f64, x: &[f64], slope: &mut [f64]| {

@@ -6,11 +6,11 @@ use crate::num::StateArchive;
 use crate::results::Span;
 use crate::units::Exact;
 
-/// Part of its torque limit by which a command that its controller holds there may miss it: that of a bound kept in single
-/// precision.
+/// A command at its controller's torque limit may miss the motor's torque limit by this part of it: the error of a
+/// limit stored in single precision.
 const AT_LIMIT: f64 = 1e-6;
 
-/// What a motor without lag in its limits does: follow its command, or move at its rate limit.
+/// The mode of a motor without lag in its limits: it follows its command, or moves at its rate limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Rate {
     Follow,
@@ -18,7 +18,7 @@ pub(super) enum Rate {
     Fall,
 }
 
-/// Where the command stands against the torque limit.
+/// The command relative to the torque limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Limit {
     Inside,
@@ -29,13 +29,13 @@ pub(super) enum Limit {
 /// A motor in the loop: limit, then rate limit, then lag.
 #[derive(Debug, Clone)]
 pub(super) struct Drive {
-    /// What it gives, as a word: a torque, a force or a voltage.
+    /// The name of its effort: a torque, a force or a voltage.
     pub(super) effort: &'static str,
     pub(super) limit: Option<f64>,
-    /// Its torque limit where the supply is whole, and how it fails.
+    /// Its torque limit at full supply, and its faults.
     pub(super) full_limit: Option<f64>,
     pub(super) faults: Vec<MotorFault>,
-    /// The torque that sticks, zero while none does.
+    /// The stuck torque, zero without such a fault.
     pub(super) stuck: f64,
     pub(super) rate: Option<f64>,
     pub(super) lag: Option<f64>,
@@ -43,9 +43,9 @@ pub(super) struct Drive {
     pub(super) ripple: Option<(f64, f64)>,
     pub(super) limit_mode: Limit,
     pub(super) rate_mode: Rate,
-    /// Place of the rate limiter's output in the state.
+    /// Index of the rate limiter's output in the state.
     pub(super) rate_state: Option<usize>,
-    /// Place of the lagged torque in the state.
+    /// Index of the lagged torque in the state.
     pub(super) lag_state: Option<usize>,
     /// When it was at its torque limit.
     pub(super) at_limit: Spans,
@@ -53,7 +53,7 @@ pub(super) struct Drive {
     pub(super) at_rate_limit: Spans,
 }
 
-/// Times during which something holds: `(from, until)`, s.
+/// Times during which a condition is true: `(from, until)`, s.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Spans {
     closed: Vec<(f64, f64)>,
@@ -61,7 +61,7 @@ pub(super) struct Spans {
 }
 
 impl Spans {
-    /// From this time on it holds, or not.
+    /// Sets whether the condition is true from this time on.
     pub(super) fn now(&mut self, time: f64, active: bool) {
         match (self.since, active) {
             (None, true) => self.since = Some(time),
@@ -78,7 +78,7 @@ impl Spans {
     /// All of them, the last one up to a time.
     pub(super) fn until(&self, time: f64) -> Vec<Span> {
         let open = self.since.filter(|from| *from < time).map(|from| (from, time));
-        self.closed.iter().copied().chain(open).map(|(from, until)| Span { from, until }).collect()
+        self.closed.iter().copied().chain(open).map(|(from, until)| Span { start: from, end: until }).collect()
     }
 }
 
@@ -93,7 +93,7 @@ impl Spans {
 }
 
 impl Drive {
-    /// A motor whose rate limiter and lag have these places in the state, if it has them.
+    /// A motor whose rate limiter and lag have these indices in the state, if it has them.
     pub(super) fn new(
         motor: &Motor,
         domain: Domain,
@@ -119,13 +119,13 @@ impl Drive {
         }
     }
 
-    /// Stands where a run begins.
+    /// Resets to the start of a run.
     pub(super) fn begin_anew(&mut self) {
         (self.limit_mode, self.rate_mode) = (Limit::Inside, Rate::Follow);
         (self.at_limit, self.at_rate_limit) = Default::default();
     }
 
-    /// Its modes, and what it remembers of its limits.
+    /// Its modes, and the state of its limits.
     pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         let mut mode = [self.limit_mode as usize, self.rate_mode as usize];
         mode.iter_mut().for_each(|number| archive.count(number));
@@ -139,7 +139,7 @@ impl Drive {
         self.at_rate_limit.archive_state(archive);
     }
 
-    /// Whether its torque sticks some time in the run.
+    /// Whether it has a stuck-torque fault during the run.
     pub(super) fn sticks(&self) -> bool {
         self.faults.iter().any(|fault| fault.kind == MotorFaultKind::Stuck)
     }
@@ -152,7 +152,7 @@ impl Drive {
         }
     }
 
-    /// What its torque limit leaves of a command: a factor and an addend.
+    /// A command under its torque limit: a factor and an addend.
     pub(super) fn leaves(&self) -> [f64; 2] {
         match (self.limit, self.limit_mode) {
             (Some(limit), Limit::High) => [0.0, limit],
@@ -175,8 +175,8 @@ impl Drive {
         }
     }
 
-    /// Notes whether it is at its limits from a time on; `constant`: its command stays as it is until the next decision, so that a
-    /// controller may have brought it to the limit itself.
+    /// Records whether it is at its limits from a time on; `constant`: its command is constant until the next decision,
+    /// so a controller may have limited it itself.
     pub(super) fn note_limits(&mut self, time: f64, command: f64, constant: bool) {
         let reaches = |limit: f64| constant && command.abs() >= limit * (1.0 - AT_LIMIT);
         let at = self.limit_mode != Limit::Inside || self.limit.is_some_and(reaches);
@@ -205,7 +205,7 @@ mod tests {
         {
             spans.now(time, active);
         }
-        assert_eq!(spans.until(6.0), [Span { from: 1.0, until: 2.0 }, Span { from: 4.0, until: 6.0 }]);
-        assert_eq!(spans.until(4.0), [Span { from: 1.0, until: 2.0 }]);
+        assert_eq!(spans.until(6.0), [Span { start: 1.0, end: 2.0 }, Span { start: 4.0, end: 6.0 }]);
+        assert_eq!(spans.until(4.0), [Span { start: 1.0, end: 2.0 }]);
     }
 }

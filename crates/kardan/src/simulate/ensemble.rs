@@ -1,8 +1,8 @@
-//! Many runs of one loop with other coefficients, side by side in lanes.
+//! Many runs of one loop with different coefficients, in SIMD lanes.
 //!
-//! Lanes share the plan and its Taylor series. Each has steps, modes, events and samples of its own, decided by a machine of its own, and takes the next run
-//! as soon as its own has ended: none waits for another one. What a lane computes does not depend on what the others do, so that a run has the same bits in
-//! any of them, however many there are.
+//! Lanes share the plan and its Taylor series. Each has steps, modes, events and samples of its own, decided by a
+//! machine of its own, and takes the next run as soon as its own has ended: no lane waits for another one. The results
+//! of a lane do not depend on the other lanes, so a run has the same bits in any of them, for any number of lanes.
 
 use kardan_native::lanes;
 use kardan_rt::Lanes;
@@ -16,31 +16,33 @@ use crate::assemble::CoefficientKind;
 use crate::num::bracket;
 use crate::results::Series;
 
-/// Orders more than a run by itself has: a step costs more than its series, so that fewer ones pay; and at most.
+/// Additional orders relative to a single run: a step costs more than its series, so fewer steps are faster; and the
+/// most.
 const MORE: usize = 5;
 const MOST_ORDER: usize = 24;
-/// Steps after which a run is left to the reference.
+/// Steps after which the reference takes over a run.
 const MOST_STEPS: usize = 1_000_000;
 /// A speed that no drivetrain reaches, rad/s.
 const DIVERGED: f64 = 1e6;
-/// Widenings of the interval about a zero of a series until a mode is left there; the first is so many units in the last place.
+/// Widenings of the interval around a zero of a series until a mode is left there; the first is this many units in the
+/// last place.
 const CONFIRMATIONS: usize = 3;
 const FIRST: f64 = 4.0 * f64::EPSILON;
 const LEAST: f64 = 1e-9;
 const WIDER: f64 = 32.0;
-/// Places in a step where modes are looked at if series do not tell.
+/// Samples in a step at which modes are checked if series do not decide.
 const EVENT_SCAN_POINTS: usize = 12;
-/// Rows that are found at a time.
+/// Rows that are computed at a time.
 const SIDE: usize = 8;
-/// Events with next to nothing between them after which a run is left to the reference.
+/// Events in close succession after which the reference takes over a run.
 const MOST_ZENO_EVENTS: usize = 200;
-/// Relative difference of two times that are one.
+/// Relative difference below which two times are equal.
 const SAME: f64 = 1e-14;
 
-/// Takes the signals of a run that ends, by its number; nothing where it is to be left to the reference.
+/// Receives the signals of a run that ends, by its number; `None` where the reference must take over.
 pub type TakeRun<'t> = dyn FnMut(usize, Option<&mut Series>) + 't;
 
-/// What a run differs from others in: the values of what varies, and the seed of the noise of sensors.
+/// The differences of a run from others: the values of the varying coefficients, and the seed of the sensor noise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaneRun {
     /// The values.
@@ -49,7 +51,7 @@ pub struct LaneRun {
     pub seed: u64,
 }
 
-/// What all lanes share.
+/// The data that all lanes share.
 struct Common {
     coefficients: Vec<(CoefficientKind, usize)>,
     scenario: Scenario,
@@ -59,15 +61,15 @@ struct Common {
     /// Times at which lines of sources change, and the end, s.
     breakpoints: Vec<f64>,
     input_names: Vec<String>,
-    /// What laws with a clock are before a run.
+    /// The states of laws with a clock before a run.
     sampled_laws: Vec<u64>,
 }
 
-/// A lane: its run, and where it stands.
+/// A lane: its run, and its current state.
 struct Own {
     machine: Machine,
     run: Option<usize>,
-    /// Signals that have series, so many, then those that are read at each row.
+    /// The number of signals that have series, then those that are read at each row.
     series: Series,
     direct_count: usize,
     machine_readings: Option<Readings>,
@@ -76,18 +78,18 @@ struct Own {
     parts: [Vec<f64>; 3],
     steps: usize,
     time: f64,
-    /// Where its equations change: the next breakpoint, or the next sample.
+    /// The end of its present equations: the next breakpoint, or the next sample.
     end: f64,
     breakpoint: f64,
     tick: f64,
-    /// Whether its rates are known there.
+    /// Whether its rates are computed at the current state.
     rates_known: bool,
     state: Vec<f64>,
     looked: Vec<f64>,
     rates: Vec<f64>,
     reversed: Vec<usize>,
     next_row: usize,
-    /// Events close behind each other, and the last one.
+    /// Events in close succession, and the last one.
     zeno_events: usize,
     last: f64,
     coefficients: Vec<f64>,
@@ -103,11 +105,12 @@ enum Kind {
 }
 
 impl Ensemble {
-    /// Lanes for a loop whose equations are [given](crate::assemble::Equations::run_parameters) the coefficients that vary, in the same order; as many as machine
-    /// code has where `count` asks for no other number: 1, 4 or 8.
+    /// Lanes for a loop whose equations have the varying coefficients as
+    /// [inputs](crate::assemble::Equations::run_parameters), in the same order; as many as machine code supports where
+    /// `count` requests no other number: 1, 4 or 8.
     ///
     /// # Errors
-    /// Why lanes do not do all that the loop does.
+    /// Why lanes do not support the loop.
     pub fn new(
         setup: Setup<'_>,
         varying: &[(CoefficientKind, usize)],
@@ -162,7 +165,7 @@ impl<N: Lane> Group<N> {
             });
             split_signals
                 .map(|split_signals| (machine, split_signals))
-                .ok_or("a figure or a requirement reads what lanes do not tell")
+                .ok_or("a figure or a requirement reads a signal that SIMD lanes do not compute")
         };
         let (mut first, split_signals) = machine()?;
         let absolute = absolute_tolerances(reduced, tolerance, first.size());
@@ -216,7 +219,7 @@ impl<N: Lane> Group<N> {
         }
     }
 
-    /// What a lane does where its equations change: it stands anew, waits as long as nothing moves, and ends.
+    /// Where the equations of a lane change: it restarts, waits as long as no coordinate moves, and ends.
     fn proceed(&mut self, lane: usize, take: &mut TakeRun<'_>) {
         let Self { own, simd_taylor, common, times, rooms, .. } = self;
         let own = &mut own[lane];
@@ -355,13 +358,13 @@ impl Own {
         self.open(common);
     }
 
-    /// Where the equations that hold from here on end.
+    /// Finds where the equations that are valid from here on end.
     fn open(&mut self, common: &Common) {
         let duration = common.scenario.duration;
         let later = common.breakpoints.iter().copied().find(|at| *at > self.time).unwrap_or(duration);
         self.breakpoint = later.min(duration).min(self.machine.next_piece(self.time));
         self.tick = self.machine.next_tick();
-        // A sample that falls on a breakpoint but for rounding sees what holds from there on.
+        // A sample that coincides with a breakpoint except for rounding uses the equations from there on.
         let sooner = self.tick < self.breakpoint * (1.0 - SAME);
         self.end = if sooner { self.tick } else { self.breakpoint };
     }
@@ -380,7 +383,7 @@ impl Own {
         self.open(common);
     }
 
-    /// Lets laws compute whose sample is due.
+    /// Executes laws whose sample is due.
     fn sample(&mut self) -> bool {
         let at_sample = self.tick <= self.time * (1.0 + SAME);
         if at_sample {
@@ -393,7 +396,7 @@ impl Own {
         self.machine.settle(self.time, &mut self.state, &[], false, &[], &common.input_names);
     }
 
-    /// Evaluates the rates where it stands.
+    /// Evaluates the rates at the current state.
     fn stand(&mut self) {
         self.machine.derivative(self.time, &self.state, &mut self.rates);
     }
@@ -404,7 +407,7 @@ impl Own {
             && self.rates.iter().all(|rate| rate.is_finite())
     }
 
-    /// Whether nothing changes until the equations do.
+    /// Whether the state stays constant until the equations change.
     fn rests(&mut self) -> bool {
         self.rates.iter().all(|rate| *rate == 0.0) && self.machine.is_steady() && {
             self.looked.copy_from_slice(&self.state);
@@ -412,7 +415,7 @@ impl Own {
         }
     }
 
-    /// How long a step is that passes nothing unresolved, where it is to be shorter.
+    /// The length of a step without unresolved operations, where it must be shorter.
     fn resolve<N: Lane>(
         &mut self,
         lane: usize,
@@ -428,7 +431,7 @@ impl Own {
         (until < from + length).then_some(until - from)
     }
 
-    /// Whether a step up to where the equations change, which no terms have limited, belongs to the motion.
+    /// Whether a step up to the end of the equations, which no terms have limited, follows the motion.
     fn belongs<N: Lane>(&mut self, lane: usize, length: f64, (simd_taylor, common): (&SimdTaylor<N>, &Common)) -> bool {
         let (relative, absolute) = &common.tolerances;
         let mut slope = vec![0.0; self.between.len() - 2];
@@ -443,7 +446,7 @@ impl Own {
         })
     }
 
-    /// Records a row just where it stands of what needs more than the state: it is evaluated there.
+    /// Records the values of a row at the current time that need more than the state: it is evaluated there.
     fn observe_here(&mut self) {
         if let Some(machine_readings) = self.machine_readings.as_mut()
             && self.series.time.get(self.next_row) == Some(&self.time)
@@ -456,7 +459,7 @@ impl Own {
         }
     }
 
-    /// Stays where it is until the equations change.
+    /// Keeps the state constant until the equations change.
     fn wait(&mut self, places: &[usize], common: &Common) {
         let rows = &common.scenario.times[self.next_row..];
         self.repeat(rows.iter().take_while(|row| **row < self.end).count(), places);
@@ -494,20 +497,20 @@ impl Own {
         self.next_row += count;
     }
 
-    /// Stands at the state that was looked at last.
+    /// Moves to the last evaluated state.
     fn arrive(&mut self, end: f64) {
         std::mem::swap(&mut self.state, &mut self.looked);
-        // What rounding alone parts is one time.
+        // Times that differ only by rounding are one time.
         self.time = if end >= self.end * (1.0 - SAME) { self.end } else { end };
     }
 
-    /// Whether a mode is left at the state that was looked at last.
+    /// Whether a mode is left at the last evaluated state.
     fn leaves(&mut self, time: f64) -> bool {
         self.machine.reversed(time, &self.looked, &mut self.reversed);
         !self.reversed.is_empty() || self.machine.breaks_away(time, &self.looked)
     }
 
-    /// When a mode is left within a step, after the time where it stands; [`Self::looked`] is the state at its end.
+    /// When a mode is left within a step, after the current time; [`Self::looked`] is the state at its end.
     fn event<N: Lane>(&mut self, lane: usize, length: f64, simd_taylor: &SimdTaylor<N>) -> Option<f64> {
         let prospect = simd_taylor.prospect(lane, length, &mut self.machine);
         if prospect == Prospect::Stays {
@@ -530,7 +533,7 @@ impl Own {
         self.leaves(self.time + later)
     }
 
-    /// Just behind the zero of a series, where a mode is left.
+    /// Just after the zero of a series, where a mode is left.
     fn confirm<N: Lane>(
         &mut self,
         lane: usize,
@@ -548,7 +551,7 @@ impl Own {
         None
     }
 
-    /// The first place found by looking where a mode is left.
+    /// The first sample at which a mode is left.
     fn look<N: Lane>(&mut self, lane: usize, length: f64, simd_taylor: &SimdTaylor<N>) -> Option<f64> {
         let mut low = 0.0;
         for look in 1..EVENT_SCAN_POINTS + 1 {
@@ -570,7 +573,8 @@ impl Own {
         None
     }
 
-    /// How far what was looked at last is from where modes are left, negative beyond: by the speed of a direction that reverses, else by what holds.
+    /// The distance of the last evaluated state from leaving a mode, negative beyond: by the speed of a direction that
+    /// reverses, else by the torques of sticking directions.
     fn beyond(&mut self, leaves: bool, what: Option<usize>) -> f64 {
         let size = match what {
             Some(direction) => self.machine.slip_margin(direction).abs(),
@@ -580,9 +584,9 @@ impl Own {
         if leaves { -size.max(f64::MIN_POSITIVE) } else { size }
     }
 
-    /// What happens where a mode is left.
+    /// Handles an event where a mode is left.
     fn happen(&mut self, common: &Common) {
-        // Nobody reads what happens in words.
+        // Event texts are not used here.
         let close = 1e-7 * common.scenario.duration.min(1.0);
         self.zeno_events = if self.time - self.last <= close { self.zeno_events + 1 } else { 0 };
         self.last = self.time;
@@ -591,7 +595,7 @@ impl Own {
         self.reversed = crossing;
     }
 
-    /// Records so many rows as it is where it stands.
+    /// Records `count` rows with the current values.
     fn repeat(&mut self, count: usize, places: &[usize]) {
         self.machine.evaluate(self.time, &self.state);
         for (signal, place) in self.series.signals.iter_mut().zip(places) {

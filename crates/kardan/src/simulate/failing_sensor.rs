@@ -1,19 +1,19 @@
-//! What becomes of the readings of a sensor while it fails.
+//! Readings of a sensor while it fails.
 
 use super::{SensorFault, SensorFaultKind};
 use crate::num::{Random, StateArchive};
 
-/// Two times within this are one, s.
+/// Times closer than this are equal, s.
 const INSTANT: f64 = 1e-9;
 
-/// The faults of a sensor, and where one that is stuck stands: all who read it, at whatever times, read the same.
+/// The faults of a sensor, and its stuck value: all readers, at whatever times, read the same.
 pub(super) struct FailingSensor {
     faults: Vec<SensorFault>,
-    /// Where the noise of a fault is drawn from, together with the time of a reading.
+    /// The random seed of a fault's noise, together with the time of a reading.
     seed: u64,
-    /// What it gave last, before it was stuck.
+    /// Its last output before it was stuck.
     last: f64,
-    /// The begin of the fault by which it is stuck; none before.
+    /// The begin of its stuck fault; none before.
     stuck: f64,
 }
 
@@ -30,9 +30,9 @@ impl FailingSensor {
         !self.faults.is_empty()
     }
 
-    /// When it is stuck next, s: what it gives then it gives on.
+    /// When it is stuck next, s: from then on it keeps the output of that time.
     pub fn next_stuck(&self) -> Option<f64> {
-        // One that begins while another one holds is none of its own.
+        // One that begins during another one does not count separately.
         let is_first =
             |at: f64| self.faults.iter().find(|fault| fault.is_active(at)).is_some_and(|fault| fault.at == at);
         let stuck = |fault: &&SensorFault| fault.kind == SensorFaultKind::Stuck && fault.at > self.stuck;
@@ -40,7 +40,7 @@ impl FailingSensor {
         all.map(|fault| fault.at).min_by(f64::total_cmp)
     }
 
-    /// What it gives where it would read this: no number where it is lost.
+    /// Its output for this reading: NaN where it is lost.
     pub fn reading(&mut self, value: f64, time: f64) -> f64 {
         let Some(fault) = self.faults.iter().find(|fault| fault.is_active(time)) else {
             self.last = value;
@@ -49,7 +49,7 @@ impl FailingSensor {
         match fault.kind {
             SensorFaultKind::Lost => f64::NAN,
             SensorFaultKind::Stuck => {
-                // Where it is stuck is what it gives then; who comes later has what was given before.
+                // The stuck value is the output at the begin of the fault; later readers receive that value.
                 if fault.at > self.stuck && time - fault.at <= INSTANT {
                     self.last = value;
                 }
@@ -59,7 +59,7 @@ impl FailingSensor {
             SensorFaultKind::Offset(more) => value + more,
             SensorFaultKind::Drift(rate) => value + rate * (time - fault.at),
             SensorFaultKind::Noise(size) => {
-                // To a microsecond: who reads at one instant may know it by other last bits.
+                // Rounded to a microsecond: readers at one instant may compute it with different last bits.
                 let instant = (time * 1e6).round().to_bits();
                 value + size * Random::new(Random::fnv(self.seed, &instant.to_le_bytes())).normal()
             }
@@ -67,7 +67,7 @@ impl FailingSensor {
         }
     }
 
-    /// What its next readings depend on.
+    /// The state that its next readings depend on.
     pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         archive.number(&mut self.last);
         archive.number(&mut self.stuck);

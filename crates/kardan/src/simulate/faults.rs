@@ -1,4 +1,4 @@
-//! What fails during a run: sensors, motors, control units.
+//! Faults during a run: sensors, motors, control units.
 
 use std::sync::Arc;
 
@@ -8,55 +8,55 @@ use crate::names::SignalName;
 use crate::reduce::Reduced;
 use crate::units::Dimension;
 
-/// What a sensor does that fails.
+/// The fault of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SensorFaultKind {
-    /// It gives no number (NaN).
+    /// It outputs no number (NaN).
     Lost,
-    /// It goes on giving its last reading.
+    /// It keeps its last reading.
     Stuck,
-    /// It reads so much more, SI.
+    /// Its reading has this offset, SI.
     Offset(f64),
-    /// It reads more and more, SI per second.
+    /// Its reading drifts at this rate, SI per second.
     Drift(f64),
     /// White Gaussian noise of that standard deviation is added to each reading, SI.
     Noise(f64),
-    /// It reads with the other sign.
+    /// It reads with the opposite sign.
     Reversed,
 }
 
-/// What a motor does that fails.
+/// The fault of a motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MotorFaultKind {
-    /// It gives that part of its torque: none of it where it is dead, less than zero where it is reversed.
+    /// Its torque is scaled by this factor: zero where it is dead, negative where it is reversed.
     Scaled(f64),
-    /// It gives no torque but brakes, N m s/rad: its windings are short-circuited.
+    /// It has no torque but brakes, N m s/rad: its windings are short-circuited.
     Braking(f64),
-    /// Its supply is low: it reaches that part of its torque limit.
+    /// Its supply is low: its torque limit is scaled by this factor.
     Undervoltage(f64),
-    /// Its torque stays what it was when that began.
+    /// Its torque stays at the value at the begin of the fault.
     Stuck,
 }
 
-/// What a spring, or teeth that give, do that fail; for good.
+/// The fault of a spring, or of elastic teeth; permanent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MechanicalFaultKind {
-    /// Spring and damper give nothing any more.
+    /// Spring and damper have no torque any more.
     Broken,
-    /// They go on from another relaxed angle, so much more, SI: teeth jump, a hub slips.
+    /// The relaxed angle changes by this much, SI: teeth jump, a hub slips.
     Jump(f64),
 }
 
-/// What a control unit does that fails.
+/// The fault of a control unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum UnitFaultKind {
-    /// It computes nothing and commands zero, then starts anew.
+    /// It computes nothing and commands zero, then restarts.
     Reset,
-    /// It computes nothing; its last commands hold.
+    /// It computes no new commands; its last commands remain.
     Missed,
-    /// What sensors read does not arrive: it computes with what it read last.
+    /// New sensor readings do not arrive: it computes with the last ones.
     Stale,
-    /// Its commands take effect later by a time drawn between zero and this, s.
+    /// Its commands are delayed by a random time between zero and this, s.
     Jitter(f64),
 }
 
@@ -65,7 +65,7 @@ pub enum UnitFaultKind {
 pub struct Failing<Kind> {
     /// The sensor or the signal that is read (`wg_encoder`, `rk.phi`), the motor, or the controller.
     pub name: String,
-    /// What it does.
+    /// The kind of fault.
     pub kind: Kind,
     /// Begin, s.
     pub at: f64,
@@ -74,18 +74,18 @@ pub struct Failing<Kind> {
 }
 
 impl<Kind> Failing<Kind> {
-    /// Whether it is there at a time.
+    /// Whether it is active at a time.
     pub fn is_active(&self, time: f64) -> bool {
         (self.at..self.until).contains(&time)
     }
 
-    /// Whether both are there at some time.
+    /// Whether both are active at some time.
     pub fn overlaps<Other>(&self, other: &Failing<Other>) -> bool {
         other.at < self.until && self.at < other.until
     }
 }
 
-/// Whether none of these is there at the same time; else its name.
+/// Whether none of these is active at the same time as it; else its name.
 fn free<'a, Kind: 'a>(
     fault: &Failing<Kind>,
     mut declared: impl Iterator<Item = &'a Failing<Kind>>,
@@ -107,13 +107,13 @@ fn step(name: &str, at: f64, value: f64) -> Option<Arc<OfTime>> {
 pub type SensorFault = Failing<SensorFaultKind>;
 /// A motor that fails.
 pub type MotorFault = Failing<MotorFaultKind>;
-/// A spring, a damper or teeth that give, which fail.
+/// A fault of a spring, a damper or elastic teeth.
 pub type MechanicalFault = Failing<MechanicalFaultKind>;
 /// A controller with a sample time whose unit fails.
 pub type UnitFault = Failing<UnitFaultKind>;
 
 impl SensorFault {
-    /// Whether it is a fault of what a controller reads under this name.
+    /// Whether it is a fault of the signal that a controller reads under this name.
     ///
     /// ```
     /// use kardan::simulate::{SensorFault, SensorFaultKind};
@@ -125,7 +125,7 @@ impl SensorFault {
     }
 }
 
-/// All that fails in a run; of one part one at a time.
+/// All faults of a run; each part has at most one at a time.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Faults {
     /// Sensors of sampled controllers.
@@ -139,7 +139,7 @@ pub struct Faults {
 }
 
 impl Faults {
-    /// When something begins or ends, s.
+    /// When a fault begins or ends, s.
     pub fn times(&self) -> impl Iterator<Item = f64> {
         let sensors = self.sensors.iter().map(|fault| [fault.at, fault.until]);
         let motors = self.motors.iter().map(|fault| [fault.at, fault.until]);
@@ -148,13 +148,13 @@ impl Faults {
         sensors.chain(motors).chain(units).chain(mechanics).flatten()
     }
 
-    /// Whether nothing fails.
+    /// Whether there are no faults.
     pub fn is_empty(&self) -> bool {
         let Self { sensors, motors, units, mechanics } = self;
         sensors.is_empty() && motors.is_empty() && units.is_empty() && mechanics.is_empty()
     }
 
-    /// These and others; the part that two of them would fail of at the same time, if there is one.
+    /// These and others; the part for which two of them would be active at the same time, if there is one.
     ///
     /// # Errors
     /// Such a part, by its name.
@@ -180,7 +180,7 @@ impl Faults {
         Ok(out)
     }
 
-    /// The equations with what fails of springs and dampers; nothing if nothing of them does.
+    /// The equations with the faults of springs and dampers; `None` if there are none.
     pub fn weakened(&self, reduced: &Reduced) -> Option<Reduced> {
         if self.mechanics.is_empty() {
             return None;
@@ -196,7 +196,7 @@ impl Faults {
         Some(out)
     }
 
-    /// What springs and teeth do at a time, in words.
+    /// The faults of springs and teeth that begin at a time, as text.
     pub fn mechanics_at(&self, time: f64) -> Vec<String> {
         let describe = |fault: &MechanicalFault| match fault.kind {
             MechanicalFaultKind::Broken => format!("{} breaks", fault.name),
@@ -205,7 +205,7 @@ impl Faults {
         self.mechanics.iter().filter(|fault| fault.at == time).map(describe).collect()
     }
 
-    /// What happens, with its time: each begin and each end.
+    /// The events, with their times: each begin and each end.
     pub fn events(&self) -> Vec<(f64, String)> {
         let mut out = Vec::new();
         let mut add = |name: &str, at: f64, until: f64, what: &str| {
@@ -214,12 +214,12 @@ impl Faults {
         };
         for fault in &self.sensors {
             let what = match fault.kind {
-                SensorFaultKind::Lost => "gives no number any more",
-                SensorFaultKind::Stuck => "goes on giving its last reading",
+                SensorFaultKind::Lost => "outputs no number any more",
+                SensorFaultKind::Stuck => "keeps its last reading",
                 SensorFaultKind::Offset(_) => "reads with an offset",
                 SensorFaultKind::Drift(_) => "begins to drift",
                 SensorFaultKind::Noise(_) => "becomes noisy",
-                SensorFaultKind::Reversed => "reads with the other sign",
+                SensorFaultKind::Reversed => "reads with the opposite sign",
             };
             add(&fault.name, fault.at, fault.until, what);
         }
@@ -229,16 +229,16 @@ impl Faults {
                 MotorFaultKind::Scaled(part) => format!("gives {part} of its torque"),
                 MotorFaultKind::Braking(_) => "is short-circuited and brakes".into(),
                 MotorFaultKind::Undervoltage(part) => format!("reaches {part} of its torque limit"),
-                MotorFaultKind::Stuck => "keeps its torque, whatever it is told".into(),
+                MotorFaultKind::Stuck => "keeps its torque and ignores commands".into(),
             };
             add(&fault.name, fault.at, fault.until, &what);
         }
         for fault in &self.units {
             let what = match fault.kind {
                 UnitFaultKind::Reset => "is reset and commands zero",
-                UnitFaultKind::Missed => "computes nothing; its last commands hold",
+                UnitFaultKind::Missed => "computes no new commands; its last commands remain",
                 UnitFaultKind::Stale => "gets no new readings",
-                UnitFaultKind::Jitter(_) => "commands late by a time that varies",
+                UnitFaultKind::Jitter(_) => "commands with a varying delay",
             };
             add(&fault.name, fault.at, fault.until, what);
         }

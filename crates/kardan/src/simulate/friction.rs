@@ -1,17 +1,18 @@
 //! Set-valued Coulomb friction: which directions stick and which slip, decided by one convex problem.
 //!
 //! By Gauss' principle the acceleration minimises `½ (q̈−q̈₀)ᵀH(q̈−q̈₀) + Σ c_i |g_i q̈ + h_i|` over the friction
-//! directions at rest. Its dual is a quadratic problem in the friction torques λ with the box `|λ_i| ≤ c_i`:
-//! minimise `½ λᵀWλ − rᵀλ` with `W = G H⁻¹ Gᵀ` and `r` the accelerations along the directions without their friction.
-//! The acceleration is unique; λ is not where directions depend on each other (parallel friction on geared shafts).
-//! What is blocked one way only (stops, one-way clutches) or both ways (locks) has bounds that differ with the sense, or none.
+//! directions at rest. Its dual is a quadratic problem in the friction torques λ with the box `|λ_i| ≤ c_i`: minimise
+//! `½ λᵀWλ − rᵀλ` with `W = G H⁻¹ Gᵀ` and `r` the accelerations in the directions without their friction. The
+//! acceleration is unique; λ is not where directions depend on each other (parallel friction on geared shafts).
+//! Directions that are blocked one way only (stops, one-way clutches) or both ways (locks) have bounds that differ with
+//! the sense, or none.
 
 use crate::num::dot;
 
-/// What a friction direction does.
+/// The mode of a friction direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
-    /// At rest; the friction torque is whatever holds it, up to c.
+    /// At rest (stick); the friction torque balances the others, up to c.
     Stick,
     /// Moving forward; friction torque +c against it.
     Forward,
@@ -30,11 +31,11 @@ impl Mode {
     }
 }
 
-/// Rounding of a speed on the dense output, relative to what cancels in it: units in the last place of 7 nested terms whose
-/// weights reach some dozens.
+/// Rounding of a speed on the dense output, relative to the terms that cancel in it: units in the last place of 7
+/// nested terms whose weights reach some dozens.
 pub(super) const NOISE: f64 = 64.0 * f64::EPSILON;
 
-/// The largest torques that oppose motion along each direction.
+/// The largest torques that oppose motion in each direction.
 #[derive(Debug, Clone, Copy)]
 pub struct Bounds<'a> {
     /// Against motion forward.
@@ -49,33 +50,35 @@ impl Bounds<'_> {
         if sense.is_sign_negative() { self.backward[direction] } else { self.forward[direction] }
     }
 
-    /// Whether a torque is within them, with some of them to spare.
+    /// Whether a torque is within them, with a margin.
     pub fn contains(&self, direction: usize, torque: f64) -> bool {
         torque.abs() < self.of(direction, torque) * (1.0 - 1e-12)
     }
 }
 
-/// Violation of an optimality condition, relative to the sizes of what cancels in it, that counts as rounding.
+/// Violation of an optimality condition, relative to the sizes of the terms that cancel in it, that counts as rounding.
 const SETTLED: f64 = 1e-13;
-/// Violation that contradicts the others where nothing bounds it, relative to the sizes of what cancels in it.
+/// Violation that contradicts the others where no bound limits it, relative to the sizes of the terms that cancel in
+/// it.
 const CONTRADICTS: f64 = 1e-9;
-/// Curvature left of a direction after its dependence on the free ones, relative, below which it is not freed itself.
+/// Relative curvature of a direction after its dependence on the free ones, below which it is not freed itself.
 const DEPENDENT: f64 = 1e-11;
-/// Response of a free variable to another one, squared and relative to their sizes, that counts as none: it would meet its bound very far away.
+/// Response of a free variable to another one, squared and relative to their sizes, that counts as none: it would reach
+/// its bound very far away.
 const UNMOVED: f64 = 1e-26;
 
 /// Solver of the box-constrained problem with memory of its own.
 #[derive(Debug, Clone, Default)]
 pub struct BoxProblem {
-    /// Variables whose residual is held at zero; W over them is regular.
+    /// Variables whose residual is kept at zero; W over them is regular.
     free: Vec<usize>,
     /// Cholesky factor of W over the free variables.
     lower: Vec<f64>,
-    /// Change of the free variables, with the sign turned, per change of the one that enters.
+    /// Change of the free variables, with opposite sign, per change of the one that enters.
     response: Vec<f64>,
-    /// Variables that drove each other without end in the last problem, which then has no solution.
+    /// Variables that drove each other indefinitely in the last problem, which then has no solution.
     unbounded: Vec<usize>,
-    /// Variables that nothing bounds against each other, and that contradict them by no more than rounding: they are left as they are.
+    /// Variables without bounds against each other that contradict each other only by rounding: they stay as they are.
     rejected: Vec<usize>,
 }
 
@@ -86,7 +89,7 @@ impl BoxProblem {
         Self { free, lower: vec![0.0; m * m], response: vec![0.0; m], unbounded: Vec::new(), rejected: Vec::new() }
     }
 
-    /// The variables that nothing bounds against each other, if the last problem had no solution for them.
+    /// The variables without bounds against each other, if the last problem had no solution for them.
     pub fn unbounded(&self) -> &[usize] {
         &self.unbounded
     }
@@ -95,7 +98,8 @@ impl BoxProblem {
     /// negative, and may be infinite.
     ///
     /// The remaining accelerations `α = r − Wλ` satisfy: `α_i > 0 ⇒ λ_i = f_i`, `α_i < 0 ⇒ λ_i = −b_i`, and `α_i = 0`
-    /// in between. Returns whether this was reached to rounding: not if nothing bounds what holds against each other.
+    /// in between. Returns whether this was reached to rounding: not if active constraints contradict each other
+    /// without a bound.
     ///
     /// Method: from `λ = 0`, the variable with the largest violation is driven towards its optimum while the free ones
     /// respond so that their α stay zero, until its own α vanishes or a bound is met. A free variable at a bound stops
@@ -139,13 +143,15 @@ impl BoxProblem {
         false
     }
 
-    /// The size of what the free variables do to the one that was driven last, if each equation of theirs is off by what cancels in it.
+    /// The size of the effect of the free variables on the one that was driven last, if the error of each of their
+    /// equations is at the level of cancellation.
     fn noise(&self, w: &[f64], r: &[f64], lambda: &[f64]) -> f64 {
         let off = |(&j, response): (&usize, &f64)| response.abs() * residual(w, r, lambda, j).1;
         self.free.iter().zip(&self.response).map(off).sum()
     }
 
-    /// Moves one variable in the sense of its residual until that vanishes or the variable meets its bound; false if nothing bounds it.
+    /// Moves one variable in the sense of its residual until that vanishes or the variable reaches its bound; false if
+    /// it has no bound.
     fn drive(&mut self, enter: usize, w: &[f64], r: &[f64], c: Bounds<'_>, lambda: &mut [f64]) -> bool {
         let m = r.len();
         let sense = residual(w, r, lambda, enter).0.signum();
@@ -206,7 +212,7 @@ impl BoxProblem {
         }
     }
 
-    /// Takes what rounding has left of the residuals of the free variables away.
+    /// Removes the rounding errors in the residuals of the free variables.
     fn polish(&mut self, w: &[f64], r: &[f64], c: Bounds<'_>, lambda: &mut [f64]) {
         for (a, &i) in self.free.iter().enumerate() {
             self.response[a] = residual(w, r, lambda, i).0;
@@ -226,7 +232,7 @@ impl BoxProblem {
                 for k in 0..b {
                     sum -= self.lower[a * m + k] * self.lower[b * m + k];
                 }
-                // Positive in exact arithmetic; the floor keeps rounding from making it negative.
+                // Positive in exact arithmetic; the floor prevents rounding from making it negative.
                 self.lower[a * m + b] = if a == b {
                     sum.max(1e-15 * w[self.free[a] * m + self.free[a]]).sqrt()
                 } else {
@@ -256,7 +262,7 @@ impl BoxProblem {
     }
 }
 
-/// `α_i = r_i − (Wλ)_i` and the size of what cancels in it.
+/// `α_i = r_i − (Wλ)_i` and the size of the terms that cancel in it.
 fn residual(w: &[f64], r: &[f64], lambda: &[f64], i: usize) -> (f64, f64) {
     let (mut rest, mut size) = (r[i], r[i].abs());
     for (w, x) in w[i * r.len()..(i + 1) * r.len()].iter().zip(lambda) {
@@ -266,21 +272,21 @@ fn residual(w: &[f64], r: &[f64], lambda: &[f64], i: usize) -> (f64, f64) {
     (rest, size)
 }
 
-/// Part of a direction outside a span, relative to its size and squared, that counts as nothing.
+/// Part of a direction outside a span, relative to its size and squared, that counts as zero.
 pub(super) const OUTSIDE: f64 = 1e-20;
 
-/// Independent directions with an orthonormal basis of what they span, in the metric of the inverse inertia.
+/// Independent directions with an orthonormal basis of their span, in the metric of the inverse inertia.
 pub(super) struct Span {
     pub(super) members: Vec<usize>,
     basis: Vec<Vec<f64>>,
 }
 
 impl Span {
-    /// The span of directions with their rows, built from independent ones: those of the first so many, then the clearest first; at most so many
-    /// are independent.
+    /// The span of directions with their rows, built from independent ones: the given number of first ones in order,
+    /// then the most independent first; at most the given number are independent.
     pub(super) fn new(directions: impl Iterator<Item = (usize, Vec<f64>)>, mut first: usize, most: usize) -> Self {
         let mut span = Self { members: Vec::new(), basis: Vec::new() };
-        // Each row with what of it lies outside the span so far, and its size squared.
+        // Each row with its part outside the span so far, and its size squared.
         let mut rows: Vec<(usize, Vec<f64>, f64)> = directions
             .map(|(k, row)| {
                 let size = dot(&row, &row);
@@ -288,7 +294,7 @@ impl Span {
             })
             .collect();
         while !rows.is_empty() && span.basis.len() < most {
-            // A direction along which nothing can move depends on everything.
+            // A direction in which no motion is possible depends on all others.
             let rejected =
                 |(_, rest, size): &(usize, Vec<f64>, f64)| if *size == 0.0 { 0.0 } else { dot(rest, rest) / size };
             let rejected: Vec<f64> = rows.iter().map(rejected).collect();
@@ -303,7 +309,7 @@ impl Span {
             }
             first = first.saturating_sub(1);
             let (member, mut vector, _) = rows.remove(best);
-            // What rounding has left of the others in it.
+            // The rounding remainder of the others in it.
             span.reject(&mut vector);
             let size = dot(&vector, &vector).sqrt();
             vector.iter_mut().for_each(|x| *x /= size);
@@ -318,7 +324,7 @@ impl Span {
     pub(super) fn rejected(&self, mut row: Vec<f64>) -> f64 {
         let size = dot(&row, &row);
         if size == 0.0 {
-            // A direction along which nothing can move depends on everything.
+            // A direction in which no motion is possible depends on all others.
             return 0.0;
         }
         self.reject(&mut row);
@@ -326,12 +332,12 @@ impl Span {
     }
 
     fn reject(&self, row: &mut [f64]) {
-        // Twice is enough.
+        // Two passes are enough.
         self.basis.iter().chain(&self.basis).for_each(|vector| reject(row, vector));
     }
 }
 
-/// Takes what a row has of a vector of length one away.
+/// Subtracts the component of a row in the direction of a unit vector.
 fn reject(row: &mut [f64], vector: &[f64]) {
     let share = dot(row, vector);
     if share != 0.0 {

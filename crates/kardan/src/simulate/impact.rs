@@ -1,42 +1,44 @@
-//! Impacts: the impulses of rigid contacts that meet at one instant.
+//! Impacts: the impulses of rigid contacts that close at one instant.
 //!
-//! With `W = G H⁻¹ Gᵀ` the speeds along contacts change from u to `u − W Λ`. Where one contact strikes, `u⁺ = −e u⁻` (Newton). Where contacts with
-//! different e share an impulse, or one closes that was opening, that gains energy. Poisson's law does not (Glocker, Set-Valued Force Laws, 2001, 11):
-//! impulses C of *compression* bring everything to rest that goes on into a contact (the law with e = 0), then each contact gives back `e C`, while
-//! contacts without restitution, and what holds both ways, go on holding. What then still goes into a contact strikes anew, until nothing does.
-//! Each round is a continuous map of the speeds, so that the result is; with e = 1 everywhere it keeps the energy.
+//! With `W = G H⁻¹ Gᵀ` the speeds of contacts change from u to `u − W Λ`. Where one contact closes, `u⁺ = −e u⁻`
+//! (Newton). Where contacts with different e share an impulse, or one closes that was opening, that gains energy.
+//! Poisson's law does not (Glocker, Set-Valued Force Laws, 2001, 11): impulses C of *compression* stop all closing
+//! contacts (the law with e = 0), then each contact returns `e C`, while contacts without restitution, and bilateral
+//! constraints, stay closed. Contacts that still close then have another impact, until none does. Each round is a
+//! continuous map of the speeds, so the result is; with e = 1 everywhere it conserves the energy.
 //!
 //! Where all contacts that take an impulse have one e, Newton's law is Poisson's, in one round.
 
 use super::friction::{Bounds, BoxProblem};
 
-/// Rounds after which an impact ends without restitution: of a light body between a wall and one that is m times as heavy a bounce takes about `π √m`.
+/// Rounds after which an impact ends without restitution: for a light body between a wall and one that is m times as
+/// heavy a bounce takes about `π √m`.
 const MOST_ROUNDS: usize = 2000;
-/// Part of what cancels in it that rounding makes of a speed, or of an energy that is neither lost nor gained.
+/// Rounding error of a speed, or of an energy that is neither lost nor gained, relative to the terms that cancel in it.
 const ROUNDING: f64 = 1e-12;
 
-/// Contacts that meet, and what holds beside them.
+/// Closing contacts, and active constraints beside them.
 pub(super) struct Contacts<'a> {
     /// W, row by row.
     pub w: &'a [f64],
-    /// The part of its impulse that each gives back.
+    /// The coefficient of restitution of each.
     pub restitution: &'a [f64],
     /// Rebounds that are no faster than these end at rest.
     pub least: &'a [f64],
-    /// What opposes motion forward and backward: nothing, or any impulse.
+    /// The bounds of the impulse forward and backward: zero or infinite.
     pub bounds: Bounds<'a>,
 }
 
-/// What an impact comes to.
+/// The result of an impact.
 pub(super) struct Impact {
-    /// All impulses against the motion along each contact.
+    /// All impulses against the motion of each contact.
     pub impulses: Vec<f64>,
     /// Those of the last round, and the restitution in it.
     pub last: Vec<f64>,
     pub rebounds: Vec<f64>,
-    /// Contacts that shared an impulse of which a part came back; of an impact that was cut short those that would go on.
+    /// Contacts that shared an impulse with restitution; of an impact that was cut short those that would continue.
     pub shared: Vec<usize>,
-    /// Whether it went on for so many rounds that its end was taken without restitution.
+    /// Whether it reached the round limit, so that its end was computed without restitution.
     pub cut_short: bool,
 }
 
@@ -45,7 +47,7 @@ impl Contacts<'_> {
         self.restitution.len()
     }
 
-    /// `u − W Λ` of a contact, and the size of what cancels in it.
+    /// `u − W Λ` of a contact, and the size of the terms that cancel in it.
     pub(super) fn after(&self, speeds: &[f64], impulses: &[f64], a: usize) -> (f64, f64) {
         let m = self.count();
         let row = self.w[a * m..(a + 1) * m].iter().zip(impulses);
@@ -53,25 +55,25 @@ impl Contacts<'_> {
         (speeds[a] - sum, size + speeds[a].abs())
     }
 
-    /// The same of all: zero where rounding alone is left, which contacts that depend on each other would contradict.
+    /// The same for all: zero where it is only rounding, which dependent contacts would contradict.
     fn all_after(&self, speeds: &[f64], impulses: &[f64]) -> Vec<f64> {
         let clear = |(speed, size): (f64, f64)| if speed.abs() <= ROUNDING * size { 0.0 } else { speed };
         (0..self.count()).map(|a| clear(self.after(speeds, impulses, a))).collect()
     }
 
-    /// Whether a contact holds both ways.
+    /// Whether a contact is bilateral.
     fn is_bilateral(&self, a: usize) -> bool {
         self.bounds.forward[a] > 0.0 && self.bounds.backward[a] > 0.0
     }
 
-    /// The restitution of each contact that is struck.
+    /// The restitution of each contact with an impact.
     fn rebounds(&self, speeds: &[f64]) -> Vec<f64> {
         let rebound =
             |a: usize| if -self.restitution[a] * speeds[a] > self.least[a] { self.restitution[a] } else { 0.0 };
         (0..self.count()).map(rebound).collect()
     }
 
-    /// The energy that impulses take.
+    /// The energy that impulses dissipate.
     pub(super) fn lost(&self, speeds: &[f64], impulses: &[f64]) -> (f64, f64) {
         let part = |a: usize| {
             let after = self.after(speeds, impulses, a).0;
@@ -104,7 +106,8 @@ impl Contacts<'_> {
         (0..m).all(fits).then_some(impulses)
     }
 
-    /// What contacts give back of the impulses of a compression that has left these speeds, with what holds meanwhile; nothing where none does.
+    /// The restitution of a compression's impulses at these speeds, with the active constraints; `None` where no
+    /// contact has any.
     fn expansion(
         &self,
         problem: &mut BoxProblem,
@@ -134,13 +137,13 @@ impl Contacts<'_> {
             back.iter().zip(correction).map(|(back, correction)| back + correction).collect()
         };
         let whole = with(1.0);
-        // The energy gained is a convex function of the part that is given back.
+        // The energy gained is a convex function of the restitution.
         let gained = -self.lost(compressed, &whole).0;
         Some(if gained > most * (1.0 + ROUNDING) { with(most / gained) } else { whole })
     }
 
-    /// The impulses of contacts with these speeds along them, so that nothing goes on into them and no energy is gained. Where nothing bounds what holds
-    /// against each other, `problem` tells what.
+    /// The impulses of contacts at these speeds, so that no contact still closes and no energy is gained. Where active
+    /// constraints contradict each other without a bound, `problem` names them.
     pub(super) fn collide(&self, problem: &mut BoxProblem, before: &[f64]) -> Impact {
         let m = self.count();
         let (mut speeds, mut impulses) = (before.to_vec(), vec![0.0; m]);

@@ -50,7 +50,7 @@ impl Integrator {
         shafts: &[Vec<usize>; 2],
     ) -> Option<Self> {
         let able = machine.prepare_series(taylor::order(relative), shafts);
-        // What tells pieces has terms where the states have none.
+        // The values that decide pieces have terms where the states have none.
         able.then(|| Self::Taylor(Box::new(Taylor::new(relative, absolute).with_all_terms(machine.has_kinks()))))
     }
 
@@ -60,7 +60,7 @@ impl Integrator {
         able.then(|| Self::Radau(Box::new(Radau::new(relative, absolute, absolute.len() - 2))))
     }
 
-    /// What it is; `exact` where it was not needed.
+    /// Its method; `exact` where it was not needed.
     pub(super) fn method(&self, exact: bool) -> IntegrationMethod {
         match self {
             _ if exact => IntegrationMethod::Exponential,
@@ -74,7 +74,7 @@ impl Integrator {
         each!(self, archive_state, archive)
     }
 
-    /// Stands at a state, which the machine has then evaluated.
+    /// Starts at a state, which the machine has then evaluated.
     pub(super) fn start(&mut self, machine: &mut Machine, time: f64, state: &[f64]) {
         match self {
             Self::Dop853(solver) => {
@@ -85,7 +85,7 @@ impl Integrator {
         }
     }
 
-    /// One step, at most to a time; the states within it are known then.
+    /// One step, at most to a time; the states within it are available then.
     pub(super) fn step(&mut self, machine: &mut Machine, until: f64) -> Result<(), StepError> {
         match self {
             Self::Dop853(solver) => {
@@ -105,7 +105,7 @@ impl Integrator {
         }
     }
 
-    /// Makes the last step anew so that it ends earlier, where states within it are less accurate than at its end.
+    /// Repeats the last step so that it ends earlier, where states within it are less accurate than at its end.
     /// `scratch` is memory for a state.
     pub(super) fn shorten(&mut self, machine: &mut Machine, end: f64, scratch: &mut [f64]) -> Result<(), StepError> {
         let (from, next) = (self.previous_time(), self.next_step());
@@ -120,7 +120,7 @@ impl Integrator {
         Ok(())
     }
 
-    /// What is known of the machine's modes within the last step.
+    /// The known validity of the machine's modes within the last step.
     pub(super) fn prospect(&self, machine: &mut Machine) -> Prospect {
         match self {
             Self::Dop853(_) | Self::Radau(_) => Prospect::Unknown,
@@ -137,7 +137,7 @@ impl Integrator {
         Some((solver.order(), solver.previous_time()))
     }
 
-    /// Whether [`shorten`](Self::shorten) does something.
+    /// Whether [`shorten`](Self::shorten) has an effect.
     pub(super) fn shortens(&self) -> bool {
         matches!(self, Self::Dop853(_))
     }
@@ -155,7 +155,7 @@ impl Integrator {
         each!(self, rest, until)
     }
 
-    /// The length that the next step is to have, as far as the method does not find it by itself.
+    /// The length that the next step is to have, where the method does not choose it by itself.
     pub(super) fn set_step(&mut self, step: f64) {
         match self {
             Self::Dop853(solver) => solver.set_step(step),
@@ -184,7 +184,7 @@ impl Integrator {
         each!(self, state)
     }
 
-    /// Counts from what another one has counted.
+    /// Continues the counts of another one.
     pub(super) fn go_on_counting(&mut self, counts: Counts) {
         each!(self, set_counts, counts)
     }
@@ -193,7 +193,8 @@ impl Integrator {
         each!(self, counts)
     }
 
-    /// The largest error that rounding alone was seen to make of each component in a step, and the largest of all in tolerances.
+    /// The largest error that rounding alone caused in each component in a measured step, and the largest of all in
+    /// tolerances.
     pub(super) fn rounding(&self) -> (&[f64], f64) {
         let rounding = match self {
             Self::Dop853(solver) => return (solver.rounding(), solver.rounding_in_tolerances()),

@@ -1,22 +1,23 @@
 //! Exact solution of loops that are linear between the breakpoints of the scenario.
 //!
-//! With `z = (x, 1, t − t₀)` a segment is `ż = M z`, so `z(t) = e^{M (t − t₀)} z₀`: one matrix exponential for each spacing of the rows and a
-//! product for each row, or for eight rows at once, however stiff the loop is. Every signal is affine in x and t, and the work of the inputs
-//! and the loss have quadratic rates `zᵀ Q z`; see [`Recurrence`].
+//! With `z = (x, 1, t − t₀)` a segment is `ż = M z`, so `z(t) = e^{M (t − t₀)} z₀`: one matrix exponential for each
+//! spacing of the rows and a product for each row, or for eight rows at once, for any stiffness. Every signal is affine
+//! in x and t, and the work of the inputs and the loss have quadratic rates `zᵀ Q z`; see [`Recurrence`].
 //!
-//! The matrices are read from the machine by evaluating it at unit vectors. Whether it is linear is decided before, on exact expressions.
-//! What rounding does to them is measured: read with vectors of another length they round otherwise, and where the two solutions
-//! differ by more than the tolerance (stiff springs between large angles), the loop is left to the integrator.
+//! The matrices are read from the machine by evaluating it at unit vectors. Exact expressions decide before whether it
+//! is linear. Their rounding errors are measured: read with vectors of another length they round differently, and where
+//! the two solutions differ by more than the tolerance (stiff springs between large angles), the integrator takes over
+//! the loop.
 
 use super::{Machine, outputs::Outputs, recurrence::Recurrence};
 use crate::num::{LANES, Matrix, Panels, balance, dot, exponential, product, scaled, unscaled};
 use faer::Mat;
 
-/// More states are left to the integrator: a product for each row grows with their square.
+/// The integrator takes over more states: a product for each row grows with their square.
 pub(super) const MOST_STATES: usize = 16;
-/// Spacings of rows whose exponentials are kept.
+/// Spacings of rows whose exponentials are stored.
 const MOST_SPACINGS: usize = 8;
-/// Rows that are taken at once.
+/// Rows that are computed at once.
 pub(super) const BLOCK: usize = LANES;
 /// Length of the vectors that the equations are read with a second time.
 const OTHER_LENGTH: f64 = 0.7;
@@ -81,7 +82,7 @@ impl LinearSegment {
                 *apart = larger(*apart, (x - other).abs());
             }
         }
-        // Angles and speeds are judged beside the others of their kind.
+        // Angles and speeds are compared with the others of their kind.
         let kinds = kinds(states, probe.machine.degrees_of_freedom());
         let exact = kinds.into_iter().all(|kind| {
             let most = largest[kind.clone()].iter().copied().fold(0.0, f64::max);
@@ -122,7 +123,7 @@ impl LinearSegment {
         self.from <= time && time < self.until
     }
 
-    /// Goes on to a later time of the segment.
+    /// Advances to a later time of the segment.
     pub(super) fn advance(&mut self, time: f64) {
         let step = time - self.at;
         if step <= 0.0 {
@@ -133,8 +134,8 @@ impl LinearSegment {
         self.arrive(time, step - self.spacings[place].step);
     }
 
-    /// Goes on by eight rows, and gives each signal's values in them; false if they must be read one by one: if they are not evenly spaced,
-    /// do not lie before a time, or are too few.
+    /// Advances by eight rows, and returns each signal's values in them; false if they must be read one by one: if they
+    /// are not evenly spaced, are not before a time, or are too few.
     pub(super) fn read_block(&mut self, rows: &[f64], before: f64, mut out: impl FnMut(usize, &[f64; BLOCK])) -> bool {
         let Some(&time) = rows.get(BLOCK - 1).filter(|time| **time < before.min(self.until)) else { return false };
         let step = (time - self.at) / BLOCK as f64;
@@ -143,7 +144,7 @@ impl LinearSegment {
         if self.readout.is_none() || !rows[..BLOCK].iter().enumerate().all(even) {
             return false;
         }
-        // The matrices of a block cost as much as so many rows.
+        // The matrices of a block cost as much as this many rows.
         let many = rows.get(BLOCK * self.z.len()).is_some_and(|row| *row < before.min(self.until));
         let place = self.spacing(step, near / BLOCK as f64);
         let spacing = &mut self.spacings[place];
@@ -158,23 +159,23 @@ impl LinearSegment {
         true
     }
 
-    /// Stands at a time, with the z in the scratch memory of so much earlier.
+    /// Moves to a time, with the z of an earlier time in the scratch memory.
     fn arrive(&mut self, time: f64, late: f64) {
         std::mem::swap(&mut self.z, &mut self.scratch);
         if late != 0.0 {
-            // What the rounding of the times leaves, to first order.
+            // The rounding error of the times, to first order.
             apply(&self.generator, &self.z, &mut self.scratch);
             self.z.iter_mut().zip(&self.scratch).for_each(|(z, rate)| *z += late * rate);
         }
         self.at = time;
     }
 
-    /// The place of a spacing, or of one so near.
+    /// The index of a spacing, or of one that is equal to rounding.
     fn spacing(&mut self, step: f64, near: f64) -> usize {
         if let Some(place) = self.spacings.iter().position(|spacing| (spacing.step - step).abs() <= near) {
             return place;
         }
-        // Up to the end nothing overflows, so that nothing does before.
+        // No overflow at the end implies none before.
         let order = self.z.len();
         let power = exponential(&scaled(&self.generator, &self.scales).scale(&step));
         let power = power.map(|power| unscaled(&power, &self.scales));
@@ -234,7 +235,7 @@ impl Block {
     }
 }
 
-/// How far two times may lie apart that are one but for rounding.
+/// Largest difference of two times that differ only by rounding.
 fn rounding(time: f64) -> f64 {
     ROUNDED * f64::EPSILON * time.abs()
 }
@@ -248,7 +249,7 @@ fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
 }
 
-/// Angles, speeds and what else there is.
+/// Angles, speeds and the other states.
 fn kinds(states: usize, r: usize) -> [std::ops::Range<usize>; 3] {
     [0..r, r..2 * r, 2 * r..states]
 }
@@ -271,7 +272,7 @@ impl Probe<'_> {
         &self.slope
     }
 
-    /// Puts the state there; gives the time.
+    /// Sets the state there; returns the time.
     fn place(&mut self, at: &[(usize, f64)]) -> f64 {
         let states = self.state.len() - 2;
         self.state.fill(0.0);

@@ -52,9 +52,9 @@ impl Columns<'_> {
                 format!("current through {shaft}"),
                 Read::Speed(k),
             );
-            // A source shows its own voltage.
+            // A source has its own voltage.
             if equations.inputs.iter().all(|input| input.row.iter().all(|(charge, _)| *charge != k)) {
-                // One of current counts it as what gives power.
+                // A current source counts it as the voltage that supplies power.
                 let own = equations.multiplier_constraints.iter().map(|constraint| &constraint.element);
                 let is_prescribed = equations.moving.keys().chain(own).any(|element| element == shaft);
                 let sign = if is_prescribed { -1.0 } else { 1.0 };
@@ -79,17 +79,17 @@ impl Columns<'_> {
             let InputKind::Motor(motor) = &input.value else { continue };
             self.add(effort.of(name), physical, format!("{word} of {name}"), Read::Torque(k));
             if motor.torque_limit.is_some() || motor.rate_limit.is_some() || motor.lag.is_some() {
-                let description = format!("{word} asked of {name}, before limits and lag");
+                let description = format!("commanded {word} of {name}, before limits and lag");
                 self.add(Quantity::Command.of(name), physical, description, Read::Command(k));
             }
             if motor.ripple.is_some() {
-                let description = format!("{word} that {name} adds to what it reports");
+                let description = format!("{word} that {name} adds to its reported value");
                 self.add(Quantity::Ripple.of(name), physical, description, Read::Ripple(k));
             }
         }
     }
 
-    /// Multipliers and what they do to shafts; potentials of nodes.
+    /// Multipliers and their torques on shafts; potentials of nodes.
     fn add_constraints(&mut self) {
         let equations = &self.reduced.equations;
         for (k, element) in self.multipliers.elements.iter().enumerate() {
@@ -98,7 +98,7 @@ impl Columns<'_> {
                 self.add(Quantity::Voltage.of(element), Physical::Voltage, description, Read::Multiplier(k));
                 continue;
             }
-            // The torques of a transformer are the voltages of its windings, which are there already.
+            // The torques of a transformer are the voltages of its windings, which are listed already.
             if equations.is_equilibrium(k) {
                 continue;
             }
@@ -121,7 +121,7 @@ impl Columns<'_> {
                     vec![transmission.driven, transmission.driving]
                 }
             };
-            // An angle behind play has the name of its element.
+            // An angle behind backlash has the name of its element.
             for shaft in shafts.into_iter().filter(|shaft| equations.coordinates[*shaft] != *element) {
                 let what = |physical: Physical| format!("constraint {}", physical.word());
                 self.on_body(element, shaft, what, Read::ConstraintTorque(k, shaft));
@@ -129,7 +129,7 @@ impl Columns<'_> {
         }
     }
 
-    /// Multipliers of kept rows, and of those that follow from them, and what they do to shafts.
+    /// Multipliers of multiplier constraints, and of those that follow from them, and their torques on shafts.
     fn add_multipliers(&mut self) {
         let equations = &self.reduced.equations;
         let number =
@@ -195,14 +195,14 @@ impl Columns<'_> {
         }
     }
 
-    /// Clutches, stops and locks: of each element its torque, of both ends together.
+    /// Clutches, stops and locks: for each element its torque, summed over both ends.
     fn add_unilaterals(&mut self) {
         let equations = &self.reduced.equations;
         let (first, unilaterals) = (equations.frictions.len(), &equations.unilaterals);
         for (k, unilateral) in unilaterals.iter().enumerate() {
             if matches!(unilateral.value, UnilateralConstraint::GearLoss(_)) {
                 let physical = equations.domain_of_unilateral(unilateral).effort().physical();
-                let description = format!("loss in the teeth of {}", unilateral.element);
+                let description = format!("gear loss of {}", unilateral.element);
                 self.add(Quantity::Friction.of(&unilateral.element), physical, description, Read::Friction(first + k));
                 continue;
             }
@@ -215,7 +215,7 @@ impl Columns<'_> {
             let own: Vec<(usize, &DirectionalTerm<UnilateralConstraint>)> =
                 unilaterals.iter().enumerate().filter(|(_, other)| of_same(other)).collect();
             let bent = equations.transmissions.iter().any(|bent| bent.element == unilateral.element);
-            // Of a bent one the multiplier is that torque.
+            // For a nonlinear transmission the multiplier is that torque.
             if !bent {
                 let shares =
                     own.iter().map(|(other, one)| (first + other, if one.value.is_upper() { -1.0 } else { 1.0 }));
@@ -235,7 +235,7 @@ impl Columns<'_> {
         }
     }
 
-    /// What the sides of the play of a transmission do to its bodies, in units of these.
+    /// The torques of the backlash sides of a transmission on its bodies, in units of these.
     fn add_play(&mut self, own: &[(usize, &DirectionalTerm<UnilateralConstraint>)], first: usize) {
         let element = &own[0].1.element;
         let bodies = own[0].1.row.iter().map(|(body, _)| *body);
@@ -276,7 +276,7 @@ impl Columns<'_> {
 
     fn add_sources(&mut self, sources: &[Source]) {
         for (k, Source { name, physical, description, target }) in sources.iter().enumerate() {
-            // The command of a motor without a law is that motor's torque, which is there already.
+            // The command of a motor without a law is that motor's torque, which is listed already.
             if let SourceTarget::Input(input) = target
                 && matches!(self.reduced.equations.inputs[*input].value, InputKind::Motor(_))
             {
@@ -286,7 +286,7 @@ impl Columns<'_> {
         }
     }
 
-    /// What each sensor reads, and the sensor.
+    /// The measured quantity of each sensor, and the sensor.
     fn add_sensors(&mut self, scenario: &Scenario) -> Vec<SensorColumn> {
         let reduced = self.reduced;
         let mut samplers = Vec::new();
@@ -296,7 +296,7 @@ impl Columns<'_> {
             let (shown, physical, quantity) = match measured {
                 Measured::Signal(signal) => {
                     let source = scenario.sources.iter().position(|source| source.name == *signal);
-                    // That of a file with a mistake may not be there.
+                    // In a file with an error it may be missing.
                     let Some(source) = source else { continue };
                     (name.clone(), scenario.sources[source].physical, Read::Source(source))
                 }
@@ -322,7 +322,7 @@ impl Columns<'_> {
         samplers
     }
 
-    /// What an element does to one of its bodies.
+    /// The torque of an element on one of its bodies.
     fn on_body(&mut self, element: &str, body: usize, what: impl Fn(Physical) -> String, read: Read) {
         let equations = &self.reduced.equations;
         let (name, domain) = (&equations.coordinates[body], equations.domain(body));
@@ -331,7 +331,7 @@ impl Columns<'_> {
         self.add(format!("{element}.{}", effort.of(name)), effort.physical(), description, read);
     }
 
-    /// What a sensor measures.
+    /// The quantity that a sensor measures.
     fn read(&self, measured: &Measured) -> (Physical, Read) {
         let reduced = self.reduced;
         let physical = reduced.equations.reading(measured).physical();
@@ -360,16 +360,16 @@ impl Columns<'_> {
 
 /// A sensor that has a column.
 struct SensorColumn {
-    /// What it measures.
+    /// The measured quantity.
     read: Read,
     sampler: Sampler,
     failing: FailingSensor,
-    /// What its column has: what it gives, and where that is no number, what it gave before.
+    /// The value of its column: its output, and where that is not a number, its previous output.
     shown: f64,
 }
 
 impl SensorColumn {
-    /// Reads if it is time, and fails if that is due.
+    /// Reads if it is due, with its faults.
     fn sample(&mut self, time: f64, exact: impl FnOnce() -> f64) {
         if self.sampler.next_time().is_some_and(|next| next > time) {
             return;
@@ -382,7 +382,7 @@ impl SensorColumn {
     }
 }
 
-/// Sensors that change what they measure; the columns of the others become what these measure.
+/// Sensors that change the measured value; the columns of the others become those of the measured quantity.
 fn resolve(sensors: Vec<SensorColumn>, columns: &mut [(String, Physical, String, Read)]) -> Vec<SensorColumn> {
     let mut real_sensors = Vec::new();
     let places: Vec<Read> = sensors
@@ -415,12 +415,12 @@ fn numbered<T>(element: &str, terms: &[DirectionalTerm<T>]) -> Vec<usize> {
     terms.iter().enumerate().filter(|(_, term)| term.element == element).map(|(k, _)| k).collect()
 }
 
-/// Signals by what they are read from.
+/// Signals by their source.
 pub(super) struct SplitSignals {
     pub signals: Vec<Signal>,
     /// The expressions of the first ones.
     pub direct: Vec<Expr>,
-    /// What reads those behind them, in their order.
+    /// The readings of those behind them, in their order.
     pub machine_readings: Option<Readings>,
 }
 
@@ -429,13 +429,13 @@ pub(super) struct Outputs {
     reads: Vec<Read>,
     /// The signals, filled row by row.
     pub signals: Vec<Signal>,
-    /// What each sensor reads, and the sensor.
+    /// The measured quantity of each sensor, and the sensor.
     samplers: Vec<SensorColumn>,
-    /// Values of signals, then of what sensors read; `None` until they are compiled.
+    /// Values of signals, then of measured quantities; `None` until they are compiled.
     readings: Option<Readings>,
-    /// The series that each signal is, if all of them are.
+    /// The series of each signal, if all of them have one.
     series: Vec<usize>,
-    /// Whether rows have the bits that they have where all signals are recorded.
+    /// Whether rows must have the same bits as with all signals recorded.
     as_all: bool,
 }
 
@@ -474,14 +474,14 @@ impl Outputs {
         Self { reads, signals, samplers, readings: None, series: Vec::new(), as_all }
     }
 
-    /// Compiles what signals and sensors read.
+    /// Compiles the expressions of signals and sensors.
     pub fn compile(&mut self, motion: &mut Motion, reduced: &Reduced, found: &Found) {
         let reads: Vec<&Read> = self.reads.iter().chain(self.samplers.iter().map(|sensor| &sensor.read)).collect();
         self.readings = Some(Readings::new(motion, reduced, found, &reads));
     }
 
-    /// The signals, first those that follow from the state and from what is given ([`Readings::direct`]), with their expressions, then the others, with
-    /// what they are read by. None where one is the reading of a sensor.
+    /// The signals, first those that follow from the state and from the inputs ([`Readings::direct`]), with their
+    /// expressions, then the others, with their readings. None where one is the reading of a sensor.
     pub fn split_signals(self, motion: &mut Motion, reduced: &Reduced, found: &Found) -> Option<SplitSignals> {
         if self.reads.iter().any(|read| matches!(read, Read::Sensor(_))) {
             return None;
@@ -524,7 +524,8 @@ impl Outputs {
         (!self.samples() && !self.as_all).then_some(shafts)
     }
 
-    /// Prepares rows from the series of a machine: where all signals are angles and speeds, and need not have the bits that they have among others.
+    /// Prepares rows from the series of a machine: where all signals are angles and speeds, and need not have the same
+    /// bits as among others.
     pub fn prepare_series(&mut self, machine: &Machine) {
         let of = |read: &Read| match read {
             Read::Angle(shaft) => Some(machine.shaft_series(*shaft)?[0]),
@@ -540,7 +541,7 @@ impl Outputs {
         !self.series.is_empty()
     }
 
-    /// Appends a row, from series of that order, so long after the last expansion.
+    /// Appends a row, from series of that order, at a time after the last expansion.
     pub fn record_series(&mut self, machine: &Machine, order: usize, later: f64) {
         for (signal, place) in self.signals.iter_mut().zip(&self.series) {
             signal.values.push(machine.series_at(*place, order, later));
@@ -557,7 +558,7 @@ impl Outputs {
         self.signals[signal].values.extend_from_slice(values);
     }
 
-    /// What the next readings of the sensors depend on.
+    /// The state that the next readings of the sensors depend on.
     pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         for SensorColumn { sampler, failing, shown, .. } in &mut self.samplers {
             sampler.archive_state(archive);
@@ -583,14 +584,14 @@ impl Outputs {
         self.samplers.iter().filter_map(|sensor| sensor.sampler.next_time()).fold(f64::INFINITY, f64::min)
     }
 
-    /// Evaluates at a point what signals and sensors are read from; before `sample` and `record`.
+    /// Evaluates the sources of signals and sensors at a point; before `sample` and `record`.
     pub fn observe(&mut self, machine: &mut Machine, time: f64, state: &[f64]) {
         if let Some(readings) = &mut self.readings {
             readings.observe(machine, time, state);
         }
     }
 
-    /// Lets the sensors read that are due at this time, which was observed last.
+    /// Sensors that are due at this time, which was observed last, read.
     pub fn sample(&mut self, time: f64) {
         let first = self.reads.len();
         let Self { samplers, readings, .. } = self;
@@ -599,7 +600,7 @@ impl Outputs {
         }
     }
 
-    /// Appends the last row so many times more.
+    /// Appends the last row `count` times more.
     pub fn record_again(&mut self, count: usize) {
         for values in self.signals.iter_mut().map(|signal| &mut signal.values) {
             if let Some(&last) = values.last() {

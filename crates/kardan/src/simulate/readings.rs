@@ -1,4 +1,5 @@
-//! What is read from a run, as expressions of the loop, its accelerations and its friction torques: one plan for all columns and sensors.
+//! Signals of a run, as expressions of the loop, its accelerations and its friction torques: one plan for all columns
+//! and sensors.
 
 use kardan_native::Native;
 
@@ -10,7 +11,7 @@ use crate::plan::{Plan, compile};
 use crate::reduce::{Acting, Motion, Reduced};
 use crate::units::Dimension;
 
-/// What a signal or a sensor is.
+/// The quantity of a signal or a sensor.
 #[derive(Debug, Clone)]
 pub(super) enum Read {
     Angle(usize),
@@ -29,28 +30,28 @@ pub(super) enum Read {
     },
     Compliance(Compliance),
     Friction(usize),
-    /// Torques of holds, each times a number.
+    /// Torques of unilateral constraints, each times a number.
     Unilaterals(Vec<(usize, f64)>),
-    /// The multiplier of a kept row, as a sum of those of independent rows, each times a number.
+    /// The multiplier of a multiplier constraint, as a sum of those of independent rows, each times a number.
     MultiplierConstraint(Vec<(usize, f64)>),
-    /// What it does to a shaft: first the sum of independent rows that its row is.
+    /// Its torque on a shaft: first its row as a sum of independent rows.
     MultiplierOn(Vec<(usize, f64)>, Vec<(usize, f64)>, usize),
     Law(usize),
     Source(usize),
     Sensor(usize),
 }
 
-/// The plan of all that is read, with its memory.
+/// The plan of all readings, with its memory.
 pub(super) struct Readings {
     plan: Plan,
     native: Option<Native<f64>>,
     memory: Vec<f64>,
-    /// What is given: the inputs of the loop, accelerations, friction torques.
+    /// The arguments: the inputs of the loop, accelerations, friction torques.
     counts: [usize; 3],
-    /// Where the sources are among the inputs of the loop, and what is given of the time.
+    /// The indices of the sources among the inputs of the loop, and the terms that depend on time.
     sources: usize,
     timed: usize,
-    /// Whether anything depends on more than angles, speeds and sources.
+    /// Whether any reading depends on more than angles, speeds and sources.
     needs_forces: bool,
 }
 
@@ -61,7 +62,7 @@ struct Shared<'a> {
     found: &'a Found,
     accelerations: Vec<Expr>,
     frictions: Vec<Expr>,
-    /// Multipliers, where they are asked for.
+    /// Multipliers, where they are requested.
     multipliers: Option<Vec<Expr>>,
 }
 
@@ -93,11 +94,12 @@ impl Readings {
         let needs_forces = graph.symbols(&exprs).iter().any(|symbol| !motion_inputs.contains(symbol));
         let outputs: Vec<(String, Expr)> =
             exprs.into_iter().enumerate().map(|(k, expr)| (format!("reading.{k}"), expr)).collect();
-        let plan = compile(graph, &inputs, &outputs).expect("readings depend on what is given");
+        let plan = compile(graph, &inputs, &outputs).expect("readings depend on inputs only");
         Self { native: Native::new(&plan.block()), memory: plan.memory(), plan, counts, sources, timed, needs_forces }
     }
 
-    /// The same as expressions of the loop alone; nothing of those that need accelerations or friction torques, or are a sensor's.
+    /// The same as expressions of the loop alone; `None` for those that need accelerations or friction torques, or are
+    /// a sensor's.
     pub(super) fn direct(motion: &mut Motion, reduced: &Reduced, found: &Found, reads: &[Read]) -> Vec<Option<Expr>> {
         let mut shared =
             Shared { motion, reduced, found, accelerations: Vec::new(), frictions: Vec::new(), multipliers: None };
@@ -129,7 +131,7 @@ impl Readings {
         self.evaluate();
     }
 
-    /// The same where the rates were found last.
+    /// The same where the rates were computed last.
     pub(super) fn observe_here(&mut self, machine: &mut Machine) {
         machine.observe_here();
         self.take(machine);
@@ -145,7 +147,7 @@ impl Readings {
     }
 
     fn evaluate(&mut self) {
-        // What is no number is seen where it is used.
+        // A value that is not a number is detected where it is used.
         let _ = match &self.native {
             Some(native) => native.evaluate(&mut self.memory),
             None => self.plan.block().evaluate(&mut self.memory),
@@ -215,7 +217,7 @@ impl Shared<'_> {
         }
     }
 
-    /// The multiplier of a constraint that is enforced by one: what acts against it as friction would is its opposite.
+    /// The multiplier of a constraint that is enforced by one: its sign is opposite to that of a friction torque.
     fn enforced_multiplier(&mut self, shares: &[(usize, f64)]) -> Expr {
         let first = self.reduced.equations.set_valued().count();
         let terms: Vec<(Expr, Rational)> =

@@ -16,7 +16,7 @@ const MOST_TERMS: usize = 40;
 const STEPS: u32 = 8;
 /// Doublings of a step over which the integrals are taken at once.
 const BETWEEN: u32 = 3;
-/// Halvings of the whole time; beyond, nothing is found.
+/// Halvings of the whole time; after these there is no result.
 const MOST_HALVINGS: f64 = 80.0;
 
 /// z and the integrals on the way through a time. Each doubling of a step doubles the rounding, so that the last ones are steps.

@@ -1,19 +1,19 @@
-//! What rounding alone makes of the rates of a state: no error estimate sees anything below it, and shorter steps do not make it smaller.
+//! Rounding errors of the rates of a state: no error estimate resolves less, and shorter steps do not reduce them.
 //!
-//! It is measured: states that differ by one unit in the last place of each component have rates that differ by so much. Components are
-//! moved up and down in patterns of which at least one moves any two of them the same way and one against each other, so that what two
-//! large terms leave of each other is seen whatever their signs.
+//! They are measured: states that differ by one unit in the last place of each component have rates that differ by the
+//! rounding error. Components are moved up and down in patterns of which at least one moves any two of them in the same
+//! direction and one in opposite directions, so that the cancellation of two large terms shows for any signs.
 
 use crate::num::StateArchive;
 
-/// What rounding makes of a step, and memory to measure it.
+/// The rounding error of a step, and memory to measure it.
 #[derive(Debug, Clone)]
 pub(super) struct Rounding {
     perturbed: Vec<f64>,
     changes: Vec<f64>,
     /// How much each component may change.
     pub noise: Vec<f64>,
-    /// The largest error that rounding alone was seen to make of each component in a step.
+    /// The largest error that rounding alone caused in each component in a measured step.
     pub largest: Vec<f64>,
     /// The same in tolerances, of all components.
     pub tolerances: f64,
@@ -30,8 +30,8 @@ impl Rounding {
         archive.number(&mut self.tolerances);
     }
 
-    /// Turns the noise of rates into that of a step, which is so many times as much, and remembers the largest. `sizes`: what errors of the
-    /// components the tolerance allows.
+    /// Scales the noise of rates to that of a step, and stores the largest. `sizes`: the allowed errors of the
+    /// components.
     pub(super) fn in_step(&mut self, times: f64, sizes: impl Iterator<Item = f64>) {
         for ((noise, largest), size) in self.noise.iter_mut().zip(&mut self.largest).zip(sizes) {
             *noise *= times;
@@ -40,8 +40,8 @@ impl Rounding {
         }
     }
 
-    /// Measures it at a state. `change` writes what rates, or what comes of them, change by where the state has moved, and may write over
-    /// the state. Tells how often it was called.
+    /// Measures it at a state. `change` writes the change of rates, or of results of them, at a moved state, and may
+    /// overwrite the state. Returns how often it was called.
     pub(super) fn measure(&mut self, state: &[f64], mut change: impl FnMut(&mut [f64], &mut [f64])) -> u64 {
         let Self { perturbed, changes, noise, .. } = self;
         noise.fill(0.0);
@@ -53,7 +53,7 @@ impl Rounding {
             }
             change(perturbed, changes);
             for (noise, change) in noise.iter_mut().zip(&*changes) {
-                // What overflows is no rounding.
+                // An overflow is not a rounding error.
                 if change.is_finite() {
                     // Rounding is at most half a unit.
                     *noise = noise.max(0.5 * change.abs());
@@ -76,7 +76,7 @@ mod tests {
             for (i, j, sign) in (0..size).flat_map(|i| (0..i).flat_map(move |j| [(i, j, 1.0), (i, j, -1.0)])) {
                 let mut state = vec![0.0; size];
                 (state[i], state[j]) = (1.0, sign);
-                // The rate is zero where it stands.
+                // The rate is zero at this point.
                 rounding.measure(&state, |x, change| {
                     change.fill(0.0);
                     change[i] = 1e6 * (x[i] - sign * x[j]);

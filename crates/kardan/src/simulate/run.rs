@@ -1,4 +1,4 @@
-//! The run: steps between events, events located on the dense output, modes decided anew, outputs on the grid.
+//! The run: steps between events, events located on the dense output, mode selection after events, outputs on the grid.
 
 mod event_samples;
 mod missed_event_guard;
@@ -30,7 +30,7 @@ pub struct Tolerance {
     pub relative: f64,
     /// Absolute error allowed per step, rad and rad/s.
     pub absolute: f64,
-    /// Steps after which a run is given up.
+    /// Steps after which a run ends.
     pub most_steps: usize,
     /// How it is integrated.
     pub method: Method,
@@ -39,10 +39,10 @@ pub struct Tolerance {
 /// How a run is integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
-    /// Everything by the Runge-Kutta method of order 8 of Dormand and Prince: the reference.
+    /// Always the Runge-Kutta method of order 8 of Dormand and Prince: the reference.
     Dop853,
-    /// Taylor series of the loop's expressions, as long as the tolerance asks. Loops in which a law computes by itself at every instant,
-    /// or teeth lose, by the reference.
+    /// Taylor series of the loop's expressions, with the order that the tolerance needs. Loops in which a law computes
+    /// at every instant, or gears have losses, use the reference.
     #[default]
     Taylor,
     /// Radau IIA of order 5, 9 or 13 with an exact Jacobian, for stiff loops: its steps do not depend on how fast motions decay. Loops in
@@ -81,135 +81,138 @@ pub struct RunResult {
     pub series: Series,
     /// The energy balance up to the end.
     pub energy: Energy,
-    /// What happened and when.
+    /// Events with their times.
     pub events: Vec<Event>,
-    /// Whether the end was reached.
+    /// Whether the run reached its end.
     pub outcome: Outcome,
-    /// What the reader must know.
+    /// Notes for the reader.
     pub notes: Vec<String>,
-    /// What speaks against its numbers.
+    /// Reasons to doubt its numbers.
     pub warnings: Vec<String>,
-    /// What was asked of each motor that has limits.
+    /// The load of each motor that has limits.
     pub motor_loads: Vec<MotorLoad>,
-    /// What the integrator did.
+    /// The cost of the integration.
     pub effort: Effort,
-    /// What sensors that count met, where that was noted ([`Ready::noting`]).
+    /// The readings of counting sensors, where recording was requested ([`Ready::noting`]).
     pub encoder_readings: Vec<EncoderReading>,
     /// Whether samples of laws ended its steps.
     pub sampled: bool,
 }
 
-/// Places inside a step where events are looked for; between two of them a direction may reverse at most once.
+/// Samples inside a step at which events are searched; between two of them a direction may reverse at most once.
 const EVENT_SCAN_POINTS: usize = 6;
-/// At least so many in a step that was cut short.
+/// The least number in a shortened step.
 const LEAST_SCAN_POINTS: usize = 2;
-/// What helps teeth that jam.
+/// Help for jamming gears.
 pub const UNJAM: &str = "Give it less loss (a larger `efficiency_back`), more inertia before it or less behind it, or let a spring carry the load";
 /// Part of a step to which an event is located that the step is to be shortened for.
 const ROUGHLY: f64 = 1e-6;
-/// Part of a step of series before which an event is looked for once more, in a step that is so many times as long as the time until it.
+/// Part of a series step before which an event is searched once more, in a step that is this many times as long as the
+/// time until it.
 const EARLY: f64 = 1e-3;
 const CLOSER: f64 = 4.0;
 /// Steps of regula falsi towards an event.
 const FALSE_POSITIONS: usize = 30;
 /// Widenings of the interval about a zero until the modes agree that the event lies in it.
 const CONFIRMATIONS: usize = 6;
-/// Golden sections of the time between two looks for the least margin: 1e-8 of it, where a parabola is flat to rounding.
+/// Golden-section steps between two samples for the least margin: 1e-8 of the interval, where a parabola is flat to
+/// rounding.
 const SECTIONS: usize = 40;
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
-/// Part of a step by which a step made anew ends beyond the event it was shortened for.
+/// Part of a step by which a repeated step ends after the event it was shortened for.
 const BEYOND: f64 = 1e-3;
 /// Located events within one step of the integrator that count as chatter: a smooth motion has a few for each direction.
 const MOST_CHATTERING: usize = 2000;
-/// Events close behind each other after which a run is given up: what bounces lower has fewer.
+/// Close events after which a run ends: a bouncing contact has fewer.
 const MOST_ZENO_EVENTS: usize = 200_000;
-/// How close that is, as a part of the duration or of a second.
+/// The largest distance of close events, as a part of the duration or of a second.
 const CLOSE: f64 = 1e-7;
-/// Jams of teeth after which a run is given up, if each is that close behind the one before, as a part of the duration or of a second: no chart shows them
-/// one by one.
+/// Jams after which a run ends, if each is this close to the one before, as a part of the duration or of a second: no
+/// chart resolves them.
 const JAMS: usize = 200;
 const JAMS_APART: f64 = 1e-3;
-/// Events with nothing between them after which nothing rebounds any more until there is.
+/// Successive events without time between them after which restitution is off until time passes.
 const KNOCKS: usize = 100;
-/// Events that are nearer to each other, relative to the time, have nothing between them.
+/// Events closer than this, relative to the time, have no time between them.
 const AT_ONCE: f64 = 64.0 * f64::EPSILON;
-/// Steps after which a run is given up, unless less is asked.
+/// Steps after which a run ends, unless fewer are requested.
 const MOST_STEPS: usize = 100_000_000;
-/// Steps between two looks at the progress.
+/// Steps between two reports of the progress.
 const PROGRESS_STEPS: usize = 64;
 /// Absolute error allowed per step in the work of the inputs and in the loss, J per unit of the relative tolerance; it
-/// keeps a step honest whose other error estimates are small by accident.
+/// limits steps whose other error estimates are small by accident.
 const ENERGY: f64 = 10.0;
-/// The part of the energy exchanged from which on a residual is told: it shows in charts and changes the third digit of what is read from them.
-/// What tolerances allow in steps stays far below it.
+/// The part of the energy exchanged from which on kardan reports a residual: it shows in charts and changes the third
+/// digit of values read from them. The tolerances of steps allow far less.
 const SHOWS: f64 = 1e-3;
 /// A charge of a circuit (C), its current (A) and its energy (J) against an angle (rad) and an energy of a drivetrain: the
 /// absolute tolerances are smaller by this factor.
 const SMALL: f64 = 1e-6;
-/// Relative difference of two times that are one.
+/// Relative difference below which two times are equal.
 const SAME: f64 = 1e-14;
-/// What a segment that is solved at once may leave of its energy, in tolerances.
+/// The energy residual that a segment solved at once may have, in tolerances.
 const OUT_OF_BALANCE: f64 = 10.0;
-/// The longest step where nothing ends the equations of now, s.
+/// The longest step where no event ends the present equations, s.
 const LONGEST: f64 = 1e9;
-/// How near the integrator comes to where rates end, relative to the time.
+/// The accuracy of the time at which rates become undefined, relative to the time.
 const STUCK: f64 = 256.0 * f64::EPSILON;
-/// Of the largest speed, or of this many rad/s or m/s where all are slower, what putting a step back on kept rows changes at most where it passed no
-/// place at which they are dependent.
+/// Relative to the largest speed, or to this many rad/s or m/s where all are slower, the largest change by the
+/// projection of a step onto multiplier constraints where it passed no point at which they are dependent.
 const THROWN: f64 = 1e-3;
 /// A speed that no drivetrain reaches, rad/s.
 const DIVERGED: f64 = 1e6;
 
-/// The integration of a closed loop: as far as it has come, and what is due there.
+/// The integration of a closed loop: its progress, and pending actions.
 pub(super) struct RunLoop {
     pub(super) machine: Machine,
     solver: Integrator,
-    /// The reference method beside another one: for where series or derivatives have no value, as those of `sqrt(max(0, x))` and of `t^1.5` at the begin.
+    /// The reference method beside another one: for points where series or derivatives are undefined, as those of
+    /// `sqrt(max(0, x))` and of `t^1.5` at the begin.
     reference: Option<Integrator>,
     /// Whether it has taken over.
     referred: bool,
-    /// The segment that is solved at once, if the loop is linear; none otherwise.
+    /// The segment with an exact solution, if the loop is linear; none otherwise.
     segment: Option<LinearSegment>,
     /// Whether segments may be.
     linear: bool,
     tolerance: f64,
     /// Absolute errors allowed of each state in a step.
     absolute: Vec<f64>,
-    /// Segments that were, and the evaluations they took.
+    /// The number of such segments, and their evaluations.
     segments: Effort,
     /// Whether the integrator took a step.
     stepped: bool,
     /// Whether all coefficients of the series of the last step are known.
     complete: bool,
-    /// Whether the last step only waited: nothing has changed in it.
+    /// Whether the last step only waited: the state has not changed in it.
     resting: bool,
     pub(super) outputs: Outputs,
     pub(super) scenario: Scenario,
     names: Vec<String>,
-    /// Elements of the kept rows.
+    /// Elements of the multiplier constraints.
     multiplier_names: Vec<String>,
-    /// Constraints whose right sides move.
+    /// Constraints whose right sides vary with time.
     prescribing: Vec<String>,
     input_names: Vec<String>,
     input_units: Vec<&'static str>,
     shafts: Vec<String>,
-    /// Names of reduced coordinates and of their speeds, and what a tolerance is relative to where they are zero.
+    /// Names of reduced coordinates and of their speeds, and the reference of a tolerance where they are zero.
     state_names: Vec<(String, f64)>,
     time_grid: Vec<f64>,
     next_row: usize,
     pub(super) events: Vec<Event>,
     notes: Vec<String>,
-    /// How far the integration has come, s.
+    /// The time of the integration, s.
     pub(super) time: f64,
     pending: Pending,
-    /// Where the equations of now end, s: a breakpoint of the scenario, or a sample.
+    /// The end of the present equations, s: a breakpoint of the scenario, or a sample.
     segment_end: f64,
     guard: Guard,
     /// The next breakpoint of the scenario, and the next sample, s.
     breakpoint: f64,
     tick: f64,
     chattering: Chattering,
-    /// Events of which each is close behind the one before.
+    /// Events in close succession.
     zeno_events: usize,
     state: Vec<f64>,
     looked: Vec<f64>,
@@ -221,25 +224,25 @@ pub(super) struct RunLoop {
     switching: Vec<usize>,
     event_samples: EventSamples,
     initial_energy: f64,
-    /// The work of the inputs when it was last looked at, and what it changed by until then, by amount, J.
+    /// The work of the inputs when it was last evaluated, and the sum of the sizes of its changes until then, J.
     work: f64,
     exchanged: f64,
-    /// What a step may leave out of it, whatever its size, J.
+    /// The error that a step may have in it, for any size, J.
     least_energy: f64,
-    /// Teeth that could go on in two ways at the last step.
+    /// The gear whose motion was not unique at the last step.
     doubted: Option<usize>,
-    /// When teeth have jammed, s, and how often close behind the time before.
+    /// When gears have jammed, s, and how often in close succession.
     jammed: Option<f64>,
     jams: usize,
     located: usize,
     most_steps: usize,
-    /// Steps since the progress was told.
+    /// Steps since the last progress report.
     steps_since_progress: usize,
-    /// Where other rounding is drawn from, if that is asked for.
+    /// The random source of perturbed rounding, if that is requested.
     shaken: Option<Random>,
 }
 
-/// The margins of all directions (columns) at the looks into the last step (rows), made once.
+/// The margins of all directions (columns) at the samples of the last step (rows), allocated once.
 struct EventSamples {
     times: [f64; EVENT_SCAN_POINTS + 1],
     count: usize,
@@ -273,7 +276,7 @@ impl EventSamples {
         machine.margins_here(&mut self.margins[row * self.directions..][..self.directions]);
     }
 
-    /// Begins with the look at this time that was taken last, or first; false: there is none.
+    /// Begins with the last or first sample at this time; false: there is none.
     fn begin(&mut self, time: f64) -> bool {
         if self.count > 0 && self.times[self.count - 1] == time {
             let last = (self.count - 1) * self.directions;
@@ -289,7 +292,7 @@ impl EventSamples {
         self.margins[row * self.directions + watch]
     }
 
-    /// How far each margin bends between three looks.
+    /// The curvature of each margin over three samples.
     fn measure_curvatures(&mut self) {
         for watch in 0..self.directions {
             let curvatures = event_samples::curvatures(self.count, |row| (self.times[row], self.at(row, watch)));
@@ -297,7 +300,7 @@ impl EventSamples {
         }
     }
 
-    /// Whether the looks are too far apart to show what a margin does between them; `noise` is what rounding makes of each.
+    /// Whether the samples are too far apart to show a margin between them; `noise` is the rounding error of each.
     fn are_coarse(&self, noise: impl Fn(usize) -> f64) -> bool {
         let look = |watch| move |row| (self.times[row], self.at(row, watch));
         (0..self.directions).any(|watch| event_samples::is_coarse(self.count, noise(watch), look(watch)))
@@ -310,13 +313,13 @@ impl EventSamples {
 /// ramps of the scenario end steps exactly. Reversals of slipping directions, breakaway of sticking ones and limits of motors are
 /// located on the dense output to the last bits of the time.
 ///
-/// `progress` is told the fraction done, and gives a reason if the run is to end there. Never fails as a whole: a run that cannot go on ends with
-/// [`Outcome::Failed`] and everything computed so far.
+/// `progress` receives the completed fraction, and returns a reason if the run is to end there. Never fails as a whole:
+/// a run that cannot continue ends with [`Outcome::Failed`] and all results so far.
 pub fn simulate(setup: Setup<'_>, tolerance: Tolerance, progress: &mut dyn FnMut(f64) -> Option<String>) -> RunResult {
     Ready::new(setup, tolerance).run(progress)
 }
 
-/// Elements with teeth that the inertia of their load would lock at the start (Painlevé).
+/// Elements with gears that the inertia of their load would lock at the start (Painlevé).
 pub fn teeth_that_lock(setup: Setup<'_>) -> Vec<String> {
     let (reduced, scenario) = (setup.reduced, setup.scenario);
     let mut machine = Machine::new(setup);
@@ -329,7 +332,7 @@ pub fn teeth_that_lock(setup: Setup<'_>) -> Vec<String> {
     machine.self_locking_gears(&state).into_iter().map(|direction| directions[direction].to_string()).collect()
 }
 
-/// A run that is compiled and has not begun.
+/// A run that is compiled and has not started.
 pub struct Ready(RunLoop);
 
 impl Ready {
@@ -338,19 +341,19 @@ impl Ready {
         Self(RunLoop::new(setup, tolerance))
     }
 
-    /// Notes what sensors that count meet at the readings of sampled laws.
+    /// Records the readings of counting sensors for sampled laws.
     pub fn noting(self) -> Self {
         self.turning(&[])
     }
 
-    /// The same, and some readings come out otherwise; the readings of a sensor in their order.
+    /// The same, with some readings flipped; the readings of a sensor in their order.
     pub fn turning(mut self, flipped: &[FlippedReading]) -> Self {
         self.0.machine.note_counts(flipped);
         self
     }
 
-    /// Rounds otherwise: where sampled laws end the steps, coordinates that move are moved by up to two units in their last place more, or
-    /// less. So errors of rounding are not those of the run that it is compared with.
+    /// Perturbs rounding: where sampled laws end the steps, moving coordinates are changed by up to two units in their
+    /// last place. So its rounding errors differ from those of the run that it is compared with.
     pub fn shaken(mut self) -> Self {
         self.0.shaken = Some(Random::new(0));
         self
@@ -372,10 +375,10 @@ impl Ready {
     }
 }
 
-/// What is to be done where the integration stands, before it goes on.
+/// Pending actions at the current time, before the integration continues.
 #[derive(Debug, Clone, Copy, Default)]
 struct Pending {
-    /// Everything that happens at the start.
+    /// All actions at the start.
     start: bool,
     /// A mode is left: a reversal, a breakaway, a motor at its limit.
     event: bool,
@@ -392,19 +395,19 @@ struct Chattering {
     longest: f64,
     /// When the last one was, s.
     last: f64,
-    /// How many of the last ones had nothing between them.
+    /// How many of the last ones had no time between them.
     at_once: usize,
 }
 
 impl RunLoop {
     /// A loop at its start.
     pub(super) fn new(setup: Setup<'_>, tolerance: Tolerance) -> Self {
-        // What fails of springs and dampers is in the equations of the run.
+        // Faults of springs and dampers are in the equations of the run.
         let weakened = setup.scenario.faults.weakened(setup.reduced);
         Self::of(Setup { reduced: weakened.as_ref().unwrap_or(setup.reduced), ..setup }, tolerance)
     }
 
-    /// The same with equations in which everything is that fails.
+    /// The same with equations that include all faults.
     fn of(setup: Setup<'_>, tolerance: Tolerance) -> Self {
         let (reduced, scenario) = (setup.reduced, setup.scenario);
         let names: Vec<String> = reduced.equations.set_valued().map(|(element, _)| element.to_string()).collect();
@@ -487,9 +490,9 @@ impl RunLoop {
         }
     }
 
-    /// Goes on until everything before a time is known; what is due at that time itself is not done yet.
+    /// Continues until all results before a time are known; actions due at that time itself are still pending.
     ///
-    /// The steps do not depend on where one stops to look: the integration may be ahead of the time asked for.
+    /// The steps do not depend on the requested times: the integration may be ahead of them.
     pub(super) fn proceed(
         &mut self,
         until: f64,
@@ -514,14 +517,15 @@ impl RunLoop {
         Ok(())
     }
 
-    /// Adds what the inputs gave or took since the last look.
+    /// Adds the work of the inputs since the last evaluation.
     fn count_work(&mut self) {
         let work = self.state[self.state.len() - 2];
         self.exchanged += (work - self.work).abs();
         self.work = work;
     }
 
-    /// Stands at a time that is known already, at most where the integration stands, so that signals may change from there on.
+    /// Moves to a time that is computed already, at most the integration's own, so that signals may change from there
+    /// on.
     pub(super) fn stand(&mut self, at: f64) {
         if at < self.time {
             self.solver.interpolate(at, &mut self.state);
@@ -529,11 +533,11 @@ impl RunLoop {
             self.pending = Pending::default();
         }
         self.pending.boundary = !self.pending.start;
-        // The lines of all signals are taken anew.
+        // The lines of all signals are computed again.
         self.breakpoint = self.breakpoint.min(at);
     }
 
-    /// Evaluates everything that signals are read from at a time that is known already.
+    /// Evaluates the sources of signals at a time that is computed already.
     pub(super) fn look(&mut self, at: f64) {
         if at < self.time {
             self.solver.interpolate(at, &mut self.looked);
@@ -544,7 +548,7 @@ impl RunLoop {
         self.outputs.sample(at);
     }
 
-    /// Everything that what is to come depends on.
+    /// All values that the future depends on.
     pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         let mut referred = self.referred;
         archive.flag(&mut referred);
@@ -581,14 +585,14 @@ impl RunLoop {
         self.doubted = doubted.checked_sub(1);
     }
 
-    /// What is due at the start.
+    /// Actions at the start.
     fn begin(&mut self) -> Result<(), Outcome> {
         self.machine.enter_segment(0.0);
-        // For a run that does not get beyond this.
+        // For a run that does not continue past this.
         self.initial_energy = self.machine.energy(0.0, &self.state);
         if let Some((direction, beyond)) = self.machine.beyond_stops(self.time, &self.state).first() {
             let what = format!(
-                "`{}` begins {beyond:.6} {} beyond its stop, which nothing can pass: start within it",
+                "`{}` starts {beyond:.6} {} past its rigid stop: choose a start inside the stop",
                 self.names[*direction],
                 self.machine.unit_of_direction(*direction),
             );
@@ -598,7 +602,7 @@ impl RunLoop {
         self.machine.tick(0.0, &self.state);
         let blows = self.machine.settle(0.0, &mut self.state, &[], true, &self.names, &self.input_names);
         if self.machine.was_struck() {
-            self.events.extend(blows.into_iter().map(|what| Event { time: 0.0, what }));
+            self.events.extend(blows.into_iter().map(|what| Event { time: 0.0, description: what }));
         }
         self.contradict()?;
         self.machine.stay_on_rows(0.0, &mut self.state);
@@ -607,14 +611,14 @@ impl RunLoop {
         }
         self.note_shared_friction();
         self.note_blows();
-        // What a blow has taken there was there, but for what came in with it.
+        // The energy that an impact dissipated there was present, except for the energy that came in with it.
         let [work, lost] = [2, 1].map(|back| self.state[self.state.len() - back]);
         self.initial_energy = self.machine.energy(0.0, &self.state) + (lost - work);
         self.open_segment();
         Ok(())
     }
 
-    /// What is due at a breakpoint of the scenario or at a sample.
+    /// Actions at a breakpoint of the scenario or at a sample.
     fn cross(&mut self) -> Result<(), Outcome> {
         if let Some((low, high)) = self.guard.discontinuity.take()
             && self.time == low
@@ -642,20 +646,21 @@ impl RunLoop {
         Ok(())
     }
 
-    /// What springs lose or gain as they fail, without a motion: the first is lost, the second is work of what makes them fail.
+    /// Energy that springs lose or gain when they fail, without a motion: a loss is dissipated, a gain is work of the
+    /// fault.
     fn account_for(&mut self, what: &str, time: f64, before: f64) {
         let (size, gained) = (self.machine.size(), self.machine.energy(time, &self.state) - before);
         let what = if gained > 0.0 {
             self.state[size - 2] += gained;
-            format!("{what}: springs hold {gained:.6} J more")
+            format!("{what}: the stored spring energy rises by {gained:.6} J")
         } else {
             self.state[size - 1] -= gained;
-            format!("{what}: springs lose {:.6} J", -gained)
+            format!("{what}: the springs lose {:.6} J", -gained)
         };
-        self.events.push(Event { time, what });
+        self.events.push(Event { time, description: what });
     }
 
-    /// What is due at a sample that falls on the end of the run: its row is like all others at samples.
+    /// Actions at a sample at the end of the run: its row is like all others at samples.
     fn sample_at_end(&mut self) -> Result<(), Outcome> {
         let time = self.time;
         if self.machine.next_tick() > time + SAME * time {
@@ -672,12 +677,12 @@ impl RunLoop {
         let profiles = (0..self.scenario.sources.len()).flat_map(|k| self.machine.profile(k).breakpoints());
         let faults = self.scenario.faults.times();
         let later = profiles.chain(faults).filter(|at| *at > time).fold(self.scenario.duration, f64::min);
-        // What rounding alone parts is one breakpoint.
+        // Breakpoints that differ only by rounding are one.
         let timed = self.machine.next_timed(time);
         let later = if timed < later * (1.0 - SAME) { timed } else { later };
         self.breakpoint = if later > time { later } else { f64::INFINITY };
         self.tick = self.machine.next_tick();
-        // A sample that falls on a breakpoint but for rounding sees what holds from there on.
+        // A sample that coincides with a breakpoint except for rounding uses the equations from there on.
         let sooner = self.tick < self.breakpoint - SAME * self.breakpoint || self.breakpoint.is_infinite();
         self.segment_end = if sooner { self.tick } else { self.breakpoint };
         self.guard.discontinuity = self.machine.next_discontinuity(time, self.segment_end);
@@ -689,13 +694,13 @@ impl RunLoop {
         self.shake();
         self.restart(time);
         if self.tick.is_finite() {
-            // Between two samples goes on what went on before.
+            // Between two samples the previous step size continues.
             self.solver.set_step(step);
         }
     }
 
-    /// Moves coordinates that move by up to two units in their last place, where that is asked for and samples end the steps. What stands still is not
-    /// rounded.
+    /// Perturbs coordinates that move by up to two units in their last place, where that is requested and samples end
+    /// the steps. Coordinates at rest are not perturbed.
     fn shake(&mut self) {
         let Some(random) = self.shaken.as_mut().filter(|_| self.tick.is_finite()) else { return };
         let (angles, speeds) = self.state.split_at_mut(self.machine.degrees_of_freedom());
@@ -704,14 +709,14 @@ impl RunLoop {
         }
     }
 
-    /// One step of the integrator towards the end of the segment, or as far as something happens in it.
+    /// One step of the integrator towards the end of the segment, or up to the next event in it.
     fn step(&mut self, progress: &mut dyn FnMut(f64) -> Option<String>) -> Result<(), Outcome> {
         let most = self.most_steps;
         if self.solver.counts().accepted as usize > most {
             return Err(failed(
                 self.time,
                 format!(
-                    "more than {most} steps were needed; the model is too stiff for this mode, or oscillates much faster than the run lasts. What was computed until then is kept; `kardan check` names the fastest motion"
+                    "more than {most} steps were needed; the model is too stiff for this mode, or oscillates much faster than the run lasts. kardan keeps the results up to this time; `kardan check` names the fastest motion"
                 ),
             ));
         }
@@ -755,7 +760,7 @@ impl RunLoop {
         let event = if cut.is_some() { None } else { event };
         self.time = cut.or(event).unwrap_or(self.solver.time());
         if self.time >= self.segment_end * (1.0 - SAME) {
-            // What rounding alone parts is one time.
+            // Times that differ only by rounding are one time.
             self.time = self.segment_end;
         }
         self.pending.event = event.is_some();
@@ -768,7 +773,7 @@ impl RunLoop {
             Some(at) => self.solver.interpolate(at, &mut self.state),
             None => self.state.copy_from_slice(self.solver.state()),
         }
-        // Where it ends is looked for within the step.
+        // Its end is searched within the step.
         if self.has_diverged() {
             return Err(self.diverged());
         }
@@ -785,7 +790,8 @@ impl RunLoop {
         self.report_progress(progress)
     }
 
-    /// Ends the run where kept rows become dependent within the step: what they carry is not determined there, nor how the motion goes on.
+    /// Ends the run where multiplier constraints become dependent within the step: their forces are not determined
+    /// there, nor is the further motion.
     fn pass_rows(&mut self) -> Result<(), Outcome> {
         if !self.machine.watches_rows() {
             return Ok(());
@@ -809,8 +815,9 @@ impl RunLoop {
         Ok(())
     }
 
-    /// Takes away what a step left of the kept rows, and tells whether anything was. A step leaves what its tolerance allows; where speeds change by far more, it
-    /// passed a place at which the rows are dependent, from where it went another way.
+    /// Projects the end of a step onto the multiplier constraints, and returns whether that changed it. A step has an
+    /// error within its tolerance; where speeds change by far more, it passed a point at which the rows are dependent,
+    /// and took another branch there.
     fn put_on_rows(&mut self) -> Result<bool, Outcome> {
         self.pass_rows()?;
         let r = self.machine.degrees_of_freedom();
@@ -825,7 +832,7 @@ impl RunLoop {
         if most <= THROWN.max(100.0 * self.tolerance) * largest.max(THROWN) {
             return Ok(moved);
         }
-        // Where the rows are nearest to it.
+        // The point at which the rows are nearest to dependence.
         let (mut low, mut high) = (self.solver.previous_time(), self.time);
         let least = |run: &mut Self, at: f64| {
             run.solver.interpolate(at, &mut run.looked);
@@ -845,19 +852,19 @@ impl RunLoop {
         quoted(self.multiplier_names.iter().map(String::as_str))
     }
 
-    /// Why a run ends where its kept rows depend on each other.
+    /// Why a run ends where its multiplier constraints depend on each other.
     fn singular(&self) -> String {
         let names = self.quoted_constraints();
         let what = match self.multiplier_names.len() {
-            1 => format!("{names} constrains nothing at this place"),
-            _ => format!("the constraints {names} become dependent at this place, as at a dead centre"),
+            1 => format!("{names} constrains no motion in this position"),
+            _ => format!("the constraints {names} become dependent in this position, as at a dead centre"),
         };
         format!(
-            "{what}: what they carry is not determined there, and the motion can go on in more than one way. Start it so that it does not come there, choose lengths with which there is no such place, or end the run before"
+            "{what}: the constraint forces are not determined there, and the motion can continue in more than one way. Choose a start or lengths that avoid this position, or end the run before it"
         )
     }
 
-    /// Ends the run where teeth jam without an end.
+    /// Ends the run where a gear jams repeatedly.
     fn count_jams(&mut self, direction: usize, before: Option<f64>) -> Result<(), Outcome> {
         let apart = JAMS_APART * self.scenario.duration.min(1.0);
         self.jams = if before.is_some_and(|at| self.time - at <= apart) { self.jams + 1 } else { 0 };
@@ -865,22 +872,22 @@ impl RunLoop {
             return Ok(());
         }
         let cause = format!(
-            "`{}` jams more than {JAMS} times, each within {apart:.0e} s of the time before: whenever its load drives it, it locks itself against the inertia of \
-             that load (Painlevé), and starts again. {UNJAM}",
+            "`{}` jams more than {JAMS} times, each within {apart:.0e} s of the time before: whenever its load drives it, it self-locks against the inertia of \
+             that load (Painlevé), and then starts again. {UNJAM}",
             self.names[direction]
         );
         Err(failed(self.time, cause))
     }
 
-    /// Teeth that no acceleration fits stop at once, by an impulse that grows with what it makes the load press with; their direction if there are such
-    /// teeth where the integration stands.
+    /// A gear without a consistent acceleration stops at once, by an impulse that grows with the load that it causes;
+    /// returns its direction if there is such a gear at the current time.
     fn resolve_jamming(&mut self) -> Option<usize> {
         let direction = self.machine.jammed_gear()?;
         if self.jammed == Some(self.time) {
             return None;
         }
         self.jammed = Some(self.time);
-        // Just beyond where the integrator came to.
+        // Just after the integrator's time.
         let time = (self.time * (1.0 + STUCK)).min(self.segment_end);
         self.observe_until(time, Some(time));
         let (moved, size) = (self.state.clone(), self.machine.size());
@@ -893,17 +900,17 @@ impl RunLoop {
             return None;
         }
         if lost == 0.0 {
-            // Nothing was left to stop; if it jams again here, nothing goes on.
+            // No motion was left to stop; if it jams again here, the run cannot continue.
             self.jammed = Some(time);
         }
         if let Some(loss) = self.state.last_mut() {
             *loss += lost;
         }
         let what = format!(
-            "{} jams: its load drives it and would lock it harder than it pushes (Painlevé); the blow takes {lost:.6} J",
+            "{} jams: its load drives it, and its locking torque would exceed the driving torque (Painlevé); the impact dissipates {lost:.6} J",
             self.names[direction]
         );
-        self.events.extend([what].into_iter().chain(happened).map(|what| Event { time, what }));
+        self.events.extend([what].into_iter().chain(happened).map(|what| Event { time, description: what }));
         self.note_shared_friction();
         self.machine.clear_jammed_gear();
         self.time = time;
@@ -911,7 +918,8 @@ impl RunLoop {
         Some(direction)
     }
 
-    /// Tells from when on teeth could go on in two ways, if they can at the end of the last step and could not at that of the step before.
+    /// Reports from when on the motion of a gear is not unique, if it is not at the end of the last step and was at
+    /// that of the step before.
     fn check_gear_ambiguity(&mut self) {
         if !self.machine.has_gear_losses() {
             return;
@@ -933,22 +941,22 @@ impl RunLoop {
                 if doubtful(middle) { time = middle } else { low = middle }
             }
             let what = format!(
-                "{}: against the inertia of its load it locks itself, so that two motions go on from here (Painlevé): that in which the first shaft drives is \
-                 taken, the other one jams",
+                "{}: it self-locks against the inertia of its load, so two motions are possible from here (Painlevé): kardan takes the one in which the first \
+                 shaft drives; the other one jams",
                 self.names[direction]
             );
-            self.events.push(Event { time, what });
+            self.events.push(Event { time, description: what });
         }
         self.doubted = doubted;
     }
 
-    /// Whether a speed is beyond what any drivetrain reaches.
+    /// Whether a speed exceeds that of any drivetrain.
     fn has_diverged(&self) -> bool {
         let r = self.machine.degrees_of_freedom();
         self.state[r..2 * r].iter().any(|w| w.abs() > DIVERGED)
     }
 
-    /// Ends the run where a speed came beyond that in the last step.
+    /// Ends the run where a speed exceeded that in the last step.
     fn diverged(&mut self) -> Outcome {
         let (mut low, mut high) = (self.solver.previous_time(), self.time);
         while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
@@ -963,15 +971,18 @@ impl RunLoop {
         let what = if self.machine.has_laws() { "the loop diverges" } else { "the motion grows without bound" };
         let rows = match self.machine.watches_rows() {
             true => {
-                format!("; {} may leave no place to go on to, as where a rod is too short", self.quoted_constraints())
+                format!(
+                    "; {} may have no solution beyond this position, as where a rod is too short",
+                    self.quoted_constraints()
+                )
             }
             false => String::new(),
         };
         failed(high, format!("{what}: {}{rows}", self.fastest()))
     }
 
-    /// Solves a linear loop up to the end of the segment; false if its numbers grow beyond what a drivetrain does, which the integrator then
-    /// locates in time.
+    /// Solves a linear loop up to the end of the segment; false if its numbers exceed those of a drivetrain; the
+    /// integrator then locates that time.
     fn solve_segment(&mut self, end: f64) -> bool {
         let span = (self.time, end);
         let Some(segment) = LinearSegment::new(&mut self.machine, &mut self.outputs, span, &self.state, self.tolerance)
@@ -983,7 +994,7 @@ impl RunLoop {
         if self.looked[r..2 * r].iter().any(|w| w.abs() > DIVERGED) {
             return false;
         }
-        // The balance of energy sees what the states do not.
+        // The energy balance shows errors that the states do not.
         let size = self.looked.len();
         let [input, loss] = [size - 2, size - 1].map(|k| self.looked[k] - self.state[k]);
         let [before, after] = [self.machine.energy(self.time, &self.state), self.machine.energy(end, &self.looked)];
@@ -1000,7 +1011,8 @@ impl RunLoop {
         true
     }
 
-    /// Whether the state stays what it is, exactly, until the segment ends: everything stands still, and nothing that acts changes.
+    /// Whether the state stays exactly constant until the segment ends: all coordinates are at rest, and no source
+    /// changes.
     fn rests(&mut self) -> bool {
         self.solver.rests() && self.machine.is_steady() && {
             self.looked.copy_from_slice(&self.state);
@@ -1008,7 +1020,7 @@ impl RunLoop {
         }
     }
 
-    /// Tells the progress now and then; an error if that asks for the end.
+    /// Reports the progress from time to time; an error if the receiver ends the run.
     fn report_progress(&mut self, progress: &mut dyn FnMut(f64) -> Option<String>) -> Result<(), Outcome> {
         self.steps_since_progress += 1;
         if self.steps_since_progress >= PROGRESS_STEPS {
@@ -1021,13 +1033,13 @@ impl RunLoop {
         Ok(())
     }
 
-    /// What happens at the event that the last step ended at.
+    /// Handles the event that the last step ended at.
     fn happen(&mut self) -> Result<(), Outcome> {
         let at = self.time;
         let at_once = at - self.chattering.last <= AT_ONCE * at;
         self.zeno_events =
             if at - self.chattering.last <= CLOSE * self.scenario.duration.min(1.0) { self.zeno_events + 1 } else { 0 };
-        // What would knock without an end is pressed.
+        // A contact with repeated impacts (Zeno behaviour) is kept closed.
         self.chattering.at_once = if at_once { self.chattering.at_once + 1 } else { 0 };
         self.machine.let_rebound(self.chattering.at_once < KNOCKS);
         let crossing = std::mem::take(&mut self.reversed);
@@ -1035,7 +1047,7 @@ impl RunLoop {
         let settled = self.settle(at, &crossing);
         settled?;
         if self.machine.was_struck() && !at_once {
-            // Rebounds grow smaller, and end; what knocks without an end takes no time.
+            // Rebounds become smaller, and end; repeated impacts take no time.
             self.chattering = Chattering { since: at, ..Chattering::default() };
         }
         let Chattering { since, events, longest, last, .. } = &mut self.chattering;
@@ -1053,7 +1065,7 @@ impl RunLoop {
             return Err(failed(at, format!("{cause}: {}", self.last_events(since, &crossing))));
         }
         if self.zeno_events > MOST_ZENO_EVENTS {
-            let cause = format!("more than {MOST_ZENO_EVENTS} events follow each other closely without an end");
+            let cause = format!("more than {MOST_ZENO_EVENTS} events follow each other closely (Zeno behaviour)");
             return Err(failed(at, format!("{cause}: {}", self.last_events(since, &crossing))));
         }
         self.reversed = crossing;
@@ -1063,24 +1075,27 @@ impl RunLoop {
         Ok(())
     }
 
-    /// What happened last since a time, in words; where that changed nothing, what left its mode and came back to it.
+    /// The last events since a time, as text; where there are none, the directions that left their mode and returned to
+    /// it.
     fn last_events(&self, since: f64, crossing: &[usize]) -> String {
         let own = self.events.iter().rev().take_while(|event| event.time >= since);
-        let what: Vec<&str> = own.take(6).map(|event| event.what.as_str()).collect();
+        let what: Vec<&str> = own.take(6).map(|event| event.description.as_str()).collect();
         if !what.is_empty() {
-            return format!("the last ones: {}", what.join("; "));
+            return format!("the last events: {}", what.join("; "));
         }
         let involved = if crossing.is_empty() { self.machine.holding() } else { crossing };
         let mut names: Vec<&str> = involved.iter().filter_map(|k| self.names.get(*k)).map(String::as_str).collect();
         names.sort_unstable();
         names.dedup();
         match names.is_empty() {
-            true => "a motor or what holds comes to its limit and leaves it again".into(),
-            false => format!("what holds {} is at its limit to the last digits, left and taken again", quoted(names)),
+            true => "a motor or a sticking contact repeatedly reaches its limit and leaves it".into(),
+            false => {
+                format!("the contact state of {} switches repeatedly at its limit, to the last digits", quoted(names))
+            }
         }
     }
 
-    /// Makes the last step anew so that it ends just after an event found in it: near the end of a step the dense output
+    /// Repeats the last step so that it ends just after an event found in it: near the end of a step the dense output
     /// is as accurate as the step, in its middle it is not.
     fn shorten_step(&mut self, at: f64) -> Result<(), Outcome> {
         let (from, to) = (self.solver.previous_time(), self.solver.time());
@@ -1109,13 +1124,13 @@ impl RunLoop {
 
     fn settle(&mut self, time: f64, crossing: &[usize]) -> Result<(), Outcome> {
         let happened = self.machine.settle(time, &mut self.state, crossing, false, &self.names, &self.input_names);
-        self.events.extend(happened.into_iter().map(|what| Event { time, what }));
+        self.events.extend(happened.into_iter().map(|what| Event { time, description: what }));
         self.note_shared_friction();
         self.note_blows();
         self.contradict()
     }
 
-    /// Ends the run where what holds rigidly would have to hold one motion in two ways.
+    /// Ends the run where rigid constraints require two different values of one motion.
     fn contradict(&self) -> Result<(), Outcome> {
         let mut names: Vec<&str> = Vec::new();
         for &direction in self.machine.contradiction() {
@@ -1131,18 +1146,18 @@ impl RunLoop {
         names.sort_unstable();
         let what = match (&names[..], self.prescribing.is_empty()) {
             ([one], false) => format!(
-                "`{one}` holds what {} prescribes, and not the same way",
+                "`{one}` constrains a motion that {} prescribes, and contradicts it",
                 quoted(self.prescribing.iter().map(String::as_str))
             ),
-            ([one], true) => format!("`{one}` holds what constraints hold already, and not the same way"),
-            _ => format!("{} hold one motion rigidly, and not the same way", quoted(names)),
+            ([one], true) => format!("`{one}` constrains a motion that constraints fix already, and contradicts them"),
+            _ => format!("{} constrain one motion rigidly, and contradict each other", quoted(names)),
         };
         let cause =
-            format!("{what}: give a stop `stiffness`, put a clutch in place of a lock, or release one of them before");
+            format!("{what}: give a stop `stiffness`, replace a lock by a clutch, or release one of them before");
         Err(failed(self.time, cause))
     }
 
-    /// Says which teeth a blow has passed, which contacts shared one, and which did not rebound.
+    /// Notes which gears passed an impact, which contacts shared one, and which did not rebound.
     fn note_blows(&mut self) {
         let [shared, dulled] = self.machine.take_shared().map(|list| {
             let mut names: Vec<&str> = list.iter().map(|k| self.names[*k].as_str()).collect();
@@ -1152,15 +1167,15 @@ impl RunLoop {
         let mut notes = Vec::new();
         if shared.0 > 0 {
             notes.push(format!(
-                "At an impact the rigid contacts {} act together: each gives back its `restitution` of the impulse that compresses it (Poisson's law). Rigid bodies do \
-                 not say how contacts share an impulse; where that matters, give them `stiffness`.",
+                "At an impact the rigid contacts {} act together: each returns its `restitution` of its compression impulse (Poisson's law). Rigid bodies do \
+                 not determine how contacts share an impulse; where that matters, give them `stiffness`.",
                 shared.1
             ));
         }
         if dulled.0 > 0 {
             notes.push(format!(
-                "At an instant with impacts without an end the last ones of {} were taken without restitution: what was left of their energy is lost there. Give \
-                 one of the contacts `stiffness`, or part them by a gap.",
+                "Impacts of {} accumulate at one instant (Zeno behaviour): kardan computed the last ones without restitution, which dissipates their remaining energy. \
+                 Give one of the contacts `stiffness`, or separate them by a gap.",
                 dulled.1
             ));
         }
@@ -1168,8 +1183,8 @@ impl RunLoop {
         self.notes.extend(notes);
         for direction in self.machine.take_passed() {
             let note = format!(
-                "A rigid blow has passed the teeth of `{}` without their loss, as it does even where they lock themselves. Where that matters, let a spring take the \
-                 blow (`stiffness` of a stop, a spring_damper beside a lock or clutch): then they carry it as a load.",
+                "A rigid impact passed through the gear `{}` without gear loss; kardan applies no loss to impacts even where the gear is self-locking. Where that matters, \
+                 let a spring take the impact (`stiffness` of a stop, a spring_damper beside a lock or clutch): the gear then carries it as a load.",
                 self.names[direction]
             );
             if !self.notes.contains(&note) {
@@ -1183,11 +1198,11 @@ impl RunLoop {
         if !shared.is_empty() {
             let names: Vec<String> = shared.iter().map(|&k| format!("`{}`", self.names[k])).collect();
             let rubs = shared.iter().all(|&k| self.machine.is_friction(k));
-            let [together, what] = if rubs { ["stick", "friction torque"] } else { ["hold", "torque"] };
+            let [together, what] = if rubs { ["stick", "friction torque"] } else { ["act", "torque"] };
             let shown = match (self.machine.has_gear_losses() || !self.machine.shares_by_size(), rubs) {
-                (true, _) => "one with which all hold",
+                (true, _) => "one that satisfies all limits",
                 (false, true) => "the one with the smallest torques relative to each Coulomb torque",
-                (false, false) => "the one with the smallest torques relative to what each can hold",
+                (false, false) => "the one with the smallest torques relative to each torque limit",
             };
             let note = format!(
                 "While {} {together} together, the split of the {what} between them is not unique (nor are constraint torques between \
@@ -1200,21 +1215,21 @@ impl RunLoop {
         }
     }
 
-    /// Whether a mode is left at this time within the last step; fills the lists of what leaves.
+    /// Whether a mode is left at this time within the last step; fills the lists of directions that leave theirs.
     fn leaves(&mut self, time: f64) -> bool {
         self.solver.interpolate(time, &mut self.looked);
         self.leaves_equilibrium(time)
     }
 
-    /// The same for the state that was looked at last.
+    /// The same for the last evaluated state.
     fn leaves_equilibrium(&mut self, time: f64) -> bool {
         self.machine.reversed(time, &self.looked, &mut self.reversed);
         self.machine.drives_switch(time, &self.looked, &mut self.derivative, &mut self.moved, &mut self.switching);
         !self.reversed.is_empty() || !self.switching.is_empty() || self.machine.breaks_away(time, &self.looked)
     }
 
-    /// The first event within the last step, where the series tell it and the modes confirm it, or where it is found by looking; roughly where the
-    /// step is then made anew. `length` is that of the step, s.
+    /// The first event within the last step, where the series locate it and the modes confirm it, or where sampling
+    /// finds it; approximate where the step is then repeated. `length` is that of the step, s.
     fn find_event(&mut self, length: f64) -> Option<f64> {
         self.guard.coarse = false;
         if self.guard.blind {
@@ -1225,9 +1240,10 @@ impl RunLoop {
         Some(self.find_closer(found, first))
     }
 
-    /// An event in a step of series once more in a shorter one: near the begin of a step what rounding makes of a speed is judged by the speeds of the
-    /// step, and those at its end may be far larger; and what was found by looking, not known to be the `first`, may have hidden one before it. Where
-    /// there is none, what was found stays.
+    /// Searches an event in a series step once more in a shorter one: near the start of a step the rounding error of a
+    /// speed is estimated from the speeds of the step, and those at its end may be far larger; and an event that
+    /// sampling found, not known to be the `first`, may have hidden an earlier one. Where there is none, the found
+    /// event stays.
     fn find_closer(&mut self, mut found: f64, first: bool) -> f64 {
         let mut hides = !first;
         while let Integrator::Taylor(solver) = &mut self.solver {
@@ -1252,7 +1268,7 @@ impl RunLoop {
         found
     }
 
-    /// [`find_event`](Self::find_event) in the step as it is, and whether it is known to be the first one.
+    /// [`find_event`](Self::find_event) in the step as it is, and whether it is certainly the first one.
     fn find_event_within(&mut self, length: f64) -> Option<(f64, bool)> {
         match self.solver.prospect(&mut self.machine) {
             Prospect::Stays => return None,
@@ -1303,7 +1319,7 @@ impl RunLoop {
             self.machine.evaluate(from, &self.looked);
             self.event_samples.take(0, from, &mut self.machine);
         }
-        // A step that was cut short needs fewer looks: as many as its part of a whole one.
+        // A shortened step needs fewer samples: as many as its part of a whole one.
         let whole = length.max(self.solver.next_step());
         let event_samples = ((EVENT_SCAN_POINTS as f64 * (to - from) / whole).ceil() as usize)
             .clamp(LEAST_SCAN_POINTS, EVENT_SCAN_POINTS);
@@ -1345,15 +1361,15 @@ impl RunLoop {
         Some(earlier)
     }
 
-    /// The first contact between two looks of what is beyond at the later one without being told there, as it comes back already: just behind
-    /// where it touches. Needs what leaves its mode at the later one.
+    /// The first contact between two samples that is penetrated at the later one without being detected there, as it
+    /// opens again already: just after it touches. Needs the directions that leave their mode at the later one.
     fn touched(&mut self, before: f64, at: f64) -> Option<f64> {
         let mut touched = None;
         for watch in 0..self.event_samples.directions {
             if !self.machine.is_apart(watch) || touched.is_none() && self.reversed.contains(&watch) {
                 continue;
             }
-            // What was left just now is beyond by rounding.
+            // A contact that opened just now is penetrated by rounding.
             let least = self.event_samples.at(0, watch).min(0.0);
             let (mut low, mut high) = (before, touched.unwrap_or(at));
             if self.margin(high, watch) >= least {
@@ -1373,8 +1389,8 @@ impl RunLoop {
     /// The first time at which a mode is left, between one at which none is and one at which one is: the later end of an interval that
     /// is no longer than `least`, or of two neighbouring numbers.
     ///
-    /// What is left gives a number that changes its sign: its zero by regula falsi (Illinois: Dowell and Jarratt, BIT 11, 1971, 168). The
-    /// modes themselves decide on both sides of it, and bisection takes what is left.
+    /// A mode that is left gives a number that changes its sign: its zero by regula falsi (Illinois: Dowell and
+    /// Jarratt, BIT 11, 1971, 168). The modes themselves decide on both sides of it, and bisection reduces the rest.
     fn locate(&mut self, mut low: f64, mut high: f64, least: f64) -> f64 {
         if let Some(zero) = self.leaving_zero(low, high, least) {
             let mut apart = (4.0 * f64::EPSILON * zero.abs()).max(0.25 * least);
@@ -1395,7 +1411,7 @@ impl RunLoop {
         self.halve(low, high, least)
     }
 
-    /// The later end of what bisection leaves of the time between one at which no mode is left and one at which one is.
+    /// The end of the bisection between a time at which no mode is left and a later one at which one is.
     fn halve(&mut self, mut low: f64, mut high: f64, least: f64) -> f64 {
         loop {
             let middle = 0.5 * (low + high);
@@ -1410,7 +1426,8 @@ impl RunLoop {
         }
     }
 
-    /// Where what leaves its mode at the later of two times stands at its limit; `None` if it is not within its limit at the first.
+    /// When the direction that leaves its mode at the later of two times reaches its limit; `None` if it is not within
+    /// its limit at the first.
     fn leaving_zero(&mut self, low: f64, high: f64, least: f64) -> Option<f64> {
         self.leaves(high);
         let what = match (self.reversed.first(), self.switching.is_empty()) {
@@ -1424,7 +1441,7 @@ impl RunLoop {
         }
         let close = least.max(f64::EPSILON * high.abs());
         let mut zero = high;
-        // Which end was kept by the last step: its value then counts half.
+        // The end that the last step kept: its value then counts half.
         let mut retained_end = 0;
         for _ in 0..FALSE_POSITIONS {
             let next = b.0 - b.1 * (b.0 - a.0) / (b.1 - a.1);
@@ -1450,8 +1467,8 @@ impl RunLoop {
         Some(zero)
     }
 
-    /// How far a slipping direction is from standing still at a time within the last step (rad/s), or, without a direction, what holds the
-    /// others from its limit (as a part of it).
+    /// The distance of a slipping direction from rest at a time within the last step (rad/s), or, without a direction,
+    /// of the sticking ones from their limit (as a part of it).
     fn room(&mut self, time: f64, direction: Option<usize>) -> f64 {
         self.solver.interpolate(time, &mut self.looked);
         match direction {
@@ -1460,8 +1477,8 @@ impl RunLoop {
         }
     }
 
-    /// An excess that comes and goes between two looks: a margin that has its minimum there and may fall below zero. Gives
-    /// the look before and a time at which a mode is left.
+    /// A violation that appears and disappears between two samples: a margin that has its minimum there and may fall
+    /// below zero. Returns the sample before and a time at which a mode is left.
     fn dip(&mut self) -> Option<(f64, f64)> {
         self.event_samples.measure_curvatures();
         let noise: Vec<f64> = (0..self.event_samples.directions).map(|watch| self.machine.room_noise(watch)).collect();
@@ -1472,8 +1489,8 @@ impl RunLoop {
                     continue;
                 }
                 let (left, right) = (self.event_samples.at(row - 1, watch), self.event_samples.at(row, watch));
-                // The slope changes by the bend in a gap, so that a margin that falls by more has no minimum in it; and one
-                // that stands higher does not reach zero.
+                // The slope changes by the curvature in a gap, so a margin that falls by more has no minimum in it; and
+                // one with a higher value does not reach zero.
                 let turns = (right - left).abs() <= curvature && left.min(right) <= curvature;
                 if !turns {
                     continue;
@@ -1490,7 +1507,7 @@ impl RunLoop {
                     if least < 0.0 && self.leaves(time) {
                         return Some((begin, time));
                     }
-                    // What the bend still lets it fall.
+                    // The largest fall that the curvature allows.
                     if !(least <= curvature * powi((high - low) / (end - begin), 2)) {
                         break;
                     }
@@ -1510,7 +1527,7 @@ impl RunLoop {
         None
     }
 
-    /// How far a direction is from leaving its mode at a time within the last step.
+    /// The distance of a direction from leaving its mode at a time within the last step.
     fn margin(&mut self, time: f64, direction: usize) -> f64 {
         self.solver.interpolate(time, &mut self.looked);
         self.machine.evaluate(time, &self.looked);
@@ -1564,7 +1581,7 @@ impl RunLoop {
             if last.is_some() || !is_observed {
                 self.outputs.observe(&mut self.machine, at, &self.looked);
             }
-            // While everything waits, all rows are the same.
+            // While the state is constant, all rows are the same.
             is_observed = self.resting;
             self.outputs.sample(at);
             if row <= at {
@@ -1588,10 +1605,10 @@ impl RunLoop {
         true
     }
 
-    /// Notes the steps and ramps of the scenario that begin at a time, and the faults that begin or end there.
+    /// Records the steps and ramps of the scenario that begin at a time, and the faults that begin or end there.
     fn announce(&mut self, time: f64) {
         let events = self.scenario.faults.events().into_iter().filter(|(at, _)| *at == time);
-        self.events.extend(events.map(|(time, what)| Event { time, what }));
+        self.events.extend(events.map(|(time, what)| Event { time, description: what }));
         for event in self.scenario.events.iter().filter(|event| event.at == time) {
             let source = &self.scenario.sources[event.source];
             let value = match source.physical {
@@ -1603,12 +1620,12 @@ impl RunLoop {
             } else {
                 format!("{} steps to {value}", source.name)
             };
-            self.events.push(Event { time, what });
+            self.events.push(Event { time, description: what });
         }
         for part in self.machine.reported_at(time) {
             let value = part.pieces.value(time + SAME * time);
             let what = format!("{} steps to {value} {}", part.name, part.dimension.si());
-            self.events.push(Event { time, what });
+            self.events.push(Event { time, description: what });
         }
     }
 
@@ -1632,13 +1649,13 @@ impl RunLoop {
         let [diverges, or_diverges] = match self.machine.has_laws() {
             true => ["the loop diverges", "or the loop diverges"],
             false => {
-                ["something grows without bound", "or something changes at an infinite rate, such as sqrt(t) at zero"]
+                ["a variable grows without bound", "or a variable changes at an infinite rate, such as sqrt(t) at zero"]
             }
         };
         let what = self.nonfinite_signal(at);
         let text = match (error, what) {
             _ if let Some(direction) = self.machine.jammed_gear() => format!(
-                "`{}` jams: its load drives it, and the loss would grow faster than the torque that makes it, so that no acceleration fits (Painlevé). {UNJAM}",
+                "`{}` jams: its load drives it, and the loss would grow faster than the torque that causes it, so that no acceleration is consistent (Painlevé). {UNJAM}",
                 self.names[direction]
             ),
             (_, Some(what)) if is_undefined(&what) => undefined(&what),
@@ -1647,14 +1664,15 @@ impl RunLoop {
             ),
             (StepError::NotFinite { .. }, Some(what)) => format!("{what}: {diverges}, or the inertia becomes singular"),
             (StepError::NotFinite { .. }, None) => format!(
-                "within the next step, however short, the equations have no finite value: {diverges}, a function has \
-                 no value there, such as a square root of less than zero, or the inertia becomes singular"
+                "within the next step, however short, the equations have no finite value: {diverges}, a function is \
+                 undefined there, such as a square root of a negative number, or the inertia becomes singular"
             ),
         };
         failed(at, text)
     }
 
-    /// What to say where the tolerance, of the largest value of a coordinate or a speed, is below what rounding makes of it in a step.
+    /// The note where the tolerance, relative to the largest value of a coordinate or a speed, is below its rounding
+    /// error in a step.
     fn rounding_limit(&self, series: &Series) -> Option<String> {
         let errors = self.state_names.iter().zip(self.solver.rounding().0);
         let relative = errors.filter_map(|((name, least), error)| {
@@ -1666,13 +1684,13 @@ impl RunLoop {
         let tolerance = self.tolerance;
         (ratio > tolerance).then(|| {
             format!(
-                "A tolerance of {tolerance:e} is below what double precision gives: rounding alone makes errors of up to {error:.1e} {unit} of \
-                 {name} in a step, as large as a tolerance of {ratio:.1e} allows. No step is made shorter for less."
+                "A tolerance of {tolerance:e} is below double precision: rounding alone causes errors of up to {error:.1e} {unit} in \
+                 {name} per step, as large as a tolerance of {ratio:.1e} allows. kardan shortens no step below that limit."
             )
         })
     }
 
-    /// The energy balance up to where the integration stands.
+    /// The energy balance up to the current time.
     fn energy(&mut self) -> Energy {
         self.count_work();
         let size = self.machine.size();
@@ -1682,16 +1700,16 @@ impl RunLoop {
         Energy { input, stored, dissipated, residual: input - stored - dissipated, exchanged }
     }
 
-    /// What to say where more energy is not accounted for than the tolerances of the steps allow and than one may overlook.
+    /// The message where the energy residual exceeds what the tolerances of the steps allow and what is negligible.
     fn unbalanced(&self, energy: &Energy, steps: usize) -> Option<String> {
         let Energy { residual, exchanged, .. } = *energy;
         let allowed = self.least_energy * steps as f64;
-        // What is no number does not close.
+        // A residual that is not a number is an error.
         (!(residual.abs() <= SHOWS * exchanged + allowed)).then(|| {
             format!(
-                "the energy balance does not close: {residual:.3e} J are not accounted for, of {exchanged:.3e} J that were exchanged. What is shown is \
-                 wrong from some time on, though every step met its tolerance: look for a speed that jumps or a torque that has a peak, where the \
-                 equations are singular (a dead centre, a joint near 90°), and keep the motion away from it; elsewhere a smaller `--tolerance` helps"
+                "the energy balance does not close: the residual is {residual:.3e} J, of {exchanged:.3e} J exchanged. The results are \
+                 wrong from some time on, though every step met its tolerance: search for a speed that jumps or a torque peak, where the \
+                 equations are singular (a dead centre, a joint near 90°), and avoid that position; elsewhere a smaller `--tolerance` helps"
             )
         })
     }
@@ -1702,7 +1720,7 @@ impl RunLoop {
         let steps = counts.accepted as usize + self.segments.steps;
         let (outcome, warnings) = match (outcome, self.unbalanced(&energy, steps)) {
             (Outcome::Completed, Some(cause)) => (Outcome::Unbalanced { cause }, Vec::new()),
-            // What stopped it was wrong before.
+            // The cause that stopped it takes precedence.
             (outcome, open) => (outcome, open.into_iter().collect()),
         };
         self.notes.extend(self.machine.notes_of_laws());
@@ -1721,7 +1739,7 @@ impl RunLoop {
         self.notes.extend(motor_loads.iter().filter_map(|motor_load| {
             let control = motor_load.controller.as_ref();
             let meanwhile = control.map_or(String::new(), |control| {
-                format!(" Meanwhile control `{control}` does not do what its design says.")
+                format!(" Meanwhile control `{control}` does not behave as designed.")
             });
             Some(format!("{}.{meanwhile}", motor_load.describe(end)?))
         }));
@@ -1747,7 +1765,7 @@ impl RunLoop {
     }
 }
 
-/// The integrator of a method; none for the reference, and where the machine has not what it needs.
+/// The integrator of a method; none for the reference, and where the machine does not support it.
 fn solver_of(
     method: Method,
     (relative, absolute): (f64, &[f64]),
@@ -1777,13 +1795,13 @@ fn state_names(reduced: &Reduced) -> impl Iterator<Item = String> {
     named(0).chain(named(1))
 }
 
-/// Units of what inputs do.
+/// Units of the inputs.
 fn input_units(reduced: &Reduced) -> Vec<&'static str> {
     let unit = |input| reduced.equations.domain_of(input).effort().physical().unit();
     reduced.equations.inputs.iter().map(unit).collect()
 }
 
-/// What each state may be off by, whatever its size.
+/// The absolute error allowed in each state.
 pub(super) fn absolute_tolerances(reduced: &Reduced, tolerance: Tolerance, size: usize) -> Vec<f64> {
     let r = reduced.degrees_of_freedom();
     let mut absolute = vec![tolerance.absolute; size];

@@ -1,4 +1,4 @@
-//! A sampled controller in a run: when it reads, computes and changes its torques.
+//! A sampled controller in a run: when it reads, computes and updates its torques.
 
 use std::collections::VecDeque;
 
@@ -14,10 +14,10 @@ use crate::num::{Random, StateArchive};
 use crate::reduce::{Dynamics, Reduced, Work};
 use crate::synthesis::{Clock, ExportedSignal, Frozen, Law, LawRuntime, Observation};
 
-/// Parts of a sample time within which two instants are one.
+/// Part of a sample time within which two instants are equal.
 const SAME: f64 = 1e-9;
 
-/// The clock of a sampled law, its memory, and what its motors are told.
+/// The clock of a sampled law, its state, and the commands of its motors.
 pub(super) struct SampledRuntime {
     clock: Clock,
     runtime: LawRuntime,
@@ -26,16 +26,16 @@ pub(super) struct SampledRuntime {
     next: u64,
     /// Commands in force.
     pub zoh_output: Vec<f64>,
-    /// Commands on their way, with the time from which on they hold.
+    /// Delayed commands, with the time from which on they apply.
     queue: VecDeque<(f64, Vec<f64>)>,
     spare: Vec<Vec<f64>>,
     states: Vec<f64>,
     new_states: Vec<f64>,
     sensors: Vec<Source>,
-    /// What fails of its unit, and where times are drawn from.
+    /// The faults of its unit, and the random source of times.
     faults: Vec<UnitFault>,
     random: Random,
-    /// Whether it is to start anew.
+    /// Whether it must restart.
     down: bool,
     readings: Vec<f64>,
     /// Torques on average until the next sample.
@@ -43,19 +43,19 @@ pub(super) struct SampledRuntime {
     health_counts: HealthCounts,
 }
 
-/// Where a reading comes from.
+/// The source of a reading.
 struct Source {
     /// Name of the sensor.
     name: String,
     quantity: Quantity,
     sampler: Sampler,
     failing: FailingSensor,
-    /// What it gave at its last reading, where it has a sample time.
+    /// Its output at its last reading, where it has a sample time.
     last_reading: f64,
 }
 
 impl Source {
-    /// Reads, and fails if that is due.
+    /// Reads, with the faults that are active.
     fn read(&mut self, now: f64, model: (&Dynamics, &Work), references: &[f64]) {
         let Self { quantity, sampler, failing, .. } = self;
         sampler.sample(now, || quantity.read(model, references));
@@ -63,7 +63,7 @@ impl Source {
     }
 }
 
-/// How many samples of a run were not as they should be, with the time of the first one.
+/// The number of faulty samples of a run, with the time of the first one.
 #[derive(Default)]
 struct HealthCounts {
     samples: usize,
@@ -102,10 +102,10 @@ impl HealthCounts {
 
     fn notes(&self, who: &str, keeps: &str) -> Vec<String> {
         let all = [
-            (self.invalid_readings, "a reading was no number, and the last good one was held"),
-            (self.invalid_references, "a reference was not finite, and the last good one was held"),
-            (self.governed, "the governor held a reference back, because a motor would have come to its limit"),
-            (self.bounded, "a command was changed by the limits of its motor"),
+            (self.invalid_readings, "a reading was not a number, and the controller used the last valid one"),
+            (self.invalid_references, "a reference was not finite, and the controller used the last valid one"),
+            (self.governed, "the governor limited a reference, because a motor would have reached its limit"),
+            (self.bounded, "the limits of a motor changed its command"),
             (self.frozen, keeps),
         ];
         let sentence = |(found, what): (Option<(usize, f64)>, &str)| {
@@ -120,7 +120,7 @@ impl SampledRuntime {
     /// A law at its clock.
     ///
     /// # Panics
-    /// If a sensor of the law measures what depends on accelerations (its design refuses that).
+    /// If a sensor of the law measures a quantity that depends on accelerations (its design rejects that).
     pub fn new(law: &dyn Law, clock: Clock, reduced: &Reduced, scenario: &Scenario) -> Self {
         let (faults, seed) = (&scenario.faults.sensors, scenario.seed);
         let named = !scenario.faults.units.is_empty();
@@ -137,7 +137,7 @@ impl SampledRuntime {
                     Measured::Signal(_) => reference().map(Quantity::Reference),
                     _ => Quantity::of(&signal.measured, reduced, differentiates),
                 };
-                let quantity = quantity.expect("a law measures angles, speeds, twists and signals that it is told");
+                let quantity = quantity.expect("a law measures angles, speeds, twists and declared signals");
                 let sampler = sensor.map_or_else(Sampler::ideal, |sensor| {
                     Sampler::new(head, sensor, stiffness(reduced, &signal.measured), seed)
                 });
@@ -166,12 +166,12 @@ impl SampledRuntime {
         }
     }
 
-    /// Draws the noise of its sensors anew.
+    /// Reseeds the noise of its sensors.
     pub fn draw_anew(&mut self, seed: u64) {
         self.sensors.iter_mut().for_each(|source| source.sampler.draw_anew(&source.name, seed));
     }
 
-    /// Where its clock stands and all that it remembers.
+    /// Its clock and its whole state.
     pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         archive.word(&mut self.next);
         for list in
@@ -197,8 +197,8 @@ impl SampledRuntime {
         self.runtime.archive_state(archive);
     }
 
-    /// Notes what its sensors meet that count, of which the first has that number in the whole loop; some readings come out otherwise.
-    /// Returns the number of the next one.
+    /// Records the readings of its counting sensors, of which the first has that number in the whole loop; flips some
+    /// readings. Returns the number of the next sensor.
     pub fn note_counts(&mut self, first: usize, flipped: &[FlippedReading]) -> usize {
         let counting = self.sensors.iter_mut().filter(|source| source.sampler.counts());
         let own = |number| flipped.iter().filter(move |flipped| flipped.sensor == number).copied().collect();
@@ -208,12 +208,12 @@ impl SampledRuntime {
         })
     }
 
-    /// What its sensors met, where that was noted.
+    /// The readings of its sensors, where recording was requested.
     pub fn encoder_readings(&mut self) -> impl Iterator<Item = EncoderReading> {
         self.sensors.iter_mut().filter_map(|source| Some(source.sampler.notes.take()?.encoder_readings()))
     }
 
-    /// Sensors that measure a torque by the twist of springs count it with the stiffness that these have.
+    /// Sensors that measure a torque by the twist of springs compute it with the stiffness of these.
     pub fn take_springs(&mut self, dynamics: &Dynamics) {
         for Source { quantity, sampler, .. } in &mut self.sensors {
             if let Quantity::Springs(springs) = quantity {
@@ -222,7 +222,7 @@ impl SampledRuntime {
         }
     }
 
-    /// What its law tells blocks.
+    /// The signals of its law for blocks.
     pub fn exported(&self, what: ExportedSignal) -> f64 {
         match what {
             ExportedSignal::State(k) => self.states[k],
@@ -235,18 +235,18 @@ impl SampledRuntime {
         law.start(angles, speeds, &mut self.states);
     }
 
-    /// The next instant at which something happens, s.
+    /// The next instant with an action, s.
     pub fn next_time(&self) -> f64 {
         let sensors = self.sensors.iter().filter_map(|Source { sampler, failing, .. }| match sampler.next_time() {
             Some(next) => Some(next),
-            // One that is read whenever somebody looks is looked at where it is stuck.
+            // A sensor without a sample time is evaluated at the begin of a stuck fault.
             None => failing.next_stuck(),
         });
         let applied = self.queue.front().map(|(time, _)| *time);
         sensors.chain(applied).fold(self.period.at(self.next), f64::min)
     }
 
-    /// Lets happen what is due: sensors read, commands that were on their way take effect, the law computes.
+    /// Executes due actions: sensors read, delayed commands take effect, the law computes.
     pub fn advance(
         &mut self,
         time: f64,
@@ -310,7 +310,7 @@ impl SampledRuntime {
         std::mem::swap(&mut self.states, &mut self.new_states);
     }
 
-    /// Whether its unit computes nothing at this sample; after a reset it starts anew.
+    /// Whether its unit computes nothing at this sample; after a reset it restarts.
     fn pauses(&mut self, law: &dyn Law, fault: Option<UnitFaultKind>, work: &Work) -> bool {
         match fault {
             Some(UnitFaultKind::Reset) => {
@@ -332,21 +332,21 @@ impl SampledRuntime {
         true
     }
 
-    /// What happened to its controller, in sentences.
+    /// Notes on its controller, as sentences.
     pub fn notes(&self, law: &dyn Law) -> Vec<String> {
         let controller = law.describe().controller;
         match law.keeps() {
             Frozen::Estimate => self
                 .health_counts
-                .notes(&format!("Control {controller}"), "the estimate overflowed and was kept as it was"),
+                .notes(&format!("Control {controller}"), "the estimate overflowed and stayed unchanged"),
             frozen => {
                 let who = if frozen == Frozen::Command {
                     format!("Control {controller}")
                 } else {
                     format!("The {controller}")
                 };
-                let what = "something that is answered or remembered was no number (a reading that is lost, a division by zero, an overflow) \
-                            and stayed as it was";
+                let what = "an output or a state was not a number (a lost reading, a division by zero, an overflow) \
+                            and stayed unchanged";
                 self.health_counts.notes(&who, what)
             }
         }

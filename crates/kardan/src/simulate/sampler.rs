@@ -1,4 +1,4 @@
-//! A sensor in a run: resolution, phase, sample and hold.
+//! A sensor in a run: resolution, phase, zero-order hold.
 
 use super::counts::Notes;
 use crate::equations::{Measured, Sensor};
@@ -6,7 +6,7 @@ use crate::num::{Random, Rational, StateArchive, rational_to_f64};
 use crate::reduce::{Dynamics, Reduced, Work};
 use crate::units::Exact;
 
-/// A time between two readings or samples, s, as a quotient of whole numbers, so that samples fall on rows where they should.
+/// A time between two readings or samples, s, as a quotient of integers, so that samples coincide exactly with rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Period {
     numerator: f64,
@@ -23,7 +23,7 @@ impl Period {
         }
     }
 
-    /// A period in s that is known as a number only: the reciprocal of a whole number, if it is one.
+    /// A period in s that is given only as a floating-point number: the reciprocal of an integer, if it is one.
     pub fn of(seconds: f64) -> Self {
         let rate = (1.0 / seconds).round();
         if rate >= 1.0 && 1.0 / rate == seconds {
@@ -38,28 +38,29 @@ impl Period {
     }
 }
 
-/// A sensor with its held reading.
+/// A sensor with its last reading (zero-order hold).
 #[derive(Debug, Clone)]
 pub(super) struct Sampler {
-    /// Step of what it counts, SI, and what one of that is: torque per twist where it measures a torque by a twist, else 1.
+    /// Its counting step, SI, and the scale of its output: torque per twist where it measures a torque by a twist, else
+    /// 1.
     resolution: Option<f64>,
     stiffness: f64,
-    /// Where within a step the sensor stands at zero, 0 to 1.
+    /// The position of the sensor's zero within a step, 0 to 1.
     phase: f64,
     period: Option<Period>,
     differentiate: bool,
     next: u64,
     last_angle: f64,
-    /// Standard deviation and where it is drawn from; every sampler of one sensor draws the same.
+    /// Standard deviation and random source; every sampler of one sensor draws the same values.
     noise: Option<(f64, Random)>,
-    /// What it meets, where that is noted.
+    /// Its readings, where they are recorded.
     pub notes: Option<Box<Notes>>,
-    /// What it reads.
+    /// Its reading.
     pub zoh_output: f64,
 }
 
 impl Sampler {
-    /// A sensor that reads exactly and at once.
+    /// A sensor without resolution, noise or delay.
     pub fn ideal() -> Self {
         Self {
             resolution: None,
@@ -89,14 +90,14 @@ impl Sampler {
         }
     }
 
-    /// Draws its noise anew, by its name and the seed.
+    /// Reseeds its noise, by its name and the seed.
     pub fn draw_anew(&mut self, name: &str, seed: u64) {
         if let Some((_, random)) = &mut self.noise {
             *random = Random::named(seed, name);
         }
     }
 
-    /// Whether it reads exactly and at once.
+    /// Whether it has no resolution, noise or delay.
     pub fn is_ideal(&self) -> bool {
         self.resolution.is_none() && self.period.is_none() && self.noise.is_none()
     }
@@ -106,7 +107,7 @@ impl Sampler {
         self.resolution.is_some()
     }
 
-    /// Measures by springs of another stiffness from now on.
+    /// Uses another stiffness of its springs from now on.
     pub fn take_stiffness(&mut self, stiffness: f64) {
         self.stiffness = stiffness;
     }
@@ -121,7 +122,7 @@ impl Sampler {
         self.period.map(|period| period.at(self.next))
     }
 
-    /// What its next readings depend on.
+    /// The state that its next readings depend on.
     pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         archive.word(&mut self.next);
         archive.number(&mut self.last_angle);
@@ -152,7 +153,7 @@ impl Sampler {
     }
 }
 
-/// What a controller measures.
+/// The quantity that a controller measures.
 #[derive(Debug, Clone)]
 pub(super) enum Quantity {
     Angle(usize),
@@ -198,7 +199,7 @@ impl Compliance {
 }
 
 impl Quantity {
-    /// Where a sensor of a mechanism takes its reading from; `None` for torques that depend on accelerations.
+    /// The source of the reading of a sensor of a mechanism; `None` for torques that depend on accelerations.
     pub fn of(measured: &Measured, reduced: &Reduced, differentiates: bool) -> Option<Self> {
         let shaft = |name: &String| reduced.coordinate(name).expect("a sensor names a shaft");
         let springs = |name: &String| {
@@ -216,7 +217,7 @@ impl Quantity {
         }
     }
 
-    /// What is measured now, where the references of the law are these.
+    /// The measured value now, where the references of the law are these.
     pub fn read(&self, (dynamics, work): (&Dynamics, &Work), references: &[f64]) -> f64 {
         match self {
             Self::Reference(k) => references[*k],

@@ -1,4 +1,4 @@
-//! What happens during a run: steps and ramps of the signals that come from outside.
+//! Inputs of a run: steps and ramps of the external signals.
 
 use std::sync::Arc;
 
@@ -9,14 +9,14 @@ use crate::num::StateArchive;
 use crate::program::Task;
 use crate::results::Physical;
 
-/// Where a signal of the scenario goes.
+/// The target of a signal of the scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SourceTarget {
     /// A law reads it.
     Reference,
     /// It is a torque on that input (a disturbance, or the command of a motor without a law).
     Input(usize),
-    /// A block answers it, or reads it of the time: nothing else sets it.
+    /// A block outputs it, or computes it from the time: no other source sets it.
     Block,
 }
 
@@ -52,22 +52,22 @@ pub struct SignalEvent {
     pub over: f64,
 }
 
-/// What a source follows besides its steps and ramps.
+/// Further terms of a source besides its steps and ramps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SourceSignal {
     /// Number of the source.
     pub source: usize,
-    /// What is added to it, SI.
+    /// The addend, SI.
     pub function: OfTime,
 }
 
 /// Signals of a run that are recorded, others are not.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recorded {
-    /// Their names; what no signal is called counts for nothing.
+    /// Their names; names without a signal have no effect.
     pub names: Vec<String>,
-    /// Whether they have the bits that they have in a run that records all signals: angles and speeds alone may follow from their series, whose
-    /// last bits are others.
+    /// Whether they must have the same bits as in a run that records all signals: angles and speeds alone may follow
+    /// from their series, with different last bits.
     pub as_all: bool,
 }
 
@@ -80,17 +80,17 @@ pub struct Scenario {
     pub times: Vec<f64>,
     /// Signals from outside.
     pub sources: Vec<Source>,
-    /// What they do.
+    /// Their steps and ramps.
     pub events: Vec<SignalEvent>,
     /// Functions of time that are added, at most one for each source.
     pub signals: Vec<SourceSignal>,
-    /// What blocks compute at samples, the shortest sample time first.
+    /// Blocks that compute at samples, the shortest sample time first.
     pub tasks: Vec<Arc<Task>>,
-    /// What blocks without a sample time compute at every instant.
+    /// Blocks without a sample time, which compute at every instant.
     pub flow: Option<Arc<Task>>,
-    /// Sensors of signals as small motions see them: each holds its signal at its samples.
+    /// Sensors of signals for linearisation: each holds its signal at its samples (zero-order hold).
     pub sensors: Vec<Arc<Task>>,
-    /// What fails.
+    /// The faults.
     pub faults: Faults,
     /// Seed of the noise of sensors.
     pub seed: u64,
@@ -135,7 +135,7 @@ impl Profile {
         out
     }
 
-    /// From a time on it has one value, and before it none.
+    /// Has one value from a time on, and none before it.
     pub(super) fn set_constant(&mut self, from: f64, value: f64) {
         self.pieces.clear();
         self.pieces.push((from, value, 0.0));
@@ -156,7 +156,7 @@ impl Profile {
         value + slope * (time - start)
     }
 
-    /// `(value, slope, start)` of the line that holds from a time on.
+    /// `(value, slope, start)` of the line that is valid from a time on.
     pub fn piece(&self, time: f64) -> (f64, f64, f64) {
         match self.pieces.iter().rev().find(|(start, _, _)| *start <= time) {
             Some((start, value, slope)) => (*value, *slope, *start),

@@ -10,20 +10,20 @@ use crate::names::unknown_name;
 use crate::num::StateArchive;
 use crate::results::{Event, Outcome, Physical};
 
-/// A closed loop that is stepped from outside, in as large or small steps as one likes.
+/// A closed loop that is stepped from outside, in steps of any size.
 ///
-/// It is the loop that [`simulate`](super::simulate) runs: the same steps of the integrator, the same events. Where one stops to
-/// look changes nothing about the motion: the integration may be ahead, and what is asked for comes from its dense output. (A noisy
-/// sensor without a sample time reads whenever one looks, so its own readings depend on how often; no controller sees those.) Setting
-/// a signal ends the step there.
+/// It is the loop that [`simulate`](super::simulate) runs: the same steps of the integrator, the same events. The times
+/// at which the caller stops do not change the motion: the integration may be ahead, and its dense output gives the
+/// requested values. (A noisy sensor without a sample time reads at every evaluation, so its own readings depend on how
+/// often; no controller uses those.) Setting a signal ends the step there.
 ///
-/// What is due at the very time reached (a sample of a controller, a step of the scenario) happens when the loop goes on, so that a
-/// signal set there counts for it.
+/// Actions due at exactly the time reached (a sample of a controller, a step of the scenario) happen when the loop
+/// continues, so a signal set there affects them.
 ///
 /// Cost: [`advance`](Self::advance) that of the steps of the integrator it takes, none where it is ahead already;
 /// [`get`](Self::get) one evaluation of the equations for the first signal at a time, nothing for the others;
-/// [`set`](Self::set) to another value a restart of the integrator and a new decision of what sticks, to the same value nothing.
-/// Between events nothing is allocated once the loop has begun to move.
+/// [`set`](Self::set) to another value a restart of the integrator and a new mode selection, to the same value nothing.
+/// Between events there is no allocation once the loop has begun to move.
 ///
 /// ```
 /// use kardan::simulate::{Setup, Simulation, Tolerance};
@@ -52,9 +52,9 @@ pub struct Simulation {
     /// The values that are set from outside.
     own: Vec<Option<f64>>,
     failed: Option<String>,
-    /// What it is a simulation of.
+    /// Identifies the simulated model and controllers.
     fingerprint: u64,
-    /// With which values of parameters.
+    /// The hash of its parameter values.
     values: u64,
 }
 
@@ -66,36 +66,36 @@ pub struct SignalId(usize);
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct InputId(usize);
 
-/// What went wrong with a loop that is stepped from outside.
+/// An error of a loop that is stepped from outside.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum SimulationError {
     /// There is no such signal.
     #[error("there is no signal `{name}` that can be {what}; {help}")]
     Unknown {
-        /// The name asked for.
+        /// The requested name.
         name: String,
         /// `read` or `set`.
         what: &'static str,
         /// The nearest name, or all of them.
         help: String,
     },
-    /// A value or a time that is no finite number.
+    /// A value or a time that is not finite.
     #[error("{what} must be a finite number, found {value}")]
     NotFinite {
-        /// Of what.
+        /// The value or time that is not finite.
         what: String,
-        /// What was given.
+        /// The given value.
         value: f64,
     },
     /// A time before the one reached.
-    #[error("the loop stands at {now} s and cannot go back to {until} s; a snapshot taken there can be restored")]
+    #[error("the loop is at {now} s and cannot go back to {until} s; restore a snapshot from that time instead")]
     Backwards {
         /// The time reached, s.
         now: f64,
-        /// The time asked for, s.
+        /// The requested time, s.
         until: f64,
     },
-    /// The integration cannot go on.
+    /// The integration cannot continue.
     #[error("{0}")]
     Failed(String),
     /// The snapshot is of another model or other controllers, or it is damaged.
@@ -103,11 +103,12 @@ pub enum SimulationError {
     Snapshot(&'static str),
 }
 
-/// Where a loop stands, bit for bit: time, motion, modes of friction and motors, clocks and memories of controllers, noise.
+/// The state of a loop, bit for bit: time, motion, modes of friction and motors, clocks and states of controllers,
+/// noise.
 ///
-/// Values of parameters are no part of it. Restored in a loop of the same model with other values, it changes them where it stands:
-/// coordinates and their speeds stay, all other angles follow from the values of now. That is meant for a mechanism at rest; in
-/// motion, energy and torques jump.
+/// Values of parameters are not part of it. Restored in a loop of the same model with other values, it is reinterpreted
+/// with these: coordinates and their speeds stay, all other angles follow from the present values. That is meant for a
+/// mechanism at rest; in motion, energy and torques jump.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Snapshot {
     fingerprint: u64,
@@ -115,20 +116,20 @@ pub struct Snapshot {
     data: Vec<u64>,
 }
 
-/// First word of a snapshot as bytes: its name, and the version of its order.
+/// First word of a snapshot as bytes: its name, and the version of its format.
 const MARK: u64 = u64::from_le_bytes(*b"kardan\0\x05");
 
 impl Snapshot {
-    /// As bytes, for a file: little endian words, the last one a sum over the others.
+    /// As bytes, for a file: little endian words, the last one a checksum of the others.
     pub fn to_bytes(&self) -> Vec<u8> {
         let all = [MARK, self.fingerprint, self.values].into_iter().chain(self.data.iter().copied());
         all.chain([sum(&self.data, self.fingerprint ^ self.values)]).flat_map(u64::to_le_bytes).collect()
     }
 
-    /// From bytes. The sum finds damage, not forgery: bytes made up on purpose are trusted once it holds.
+    /// From bytes. The checksum detects damage, not forgery: deliberately made bytes with a valid checksum are trusted.
     ///
     /// # Errors
-    /// [`SimulationError::Snapshot`] if they are no snapshot, or damaged.
+    /// [`SimulationError::Snapshot`] if they are not a snapshot, or damaged.
     ///
     /// ```
     /// use kardan::simulate::Snapshot;
@@ -138,7 +139,7 @@ impl Snapshot {
         let (chunks, rest) = bytes.as_chunks::<8>();
         let data: Vec<u64> = chunks.iter().map(|chunk| u64::from_le_bytes(*chunk)).collect();
         let [MARK, fingerprint, values, data @ .., last] = &data[..] else {
-            return Err(SimulationError::Snapshot("these bytes are no snapshot of this version"));
+            return Err(SimulationError::Snapshot("these bytes are not a snapshot of this version"));
         };
         if !rest.is_empty() || *last != sum(data, *fingerprint ^ *values) {
             return Err(SimulationError::Snapshot("bytes of it are missing or changed"));
@@ -168,8 +169,8 @@ impl Hasher for Fnv {
 }
 
 impl Simulation {
-    /// A loop at its start. The scenario goes on as in a run, for as long as one likes: its duration and rows mean nothing here, and
-    /// a signal that is set from outside is the caller's from then on.
+    /// A loop at its start. The scenario continues as in a run, for any time: its duration and rows have no effect
+    /// here, and the caller owns a signal from the time at which it sets it.
     ///
     /// # Panics
     /// If a law names an input or reference that does not exist (the model checks this before).
@@ -258,11 +259,11 @@ impl Simulation {
         Ok(())
     }
 
-    /// Goes on to a time, s.
+    /// Advances to a time, s.
     ///
     /// # Errors
-    /// [`SimulationError::Backwards`], [`SimulationError::NotFinite`]; [`SimulationError::Failed`] if the integration cannot go on: the
-    /// loop then stands where it came to.
+    /// [`SimulationError::Backwards`], [`SimulationError::NotFinite`]; [`SimulationError::Failed`] if the integration
+    /// cannot continue: the loop then is at the time it reached.
     pub fn advance(&mut self, until: f64) -> Result<(), SimulationError> {
         if !until.is_finite() {
             return Err(SimulationError::NotFinite { what: "a time".into(), value: until });
@@ -288,7 +289,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// The value of a signal (SI) at the time reached, before what is due just there.
+    /// The value of a signal (SI) at the time reached, before the actions due at that time.
     ///
     /// # Panics
     /// If the signal belongs to another model.
@@ -300,26 +301,27 @@ impl Simulation {
         self.run_loop.outputs.value(signal.0)
     }
 
-    /// Of each set-valued direction of the model (`Equations::set_valued`) the sign with which it slides at the time reached, zero where it holds; `None`
-    /// where nothing acts along it.
+    /// For each set-valued direction of the model (`Equations::set_valued`) the sign of its sliding speed at the time
+    /// reached, zero where it sticks; `None` where no torque acts in it.
     pub fn modes(&self) -> Vec<Option<f64>> {
         (0..self.run_loop.machine.set_valued()).map(|k| self.run_loop.machine.sign_of(k)).collect()
     }
 
-    /// What happened since the last call, before the time reached.
+    /// The events since the last call, before the time reached.
     pub fn events(&mut self) -> Vec<Event> {
         let until = self.run_loop.events.partition_point(|event| event.time < self.now);
         self.run_loop.events.drain(..until).collect()
     }
 
-    /// Where the loop stands. Events that were not asked for are no part of it.
+    /// The state of the loop. Events that were not requested are not part of it.
     pub fn snapshot(&mut self) -> Snapshot {
         let mut archive = StateArchive::taking();
         self.archive_state(&mut archive);
         Snapshot { fingerprint: self.fingerprint, values: self.values, data: archive.data() }
     }
 
-    /// Goes back (or on) to where a loop of the same model and controllers stood: from there on it gives the same numbers, bit for bit.
+    /// Restores the state of a loop of the same model and controllers: from there on it gives the same numbers, bit for
+    /// bit.
     ///
     /// # Errors
     /// [`SimulationError::Snapshot`] if it is of another model; the loop is then as it was.
@@ -332,10 +334,10 @@ impl Simulation {
         self.archive_state(&mut archive);
         if !archive.fits() {
             self.archive_state(&mut StateArchive::putting(&before.data));
-            return Err(SimulationError::Snapshot("it has not as many numbers as the model"));
+            return Err(SimulationError::Snapshot("its number of values differs from that of the model"));
         }
         if snapshot.values != self.values {
-            // What was computed ahead is that of the other values.
+            // Results computed ahead belong to the other values.
             self.run_loop.stand(self.now);
         }
         self.run_loop.events.clear();

@@ -1,26 +1,27 @@
-//! Whether a loop is stiff: a guess from its rates at the start, which decides about the method alone.
+//! Whether a loop is stiff: an estimate from its rates at the start, which only selects the method.
 
 use super::{Machine, Scenario};
 use crate::num::{Matrix, dot, eigenvalues};
 
-/// Of loops with more states the fastest motions alone are looked at, in so many products with the derivatives: all poles cost the cube of the
-/// states.
+/// For loops with more states only the fastest motions are computed, in this many products with the derivatives: all
+/// poles cost the cube of the states.
 const MOST_STATES: usize = 100;
 const PRODUCTS: usize = 40;
-/// A motion is gone when it has decayed for so many time constants.
+/// A motion counts as decayed after this many time constants.
 const GONE: f64 = 16.0;
-/// Length of a step of the explicit method in time constants of the fastest motion, gone or not, and of the implicit one in those of the
-/// fastest that is not.
+/// Step length of the explicit method in time constants of the fastest motion, decayed or not, and of the implicit one
+/// in those of the fastest that has not decayed.
 const EXPLICIT_STEP: f64 = 6.0;
 const IMPLICIT_STEP: f64 = 2.0;
 /// Steps of the implicit method after a start.
 const BEGIN: f64 = 15.0;
-/// Time of a step of the implicit method in steps of the explicit one, about; and of many states.
+/// Approximate time of a step of the implicit method in steps of the explicit one; and for many states.
 const DEARER: [f64; 2] = [10.0, 4.0];
-/// Part of the size of a state that it is changed by.
+/// Relative perturbation of a state.
 const CHANGE: f64 = 1e-6;
 
-/// Whether the implicit method is expected to be faster: what decays at once limits the steps of the other one so much.
+/// Whether the implicit method is expected to be faster: fast decaying motions limit the steps of the explicit one by
+/// this factor.
 pub(super) fn is_stiff(machine: &mut Machine, scenario: &Scenario, state: &[f64]) -> bool {
     let states = machine.size() - 2;
     if states == 0 {
@@ -63,11 +64,11 @@ fn slopes(machine: &mut Machine, state: &[f64], states: usize) -> Matrix<f64> {
     out
 }
 
-/// The derivatives in the space of their first powers times one vector, whose poles are near the outermost ones (Arnoldi 1951). Angles are
+/// The derivatives in the Krylov space of a vector, whose poles are near the outermost ones (Arnoldi 1951). Angles are
 /// measured in a unit in which springs move them as fast as speeds: else poles of a damped chain seem to oscillate.
 fn fastest(machine: &mut Machine, state: &[f64], states: usize) -> Matrix<f64> {
     let r = machine.degrees_of_freedom();
-    // Without the symmetry that a model may have.
+    // Without a symmetry that a model may have.
     let mut next: Vec<f64> = (0..states).map(|k| 1.0 + (k * 7 % 11) as f64).collect();
     let mut product = Product::new(machine, state, states);
     let angles: Vec<f64> = next.iter().enumerate().map(|(k, x)| if k < r { *x } else { 0.0 }).collect();
@@ -88,7 +89,7 @@ fn fastest(machine: &mut Machine, state: &[f64], states: usize) -> Matrix<f64> {
         }
         basis.push(next.iter().map(|x| x / size).collect());
         product.of(&basis[step], &mut next);
-        // Twice, so that the basis is orthogonal.
+        // Two passes, so that the basis is orthogonal.
         for _ in 0..2 {
             for (k, basis_vector) in basis.iter().enumerate() {
                 let part = dot(basis_vector, &next);
@@ -100,7 +101,7 @@ fn fastest(machine: &mut Machine, state: &[f64], states: usize) -> Matrix<f64> {
     out
 }
 
-/// Products with the derivatives of the rates, by differences, in units of one's own.
+/// Products with the derivatives of the rates, by differences, in scaled units.
 struct Product<'a> {
     machine: &'a mut Machine,
     state: &'a [f64],

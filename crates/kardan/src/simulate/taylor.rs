@@ -1,11 +1,13 @@
-//! Integration by Taylor series: every step is the series of the motion at its begin, as long as its last terms are within the tolerance.
+//! Integration by Taylor series: every step is the series of the motion at its begin, as long as its last terms are
+//! within the tolerance.
 //!
 //! The order follows from the tolerance, the length of a step from the last two terms (Jorba and Zou, Experimental Mathematics 14, 2005,
 //! 99). Where the step is short anyway, as between two samples of a controller, fewer terms suffice. The series is the dense output.
 //!
-//! Terms may vanish without being the last ones: `ẍ = −cos x` from rest has those of orders 2, 6, 10 only. Where the last two are suddenly
-//! small the rates at the end of the step tell whether the series is the motion still, and the step is shortened until it is. So do they in every step,
-//! inside it and at its end, with more room: what begins as flat as a high power shows in none of the terms.
+//! Terms may vanish without being the last ones: `ẍ = −cos x` from rest has those of orders 2, 6, 10 only. Where the
+//! last two are suddenly small, the rates at the end of the step show whether the series still follows the motion, and
+//! the step is shortened until it does. The same check with a wider tolerance applies inside every step and at its end:
+//! a motion that begins as flat as a high power shows in none of the terms.
 
 use kardan_rt::functions::{exp, ln};
 
@@ -15,28 +17,29 @@ use crate::num::StateArchive;
 
 /// Part of the length at which the last terms are as large as the tolerance.
 const SAFETY: f64 = 0.9;
-/// Two terms in turn that are so small, in tolerances, are the last ones of a step whose length is known.
+/// Two successive terms this small, in tolerances, are the last ones of a step whose length is known.
 const SMALL_TERM: f64 = 1e-2;
-/// The last two terms are suddenly small below this part of what the two before them let expect.
+/// The last two terms are suddenly small below this part of their extrapolation from the two before them.
 const SUDDENLY: f64 = 1e-2;
-/// Where all terms were asked for the last two are not so small, in tolerances.
+/// Where all terms were requested the last two are not that small, in tolerances.
 const TOO_SMALL: f64 = 1e-4;
-/// Terms before these that are looked at, and how far they are at most above the even fall from the whole to a tolerance.
+/// Number of earlier terms that are checked, and their largest excess over the even decay from the whole to a
+/// tolerance.
 const BEFORE: usize = 4;
 const ABOVE: f64 = 30.0;
-/// What the last two terms are at most of the two before them.
+/// The largest ratio of the last two terms to the two before them.
 const FALL: f64 = 0.5;
-/// What slopes inside of a step may differ from the rates by where its terms leave nothing open, in tolerances over its length; and where that is looked at,
-/// in parts of the step.
+/// The allowed difference of slopes inside a step from the rates where its terms are conclusive, in tolerances over its
+/// length; and the checked places, in parts of the step.
 pub(super) const SLOPE_DEFECT: f64 = 30.0;
 pub(super) const INSIDE: [f64; 2] = [0.618_034, 1.0];
-/// What is left of an error of the series in half of a step is less than this; of rounding it is more.
+/// In half of a step an error of the series shrinks below this part; a rounding error does not.
 const ROUNDING: f64 = 0.25;
-/// Part of the state that rounding is below; above, an error of the series may fall slowly too.
+/// Part of the state that bounds rounding; above, an error of the series may decrease slowly too.
 const SLIGHT: f64 = 1e-2;
-/// Steps from one look at what rounding makes of a step to the next.
+/// Steps between two measurements of the rounding error of a step.
 const LOOK_AT_ROUNDING: u64 = 64;
-/// Orders that are used at least and at most.
+/// The lowest and the highest order.
 const ORDERS: std::ops::RangeInclusive<usize> = 4..=24;
 
 /// Solver of `ẋ = f(t, x)` by Taylor series.
@@ -44,7 +47,7 @@ const ORDERS: std::ops::RangeInclusive<usize> = 4..=24;
 pub(super) struct Taylor {
     relative: f64,
     absolute: Vec<f64>,
-    /// The highest order there is memory for.
+    /// The highest order that the memory allows.
     most: usize,
     previous_time: f64,
     time: f64,
@@ -54,12 +57,13 @@ pub(super) struct Taylor {
     coefficients: Vec<f64>,
     /// The highest order used in the last step.
     order: usize,
-    /// Whether all terms are found where the states need fewer: others are looked at too.
+    /// Whether all terms are computed where the states need fewer: other values are checked too.
     all_terms: bool,
-    /// Evaluations of the machine when the first coefficients at the state were found: while there are no more, they and its factors hold.
+    /// Evaluations of the machine when the first coefficients at the state were computed: while there are no more, they
+    /// and its factors are valid.
     begun: Option<u64>,
     next: f64,
-    /// Whether the end of the last step is to be looked at.
+    /// Whether the end of the last step must be checked.
     doubtful: bool,
     /// Memory for rates and for a state inside.
     rates: Vec<f64>,
@@ -69,13 +73,13 @@ pub(super) struct Taylor {
     rounding: Rounding,
 }
 
-/// The order for a relative tolerance; some orders more or less hardly change the time of a run.
+/// The order for a relative tolerance; some orders more or less have little effect on the time of a run.
 pub(super) fn order(relative: f64) -> usize {
     let order = (-0.5 * ln(relative.max(1e-20)) + 2.0).ceil() as usize;
     order.clamp(*ORDERS.start(), *ORDERS.end())
 }
 
-/// Whether the larger one of two terms is far below what two earlier ones let expect.
+/// Whether the larger one of two terms is far below the extrapolation from two earlier ones.
 fn is_sudden([first, second]: [f64; 2], last: f64) -> bool {
     let falls = if second < first { second / first } else { 1.0 };
     last < SUDDENLY * second * falls
@@ -126,8 +130,8 @@ impl Taylor {
         self.rounding.archive_state(archive);
     }
 
-    /// Stands at a state. `expand(k, x)` writes the coefficients of order k + 1 from those up to k and tells how much the machine has
-    /// evaluated until then.
+    /// Starts at a state. `expand(k, x)` writes the coefficients of order k + 1 from those up to k and returns how much
+    /// the machine has evaluated until then.
     pub(super) fn start(&mut self, time: f64, state: &[f64], expand: impl FnMut(usize, &mut [f64]) -> u64) {
         self.state.copy_from_slice(state);
         self.previous.copy_from_slice(state);
@@ -142,7 +146,7 @@ impl Taylor {
         self.order = 1;
     }
 
-    /// Makes one step, at most to `until`; `evaluated` is how much the machine has evaluated by now.
+    /// Makes one step, at most to `until`; `evaluated` is how much the machine has evaluated so far.
     pub(super) fn step(
         &mut self,
         until: f64,
@@ -202,7 +206,7 @@ impl Taylor {
         Ok(())
     }
 
-    /// Whether the last two terms of a step are smaller than those before them let expect.
+    /// Whether the last two terms of a step are smaller than their extrapolation from those before them.
     fn ends_suddenly(&self, order: usize, length: f64) -> bool {
         // Logarithms of the terms, the last one first.
         let (long, accuracy) = (ln(length), -ln(self.relative));
@@ -214,7 +218,7 @@ impl Taylor {
                 },
             );
         let last = terms[0].max(terms[1]);
-        // An even fall leaves of the whole, 1/relative tolerances, one.
+        // With an even decay the whole, 1/relative tolerances, falls to one.
         let too_large = |k: usize| terms[k] > ln(ABOVE) + accuracy * k as f64 / order as f64;
         last < ln(TOO_SMALL) || last > ln(FALL) + terms[2].max(terms[3]) || (2..terms.len()).any(too_large)
     }
@@ -228,18 +232,20 @@ impl Taylor {
             let per = 1.0 / (absolute + self.relative * size);
             for (k, most) in most.iter_mut().enumerate().take(order) {
                 let part = self.of(order - k)[i].abs() * per;
-                // What is no number counts.
+                // A value that is not a number counts.
                 *most = if part <= *most { *most } else { part };
             }
         }
         most
     }
 
-    /// Looks whether the last step belongs to the motion, at its end and inside, and shortens it until it does: what is left out of the series makes its
-    /// slope differ from the rates. Where its terms leave that open, by no more than a tolerance. What rounding makes of them falls slowly, and is left.
+    /// Checks whether the last step follows the motion, at its end and inside, and shortens it until it does: the
+    /// truncation of the series makes its slope differ from the rates. Where its terms are inconclusive, the difference
+    /// may be at most a tolerance. Rounding errors decrease slowly with the length, and are ignored.
     pub(super) fn look_inside(&mut self, mut rates: impl FnMut(f64, &[f64], &mut [f64])) -> Result<(), StepError> {
         let doubtful = std::mem::take(&mut self.doubtful);
-        // Terms that have fallen before the last ones are of a motion that goes on: as between two samples. Those that vanish say nothing.
+        // Terms that have decayed before the last ones belong to a motion that continues: as between two samples.
+        // Vanishing terms are inconclusive.
         let brief = self.order < self.most && self.of(self.order).iter().any(|term| *term != 0.0);
         let most = if doubtful { 1.0 } else { SLOPE_DEFECT + self.rounding.tolerances };
         let mut memory = [&mut self.rates, &mut self.inside, &mut self.slopes].map(std::mem::take);
@@ -266,7 +272,8 @@ impl Taylor {
         found
     }
 
-    /// What the slope of the last step differs from the rates by, in tolerances over its length, at most at the places where that is looked at.
+    /// The difference of the slope of the last step from the rates, in tolerances over its length, at most at the
+    /// checked places.
     fn slope_defect(
         &mut self,
         (length, places): (f64, &[f64]),
@@ -287,7 +294,7 @@ impl Taylor {
                 let size = self.previous[k].abs().max(self.state[k].abs()).max((length * self.of(1)[k]).abs());
                 (slope[k] - own[k]).abs() * length / (absolute + self.relative * size)
             });
-            // What is no number is no part of the motion either.
+            // A value that is not a number does not follow the motion either.
             parts.fold(most, |most: f64, part| if part <= most { most } else { part })
         })
     }
@@ -302,7 +309,7 @@ impl Taylor {
         self.counts.rejected += 1;
     }
 
-    /// Ends the last step at a time that its series reaches; what is known of the length of steps stays.
+    /// Ends the last step at a time that its series reaches; the step size selection is unchanged.
     pub(super) fn end_at(&mut self, time: f64) {
         self.time = time;
         let mut state = std::mem::take(&mut self.state);
@@ -310,7 +317,7 @@ impl Taylor {
         self.state = state;
     }
 
-    /// Looks what rounding makes of the last step, once in a while: the lengths of steps do not depend on it.
+    /// Measures the rounding error of the last step from time to time: the lengths of steps do not depend on it.
     pub(super) fn look_at_rounding(&mut self, mut rates: impl FnMut(f64, &[f64], &mut [f64])) {
         if !self.counts.accepted.is_multiple_of(LOOK_AT_ROUNDING) {
             return;
@@ -325,19 +332,19 @@ impl Taylor {
         rounding.in_step(*time - *previous_time, sizes);
     }
 
-    /// What rounding makes of steps, as far as it was looked at.
+    /// The rounding errors of steps, as far as they were measured.
     pub(super) fn rounding(&self) -> &Rounding {
         &self.rounding
     }
 
-    /// The largest coefficient of an order, in tolerances of components that move for so long.
+    /// The largest coefficient of an order, in tolerances of components that move for this time.
     fn largest(&self, order: usize, length: f64) -> f64 {
         let of = |order: usize| self.of(order).iter();
         let lists = of(0).zip(of(1)).zip(of(order)).zip(&self.absolute);
         lists.fold(0.0, |most, (((x, slope), term), absolute)| {
             let size = x.abs().max((x + length * slope).abs());
             let part = term.abs() / (absolute + self.relative * size);
-            // What is no number counts.
+            // A value that is not a number counts.
             if part <= most { most } else { part }
         })
     }
@@ -348,7 +355,7 @@ impl Taylor {
         &self.coefficients[order * n..][..n]
     }
 
-    /// The length at which the last two terms are as large as the tolerance; no number if those are none.
+    /// The length at which the last two terms are as large as the tolerance; NaN if these are zero.
     fn length(&self, order: usize, room: f64) -> f64 {
         // The sizes that tolerances are relative to depend on the length, weakly.
         let about = if self.next == 0.0 { 0.0 } else { self.next.min(room) };
@@ -362,7 +369,7 @@ impl Taylor {
         self.begun.is_some() && self.of(1).iter().all(|slope| *slope == 0.0)
     }
 
-    /// Stays where it is until a time.
+    /// Keeps the state constant until a time.
     pub(super) fn rest(&mut self, until: f64) {
         self.previous.copy_from_slice(&self.state);
         (self.previous_time, self.time) = (self.time, until);

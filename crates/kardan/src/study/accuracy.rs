@@ -8,26 +8,26 @@ use crate::simulate::{Method, RunResult, Tolerance};
 
 /// How much looser the second run is.
 const LOOSER: f64 = 10.0;
-/// Part of the difference that is taken for the error of the run. Errors that follow the tolerance exactly would be a ninth of it; a
-/// third is safe where they follow it less well, and where both runs are near the rounding of numbers.
+/// Fraction of the difference that counts as the error of the run. Errors proportional to the tolerance would be a ninth of it; a
+/// third is safe where they follow the tolerance less well, and where both runs are near the rounding of numbers.
 const PART: f64 = 1.0 / 3.0;
-/// The same where rounding decides about the error of a run: no tolerance makes it smaller, and both errors are alike.
+/// The same where rounding dominates the error of a run: no tolerance reduces it, and both errors have the same size.
 const PART_OF_ROUNDING: f64 = 3.0;
-/// The same where counts of sensors decide: the runs go different ways, of which none is nearer to the true one. Of 13 runs of each variant of
+/// The same where sensor counts decide: the runs diverge, and neither is closer to the true one. Of 13 runs of each variant of
 /// `steering-on-road`, at tolerances from 1e-6 to 1e-13 and by two methods, a third one was farther from the first than ten times the second in
-/// 1.5 of 100 cases, most of them where the first two parted late only; a third run is for these.
+/// 1.5 of 100 cases, most of them where the first two diverged late; a third run covers these.
 const PART_OF_COUNTS: f64 = 10.0;
 /// An error that is this part of a signal shows in its first digit.
 const FIRST_DIGIT: f64 = 0.1;
-/// A signal that is a smaller part of the largest of its unit is judged as one of that size: it may be what rounding leaves of the large ones.
+/// A signal that is a smaller fraction of the largest of its unit is judged as one of that size: it may be the rounding residue of the large ones.
 const SMALL: f64 = 1e-3;
-/// Errors are told from rounding above this part of the looser tolerance, in SI units, and of charges and currents.
+/// Above this fraction of the looser tolerance, errors are distinguished from rounding, in SI units, and of charges and currents.
 const NOISE: f64 = 1e-2;
 const NOISE_OF_CHARGES: f64 = 1e-8;
-/// Steps of the second run beside those of the first, from which on samples make the steps and not the tolerance.
+/// Ratio of the steps of the second run to those of the first, above which samples determine the steps and not the tolerance.
 const SAMPLE_LIMITED: f64 = 0.9;
 
-/// The tolerance of the second run. It goes step by step: exponentials have no tolerance that could be looser.
+/// The tolerance of the second run. It changes in discrete steps: exponentials have no tolerance that could be looser.
 pub(super) fn looser(tolerance: Tolerance) -> Tolerance {
     let method = match tolerance.method {
         Method::Automatic => Method::Stepping,
@@ -36,17 +36,17 @@ pub(super) fn looser(tolerance: Tolerance) -> Tolerance {
     Tolerance { relative: LOOSER * tolerance.relative, absolute: LOOSER * tolerance.absolute, method, ..tolerance }
 }
 
-/// What a run is compared with.
+/// The second run that a run is compared with.
 pub(super) struct ReferenceRuns<'a> {
     /// The run at a looser tolerance.
     pub second: &'a RunResult,
-    /// A run in which undecided readings come out on their other side.
+    /// A run in which undecided readings take their other value.
     pub third: Option<&'a RunResult>,
     /// The first of these readings.
     pub undecided: Option<UndecidedCount>,
 }
 
-/// What the difference to other runs tells of a run; none where one of them ended early. Readings of sensors are left out: they are
+/// Estimated errors of a run from the difference to other runs; none where one of them ended early. Readings of sensors are left out: they are
 /// copies of other signals, and where they are rounded to counts they jump by one.
 pub(super) fn estimate(
     run: &Run,
@@ -64,7 +64,7 @@ pub(super) fn estimate(
     let compared: Vec<_> = all().map(|other| (&other.series.signals, rows(other))).collect();
     let mut errors: Vec<SignalError> = Vec::new();
     let mut sized: Vec<UnreliableSignal> = Vec::new();
-    // Steps by series do not look at it.
+    // Series steps ignore the tolerance.
     let rounded = |effort: &Effort| effort.rounding > 1.0 && effort.method != IntegrationMethod::Taylor;
     let cut = second.sampled && second.effort.steps as f64 > SAMPLE_LIMITED * run.effort.steps as f64;
     let rounded = cut || rounded(&run.effort) || rounded(&second.effort);
@@ -75,7 +75,7 @@ pub(super) fn estimate(
     };
     let signals = run.series.signals.iter().enumerate().filter(|(_, signal)| !readings.contains(&signal.name));
     for (number, signal) in signals {
-        // What follows from a run by expressions is not in the others.
+        // The other runs do not contain signals computed by expressions.
         let reference_runs = compared.iter().filter_map(|(signals, rows)| Some((signals.get(number)?, rows)));
         let differences = reference_runs.map(|(other, rows)| largest_difference(signal, other, rows));
         let Some(difference) = differences.reduce(f64::max) else { continue };
@@ -92,7 +92,8 @@ pub(super) fn estimate(
                 | Physical::Charge
                 | Physical::Current
         ) {
-            // Torques and what controllers decide jump, a moment earlier or later; and what counts may add says how far ways lie apart, not how wrong one is.
+            // Torques and controller decisions jump, a moment earlier or later; the error from counts measures how far trajectories
+            // differ, not how wrong one is.
             sized.push(UnreliableSignal { signal: signal.name.clone(), unit, error: part.min(1.0) * difference, size });
         }
         match errors.iter_mut().find(|existing| existing.unit == unit) {
@@ -104,10 +105,18 @@ pub(super) fn estimate(
     let looser = LOOSER * tolerance.relative;
     let same_events = gaps_to(second).is_some();
     let unreliable = least_reliable(sized, looser);
-    Some(Accuracy { tolerance: tolerance.relative, looser, same_events, rounded, undecided, errors, unreliable })
+    Some(Accuracy {
+        tolerance: tolerance.relative,
+        comparison_tolerance: looser,
+        same_events,
+        limited_by_rounding: rounded,
+        quantisation_ambiguity: undecided,
+        errors,
+        unreliable,
+    })
 }
 
-/// The signal with the largest error beside its size, where that shows in its first digit.
+/// The signal with the largest error relative to its size, if that affects its first digit.
 fn least_reliable(signals: Vec<UnreliableSignal>, looser: f64) -> Option<UnreliableSignal> {
     let largest = |unit: Physical| {
         let own = signals.iter().filter(|other| other.unit == unit).map(|other| other.size);
@@ -122,7 +131,7 @@ fn least_reliable(signals: Vec<UnreliableSignal>, looser: f64) -> Option<Unrelia
     signals.iter().filter(shows).max_by(|a, b| part(a).total_cmp(&part(b))).cloned()
 }
 
-/// What the comparison with a second run speaks against the numbers of a run.
+/// Warnings about the numbers of a run from the comparison with a second run.
 pub(super) fn accuracy_warnings(run: &Run, second: &RunResult) -> Vec<String> {
     let Some(found) = &run.accuracy else {
         return match (&run.outcome, &second.outcome) {
@@ -135,25 +144,28 @@ pub(super) fn accuracy_warnings(run: &Run, second: &RunResult) -> Vec<String> {
     };
     let unreliable = found.unreliable.iter().map(|UnreliableSignal { signal, unit, error, size }| {
         let [error, size] = [error, size].map(|x| format!("{x:.2e} {}", unit.unit()).trim_end().to_string());
-        format!("the estimated error of {signal} is {error}, of a signal of at most {size}: not even its first digit is known")
-    });
-    // Where counts of sensors decide no tolerance tells which events are right, and the error says how far the ways are apart.
-    let event_note = (!found.same_events && found.undecided.is_none()).then(|| {
         format!(
-            "a second run, at a tolerance that is {LOOSER} times as large, comes through other events, or in another order: a smaller `--tolerance` tells \
-             which are right"
+            "the estimated error of {signal} is {error}, of a signal of at most {size}: not even its first digit is \
+             reliable"
+        )
+    });
+    // Where sensor counts decide, no tolerance shows which events are right; the error measures the distance of the trajectories.
+    let event_note = (!found.same_events && found.quantisation_ambiguity.is_none()).then(|| {
+        format!(
+            "a second run, at a tolerance that is {LOOSER} times as large, passes other events, or events in another \
+             order: a smaller `--tolerance` shows which are right"
         )
     });
     unreliable.chain(event_note).collect()
 }
 
-/// The times between each event and its like, if both runs have the same ones.
+/// The time differences between corresponding events, if both runs have the same ones.
 fn gaps(own: &[Event], other: &[Event]) -> Option<Vec<(f64, f64)>> {
-    let same = own.len() == other.len() && own.iter().zip(other).all(|(a, b)| a.what == b.what);
+    let same = own.len() == other.len() && own.iter().zip(other).all(|(a, b)| a.description == b.description);
     same.then(|| own.iter().zip(other).map(|(a, b)| (a.time.min(b.time), a.time.max(b.time))).collect())
 }
 
-/// Rows of both at the same times, outside of the gaps.
+/// Rows of both runs at the same times, outside of the gaps.
 fn common_rows(own: &Series, other: &Series, gaps: &[(f64, f64)]) -> Vec<(usize, usize)> {
     let mut rows = Vec::new();
     let (mut k, mut gap) = (0, 0);
@@ -164,7 +176,7 @@ fn common_rows(own: &Series, other: &Series, gaps: &[(f64, f64)]) -> Vec<(usize,
         while gap < gaps.len() && gaps[gap].1 < time {
             gap += 1;
         }
-        // Values at an event are those after it, in one run perhaps already.
+        // Values at an event are those after it; one run may be past it already.
         let mut begun = gaps[gap..].iter().take_while(|(from, _)| *from <= time);
         let in_gap = begun.any(|(from, until)| from < until && time <= *until);
         if other.time.get(k) == Some(&time) && !in_gap {
@@ -187,9 +199,9 @@ mod tests {
     fn rows_between_an_event_and_its_like_are_left_out() {
         let series = |time: &[f64]| Series { time: time.to_vec(), signals: Vec::new() };
         let (own, other) = (series(&[0.0, 1.0, 2.0, 3.0, 4.0]), series(&[0.0, 1.0, 1.5, 2.0, 3.0, 4.0]));
-        let event = |time: f64| Event { time, what: "a slips forward".into() };
+        let event = |time: f64| Event { time, description: "a slips forward".into() };
         let gaps = gaps(&[event(1.0), event(1.0), event(3.5)], &[event(1.0), event(2.0), event(3.6)]).expect("alike");
-        // An event that both have at 1 s, one that comes at 1 s here and at 2 s there, one between two rows.
+        // An event that both runs have at 1 s, one that comes at 1 s in one run and at 2 s in the other, one between two rows.
         assert_eq!(gaps, [(1.0, 1.0), (1.0, 2.0), (3.5, 3.6)]);
         assert_eq!(common_rows(&own, &other, &gaps), [(0, 0), (3, 4), (4, 5)]);
         assert_eq!(common_rows(&own, &other, &[(1.0, 1.0)]).len(), 5);

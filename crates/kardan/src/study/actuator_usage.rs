@@ -1,4 +1,4 @@
-//! What the scenario of a file asks of the motors of a design: the steps that it really makes, not steps by one unit.
+//! Motor loads of a design in the scenario of the file: its real steps, not steps by one unit.
 
 use rayon::prelude::*;
 
@@ -7,11 +7,11 @@ use super::{Prepared, PreparedVariant, Progress};
 use crate::results::{Design, MotorLoad, Outcome, ScenarioMotorLoad};
 use crate::simulate::{Setup, Tolerance};
 
-/// Steps of the integrator after which a run of the scenario is given up.
+/// Limit of integrator steps of a run of the scenario.
 const MOST_STEPS: usize = 2_000_000;
 
-/// Runs the scenario of every variant that has the controller of a design in its loop, and tells in the design what was asked
-/// of its motors. Variants in which nothing happens are left out.
+/// Runs the scenario of every variant that has the controller of a design in its loop, and records the motor loads in the design.
+/// Variants without events are left out.
 pub(super) fn scenario_motor_loads(prepared: &Prepared, design: &mut Design, progress: &dyn Progress) {
     let with = |variant: &&PreparedVariant| {
         let scenario = &variant.scenario;
@@ -47,7 +47,7 @@ pub(super) fn scenario_motor_loads(prepared: &Prepared, design: &mut Design, pro
     warn(design);
 }
 
-/// Tells in a design what a run of a variant asked of its motors.
+/// Records in a design the motor loads of a run of a variant.
 pub(super) fn add_usage(design: &mut Design, variant: &str, duration: f64, motor_loads: &[MotorLoad]) {
     let own = motor_loads.iter().filter(|motor_load| design.inputs.contains(&motor_load.motor));
     let found =
@@ -55,7 +55,7 @@ pub(super) fn add_usage(design: &mut Design, variant: &str, duration: f64, motor
     design.motor_loads.extend(found);
 }
 
-/// Warns of each motor that the scenario drives to its limits, with the variant in which it is there the longest.
+/// Warns of each motor that the scenario drives to its limits, with the variant in which it is at the limit the longest.
 pub(super) fn warn(design: &mut Design) {
     let time = |found: &ScenarioMotorLoad| {
         let MotorLoad { at_torque_limit, .. } = &found.motor_load;
@@ -71,8 +71,8 @@ pub(super) fn warn(design: &mut Design) {
             (of_motor().count(), of_motor().filter(|found| found.motor_load.at_limit()).count());
         let of = if all > 1 { format!(", the worst of {strained_count} of {all} variants") } else { String::new() };
         design.warnings.push(format!(
-            "in the scenario of the file (variant `{}`{of}) {usage}: what is said of the outputs does not hold meanwhile; ask for \
-             less, filter the reference, or take a stronger motor",
+            "in the scenario of the file (variant `{}`{of}) {usage}: statements about the outputs are not valid \
+             meanwhile; demand less, filter the reference, or take a stronger motor",
             worst.variant
         ));
     }

@@ -1,4 +1,4 @@
-//! What `[analysis]` asks for, checked against the model.
+//! The options of `[analysis]`, checked against the model.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -19,10 +19,10 @@ use crate::results::Physical;
 use crate::schema::{Field, Keys, Kind, Placed, Scalar, Sign, Table, Value};
 use crate::units::{Dimension, Exact};
 
-/// Most samples that a study may ask for.
+/// Largest number of samples that a study accepts.
 const MOST_SAMPLES: f64 = 1e6;
 
-/// What `[analysis]` asks for, for one set of parameter values. What is left out of the file is left open here.
+/// The options of `[analysis]` for one set of parameter values. Keys that the file leaves out are open here.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AnalysisSpec {
     /// Motors and disturbances; `None`: all motors.
@@ -32,25 +32,25 @@ pub struct AnalysisSpec {
     pub outputs: Option<Vec<String>>,
     /// Angles of coordinates at the operating point: shaft, rad. The others are at their initial position.
     pub at: Vec<(String, f64)>,
-    /// What else is given of it.
+    /// Other given values of the operating point.
     pub given: OperatingConditions,
-    /// Elements whose Coulomb friction holds.
+    /// Elements whose Coulomb friction sticks.
     pub stuck: Vec<String>,
-    /// Time over which the Gramians are taken, s.
+    /// Integration time of the Gramians, s.
     pub horizon: Exact,
-    /// Angles and speeds of coordinates to reach from rest: signal (`rk.phi`, `rk.w`), SI.
+    /// Target angles and speeds of coordinates, from rest: signal (`rk.phi`, `rk.w`), SI.
     pub motion: Vec<(String, f64)>,
     /// Gramian eigenvalue below which a sample counts as lost.
     pub threshold: Option<f64>,
     /// Samples within the tolerances.
     pub samples: Option<usize>,
-    /// Where motors may sit.
+    /// Candidate locations of motors.
     pub actuators: Vec<Site>,
-    /// Where sensors may sit.
+    /// Candidate locations of sensors.
     pub sensors: Vec<Site>,
-    /// Places in the file: of the value of each key that is there.
+    /// Spans in the file: of the value of each key that is present.
     pub places: BTreeMap<&'static str, Place>,
-    /// Places in the file: of the expression of each law of torque.
+    /// Spans in the file: of the expression of each law of torque.
     pub laws: BTreeMap<String, Place>,
 }
 
@@ -82,34 +82,34 @@ impl AnalysisSpec {
     }
 }
 
-/// What an operating point gives beside positions, SI.
+/// Values of an operating point other than positions, SI.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct OperatingConditions {
     /// Speeds, by the shaft or mass.
     pub speeds: Vec<(String, f64)>,
     /// Torques of inputs.
     pub torques: Vec<(String, f64)>,
-    /// The time at which functions of time are taken, s; alone: that of the run whose state is meant.
+    /// The time at which functions of time are evaluated, s; given alone: the operating point is the state of the run at that time.
     pub time: Option<f64>,
 }
 
 impl OperatingConditions {
-    /// Whether it is one in motion, or balanced by torques: not the plain position at rest.
+    /// Whether it is one in motion, or balanced by torques: not a position at rest without torques.
     pub fn moves(&self) -> bool {
         *self != Self::default()
     }
 }
 
-/// Where a motor or a sensor may sit.
+/// A candidate location of a motor or a sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Site {
     /// The shaft.
     pub shaft: String,
     /// The signal that a sensor would read: `rk.phi` or `rk.w`; empty for a motor.
     pub signal: String,
-    /// What it costs.
+    /// Its cost.
     pub cost: f64,
-    /// Its place in the file.
+    /// Its span in the file.
     pub place: Place,
 }
 
@@ -119,7 +119,7 @@ pub(super) struct Point<'a> {
     pub(super) initial: &'a [f64],
 }
 
-/// Reads `[analysis]`. Without a reduced model (`point`), what depends on the coordinates is passed over.
+/// Reads `[analysis]`. Without a reduced model (`point`), keys that depend on the coordinates are skipped.
 pub(super) fn analysis_spec(
     context: &SignalContext<'_>,
     equations: &Equations,
@@ -163,7 +163,7 @@ pub(super) fn analysis_spec(
         && !moves
     {
         out.push(
-            Diagnostic::error("analysis::motion", format!("`motion` of {what}: nothing is to move"))
+            Diagnostic::error("analysis::motion", format!("`motion` of {what}: all its values are zero"))
                 .at(TableReader::place(table, "motion"), "no motion")
                 .help("give an angle or a speed other than zero, or leave it out"),
         );
@@ -215,8 +215,8 @@ fn outputs(
     Some(found)
 }
 
-/// The output of a name: `rk.phi`, `rk.w`, `L1.q`, `L1.i`, or the name of a sensor (its reading stands for it). Else message
-/// and help, or nothing if it may be there when the mistakes told are put right (`doubtful`).
+/// The output of a name: `rk.phi`, `rk.w`, `L1.q`, `L1.i`, or the name of a sensor (its reading). Else message
+/// and help, or nothing if it may exist once the reported errors are corrected (`doubtful`).
 pub(super) fn output(
     name: &str,
     equations: &Equations,
@@ -251,7 +251,7 @@ pub(super) fn output(
         equations.signal_sensors.iter().find(|(sensor, _)| sensor == head)
     {
         let message = format!(
-            "`{shown}` is no output: it measures the signal `{signal}`, and an analysis sees the mechanism alone"
+            "`{shown}` is no output: it measures the signal `{signal}`, and an analysis covers only the mechanism"
         );
         return Err(Some((message, "name angles and speeds, or sensors of them and of torques".into())));
     }
@@ -303,7 +303,7 @@ fn whole_samples(table: &Table, samples: f64, out: &mut Vec<Diagnostic>) -> Opti
     out.push(
         Diagnostic::error("analysis::samples", message)
             .at(TableReader::place(table, "samples"), "not such a number")
-            .help("a thousand samples tell a probability to within 0.03"),
+            .help("1000 samples estimate a probability to within 0.03"),
     );
     None
 }
@@ -319,7 +319,7 @@ pub(super) fn entries_of<'a>(table: &'a Table, key: &str) -> &'a [Target] {
 /// A signal and its value.
 type Target = (Placed<String>, Placed<Scalar>);
 
-/// What `at` of a table gives: positions of coordinates, and speeds of whatever moves, torques of inputs, and the time.
+/// The values of `at` of a table: positions of coordinates, speeds of anything that moves, torques of inputs, and the time.
 pub(super) fn operating_point(
     (table, what): (&Table, &str),
     (document, equations): (&Document, &Equations),
@@ -356,7 +356,7 @@ pub(super) fn operating_point(
         out.push(
             Diagnostic::error(
                 "number::sign",
-                format!("`t` in `at` of {what}: a time from the start of the run on, found {time} s"),
+                format!("`t` in `at` of {what}: expected a time at or after the start of the run, found {time} s"),
             )
             .at(TableReader::place(table, "at"), "before the start")
             .help("the run begins at `t` = 0 s"),
@@ -411,8 +411,11 @@ pub(super) fn targets_of(
         let names = || names.iter().map(String::as_str);
         let shown = shortened(&name.value);
         let (message, help) = if is_shaft && derivative.is_some() {
-            let help = format!("the coordinates give {}; `coordinates` of `[model]` chooses others", quoted(names()));
-            (format!("`{shaft}` is not a coordinate, its motion follows from them"), help)
+            let help = format!(
+                "the coordinates have the signals {}; `coordinates` of `[model]` chooses others",
+                quoted(names())
+            );
+            (format!("`{shaft}` is not a coordinate; its motion follows from the coordinates"), help)
         } else {
             let help = unknown_name(&name.value, names());
             (format!("`{shown}` is not the angle or speed of a coordinate"), help)
@@ -453,11 +456,11 @@ fn places(
             (_, None) if table.unread.contains(&"measures") => continue,
             _ => position.of(shaft),
         };
-        // What could not be read has been reported by `TableReader::values` of the whole table.
+        // `TableReader::values` of the whole table has reported unreadable values.
         let label = format!("`cost` of entry {} of `{key}` of `[analysis]`", i + 1);
         let cost = super::read::read_scalar(table, "cost")
             .map(|scalar| of_dimension(reader, &scalar, (Dimension::NONE, Sign::NonNegative), &label, &mut Vec::new()));
-        // Where it could not be read, the place is checked all the same.
+        // If it is unreadable, the location is checked nevertheless.
         let Some(cost) = cost.unwrap_or_else(|| Some(Exact::zero())) else { continue };
         let place = TableReader::place(table, "shaft");
         let site = Site { shaft: shaft.to_string(), signal, cost: cost.to_f64(), place: place.clone() };
@@ -503,14 +506,14 @@ fn check_stuck(spec: &mut AnalysisSpec, context: &SignalContext<'_>, equations: 
             true => "no element has any; leave `stuck` out, or give an element `friction`".to_string(),
             false => format!("{} can be stuck", quoted(with.iter().copied())),
         };
-        let what = if rubs { "no Coulomb friction" } else { "neither a rigid stop nor play" };
-        let message = format!("`stuck` of `[analysis]`: `{}` has {what} that could hold it", shortened(name));
+        let what = if rubs { "no Coulomb friction" } else { "neither a rigid stop nor backlash" };
+        let message = format!("`stuck` of `[analysis]`: `{}` has {what} that could lock it", shortened(name));
         out.push(Diagnostic::error("analysis::stuck", message).at(word.place.clone(), "no friction").help(help));
     }
     spec.stuck.retain(|name| with.contains(name.as_str()));
 }
 
-/// The operating point must have finite angles and leave a motion.
+/// The operating point must have finite angles and leave at least one motion.
 fn check_point(spec: &AnalysisSpec, table: &Table, point: &Point<'_>, out: &mut Vec<Diagnostic>) {
     let position = spec.position(&point.reduced.coordinate_names(), point.initial);
     if !is_finite_at(point.reduced, &position) {
@@ -528,7 +531,7 @@ fn check_point(spec: &AnalysisSpec, table: &Table, point: &Point<'_>, out: &mut 
     let system = ConstrainedSystem::at(point.reduced, &position, &stuck, &[]);
     if system.constraints.len() == system.coordinates.len() {
         let names = quoted(spec.stuck.iter().map(String::as_str));
-        let message = format!("`stuck` of `[analysis]`: nothing can move while the friction of {names} holds");
+        let message = format!("`stuck` of `[analysis]`: no motion is possible while the friction of {names} sticks");
         out.push(
             Diagnostic::error("analysis::stuck", message)
                 .at(TableReader::place(table, "stuck"), "no motion is left")
@@ -645,7 +648,7 @@ shaft = "c"
         assert_eq!(specs.len(), 2);
         for (spec, degrees) in specs.iter().zip([10.0f64, 20.0]) {
             assert_eq!(spec.inputs, Some(names(&["load", "m"])));
-            // The reading of a sensor is the sensor.
+            // The reading of a sensor is the sensor itself.
             assert_eq!(spec.outputs, Some(names(&["a.phi", "c.w", "twist", "encoder"])));
             assert_eq!(spec.at, [("b".to_string(), degrees.to_radians())]);
             assert_eq!(spec.position(&names(&["b", "c"]), &[5.0, 1.0]), [degrees.to_radians(), 1.0]);

@@ -1,4 +1,4 @@
-//! What `kardan analyze` asks for.
+//! The computations of `kardan analyze`.
 
 use std::collections::BTreeSet;
 
@@ -35,8 +35,8 @@ use crate::results::{
 };
 use crate::synthesis::without_counting;
 
-/// What comes behind the structure of a model.
-const REST: &str = "modes, the construction of inputs, bases and places";
+/// The results that follow after the structure of a model.
+const REST: &str = "modes, the construction of inputs, bases and placement";
 
 /// Analyses a model file.
 ///
@@ -49,7 +49,7 @@ const REST: &str = "modes, the construction of inputs, bases and places";
 /// ```
 ///
 /// # Errors
-/// All mistakes of the file, or why it cannot be analysed.
+/// All errors of the file, or the reason why kardan cannot analyse it.
 pub fn analyze(source: &str, settings: &AnalyzeSettings, progress: &dyn Progress) -> Result<Analysis, Vec<Diagnostic>> {
     Project::open(source).analyze(settings, progress)
 }
@@ -58,7 +58,7 @@ impl Project {
     /// Analyses one variant; see [`analyze`](super::analyze()).
     ///
     /// # Errors
-    /// All mistakes, or why it cannot be analysed.
+    /// All errors, or the reason why kardan cannot analyse it.
     pub fn analyze(&self, settings: &AnalyzeSettings, progress: &dyn Progress) -> Result<Analysis, Vec<Diagnostic>> {
         if !settings.at.is_empty() {
             let here = AnalyzeSettings { at: Vec::new(), ..settings.clone() };
@@ -71,16 +71,16 @@ impl Project {
         let variant = prepared.variant(settings.variant.as_deref())?;
         let mut analysis = analyze_variant(prepared, variant, settings, progress)?;
         let toleranced = !variant.model.tolerances.is_empty();
-        if toleranced && analysis.class.as_ref().is_some_and(|class| class.operating_point.moves) {
-            let note = "what the tolerances allow is not looked at: the operating point is one in motion";
+        if toleranced && analysis.class.as_ref().is_some_and(|class| class.operating_point.in_motion) {
+            let note = "the effect of the tolerances is not analysed: the operating point is one in motion";
             analysis.notes.push(note.into());
         } else if variant.unfrozen.is_none() {
             if toleranced {
-                store_partial(progress, &analysis, "what the tolerances allow");
+                store_partial(progress, &analysis, "the effects of the tolerances");
             }
             sensitivity(self.read().0, prepared, variant, settings, &mut analysis, progress)?;
         } else if toleranced {
-            let note = "what the tolerances allow is not looked at: a constraint is not solved for a coordinate";
+            let note = "the effect of the tolerances is not analysed: a constraint is not solved for a coordinate";
             analysis.notes.push(note.into());
         }
         analysis.parity = parity(self.read().0, prepared, variant, settings, &mut analysis.notes)?;
@@ -90,7 +90,7 @@ impl Project {
     }
 }
 
-/// Keeps what is found of an analysis, without what it has not come to.
+/// Stores the partial results of an analysis, with the list of missing ones.
 fn store_partial(progress: &dyn Progress, analysis: &Analysis, missing: &str) {
     progress.store_partial(&|| {
         let unfinished = Some(format!("{missing} are missing"));
@@ -98,15 +98,15 @@ fn store_partial(progress: &dyn Progress, analysis: &Analysis, missing: &str) {
     });
 }
 
-/// The class of a model, and where it is looked at.
+/// The class of a model, and its operating point.
 fn class_at(variant: &PreparedVariant, point: &WorkingPoint) -> Class {
     let mut found = class_of(variant, &point.position, &point.stuck);
-    found.operating_point.moves = point.moves;
+    found.operating_point.in_motion = point.moves;
     found.operating_point.motion = if point.moves { point.signals(variant) } else { Vec::new() };
     found
 }
 
-/// The class of a model; of kept rows what they are, not what stands for them at the operating point.
+/// The class of a model; for constraints enforced by multipliers the class of the original ones, not of their linearisation at the operating point.
 fn class_of(variant: &PreparedVariant, position: &[f64], stuck: &BTreeSet<String>) -> Class {
     let mut found = class(&variant.reduced, position, stuck);
     let Some(unfrozen) = &variant.unfrozen else { return found };
@@ -115,19 +115,19 @@ fn class_of(variant: &PreparedVariant, position: &[f64], stuck: &BTreeSet<String
     found.constraints.retain(|constraint| !is_classified(&constraint.element));
     if let Some(assumption) = found.assumptions.iter_mut().find(|one| one.statement.starts_with("the constraints are"))
     {
-        assumption.breaches.retain(|breach| !is_classified(&breach.element));
+        assumption.violations.retain(|breach| !is_classified(&breach.element));
         let broken = classes
             .iter()
-            .filter_map(|(class, why)| Some(Breach { element: class.element.clone(), why: why.clone()? }));
-        assumption.breaches.extend(broken);
-        assumption.satisfied = assumption.breaches.is_empty();
+            .filter_map(|(class, why)| Some(Breach { element: class.element.clone(), reason: why.clone()? }));
+        assumption.violations.extend(broken);
+        assumption.satisfied = assumption.violations.is_empty();
     }
     found.constant_linear = found.assumptions.iter().all(|assumption| assumption.satisfied);
     found.constraints.extend(classes.into_iter().map(|(class, _)| class));
     found
 }
 
-/// Analyses one variant of a file without mistakes.
+/// Analyses one variant of a file without errors.
 pub(super) fn analyze_variant(
     prepared: &Prepared,
     variant: &PreparedVariant,
@@ -141,7 +141,7 @@ pub(super) fn analyze_variant(
     let (coordinates, basis) = system.explicit_basis(&reduced.coordinates);
     if coordinates.is_empty() {
         return Err(vec![
-            Diagnostic::error("analysis::no-motion", "with this friction stuck nothing can move")
+            Diagnostic::error("analysis::no-motion", "with this friction stuck no motion is possible")
                 .help("let some of the elements in `stuck` slide"),
         ]);
     }
@@ -187,11 +187,11 @@ pub(super) fn analyze_variant(
     failing_modes(&mut analysis.structure, &mut analysis.modes, &linear, mechanics);
     refine(&mut analysis, &linear);
     judge_stability(variant, point, &linear.states, &mut analysis);
-    // A copy of a large analysis takes longer than what is left where no places are asked for.
+    // A copy of a large analysis takes longer than the remaining work if no placement is requested.
     let spec = &variant.analysis;
     let has_placement = !(spec.actuators.is_empty() && spec.sensors.is_empty());
     if has_placement || linear.states.len() <= MOST_CONSTRUCTED {
-        store_partial(progress, &analysis, "the construction of inputs, bases and places");
+        store_partial(progress, &analysis, "the construction of inputs, bases and placement");
     }
     construct(&mut analysis, &linear);
     add_bases(&mut analysis, beside.bases, non_angle_domains.values().any(|domain| *domain == Domain::Charge))?;
@@ -205,7 +205,7 @@ pub(super) fn analyze_variant(
     Ok(analysis)
 }
 
-/// The model on the opposite side of its kinks, where it has some.
+/// The model on the opposite side of its kinks, if it has kinks.
 fn opposite_model(
     prepared: &Prepared,
     variant: &PreparedVariant,
@@ -216,7 +216,7 @@ fn opposite_model(
     let opposite = analyze_variant(prepared, &variant.on_side(&side), settings, &Silent)?;
     let [own, side] = kinks.describe_sides();
     Ok(Some(OppositeModel {
-        own,
+        reference_side: own,
         side,
         controllable: opposite.structure.controllability(),
         observable: opposite.structure.observability(),
@@ -225,7 +225,7 @@ fn opposite_model(
     }))
 }
 
-/// Charges that only count, where it is they alone that are not reached or not seen.
+/// Integrators without effect (charges), if only they are uncontrollable or unobservable.
 fn counting(found: &Structure, linear: &LinearSystem, non_angle_domains: &NonAngleDomains) -> Option<Counting> {
     let is_charge = |state: &String| {
         let name = SignalName::new(state);
@@ -239,18 +239,22 @@ fn counting(found: &Structure, linear: &LinearSystem, non_angle_domains: &NonAng
     let rest = structure(&rest).ok()?;
     let rest_controllable = !found.controllable() && rest.controllable();
     let rest_observable = !found.observable() && hidden && rest.observable();
-    (rest_controllable || rest_observable).then_some(Counting { charges, rest_controllable, rest_observable })
+    (rest_controllable || rest_observable).then_some(Counting {
+        charges,
+        remaining_controllable: rest_controllable,
+        remaining_observable: rest_observable,
+    })
 }
 
 /// Constraint forces, if there are constraints, and orthogonal bases.
 type Orthogonal = (Option<ConstraintForces>, Vec<Basis>);
 
-/// What does not depend on the structure and is computed beside it.
+/// Results that do not depend on the structure.
 struct Beside {
     reduction: Reduction,
-    /// The modes in floating point, where they are most likely needed.
+    /// The modes in floating point, where the user most likely needs them.
     modes: Option<Option<Vec<Mode>>>,
-    /// Nothing where some coordinates have no inertia of their own.
+    /// None if some coordinates have no inertia of their own.
     bases: Result<Option<Orthogonal>, BasisError>,
 }
 
@@ -274,7 +278,7 @@ fn orthogonal(system: &ConstrainedSystem, reduced: &Reduced) -> Result<Option<Or
     Ok(Some((forces, bases(system, &reduced.coordinates)?)))
 }
 
-/// Orthogonal bases and constraint forces, or a note that there are none.
+/// Orthogonal bases and constraint forces, or a note that they are missing.
 fn add_bases(
     analysis: &mut Analysis,
     found: Result<Option<Orthogonal>, BasisError>,
@@ -291,19 +295,19 @@ fn add_bases(
     Ok(())
 }
 
-/// The modes, or a note that there are none.
+/// The modes, or a note that they are missing.
 fn list(analysis: &mut Analysis, modes: Option<Vec<Mode>>) {
     analysis.modes = modes.unwrap_or_else(|| {
-        let note = "the eigenvalue iteration failed: no modes are listed, the structure is exact all the same";
+        let note = "the eigenvalue iteration failed: no modes are listed, the structure is still exact";
         analysis.notes.push(note.into());
         Vec::new()
     });
 }
 
-/// Analyses a plain state space `E ẋ = A x + B u`, `y = C x + D u`; `bytes` is a JSON or MAT file as it is.
+/// Analyses a plain state space `E ẋ = A x + B u`, `y = C x + D u`; `bytes` is the content of a JSON or MAT file.
 ///
 /// # Errors
-/// All mistakes of the file, or why it cannot be analysed.
+/// All errors of the file, or the reason why kardan cannot analyse it.
 pub fn analyze_state_space(
     bytes: &[u8],
     settings: &AnalyzeSettings,
@@ -353,7 +357,7 @@ pub fn analyze_state_space(
     refine(&mut analysis, &system);
     store_partial(progress, &analysis, "the distance to a loss and the construction of inputs");
     if is_descriptor {
-        analysis.notes.push("the distance to a loss is not looked for where `E` is singular".into());
+        analysis.notes.push("the distance to a loss is not computed where `E` is singular".into());
     } else {
         analysis.matrix_distance = matrix_distances(&analysis, &system, &digits);
     }
@@ -363,7 +367,7 @@ pub fn analyze_state_space(
     Ok(analysis)
 }
 
-/// What follows from the structure, and the forms to take along.
+/// Results that follow from the structure, and the canonical forms.
 fn refine(analysis: &mut Analysis, system: &LinearSystem) {
     analysis.realisations = realisations(system, &analysis.structure.certificate);
     let (found, discrete) = (analysis.realisations.as_ref(), analysis.discrete.is_some());
@@ -381,7 +385,7 @@ fn refine(analysis: &mut Analysis, system: &LinearSystem) {
     analysis.properties = Some(found_properties);
 }
 
-/// Frequency and damping of modes in discrete time: those of `ln z` over the sample time, per sample where it is not known.
+/// Frequency and damping of modes in discrete time: those of `ln z` over the sample time, per sample if it is unknown.
 fn per_sample(analysis: &mut Analysis, discrete: DiscreteTime) {
     for mode in &mut analysis.modes {
         let (size, angle) = (mode.eigenvalue.abs(), atan2(mode.eigenvalue.im, mode.eigenvalue.re));
@@ -389,7 +393,7 @@ fn per_sample(analysis: &mut Analysis, discrete: DiscreteTime) {
         mode.natural_frequency = speed / discrete.sample_time.unwrap_or(1.0);
         mode.damping_ratio = if speed == 0.0 || size == 0.0 { 1.0 } else { 0.0 - ln(size) / speed };
     }
-    // Which half-plane zeros lie in says nothing here.
+    // The half-plane of zeros has no meaning here.
     if !analysis.structure.zeros.values.is_empty() {
         analysis.structure.zeros.growing = None;
     }
@@ -402,10 +406,10 @@ fn per_sample(analysis: &mut Analysis, discrete: DiscreteTime) {
     ));
 }
 
-/// How far the matrices are from losing what they have, beside what their last digit can tell.
+/// Distance of the matrices to a loss of their properties, compared with the uncertainty of their last digit.
 fn matrix_distances(analysis: &Analysis, system: &LinearSystem, digits: &DataDigits) -> Option<MatrixDistances> {
     let n = system.states.len();
-    // Binary numbers that were computed are as good as about n units of their last digit.
+    // Computed binary numbers are accurate to about n units of their last digit.
     let computed = if digits.binary { n as f64 } else { 1.0 };
     let identity = Matrix::identity(n);
     let (per_row, size) = match system.e == identity {
@@ -418,7 +422,11 @@ fn matrix_distances(analysis: &Analysis, system: &LinearSystem, digits: &DataDig
     let of = |side: Side, satisfied: bool, data: f64| {
         let found = satisfied.then(|| distance_of_matrices(system, side)).flatten()?;
         let last_digit = per_row * (data + digits.descriptor * size) * computed;
-        Some(MatrixDistance { last_digit, below_last_digit: found.upper <= last_digit, ..found })
+        Some(MatrixDistance {
+            data_uncertainty: last_digit,
+            within_data_uncertainty: found.upper <= last_digit,
+            ..found
+        })
     };
     let found = MatrixDistances {
         controllability: of(Side::Inputs, analysis.structure.controllable(), digits.inputs),
@@ -431,8 +439,8 @@ fn frobenius(matrix: &Matrix<Rational>) -> f64 {
     length(matrix.to_f64().as_slice())
 }
 
-/// The exact structure; with `certify` every answer proven, which may take long and reports how far it is: what random primes tell
-/// comes first then, and is kept.
+/// The exact structure; with `certify` every answer is proven, which may take long and reports its progress: the answers from random primes
+/// come first then and are stored.
 fn decide(
     analysis: &mut Analysis,
     system: &LinearSystem,
@@ -444,7 +452,7 @@ fn decide(
     progress.advance(0, name, 0.0);
     if certify {
         analysis.structure = structure(system).map_err(failed)?;
-        store_partial(progress, analysis, &format!("the proofs asked for, {rest}"));
+        store_partial(progress, analysis, &format!("the requested proofs, {rest}"));
         let report = |fraction: f64| progress.advance(0, name, fraction);
         analysis.structure = certified_structure(system, &report).map_err(failed)?;
     } else {
@@ -454,7 +462,7 @@ fn decide(
     Ok(())
 }
 
-/// Builds the least number of inputs, or says that it is not done.
+/// Constructs the least number of inputs, or adds a note that it is not done.
 fn construct(analysis: &mut Analysis, system: &LinearSystem) {
     analysis.structure.construction = construction(system);
     if analysis.structure.construction.is_none() {

@@ -5,11 +5,11 @@ use kardan_rt::functions::hypot;
 use crate::model::Model;
 use crate::results::Series;
 
-/// How much faster than its speed along itself a car may be on its way, as a part of it and m/s, before its speed is no longer that of what drives it.
+/// Excess of the total speed of a car over its longitudinal speed, as a fraction and in m/s, above which `speed` no longer describes its motion.
 const FASTER: f64 = 1.1;
 const MORE: f64 = 0.5;
 
-/// Sides and axles of a car with their wheels, and what it does that has both of them off the ground.
+/// Sides and axles of a car with their wheels, and the real motion of a car with both of them off the ground.
 const PAIRS: [(&str, [&str; 2], &str); 4] = [
     ("on its left", ["load_fl", "load_rl"], "rolls over"),
     ("on its right", ["load_fr", "load_rr"], "rolls over"),
@@ -17,8 +17,8 @@ const PAIRS: [(&str, [&str; 2], &str); 4] = [
     ("at its rear", ["load_rl", "load_rr"], "pitches over"),
 ];
 
-/// Sentences about cars whose speed falls below zero, that go sideways with a speed that nothing gave them, whose road has no friction, or that have both
-/// wheels of a side or an axle off the ground, where no tyre knows what happens. Looked at in the rows of the run.
+/// Warnings about cars that drive backwards, slide sideways, have a road without friction, or have both wheels of a side or an axle off the
+/// ground, where the tyre model is not valid. Evaluated in the rows of the run.
 pub(super) fn backwards(model: &Model, series: &Series) -> Vec<String> {
     let cars = model.elements.iter().filter(|element| element.kind == "vehicle").map(|element| element.name.as_str());
     let sentence = |car: &str| {
@@ -26,8 +26,8 @@ pub(super) fn backwards(model: &Model, series: &Series) -> Vec<String> {
         let (row, _) = speed.values.iter().enumerate().find(|(_, speed)| **speed < 0.0)?;
         let least = speed.values.iter().copied().fold(f64::INFINITY, f64::min);
         Some(format!(
-            "`{car}` drives backwards from {:.4} s on, at up to {:.4} m/s: its tyres are those of a car that drives forwards, so nothing of it is right from there on; \
-             keep `speed` at zero or more, `max(0 m/s, ...)`.",
+            "`{car}` drives backwards from {:.4} s on, at up to {:.4} m/s: its tyre model is valid only for forward \
+             driving, so all its results after that are wrong; keep `speed` at zero or more, `max(0 m/s, ...)`.",
             series.time[row], -least
         ))
     };
@@ -39,7 +39,8 @@ pub(super) fn backwards(model: &Model, series: &Series) -> Vec<String> {
             let (row, _) = friction.values.iter().enumerate().find(|(_, friction)| **friction <= 0.0)?;
             let least = friction.values.iter().copied().fold(f64::INFINITY, f64::min);
             Some(format!(
-                "`{name}` is zero or less from {:.4} s on, {least:.4} at least: no road has that, and the tyres go on with 0.001; keep it above, `max(0.05, ...)`.",
+                "`{name}` is zero or less from {:.4} s on, its minimum is {least:.4}: no road has that, and the tyre \
+                 model uses 0.001 instead; keep it above zero, `max(0.05, ...)`.",
                 series.time[row]
             ))
         };
@@ -52,8 +53,9 @@ pub(super) fn backwards(model: &Model, series: &Series) -> Vec<String> {
         let (most, with) =
             both().map(|(x, y)| (hypot(*x, *y), *x)).fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a });
         Some(format!(
-            "`{car}` slides sideways from {:.4} s on, on its way at up to {most:.4} m/s with {with:.4} m/s along itself: that it slides is right, how fast it is and where it comes \
-             to is not, as `speed` holds the speed along it whatever the tyres do.",
+            "`{car}` slides sideways from {:.4} s on, at a total speed of up to {most:.4} m/s with {with:.4} m/s \
+             along its longitudinal axis: that it slides is right, but its speed and position are wrong, as `speed` \
+             prescribes the longitudinal speed whatever the tyre forces are.",
             series.time[row]
         ))
     };
@@ -64,8 +66,9 @@ pub(super) fn backwards(model: &Model, series: &Series) -> Vec<String> {
             let (row, _) =
                 one?.values.iter().zip(&two?.values).enumerate().find(|(_, (a, b))| **a <= 0.0 && **b <= 0.0)?;
             Some(format!(
-                "Both wheels of `{car}` {place} are off the ground from {:.4} s on (`{}` and `{}` are zero): a car {what} there, and this one drives on upright, so \
-                 nothing of it is right from there on; drive slower, steer or brake less, or give it a lower `height`.",
+                "Both wheels of `{car}` {place} are off the ground from {:.4} s on (`{}` and `{}` are zero): a real \
+                 car {what} there, but this model stays upright, so all its results after that are wrong; drive \
+                 slower, steer or brake less, or give it a lower `height`.",
                 series.time[row], names[0], names[1]
             ))
         };

@@ -1,4 +1,4 @@
-//! What analyses, designs and margins see of blocks, and what they do not.
+//! Which blocks analyses, designs and margins include, and which they do not.
 
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
@@ -17,12 +17,12 @@ use crate::simulate::{Scenario, SourceTarget};
 use crate::synthesis::{Law, fade};
 use crate::units::{Dimension, Exact, shown_quantity};
 
-/// Answers of blocks that follow from what moves, also by way of each other.
+/// Outputs of blocks that depend on the motion, directly or through other blocks.
 fn moving(model: &Model) -> BTreeSet<String> {
     let tasks: Vec<&Arc<Task>> = model.programs.sensors.iter().chain(&model.programs.tasks).collect();
     let of_signal: BTreeSet<&str> = model.programs.sensors.iter().map(|task| task.outputs[0].name.as_str()).collect();
     let mut found: BTreeSet<String> = model.programs.exported.iter().map(|(name, _)| name.clone()).collect();
-    // What is found is handed on by its name; who reads it waits.
+    // Found names go into a queue; their readers wait for them.
     let mut named_by: HashMap<&str, Vec<(usize, Symbol)>> = HashMap::new();
     let mut open: Vec<(usize, Symbol)> = Vec::new();
     for (number, task) in tasks.iter().enumerate() {
@@ -60,7 +60,7 @@ fn moving(model: &Model) -> BTreeSet<String> {
     found
 }
 
-/// What of a task follows from each of its symbols: what it remembers, and its answers by their numbers.
+/// For each symbol of a task the dependent ones: its states, and its outputs by their numbers.
 struct Followers {
     memory: HashMap<Symbol, Vec<Symbol>>,
     outputs: HashMap<Symbol, Vec<usize>>,
@@ -82,35 +82,36 @@ impl Followers {
     }
 }
 
-/// What a law reads of blocks that follow from what moves.
+/// The signals of motion-dependent blocks that a law reads.
 fn read_of_blocks<'a>(moving: &BTreeSet<String>, law: &'a dyn Law) -> Vec<&'a str> {
     let names = law.references().iter().map(|reference| reference.name.as_str());
     names.filter(|name| moving.contains(*name)).collect()
 }
 
-/// What a law reads, where no map knows it, in words.
+/// Text for a law that reads blocks which no map includes.
 fn assumed_gain_text(read: &[&str]) -> String {
     let names = quoted(read.iter().copied());
     format!(
-        "reads {names}, which follows from what moves, at samples: beside controllers in continuous time alone, designs and margins take that as \
-         given"
+        "reads {names}, which depends on the motion, at samples: if all controllers are in continuous time, designs \
+         and margins treat it as an independent input"
     )
 }
 
-/// What blocks do at a limit or in a dead zone; nothing of none.
+/// Text for blocks at a limit or in a dead zone; `None` if there are none.
 fn passes_nothing_on(names: &[&str]) -> Option<String> {
-    let [verb, again] = if names.len() == 1 { ["passes", "it does"] } else { ["pass", "they do"] };
+    let [verb, again] = if names.len() == 1 { ["has", "it has"] } else { ["have", "they have"] };
     (!names.is_empty()).then(|| {
         format!(
-            "{} {verb} nothing on where the loop is linearised, at rest where the run begins: at a limit, or in a dead zone. Stability and margins are those of \
-             the loop as if it were open there; where {again} again it is another loop, which a run shows",
+            "{} {verb} zero gain where the loop is linearised (at rest, where the run begins): at a limit, or in a \
+             dead zone. Stability and margins are those of the loop opened there; where {again} gain again, the loop \
+             differs, which a run shows",
             quoted(names.iter().copied())
         )
     })
 }
 
-/// What its design has to say of the blocks that a law reads: warnings where its margins do not know them or what they engage, or where they pass nothing on,
-/// notes where they do.
+/// Remarks of the design about the blocks that a law reads: warnings where its margins do not include them or what they engage, or where their gain is
+/// zero, notes otherwise.
 pub(super) fn block_remarks(variant: &PreparedVariant, number: usize) -> (Vec<String>, Vec<String>) {
     let law = &*variant.implemented[number];
     let read = read_of_blocks(&moving(&variant.model), law);
@@ -118,25 +119,26 @@ pub(super) fn block_remarks(variant: &PreparedVariant, number: usize) -> (Vec<St
         return (Vec::new(), Vec::new());
     }
     if !are_in_maps(variant) {
-        let warning = format!("the law {}, so a run alone tells whether the loop is stable", assumed_gain_text(&read));
+        let warning = format!("the law {}, so only a run shows whether the loop is stable", assumed_gain_text(&read));
         return (if read.is_empty() { Vec::new() } else { vec![warning] }, Vec::new());
     }
     let found = blocks(variant, &variant.loop_plant());
     let (names, none) = (found.of_loop.names(), found.of_loop.names().is_empty());
-    let where_they_stand = if found.nonlinear { ", with their slopes where they stand at rest" } else { "" };
+    let where_they_stand = if found.nonlinear { ", linearised at rest" } else { "" };
     let names = quoted(names.iter().map(String::as_str));
     let margins = match searches(&found.of_loop, law.clock()) {
-        true => "map and margins have the blocks that the loop closes through",
+        true => "map and margins include the blocks that the loop closes through",
         false => {
-            "stability is that of the exact map with the blocks that the loop closes through, margins take them as given, as they are many with other sample times"
+            "stability is that of the exact map with the blocks that the loop closes through; margins treat these \
+             blocks as independent inputs, as they are many with other sample times"
         }
     };
-    let note = format!("the design takes its references as given; {margins}{where_they_stand}: {names}");
+    let note = format!("the design treats its references as independent inputs; {margins}{where_they_stand}: {names}");
     let open = format!(
-        "stability and margins are those with {} open, which blocks engage where the run begins",
+        "stability and margins are those with {} open, which blocks engage at the start of the run",
         quoted(found.engaged.iter().map(String::as_str))
     );
-    // What a law reads itself leaves it without a loop; what stands farther away, such as a function that is off, is worth a note.
+    // A signal that a law reads itself leaves it without a loop; a more distant one, such as a function that is off, is worth a note.
     let program = variant.model.controls[number].values.task("commands");
     let reads =
         |name: &&str| read.contains(name) || program.is_some_and(|task| task.names.iter().any(|own| own == name));
@@ -146,7 +148,7 @@ pub(super) fn block_remarks(variant: &PreparedVariant, number: usize) -> (Vec<St
     (warnings, [(!none).then_some(note), passes_nothing_on(&flat_blocks)].into_iter().flatten().collect())
 }
 
-/// Warns of what only a run sees of blocks: those at samples that laws in continuous time read, and torques that follow from them.
+/// Warns of effects of blocks that only a run includes: blocks at samples that continuous-time laws read, and torques that depend on them.
 pub(super) fn check_blocks(document: &Document, variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
     let PreparedVariant { model, reduced, implemented: laws, scenario, .. } = variant;
     check_fades(document, model, scenario, out);
@@ -157,11 +159,10 @@ pub(super) fn check_blocks(document: &Document, variant: &PreparedVariant, out: 
         return;
     }
     for element in engaged_locks(variant) {
-        let message = format!(
-            "`{element}` is engaged where the run begins, as blocks say: whether the loop is stable there is not looked at"
-        );
-        let help =
-            "designs and margins take a lock as open; a run has it, and other variants tell of the loop without it";
+        let message =
+            format!("blocks engage `{element}` at the start of the run: stability of the loop is not checked there");
+        let help = "designs and margins treat a lock as open; a run simulates it, and other variants show the loop \
+                    without it";
         out.push(of_element(document, &element, message, help));
     }
     if are_in_maps(variant) {
@@ -174,7 +175,8 @@ pub(super) fn check_blocks(document: &Document, variant: &PreparedVariant, out: 
             continue;
         }
         let message = format!("control `{}` {}", control.name, assumed_gain_text(&read));
-        let help = "give the controller a `sample_time`, or the blocks none: the loop then closes through them; a run has them in any case";
+        let help = "give the controller a `sample_time`, or remove that of the blocks: the loop then closes through \
+                    them; a run includes them in any case";
         out.push(Diagnostic::warning("block::loop", message).at(control.place.clone(), "this controller").help(help));
     }
     for law in &reduced.equations.laws {
@@ -183,21 +185,22 @@ pub(super) fn check_blocks(document: &Document, variant: &PreparedVariant, out: 
             continue;
         }
         let message = format!(
-            "`{}` follows from the block {}: beside controllers in continuous time alone, designs and margins take that as zero",
+            "`{}` depends on the block {}: if all controllers are in continuous time, designs and margins treat it \
+             as zero",
             law.element,
             quoted(blocks)
         );
-        let help = "give a controller a `sample_time`, or the blocks none; a run has them in any case";
+        let help = "give a controller a `sample_time`, or remove that of the blocks; a run includes them in any case";
         out.push(of_element(document, &law.element, message, help));
     }
 }
 
-/// Locks that are engaged where the run of a variant begins, as blocks say: no map knows the loop behind them.
+/// Locks that blocks engage at the start of the run of a variant: no map includes the loop behind them.
 pub(super) fn engaged_locks(variant: &PreparedVariant) -> Vec<String> {
     blocks(variant, &variant.loop_plant()).engaged
 }
 
-/// A warning of an element that follows from blocks.
+/// A warning about an element that depends on blocks.
 fn of_element(document: &Document, element: &str, message: String, help: &str) -> Diagnostic {
     let diagnostic = Diagnostic::warning("block::loop", message).help(help);
     match document.elements.get(element) {
@@ -215,7 +218,7 @@ fn blocks_of(formula: &Formula) -> Vec<&str> {
         .collect()
 }
 
-/// Refuses controllers whose commands are multiplied by what nothing sets: they would be off.
+/// Rejects controllers whose commands are multiplied by a signal that nothing sets: they would be off.
 fn check_fades(document: &Document, model: &Model, scenario: &Scenario, out: &mut Vec<Diagnostic>) {
     for control in &model.controls {
         let Some(fade) = fade(&control.values) else { continue };
@@ -237,7 +240,7 @@ fn check_fades(document: &Document, model: &Model, scenario: &Scenario, out: &mu
     }
 }
 
-/// Refuses what blocks read of a law that does not tell it.
+/// Rejects signals of a law that blocks read but the law does not output.
 fn check_exported(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out: &mut Vec<Diagnostic>) {
     for (name, _) in &model.programs.exported {
         let head = SignalName::new(name).element;
@@ -248,7 +251,7 @@ fn check_exported(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out
             let diagnostic = Diagnostic::warning("block::told", message);
             let diagnostic = place.into_iter().fold(diagnostic, |diagnostic, at| diagnostic.at(at, "not in this loop"));
             out.push(diagnostic.help(
-                "blocks that read it find no torque and no motion there; let them know the variant by a parameter",
+                "blocks that read it get no torque and no motion there; pass the variant to them by a parameter",
             ));
             continue;
         };
@@ -256,9 +259,9 @@ fn check_exported(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out
         if found.contains(name) {
             continue;
         }
-        let message = format!("control `{head}` does not tell `{name}`, which blocks read");
+        let message = format!("control `{head}` does not output `{name}`, which blocks read");
         let help = format!(
-            "it tells {}; `disturbances` of its observer names where unknown torques act",
+            "it outputs {}; `disturbances` of its observer lists where unknown torques act",
             quoted(found.iter().map(String::as_str))
         );
         let diagnostic = Diagnostic::error("block::told", message);
@@ -271,7 +274,7 @@ fn check_exported(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out
     }
 }
 
-/// The blocks of a model, its sensors of signals, its signals that are formulas, and its laws that are programs: in the order in which they compute, and who reads whom.
+/// The blocks of a model, its sensors of signals, its signals that are formulas, and its laws that are programs: in execution order, with their readers.
 ///
 /// ```
 /// let project = kardan::project::Project::open(
@@ -294,7 +297,7 @@ pub fn signal_graph(model: &Model) -> Vec<SignalNode> {
             order: k + 1,
             outputs: task.outputs.iter().map(answer).collect(),
             reads: signals.clone(),
-            at_once: signals.into_iter().filter(|name| is_answer(model, name)).collect(),
+            direct_feedthrough: signals.into_iter().filter(|name| is_answer(model, name)).collect(),
         }
     });
     let mut out: Vec<SignalNode> = sensors.collect();
@@ -309,7 +312,7 @@ pub fn signal_graph(model: &Model) -> Vec<SignalNode> {
                 order: k + 1,
                 outputs: task.outputs.iter().filter(|answer| own(&answer.name)).map(answer).collect(),
                 reads: step.reads.clone(),
-                at_once: inputs.into_iter().cloned().collect(),
+                direct_feedthrough: inputs.into_iter().cloned().collect(),
             });
         }
     }
@@ -323,7 +326,7 @@ pub fn signal_graph(model: &Model) -> Vec<SignalNode> {
             order: k + 1,
             outputs: task.outputs.iter().map(answer).collect(),
             reads: task.names.clone(),
-            at_once: task.names.iter().filter(|name| is_answer(model, name)).cloned().collect(),
+            direct_feedthrough: task.names.iter().filter(|name| is_answer(model, name)).cloned().collect(),
         });
     }
     out
@@ -333,7 +336,7 @@ fn is_answer(model: &Model, name: &str) -> bool {
     model.programs.outputs().any(|answer| answer.name == name)
 }
 
-/// The blocks of a model and what they read, a line each, in the order in which they compute.
+/// The blocks of a model and their inputs, one line each, in execution order.
 ///
 /// ```
 /// let project = kardan::project::Project::open(
@@ -351,8 +354,11 @@ pub fn listed_blocks(model: &Model) -> Vec<String> {
             let own = |name: &&String| SignalName::new(name).element != step.block;
             let at_once: BTreeSet<String> = step.at_once.iter().filter(own).cloned().collect();
             let at_once: Vec<String> = at_once.into_iter().collect();
-            let at_once =
-                if at_once.is_empty() { String::new() } else { format!("; follows at once from {}", listed(&at_once)) };
+            let at_once = if at_once.is_empty() {
+                String::new()
+            } else {
+                format!("; direct feedthrough from {}", listed(&at_once))
+            };
             out.push(format!(
                 "  {} ({}): reads {}{at_once}",
                 step.block,

@@ -1,4 +1,4 @@
-//! Checks of a model: connected, reducible, with inertia, passive; and what to say when it is not.
+//! Checks of a model: connected, reducible, with inertia, passive; with the messages if a check fails.
 
 use super::circuit::massless_loop;
 use super::places::{MOST_LABELS, at_all, at_each, at_places, place_of, place_of_value, places_in_control};
@@ -44,14 +44,14 @@ pub(super) fn design_diagnostic(document: &Document, control: &ControlSpec, erro
     at_places(places, label, out)
 }
 
-/// Whether all angles, and the way they depend on the coordinates, are finite at a position.
+/// Whether all angles and their derivatives with respect to the coordinates are finite at a position.
 pub(super) fn is_finite_at(reduced: &Reduced, position: &[f64]) -> bool {
     let mut kinematics = Kinematics::new(reduced);
     kinematics.update(position, &vec![0.0; position.len()]);
     kinematics.angles.iter().chain(&kinematics.basis).all(|x| x.is_finite())
 }
 
-/// Whether the matrices of a model can be held in numbers, and its inertias are not lost in rounding.
+/// Whether the matrices of a model are representable, and its inertias are not lost in rounding.
 pub(super) fn is_representable(model: &SparseModel) -> bool {
     let SparseModel { inertia, damping, stiffness, input, basis } = model;
     let mut entries = [inertia, damping, stiffness, input, basis].into_iter().flatten().flatten();
@@ -60,13 +60,13 @@ pub(super) fn is_representable(model: &SparseModel) -> bool {
     entries.all(|(_, x)| rational_to_f64(x).is_finite()) && !diagonal.any(|(_, x)| lost(rational_to_f64(x)))
 }
 
-/// Numbers that are joined to parts, each below another one of its part or, at the top, below itself.
+/// Union-find of numbers: each points to another member of its part; the root points to itself.
 struct Parts {
     above: Vec<usize>,
 }
 
 impl Parts {
-    /// The number at the top of a part.
+    /// The root of a part.
     fn of(&mut self, mut number: usize) -> usize {
         while self.above[number] != number {
             self.above[number] = self.above[self.above[number]];
@@ -81,7 +81,7 @@ impl Parts {
     }
 }
 
-/// Tells of parts of the drivetrain that neither an element, a circuit nor a law connects; circuits may stand beside it.
+/// Reports parts of the drivetrain that no element, circuit or law connects; circuits may be separate from it.
 pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<Diagnostic>) {
     let charges: HashSet<String> = document.charges().into_iter().collect();
     let all = &model.all_coordinates;
@@ -150,7 +150,7 @@ pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<
     out.push(
         Diagnostic::warning("model::disconnected", message)
             .at(place_of(document, away[0]), "not connected")
-            .help("each part moves on its own; connect them by a gear or a spring_damper if that is not meant"),
+            .help("each part moves on its own; connect them by a gear or a spring_damper if that is not intended"),
     );
 }
 
@@ -189,7 +189,7 @@ pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &Red
         }
         ReduceError::TooDeep { shaft, .. } => Diagnostic::error("constraint::depth", error.to_string())
             .at(place_of(document, shaft), "follows from all of them")
-            .help("put a spring between some of them, or take one shaft where joints only pass a motion on"),
+            .help("put a spring between some of them, or use one shaft where joints only transmit a motion"),
         ReduceError::NotExplicit { elements, suggestion, .. } => {
             let out = Diagnostic::error("constraint::loop", error.to_string());
             let out = at_each(document, elements.iter().map(String::as_str), "part of the loop", out);
@@ -197,7 +197,10 @@ pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &Red
                 suggest(suggestion)
             } else {
                 match model.terms.iter().any(|named| matches!(named.term, Term::Moving(_))) {
-                    true => "prescribe the end that drives, or give `speed` in place of a position: a curve is followed from its driving end alone",
+                    true => {
+                        "prescribe the driving end, or give `speed` in place of a position: kardan evaluates a curve \
+                         only from its driving end"
+                    }
                     false => "break the loop: two transmissions between the same shafts leave no motion",
                 }
                 .to_string()
@@ -214,12 +217,12 @@ fn dependent_rows(document: &Document, dependency: &Dependency, rank: usize, row
     let (verdict, help) = match (contradiction, moving) {
         (true, _) => ("their offsets contradict each other", "remove one of them, or correct a ratio or an offset"),
         (_, true) => (
-            "an offset among them is a function of time, so they can agree at all times by chance only",
+            "one of their offsets is a function of time, so they can agree at all times only by chance",
             "remove one of them",
         ),
-        _ => ("one of them is superfluous", "remove one of them, or correct a ratio"),
+        _ => ("one of them is redundant", "remove one of them, or correct a ratio"),
     };
-    // Shares so that the first is one.
+    // Coefficients scaled so that the first is one.
     let unit = elements.first().map_or(1.0, |(_, x)| *x);
     let mut sum = String::new();
     for (name, x) in elements {
@@ -244,9 +247,9 @@ fn dependent_rows(document: &Document, dependency: &Dependency, rank: usize, row
 }
 
 /// Inertia must be positive definite and damping positive semidefinite in every position; both are decided exactly at
-/// the positions tried.
+/// the tested positions.
 ///
-/// Motions without inertia go into `massless`: not everything that is asked of a model needs their accelerations.
+/// Motions without inertia go into `massless`: not every request needs their accelerations.
 pub(super) fn check_matrices(
     document: &Document,
     reduced: &Reduced,
@@ -283,8 +286,8 @@ pub(super) fn check_matrices(
             }
         }
         if !is_representable(&model) {
-            let message = "the numbers of the model lie too far apart: a reduced inertia, damping, stiffness or ratio is too \
-                           large or too small for a number";
+            let message = "the numbers of the model differ too much in size: a reduced inertia, damping, stiffness \
+                           or ratio is too large or too small for a number";
             let diagnostic = Diagnostic::error("number::range", message)
                 .help("check the exponents of inertias, dampings, stiffnesses and ratios");
             let names = reduced.coordinate_names();
@@ -313,18 +316,18 @@ pub(super) fn check_matrices(
     true
 }
 
-/// Positions at which nothing is special, rad.
+/// Generic positions, rad.
 pub(super) fn generic_positions(coordinates: usize) -> Vec<Vec<f64>> {
     let from = |first: f64| (0..coordinates).map(|k| first + 0.11 * k as f64).collect();
     [0.3, 0.7, 1.9].map(from).to_vec()
 }
 
-/// Whether kept rows give what they leave free inertia everywhere, though not all coordinates have one: told at a generic position, with the rows
-/// as they are rounded there.
+/// Whether multiplier constraints leave inertia in all remaining motions, though not all coordinates have one: decided at a generic position, with the
+/// rounded rows there.
 pub(super) fn is_braced(reduced: &Reduced) -> bool {
     let r = reduced.degrees_of_freedom();
     let is_definite = |rows: &[SparseRow]| matches!(definiteness_of_rows(rows), Definiteness::Positive);
-    // A motion that is prescribed may jump in its acceleration; what it takes is told where it is not followed (`without_massless`).
+    // A prescribed motion may have jumps in its acceleration; `without_massless` reports where kardan cannot simulate the result.
     let by_positions = |constraint: &MultiplierConstraint| {
         matches!(constraint.law, MultiplierLaw::Rates(_) | MultiplierLaw::Surface(_))
     };
@@ -393,7 +396,7 @@ fn massless_motion(document: &Document, reduced: &Reduced, model: &SparseModel) 
             let parts: Vec<(String, Rational)> =
                 moves.iter().take(MOST_LABELS).map(|(name, share)| (name.clone(), share.over(&first.1))).collect();
             let more = if moves.len() > parts.len() { " + …" } else { "" };
-            format!(", along {}{more}", combination(&parts))
+            format!(", in the direction {}{more}", combination(&parts))
         }
         [] => String::new(),
     };
@@ -409,9 +412,9 @@ fn massless_motion(document: &Document, reduced: &Reduced, model: &SparseModel) 
         .map(|constraint| constraint.element.as_str())
         .collect();
     let message = match &tied[..] {
-        [] => format!("a motion without inertia is possible: {names} can move while no mass does{proportion}"),
+        [] => format!("a motion without inertia is possible: {names} can move while no mass moves{proportion}"),
         tied => format!(
-            "{names} can move without a mass, and with {} kept a motion remains that moves none",
+            "{names} can move without a mass, and with {} enforced a motion without mass remains",
             quoted(tied.iter().copied())
         ),
     };

@@ -1,4 +1,4 @@
-//! Checks of the circuits of a model: nodes, ground, loops that nothing slows down.
+//! Checks of the circuits of a model: nodes, ground, loops without resistance or inductance.
 
 use super::places::{at_all, place_of_node};
 use crate::diagnostics::{Diagnostic, nearest, quoted};
@@ -6,7 +6,7 @@ use crate::equations::{GROUND, NamedTerm, Term};
 use crate::model::{Document, Model};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The charge through a branch and what else is along it.
+/// The charge through a branch and its other properties.
 #[derive(Debug, Default)]
 struct Branch<'m> {
     charge: &'m str,
@@ -15,7 +15,7 @@ struct Branch<'m> {
     inductance: bool,
     /// Resistance or elastance: its voltage depends on its charge.
     passive: bool,
-    /// A winding of a transformer: what it does depends on the other; or a source of current.
+    /// A winding of a transformer, whose effect depends on the other one; or a current source.
     coupled: bool,
 }
 
@@ -51,7 +51,7 @@ fn branches(model: &Model) -> Vec<Branch<'_>> {
     out.into_values().collect()
 }
 
-/// Adds branches one by one; each that closes a loop is left out and the loop told, the branch itself first.
+/// Adds branches one by one; each that closes a loop is left out and reported as a loop, the branch itself first.
 fn loops<'m>(branches: impl Iterator<Item = &'m Branch<'m>>) -> Vec<Vec<&'m str>> {
     let mut forest: Vec<&Branch<'_>> = Vec::new();
     let mut out = Vec::new();
@@ -83,10 +83,10 @@ fn path<'m>(forest: &[&'m Branch<'m>], from: &str, to: &str) -> Option<Vec<&'m s
     None
 }
 
-/// What a branch of a loop without inductance is labelled with.
+/// The label of a branch of a loop without inductance.
 const NO_INDUCTANCE: &str = "no inductance";
 
-/// Whether a mistake is that of [`massless_loop`].
+/// Whether a diagnostic is that of [`massless_loop`].
 pub(super) fn is_loop(diagnostic: &Diagnostic) -> bool {
     diagnostic.labels.iter().any(|label| label.text == NO_INDUCTANCE)
 }
@@ -100,7 +100,7 @@ pub(super) fn massless_loop(document: &Document, branches: &[impl AsRef<str>]) -
         .help("put an inductor into this loop; a real one has the inductance of its wires, some 1 uH per metre")
 }
 
-/// Reports what keeps the circuits of a model from having one solution; false if they have none. Loops without inductance
+/// Reports errors that prevent a unique solution of the circuits of a model; false if there are any. Loops without inductance
 /// go into `massless`.
 pub(super) fn check_circuit(
     document: &Document,
@@ -127,7 +127,7 @@ pub(super) fn check_circuit(
 /// The branches that end at each node.
 type Nodes<'m> = BTreeMap<&'m str, Vec<&'m Branch<'m>>>;
 
-/// Tells of nodes with the name of an element.
+/// Reports nodes with the name of an element.
 fn check_node_names(document: &Document, at_node: &Nodes<'_>, out: &mut Vec<Diagnostic>) {
     for node in at_node.keys() {
         let Some(element) = document.elements.get(node) else { continue };
@@ -141,7 +141,7 @@ fn check_node_names(document: &Document, at_node: &Nodes<'_>, out: &mut Vec<Diag
     }
 }
 
-/// Tells of parts of the circuits that no branch connects with ground; a transformer does not.
+/// Reports parts of the circuits that no branch connects with ground; a transformer does not connect them.
 fn check_ground(document: &Document, at_node: &Nodes<'_>, out: &mut Vec<Diagnostic>) {
     let mut unvisited: BTreeSet<&str> = at_node.keys().copied().collect();
     let reached = |start: &str, unvisited: &mut BTreeSet<&str>| {
@@ -168,7 +168,7 @@ fn check_ground(document: &Document, at_node: &Nodes<'_>, out: &mut Vec<Diagnost
     }
 }
 
-/// Tells of loops that fix no current; those that merely lack an inductance go into `massless`.
+/// Reports loops that determine no current; those that only lack an inductance go into `massless`.
 fn check_loops(
     document: &Document,
     branches: &[Branch<'_>],
@@ -178,8 +178,8 @@ fn check_loops(
     let shorts = loops(branches.iter().filter(|b| !b.inductance && !b.coupled && !b.passive));
     for short in &shorts {
         let message = format!(
-            "{} form a loop without inductance or resistance: their voltages contradict each other, or the current between \
-             them is anything",
+            "{} form a loop without inductance or resistance: their voltages contradict each other, or the current \
+             between them is arbitrary",
             quoted(short.iter().copied())
         );
         out.push(
@@ -199,7 +199,9 @@ fn check_open_ends(document: &Document, at_node: &Nodes<'_>, out: &mut Vec<Diagn
         let [only] = branches[..] else { continue };
         let help = match nearest(node, at_node.keys().copied().filter(|candidate| candidate != node)) {
             Some(near) => format!("did you mean `{near}`? Otherwise lead the current on to another node"),
-            None => format!("lead the current on to another node or to `{GROUND}`, or leave an open end on purpose"),
+            None => {
+                format!("lead the current on to another node or to `{GROUND}`, or leave an open end if it is intended")
+            }
         };
         let message = format!("no current can flow through `{}`: nothing else ends at the node `{node}`", only.charge);
         let warning = Diagnostic::warning("circuit::open", message);

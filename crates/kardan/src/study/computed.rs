@@ -21,7 +21,7 @@ pub(super) const POWER: Dimension = Dimension::mechanical(1, 2, -3, 0);
 /// The time in an expression of signals.
 const TIME: &str = "t";
 
-/// A signal that is asked for: its name, its dimension and what an axis says of it.
+/// A requested signal: its name, its dimension and its axis label.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ResolvedSignal {
     pub(super) name: String,
@@ -29,10 +29,10 @@ pub(super) struct ResolvedSignal {
     pub(super) dimension: Dimension,
 }
 
-/// The kind of a signal with this dimension. An angle is no unit of its own in what is computed, but for those that are named after it.
+/// The kind of a signal with this dimension. An angle is no unit of its own in computed signals, except for kinds that are named after it.
 pub(super) fn kind_of(dimension: Dimension) -> (Physical, Dimension) {
     use Physical::{Angle, Charge, Current, Force, Position, Speed, Torque, Velocity, Voltage};
-    // What an angle has to do with a power is not told by its unit.
+    // The unit of a power does not show an angle in it.
     if dimension.is_like(&POWER) {
         return (Physical::of_unit("W"), POWER);
     }
@@ -42,7 +42,7 @@ pub(super) fn kind_of(dimension: Dimension) -> (Physical, Dimension) {
     (physical.unwrap_or_else(|| Physical::of_unit(&dimension.si())), dimension)
 }
 
-/// Names of signals and parameters with what they stand for; `t` is the time.
+/// Names of signals and parameters with their meanings; `t` is the time.
 fn lowered(
     graph: &mut Graph,
     law: &Expression,
@@ -59,7 +59,7 @@ fn lowered(
     graph.lowered(law, &mut names)
 }
 
-/// A signal by its name, or an expression of signals, parameters and the time; what is wrong with it is reported.
+/// A signal by its name, or an expression of signals, parameters and the time; errors are reported.
 pub(super) fn resolve_signal(
     text: &str,
     place: &Place,
@@ -82,7 +82,7 @@ pub(super) fn resolve_signal(
     let law = match Expression::parse_law(text) {
         Ok(law) if law.names() == [text.trim()] && text.trim() != TIME => return plain(text, out),
         Ok(law) => law,
-        // A name that no signal has, and no expression.
+        // A name that is neither a signal nor an expression.
         Err(_) if !text.contains(['+', '*', '/', '(', '^']) && !text.contains(" - ") => return plain(text, out),
         Err(error) => {
             out.push(diagnostic(error));
@@ -99,7 +99,7 @@ pub(super) fn resolve_signal(
         return None;
     }
     if !law.names().iter().any(is_signal) {
-        let message = format!("{what}: `{}` names no signal, it is the same all the time", shortened(text));
+        let message = format!("{what}: `{}` contains no signal, so it is constant", shortened(text));
         let help = "name a signal in it, such as `rk.phi`, or `t` for the time";
         out.push(Diagnostic::error("signal::none", message).at(place.clone(), "no signal in it").help(help));
         return None;
@@ -116,7 +116,7 @@ pub(super) fn resolve_signal(
     }
 }
 
-/// A name in an expression that neither a signal nor a parameter has.
+/// A name in an expression that is neither a signal nor a parameter.
 fn unknown(name: &str, law: &Expression, context: &SignalContext<'_>, (what, place): (&str, &Place)) -> Diagnostic {
     let text = law.text();
     let span = law.place_of(name).unwrap_or(0..text.len());
@@ -127,7 +127,7 @@ fn unknown(name: &str, law: &Expression, context: &SignalContext<'_>, (what, pla
     let split_name =
         |candidate: &&str| candidate.contains('-') && candidate.contains(name) && text.contains(*candidate);
     let help = if let Some(whole) = names().chain(parameters()).find(split_name) {
-        format!("a name with `-` stands in quotes: `'{whole}'`")
+        format!("a name with `-` needs quotes: `'{whole}'`")
     } else {
         match nearest(name, of_head()).or_else(|| nearest(name, names().chain(parameters()))) {
             Some(near) if near.contains('-') => format!("did you mean `'{near}'`?"),
@@ -153,27 +153,27 @@ fn names_of(law: &Expression) -> Vec<String> {
     law.names().into_iter().map(str::to_string).collect()
 }
 
-/// Cones that the car must be through before a figure says anything.
+/// Cones that the car must have passed before a figure has a value.
 #[derive(Debug, Clone)]
 pub(super) struct Track {
     pub(super) cones: Cones,
-    /// Where the last cones stand, m.
+    /// Position of the last cones, m.
     pub(super) end: f64,
 }
 
-/// What a study computes from the signals of a run.
+/// The signals that a study computes from those of a run.
 #[derive(Debug, Clone, Default)]
 pub struct Computed {
     columns: Vec<(String, Physical)>,
     plan: Plan,
-    /// Values that figures are computed with.
+    /// Parameter values of the figures.
     pub(super) parameters: Vec<(String, Exact, Dimension)>,
     /// The tracks of its figures.
     pub(super) tracks: Vec<Track>,
 }
 
 impl Computed {
-    /// All expressions in requirements, figures and plots, in one plan; those with a mistake are left out.
+    /// All expressions in requirements, figures and plots, in one plan; those with an error are left out.
     pub(super) fn of(document: &Document, settings: &[Setting], signals: &[(String, Physical)]) -> Self {
         let is_declared = |text: &str| signals.iter().any(|(name, _)| name == text);
         let names_in = |table: &Table| -> Vec<String> {
@@ -251,7 +251,7 @@ impl Computed {
             for (place, input) in memory.iter_mut().zip(&inputs) {
                 *place = input.and_then(|values| values.get(row)).copied().unwrap_or(f64::NAN);
             }
-            // What is no number is a gap in its column.
+            // A value that is not a number is a gap in its column.
             let _ = block.evaluate(&mut memory);
             for (number, signal) in out.iter_mut().enumerate() {
                 let value = block.output(number, &memory).unwrap_or(f64::NAN);

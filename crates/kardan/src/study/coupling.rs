@@ -1,4 +1,4 @@
-//! Cross coupling as the nonlinear simulation shows it: what a step of each reference does to the other outputs.
+//! Cross coupling in the nonlinear simulation: the effect of a step of each reference on the other outputs.
 
 use kardan_rt::functions::powi;
 use rayon::prelude::*;
@@ -15,16 +15,16 @@ const ROWS: usize = 2000;
 const SHORTEST: f64 = 0.2;
 /// See [`SHORTEST`].
 const LONGEST: f64 = 10.0;
-/// Steps of the integrator after which a run is given up; of a sampled loop so many more for each sample.
+/// Limit of integrator steps of a run; of a sampled loop this many more for each sample.
 const MOST_STEPS: usize = 200_000;
 /// Samples of all controllers in a window, at most.
 const MOST_SAMPLES: f64 = 1e6;
 /// See [`MOST_STEPS`].
 const STEPS_PER_SAMPLE: f64 = 20.0;
-/// Part of the run before the step.
+/// Fraction of the run before the step.
 const BEFORE: f64 = 0.02;
 
-/// What the steps do to the outputs and ask of the motors.
+/// The effect of the steps on the outputs, and the motor loads.
 #[derive(Default)]
 pub(super) struct Coupling {
     pub outputs: Vec<CrossCoupling>,
@@ -32,8 +32,8 @@ pub(super) struct Coupling {
     pub warnings: Vec<String>,
 }
 
-/// Steps every reference of a channel by one unit, from rest, with all controllers of the variant in the loop. What moves
-/// without a step (springs that are not relaxed) is taken off. `decay` is that of the slowest motion of a sampled loop, 1/s.
+/// Steps every reference of a channel by one unit, from rest, with all controllers of the variant in the loop. Motion
+/// without a step (springs that are not relaxed) is subtracted. `decay` is that of the slowest motion of a sampled loop, 1/s.
 pub(super) fn cross_coupling(
     variant: &PreparedVariant,
     references: &[Reference],
@@ -68,7 +68,7 @@ pub(super) fn cross_coupling(
     out
 }
 
-/// A run in which a reference steps, or none; `number` is that of its progress.
+/// A run in which one reference steps, or none; `number` is that of its progress.
 fn run(
     variant: &PreparedVariant,
     (number, reference): (usize, Option<&str>),
@@ -83,7 +83,7 @@ fn run(
     simulate_with_progress(setup, tolerance, (number, &name), progress)
 }
 
-/// A run with the step of a reference, beside the one without.
+/// A run with the step of a reference, and the one without.
 struct Stepped<'a> {
     reference: &'a Reference,
     /// The output of its own channel.
@@ -94,7 +94,7 @@ struct Stepped<'a> {
 }
 
 impl Coupling {
-    /// What one step shows.
+    /// The results of one step.
     fn add(&mut self, variant: &PreparedVariant, design: &Design, stepped: &Stepped<'_>) {
         let Stepped { reference, own, run, still, window } = *stepped;
         let failure = [&still.outcome, &run.outcome].into_iter().find_map(|outcome| outcome.cause().map(String::from));
@@ -102,10 +102,11 @@ impl Coupling {
         if let Some(cause) = &failure {
             self.warnings.push(format!("the simulated step of {name} fails: {cause}"));
         }
-        if let Some(event) = run.events.iter().find(|event| event.what.contains(" limit")) {
+        if let Some(event) = run.events.iter().find(|event| event.description.contains(" limit")) {
             self.warnings.push(format!(
-                "the step of {name} by 1 {unit} drives a motor to its limit ({}): cross coupling then tells of the limit too",
-                event.what
+                "the step of {name} by 1 {unit} drives a motor to its limit ({}): the cross coupling then includes \
+                 the effect of the limit",
+                event.description
             ));
         }
         for input in design.inputs.iter().filter(|_| failure.is_none()) {
@@ -128,7 +129,7 @@ impl Coupling {
                 step_unit: unit.into(),
                 output: output.clone(),
                 unit: unit_of_output.into(),
-                own: output == own,
+                same_channel: output == own,
                 peak: size.map(|(peak, _)| peak),
                 rms: size.map(|(_, rms)| rms),
                 window,

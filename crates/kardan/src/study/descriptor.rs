@@ -1,11 +1,11 @@
-//! Plain matrices with a singular E: taken apart, or why that cannot be.
+//! Plain matrices with a singular E: decomposed, or the reason why this is impossible.
 
 use crate::analysis::{
     DecomposedDescriptor, DescriptorError, LinearSystem, MOST_VARIABLES, SingularPencil, descriptor,
 };
 use crate::diagnostics::Diagnostic;
 
-/// Most equations that are told with their factors.
+/// Largest number of equations that are listed with their factors.
 const MAX_LISTED: usize = 8;
 
 /// The descriptor system and its equivalent state space.
@@ -17,17 +17,20 @@ pub(super) fn decompose_descriptor(system: &LinearSystem) -> Result<DecomposedDe
         vec![match error {
             DescriptorError::Singular(why) => singular(&why),
             DescriptorError::TooLong => {
-                let message = "`E` is singular, and the pencil is too large to be taken apart exactly: its numbers are long fractions";
+                let message = "`E` is singular, and the pencil is too large for an exact decomposition: its numbers \
+                               are long fractions";
                 Diagnostic::error("state-space::too-large", message)
                     .help("give the numbers with fewer digits, or solve the algebraic equations and give what remains")
             }
             DescriptorError::TooLarge => {
                 let message = format!(
-                    "`E` is singular, and a descriptor system of {} variables is too large: at most {MOST_VARIABLES} are taken apart",
+                    "`E` is singular, and a descriptor system of {} variables is too large: kardan decomposes at \
+                     most {MOST_VARIABLES}",
                     system.states.len()
                 );
-                Diagnostic::error("state-space::too-large", message)
-                    .help("solve the algebraic equations for some of the variables and give what remains, with a regular `E`")
+                Diagnostic::error("state-space::too-large", message).help(
+                    "solve the algebraic equations for some of the variables and give what remains, with a regular `E`",
+                )
             }
         }]
     })
@@ -46,7 +49,6 @@ fn singular(why: &SingularPencil) -> Diagnostic {
             message += &format!("; the rows {} of sE - A depend on each other for all s", rows.join(", "));
         }
     }
-    Diagnostic::error("state-space::singular", message).help(
-        "one of these equations follows from the others, or contradicts them: replace it by the one that is missing",
-    )
+    Diagnostic::error("state-space::singular", message)
+        .help("one of these equations follows from the others, or contradicts them: replace it by the missing one")
 }

@@ -1,4 +1,4 @@
-//! The design of one controller, from what a model file or a caller asks for.
+//! The design of one controller, as a model file or a caller requests it.
 
 use std::collections::BTreeSet;
 
@@ -37,13 +37,13 @@ use crate::synthesis::{REGISTRY, closed_loop_poles, counting_charges, poles_excl
 pub struct DesignSettings {
     /// Controller of the model file; `None`: that with the most inputs, the first of those.
     pub control: Option<String>,
-    /// Law of a controller that is not in the file; with it go `inputs` and `outputs`.
+    /// Law of a controller that is not in the file; `inputs` and `outputs` belong to it.
     pub law: Option<String>,
     /// Inputs of that controller; empty: those of `[analysis]`, else all motors.
     pub inputs: Vec<String>,
     /// Outputs of that controller; empty: those of `[analysis]`, else all sensors, else the angles of all coordinates.
     pub outputs: Vec<String>,
-    /// Operating point of that controller: coordinates with their values as the key `at` takes them (`arm.phi`, `60 deg`).
+    /// Operating point of that controller: coordinates with their values in the syntax of the key `at` (`arm.phi`, `60 deg`).
     pub at: Vec<(String, String)>,
     /// `static`, `dynamic` or `block`; `None`: as the controller says.
     pub feedback: Option<String>,
@@ -51,21 +51,21 @@ pub struct DesignSettings {
     pub variant: Option<String>,
     /// Whether cross coupling is measured in the nonlinear simulation.
     pub simulate: bool,
-    /// Whether a controller that is unstable at its sample time is shown all the same.
+    /// Whether a controller that is unstable at its sample time is shown nevertheless.
     pub force: bool,
-    /// Whether designs beside this one are looked at.
+    /// Whether alternative designs are tried.
     pub explore: bool,
-    /// The box of plants that the design is tried on, if it is.
+    /// The box of plants for the robustness test, if there is one.
     pub tolerance: Option<ToleranceBox>,
 }
 
 /// The name of a controller that is not in the file, if it is free.
 const OWN: &str = "design";
 
-/// Designs one controller, proves what it does to the linear loop, and measures what it does to the nonlinear one.
+/// Designs one controller, proves properties of the linear loop, and measures those of the nonlinear one.
 ///
-/// A file without a controller, or settings with a law, inputs or outputs, get a controller of their own, which takes the
-/// place of those of the file.
+/// A file without a controller, or settings with a law, inputs or outputs, get a controller of their own, which
+/// replaces those of the file.
 ///
 /// ```
 /// use kardan::{model, study};
@@ -76,7 +76,7 @@ const OWN: &str = "design";
 /// ```
 ///
 /// # Errors
-/// All mistakes of the file and of the settings; why the outputs cannot be decoupled.
+/// All errors of the file and of the settings; why the outputs cannot be decoupled.
 pub fn design(source: &str, settings: &DesignSettings, progress: &dyn Progress) -> Result<Design, Vec<Diagnostic>> {
     Project::open(source).design(settings, progress)
 }
@@ -85,7 +85,7 @@ impl Project {
     /// Designs one controller; see [`design`](super::design()).
     ///
     /// # Errors
-    /// All mistakes of the file and of the settings; why the outputs cannot be decoupled.
+    /// All errors of the file and of the settings; why the outputs cannot be decoupled.
     pub fn design(&self, settings: &DesignSettings, progress: &dyn Progress) -> Result<Design, Vec<Diagnostic>> {
         let prepared = checked_project(self, settings)?;
         let variant = variant_of(prepared, settings)?;
@@ -107,7 +107,7 @@ impl Project {
     }
 }
 
-/// What is prepared of a model; its mistakes, if there are any that `force` does not overrule.
+/// The prepared model; its errors, if there are any that `force` does not overrule.
 fn checked_project<'a>(project: &'a Project, settings: &DesignSettings) -> Result<&'a Prepared, Vec<Diagnostic>> {
     let mut diagnostics = project.diagnostics().to_vec();
     if settings.force {
@@ -188,7 +188,7 @@ fn design_own(
     Ok(design)
 }
 
-/// What `signals` of `[scenario]` may set that a controller in place of those of the file takes: its inputs, and the references of the others.
+/// Signals that `signals` of `[scenario]` may set and a controller in place of those of the file uses: its inputs, and the references of the others.
 fn overridden_signals(variant: &PreparedVariant, inputs: &[String]) -> Vec<String> {
     let model = &variant.model;
     let references =
@@ -215,7 +215,7 @@ fn design_named(
     Ok(tried(prepared, variant, number, settings, progress))
 }
 
-/// The design of a controller, and what the scenario asks of its motors.
+/// The design of a controller, and the motor loads in the scenario.
 fn tried(
     prepared: &Prepared,
     variant: &PreparedVariant,
@@ -231,7 +231,7 @@ fn tried(
         match responses(variant, number, &design) {
             Ok(found) => {
                 design.responses =
-                    Some(LoopResponses { over_positions: margins_over_positions(variant, number), ..found })
+                    Some(LoopResponses { margins_over_position: margins_over_positions(variant, number), ..found })
             }
             Err(why) => design.notes.push(format!("{NO_RESPONSES}{why}")),
         }
@@ -241,21 +241,21 @@ fn tried(
         scenario_motor_loads(prepared, &mut design, progress);
     }
     if progress.stop().is_some() {
-        design.unfinished = Some("what was not computed or simulated by then is missing".into());
+        design.incomplete_reason = Some("what was not computed or simulated by then is missing".into());
     }
     progress.release();
     design
 }
 
-/// Keeps what is found of a design, and says what it has not come to.
+/// Stores the partial results of a design, with the list of missing ones.
 fn store_partial(progress: &dyn Progress, design: &Design, missing: &[&str]) {
     progress.store_partial(&|| {
-        let unfinished = Some(format!("not looked at: {}", missing.join(", ")));
-        Part::Design(Box::new(Design { unfinished, ..design.clone() }))
+        let incomplete_reason = Some(format!("not analysed: {}", missing.join(", ")));
+        Part::Design(Box::new(Design { incomplete_reason, ..design.clone() }))
     });
 }
 
-/// The keys of a controller for these inputs and outputs; its references have names that are not taken.
+/// The keys of a controller for these inputs and outputs; its references get unused names.
 fn keys(
     keyword: &str,
     inputs: &[String],
@@ -303,7 +303,7 @@ fn keys(
     Ok(keys)
 }
 
-/// The name, with a number behind it if it is taken.
+/// The name, with a number appended if it is already in use.
 fn free(name: &str, reserved: &[&str]) -> String {
     let numbered = (1..).map(|k| format!("{name}_{k}"));
     std::iter::once(name.to_string())
@@ -312,7 +312,7 @@ fn free(name: &str, reserved: &[&str]) -> String {
         .unwrap_or_default()
 }
 
-/// The model with another way to decouple of a controller, if its law has that.
+/// The model with another decoupling feedback of a controller, if its law supports that.
 fn with_feedback(project: &Project, name: &str, feedback: &str) -> Result<Project, Vec<Diagnostic>> {
     let law = project.read().0.controls.get(name).map(|control| control.law);
     let field = law.and_then(|law| law.fields.iter().find(|field| field.name == "feedback"));
@@ -379,7 +379,7 @@ pub(super) fn designed(
             design.loop_along_path = Some(found);
         }
         Some(Err(why)) => {
-            design.notes.push(format!("the loop with the parameters of the variant is not looked at: {why}"));
+            design.notes.push(format!("the loop with the parameters of the variant is not analysed: {why}"));
         }
         None => {}
     }
@@ -387,7 +387,7 @@ pub(super) fn designed(
     if settings.explore {
         match explore(variant, number, progress) {
             Ok(found) => design.exploration = Some(found),
-            Err(why) => design.notes.push(format!("no other designs are looked at: {why}")),
+            Err(why) => design.notes.push(format!("no other designs are tried: {why}")),
         }
     }
     if let Some(range) = settings.tolerance {
@@ -397,13 +397,13 @@ pub(super) fn designed(
                 design.warnings.extend(robustness_warnings(&found));
                 design.robustness = Some(found);
             }
-            Err(why) => design.notes.push(format!("the box of plants is not looked at: {why}")),
+            Err(why) => design.notes.push(format!("the box of plants is not analysed: {why}")),
         }
     }
     design
 }
 
-/// The law in its own words, the model that it is designed on, and its numbers for firmware.
+/// The description of the law, the model that it is designed on, and its numbers for firmware.
 fn described(description: &str, variant: &PreparedVariant, number: usize) -> Design {
     let control = &variant.model.controls[number];
     let (mut design, plant) = (variant.designed[number].describe(), &variant.design_models[number]);
@@ -425,11 +425,12 @@ fn described(description: &str, variant: &PreparedVariant, number: usize) -> Des
     let why = plant
         .no_equilibrium
         .iter()
-        .map(|why| format!("operating point: {}, where the model does not rest: {why}", plant.default_point()));
+        .map(|why| format!("operating point: {}, which is no equilibrium of the model: {why}", plant.default_point()));
     design.notes.extend(why);
     if let Some(name) = control.values.word("fade") {
         design.notes.push(format!(
-            "its commands are multiplied by `{name}` in runs; all that is said here, and the written controller, is without that"
+            "its commands are multiplied by `{name}` in runs; this report and the written controller do not include \
+             that factor"
         ));
     }
     if let Some(names) = control.values.names("without").filter(|names| !names.is_empty()) {
@@ -452,26 +453,26 @@ fn described(description: &str, variant: &PreparedVariant, number: usize) -> Des
     design
 }
 
-/// What is proven of the linear loop, and its poles.
+/// Properties that are proven of the linear loop, and its poles.
 fn add_poles(variant: &PreparedVariant, number: usize, design: &mut Design) {
     let (laws, plant, whole) = (&variant.designed, &variant.design_models[number], &*variant.whole_model(number));
     let counters = counting_charges(whole, laws);
-    design.counters = counters.names(whole);
+    design.integrals_without_effect = counters.names(whole);
     if let Some(exact) = laws[number].exact() {
         prove(&exact, plant, design);
-        // What is proven is about the loop without what the design leaves out.
+        // The proofs are for the loop without the elements that the design leaves out.
         if !variant.leaves_out(number) {
             check_all_laws(&exact, plant, laws, number, design);
         }
         if laws.len() == 1 && !variant.leaves_out(number) {
-            // Alone in the loop, whose poles are exact; those of an observer's error stand beside them.
+            // Alone in the loop, whose poles are exact; those of an observer's error are listed too.
             design.closed_loop_poles = exact_poles(&exact, design);
             // The poles of a Kalman filter come from its Riccati equation.
             design.exact_poles = design.observer.as_ref().is_none_or(|observer| observer.method != "kalman");
             check_rounding(&closed_loop_poles(&plant.linear, laws).unwrap_or_default(), design);
         }
     }
-    // Of a law that is designed for its sample time the sampled loop tells.
+    // For a law that is designed for its sample time the sampled loop gives the poles.
     if design.closed_loop_poles.is_empty() && laws.iter().all(|law| law.clock().is_none()) {
         match poles_excluding(&whole.linear, laws, &counters) {
             Some(poles) => design.closed_loop_poles = poles,
@@ -480,7 +481,7 @@ fn add_poles(variant: &PreparedVariant, number: usize, design: &mut Design) {
     }
 }
 
-/// How far the loop is from instability; simulated, also what each reference does to the other outputs and asks of the motors.
+/// How far the loop is from instability; with simulation, also the effect of each reference on the other outputs and the motor loads.
 fn add_margins(
     (variant, simulated): (&PreparedVariant, Option<&PreparedVariant>),
     number: usize,
@@ -515,7 +516,7 @@ fn add_margins(
         _ => {}
     }
     if let Some(poles) = margins.poles.take().filter(|_| !design.exact_poles) {
-        design.closed_loop_poles = without_counters(poles, design.counters.len());
+        design.closed_loop_poles = without_counters(poles, design.integrals_without_effect.len());
         design.exact_poles = true;
     }
     design.warnings.extend(margin_warnings(&margins));
@@ -541,10 +542,10 @@ fn add_opposite_side(variant: &PreparedVariant, number: usize, kinks: &LoopKinks
     }
     design.warnings.extend(margin_warnings(&margins).into_iter().map(|warning| format!("where {side}: {warning}")));
     design.notes.push(description);
-    design.opposite_side = Some(OppositeSide { own, side, margins });
+    design.opposite_side = Some(OppositeSide { reference_side: own, side, margins });
 }
 
-/// Poles without so many at zero, which are those of charges that only count.
+/// Poles without as many at zero as there are integrators without effect (charges).
 fn without_counters(mut poles: Vec<Pole>, counters: usize) -> Vec<Pole> {
     for _ in 0..counters {
         let at_zero = poles.iter().position(|pole| *pole == Pole::default());
@@ -553,9 +554,9 @@ fn without_counters(mut poles: Vec<Pole>, counters: usize) -> Vec<Pole> {
     poles
 }
 
-/// A block with states for firmware that runs it at a sample time, its signals held in between: `ξ⁺ = e^{AT} ξ + ∫ e^{At} B dt s`.
+/// A block with states for firmware that runs it at a sample time, with zero-order hold of its signals: `ξ⁺ = e^{AT} ξ + ∫ e^{At} B dt s`.
 ///
-/// False, and the block as it was, if its numbers overflow.
+/// False, and the block unchanged, if its numbers overflow.
 fn sample(data: &mut ControllerData, time: f64) -> bool {
     let place = |name: &str| data.matrices.iter().position(|matrix| matrix.name == name);
     let (a, b) = (place("A"), place("B"));

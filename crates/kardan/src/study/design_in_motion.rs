@@ -11,18 +11,18 @@ use crate::entries::Place;
 use crate::schema::LawKeys;
 use crate::synthesis::{Plant, Program, design_law, implemented};
 
-/// What the controllers of a variant name together of an operating point in motion.
+/// The operating point in motion that the controllers of a variant name together.
 #[derive(Debug, Clone)]
 pub(super) struct MotionRequest {
     /// Positions of coordinates by name, rad.
     pub at: Vec<(String, f64)>,
     /// Speeds, torques, the time.
     pub given: OperatingConditions,
-    /// Where it is named.
+    /// Its span in the file.
     pub place: Place,
 }
 
-/// A variant whose loop is looked at in the motion that its controllers name, where they do.
+/// A variant with its loop at the operating point in motion that its controllers name, if they do.
 pub(super) fn with_motion(
     mut variant: PreparedVariant,
     request: Option<MotionRequest>,
@@ -37,10 +37,10 @@ pub(super) fn with_motion(
     variant
 }
 
-/// The loop of a variant in a motion: programs are linearised there, other laws are as they are designed.
+/// The loop of a variant in a motion: programs are linearised there, other laws stay as designed.
 ///
 /// # Errors
-/// Why there is no such motion, or why a program has no linear model there.
+/// Why there is no such motion, or why a program has no linearisation there.
 fn loop_in_motion(variant: &PreparedVariant, request: &MotionRequest) -> Result<PreparedVariant, Diagnostic> {
     let MovingPoint { model, point, notes, .. } = found(variant, request).map_err(|why| {
         let message = format!("`at` of a controller: {}", why.message);

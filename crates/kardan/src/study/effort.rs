@@ -1,4 +1,4 @@
-//! How many steps a run will take, before it begins, and what asks for most of them.
+//! Expected number of steps of a run, and its main cause.
 
 use std::sync::Arc;
 
@@ -16,26 +16,26 @@ use crate::reduce::{Dynamics, Work, linearise};
 use crate::simulate::{Setup, UNJAM, teeth_that_lock};
 use crate::synthesis::closed_loop_poles;
 
-/// Steps beyond which a run is warned of.
+/// Number of steps above which kardan warns.
 pub const MANY_STEPS: f64 = 1e7;
-/// Length of a step in time constants of a motion that limits it: one that is damped until stability ends, one that swings
-/// until the usual accuracy ends.
+/// Length of a step in time constants of the limiting motion: a damped one up to the stability limit, an oscillating one
+/// up to the limit of the usual accuracy.
 const DAMPED_STEP: f64 = 6.0;
 const SWINGING_STEP: f64 = 1.0;
-/// Products with the state matrix after which its fastest motion stands out; more decide between motions that are alike.
+/// Products with the state matrix after which its fastest motion dominates; more separate motions of similar speed.
 const PRODUCTS: usize = 300;
 const SEED: u64 = 1;
 
-/// What a run is expected to cost.
+/// The expected cost of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Effort {
-    /// Steps of an explicit method, at most about: a motion that sleeps costs less.
+    /// Upper estimate of the steps of an explicit method: a motion at rest costs less.
     pub steps: f64,
     /// Fastest rate of the loop at its initial position, 1/s.
     pub rate: f64,
-    /// The element that makes it, with its key; none if a controller or samples do.
+    /// The element that causes it, with its key; none if a controller or samples do.
     pub element: Option<(String, &'static str)>,
-    /// What makes it, in words.
+    /// The cause as text.
     pub cause: String,
 }
 
@@ -43,7 +43,7 @@ pub struct Effort {
 /// samples of its controllers.
 ///
 /// The rate is the spectral radius of `[0, I; −H⁻¹S, −H⁻¹D]`, from products with a vector; with controllers in continuous time
-/// the largest pole of the loop. What bends with the angles or slips is not foreseen.
+/// the largest pole of the loop. Nonlinearity in the angles and slipping are not included.
 ///
 /// ```
 /// use kardan::{model, study};
@@ -77,7 +77,7 @@ pub fn expected_effort(variant: &PreparedVariant) -> Effort {
             swings = false;
             found.rate = rate;
             found.element = Some((input.element.clone(), "lag"));
-            found.cause = format!("`{}` lags by {} s only", input.element, short(1.0 / rate));
+            found.cause = format!("`{}` has a lag of only {} s", input.element, short(1.0 / rate));
         }
     }
     found.steps = duration * found.rate / if swings { SWINGING_STEP } else { DAMPED_STEP };
@@ -107,13 +107,13 @@ pub fn expected_effort(variant: &PreparedVariant) -> Effort {
     found
 }
 
-/// The fastest motion of the model without its laws, and the element that makes it.
+/// The fastest motion of the model without its laws, and the element that causes it.
 fn fastest(variant: &PreparedVariant) -> Effort {
     let reduced = &variant.reduced;
     let r = reduced.degrees_of_freedom();
-    let mut out = Effort { steps: 0.0, rate: 0.0, element: None, cause: "nothing moves by itself".into() };
+    let mut out = Effort { steps: 0.0, rate: 0.0, element: None, cause: "the model has no dynamics of its own".into() };
     if reduced.relaxation.is_some() {
-        out.cause = "motions without inertia are not looked at".into();
+        out.cause = "motions without inertia are not analysed".into();
         return out;
     }
     let (dynamics, mut work) = Dynamics::new(reduced);
@@ -133,7 +133,7 @@ fn fastest(variant: &PreparedVariant) -> Effort {
 /// A row over the coordinates, without its zeros.
 type Row = Vec<(usize, f64)>;
 
-/// The elements of a model at a position: of each its row over the coordinates and its value.
+/// The elements of a model at a position: each with its row over the coordinates and its value.
 struct Terms {
     dampers: Vec<(Row, f64)>,
     springs: Vec<(Row, f64)>,
@@ -150,7 +150,7 @@ struct Motion {
     rate: f64,
     /// Speeds of the coordinates.
     speed: Vec<f64>,
-    /// Their angles: the speeds of the product before.
+    /// Their angles: the speeds of the previous product.
     angle: Vec<f64>,
 }
 
@@ -201,7 +201,7 @@ impl Terms {
         Some(Motion { rate: exp(logarithm / (PRODUCTS - PRODUCTS / 2) as f64), speed, angle })
     }
 
-    /// The element that turns over most power in a motion, with its key, and what it does in words.
+    /// The element with the largest power in a motion, with its key and a description.
     fn cause(&self, equations: &Equations, motion: &Motion) -> Option<((String, &'static str), String)> {
         let Motion { rate, speed, angle } = motion;
         let largest = |terms: &[(Row, f64)], weight: f64| -> Option<(usize, f64)> {
@@ -252,7 +252,7 @@ fn short(value: f64) -> String {
     format!("{}e{exponent}", digits.trim_end_matches('0').trim_end_matches('.'))
 }
 
-/// Warns of teeth that jam wherever their load drives them.
+/// Warns of gears that jam whenever their load drives them.
 fn check_teeth(document: &Document, variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
     if !variant
         .reduced
@@ -266,15 +266,15 @@ fn check_teeth(document: &Document, variant: &PreparedVariant, out: &mut Vec<Dia
     let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &variant.scenario };
     for element in teeth_that_lock(setup) {
         let message = format!(
-            "the teeth of `{element}` lock themselves against the inertia of their load: wherever that drives them while they turn, they jam (Painlevé), and \
-             a run that jams without an end is ended"
+            "the gear `{element}` is self-locking against the inertia of its load: whenever the load drives the \
+             rotating gear, it jams (Painlevé), and kardan ends a run that stays jammed"
         );
         let warning = Diagnostic::warning("teeth::jam", message).at(place_of(document, &element), "jams");
         out.push(warning.help(UNJAM.replacen("Give", "give", 1)));
     }
 }
 
-/// Warns of a run that takes very long, or that may end where teeth jam.
+/// Warns of a run that takes very long, or that may end because a gear jams.
 pub(super) fn check_effort(document: &Document, variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
     check_teeth(document, variant, out);
     let Effort { steps, element, cause, .. } = expected_effort(variant);
@@ -294,12 +294,13 @@ pub(super) fn check_effort(document: &Document, variant: &PreparedVariant, out: 
     let warning = Diagnostic::warning("run::steps", message);
     let warning = match place {
         Some(place) => warning.at(place, "the fastest motion comes from here"),
-        None => warning.at(TableReader::place(&document.scenario, "duration"), "so long a run"),
+        None => warning.at(TableReader::place(&document.scenario, "duration"), "this duration"),
     };
     out.push(warning.help(
-        "check this number and its unit; leave out a motion that fast (a rigid connection, no inertia of its own), or shorten \
-         `duration`. Where that motion is damped, `--method radau` (which `--method automatic` takes then) needs no such steps; beside teeth with losses, and \
-         laws that compute by themselves at every instant, there is no such method. `kardan run` \
-         takes `--max-steps N` and `--time-limit SECONDS`, and keeps what it has when they are reached",
+        "check this number and its unit; remove so fast a motion (by a rigid connection, or no inertia of its own), \
+         or shorten `duration`. Where that motion is damped, `--method radau` (which `--method automatic` takes \
+         then) needs no such steps; with gear losses, or with laws that compute at every instant, that method is not \
+         available. `kardan run` takes `--max-steps N` and `--time-limit SECONDS`, and keeps the results so far when \
+         they are reached",
     ));
 }

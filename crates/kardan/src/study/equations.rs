@@ -37,7 +37,7 @@ pub enum EquationsForm {
 /// For configuration-dependent constraints the matrices are those at the initial position.
 ///
 /// # Errors
-/// All mistakes of the file.
+/// All errors of the file.
 pub fn equations(source: &str, form: EquationsForm) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
     Project::open(source).equations(form)
 }
@@ -46,7 +46,7 @@ impl Project {
     /// The equations of motion of the first variant; see [`equations`](super::equations()).
     ///
     /// # Errors
-    /// All mistakes.
+    /// All errors.
     pub fn equations(&self, form: EquationsForm) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
         let (prepared, diagnostics) = self.for_equations();
         let diagnostics = diagnostics.to_vec();
@@ -66,7 +66,7 @@ impl Project {
     /// The equations of motion of the first variant as data, and the warnings of the file.
     ///
     /// # Errors
-    /// All mistakes.
+    /// All errors.
     pub fn motion_equations(&self) -> Result<(MotionEquations, Vec<Diagnostic>), Vec<Diagnostic>> {
         let (latex, diagnostics) = self.equations(EquationsForm::Latex)?;
         let Some(variant) = self.for_equations().0.variants.first() else { return Err(diagnostics) };
@@ -101,7 +101,7 @@ impl Project {
     }
 }
 
-/// The matrices at the start, with the laws of torque that are linear; the others stand for themselves on the right.
+/// The matrices at the start, with the linear laws of torque; the others appear by name on the right.
 fn linear_part(variant: &PreparedVariant) -> LinearModel {
     let mut reduced = variant.reduced.clone();
     let bent = bent_laws(&reduced);
@@ -115,9 +115,9 @@ fn bent_laws(reduced: &Reduced) -> Vec<usize> {
     (0..reduced.equations.laws.len()).filter(|law| !is_linear_law(reduced, *law)).collect()
 }
 
-/// The plan of the equations of motion, with what it costs; [`crate::plan::parse`] reads it.
+/// The plan of the equations of motion, with its cost; [`crate::plan::parse`] reads it.
 fn operations(variant: &PreparedVariant) -> String {
-    // Of motions without inertia the equations themselves, not how a run solves them.
+    // For motions without inertia the equations themselves, not the method of a run.
     let motion = Motion::new(&Reduced { relaxation: None, ..variant.reduced.clone() });
     let compiled = motion.compile(&motion.outputs(&variant.reduced));
     let counts: Vec<String> =
@@ -129,7 +129,7 @@ fn operations(variant: &PreparedVariant) -> String {
         if motion.multiplier_constraints.is_empty() {
             ""
         } else {
-            " and of multipliers along kept rows, where kept q'' + kept = 0"
+            " and of multipliers of constraints, where kept q'' + kept = 0"
         },
         compiled.operations(),
         compiled.flops(),
@@ -201,7 +201,7 @@ fn lines(
             };
             let effort = |domain: Domain| if domain == Domain::Translation { 7 } else { 3 };
             let unilaterals = equations.unilaterals.iter().enumerate().filter_map(|(k, unilateral)| {
-                // Both sides of a stop are one torque; what its teeth lose is another.
+                // Both sides of a stop are one torque; the loss of its gear is another.
                 let rubs = |unilateral: &DirectionalTerm<UnilateralConstraint>| {
                     matches!(unilateral.value, UnilateralConstraint::GearLoss(_))
                 };
@@ -263,7 +263,7 @@ fn text_mark(name: &str, order: usize) -> String {
     }
 }
 
-/// What the equations of motion leave to say.
+/// Remarks on the equations of motion.
 fn notes(variant: &PreparedVariant, out: &mut String) {
     if !variant.reduced.equations.frictions.is_empty() {
         out.push_str("  sgn is set-valued at rest: any value from -1 to 1.\n");
@@ -281,16 +281,16 @@ fn notes(variant: &PreparedVariant, out: &mut String) {
     };
     let (gears, unilaterals) = (named(true), named(false));
     if !gears.is_empty() {
-        let _ = writeln!(out, "  What the teeth of {gears} lose depends on the torque that they carry.");
+        let _ = writeln!(out, "  The gear losses of {gears} depend on the transmitted torque.");
     }
     if !unilaterals.is_empty() {
         let _ = writeln!(
             out,
-            "  What {unilaterals} carry depends on their modes: whether they are touched, slip, hold or are open."
+            "  The forces of {unilaterals} depend on their states: in contact, slipping, sticking or open."
         );
     }
     if !Kinematics::new(&variant.reduced).is_constant() {
-        out.push_str("  The matrices depend on the position; these hold at the initial position, near rest.\n");
+        out.push_str("  The matrices depend on the position; these are valid at the initial position, near rest.\n");
     }
     if !variant.reduced.equations.multiplier_constraints.is_empty() {
         let elements = variant
@@ -303,14 +303,15 @@ fn notes(variant: &PreparedVariant, out: &mut String) {
             .join(", ");
         let _ = writeln!(
             out,
-            "  {elements} hold with their multipliers, at every position: forces on the right, whose values follow from the constraints."
+            "  Multipliers enforce {elements} at every position: forces on the right, whose values follow from the \
+             constraints."
         );
     }
     if !variant.reduced.equations.moving.is_empty() {
         let moving = variant.reduced.equations.moving.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
         let _ = writeln!(
             out,
-            "  Offsets that depend on the time ({moving}) stand still here; --plan has them as they move."
+            "  Offsets that depend on the time ({moving}) are constant here; --plan includes their motion."
         );
     }
 }
@@ -364,14 +365,14 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
     out
 }
 
-/// What the coordinates of a model are.
+/// The kind of the coordinates of a model.
 pub(super) struct CoordinateKind {
     pub(super) plural: &'static str,
     pub(super) count: usize,
     pub(super) units: &'static str,
 }
 
-/// The kinds of coordinates that there are, in one order.
+/// The kinds of coordinates in the model, in a fixed order.
 pub(super) fn kinds(variant: &PreparedVariant) -> Vec<CoordinateKind> {
     let domains = &variant.reduced.equations.domains;
     let kinds = [
@@ -387,7 +388,7 @@ pub(super) fn kinds(variant: &PreparedVariant) -> Vec<CoordinateKind> {
     kinds.into_iter().map(kind).filter(|kind| kind.count > 0).collect()
 }
 
-/// What a coordinate is, by its name.
+/// The kind of a coordinate, by its name.
 fn domain_of(variant: &PreparedVariant, name: &str) -> Domain {
     variant.reduced.coordinate(name).map(|k| variant.reduced.equations.domain(k)).unwrap_or_default()
 }

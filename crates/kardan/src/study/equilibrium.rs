@@ -1,36 +1,36 @@
-//! Where a model rests, in words.
+//! Equilibria of a model, as text.
 
 use crate::diagnostics::quoted;
 use crate::equations::Domain;
 use crate::reduce::{Equilibrium, Reduced, STARTS, equilibria};
 
-/// Other equilibria that are told.
+/// Largest number of other equilibria that are listed.
 const MAX_FURTHER: usize = 6;
 
 /// Where the test of existence fails.
 const NOT_PROVEN: &str =
     "that there is exactly one nearby is not proven, as the derivative of the torques is singular there, or nearly";
 
-/// How far a position that is found to rounding may be off where the derivative of the torques is singular: half of the digits are lost, and more.
+/// Bound on the error of a position found to rounding if the derivative of the torques is singular: half of the digits are lost, and more.
 const SINGULAR: f64 = 1e-7;
 
-/// A position at rest without inputs and friction.
+/// An equilibrium without inputs and friction.
 pub(super) struct Rest {
     /// The reduced position, rad or m.
     pub position: Vec<f64>,
-    /// Rates of the coordinates: currents that flow.
+    /// Rates of the coordinates: currents.
     pub rates: Vec<f64>,
-    /// The multiplier of each kept row, N m.
+    /// The multiplier of each multiplier constraint, N m.
     pub multipliers: Vec<f64>,
-    /// How far it may be from there, relative to its size or to one.
+    /// Bound on the distance to the true equilibrium, relative to its size or to one.
     pub off: f64,
-    /// Where it is, and what of it is proven.
+    /// The position as text, and which properties are proven.
     pub found: String,
-    /// What else there is to tell: sentences in which `CHOICE` stands for the key that chooses another one.
+    /// Further sentences, in which `CHOICE` is a placeholder for the key that chooses another equilibrium.
     pub more: Vec<String>,
 }
 
-/// A reduced position in words: `arm.phi = 60 deg, rotor.phi = 6060.08… deg`.
+/// A reduced position as text: `arm.phi = 60 deg, rotor.phi = 6060.08… deg`.
 pub(super) fn format_position(reduced: &Reduced, position: &[f64]) -> String {
     let names = reduced.coordinate_names();
     let one = |(k, x): (usize, &f64)| {
@@ -55,20 +55,20 @@ pub(super) fn format_currents(reduced: &Reduced, rates: &[f64]) -> impl Iterator
     })
 }
 
-/// An equilibrium, and whether it is proven to be one and the only one nearby.
+/// An equilibrium, and whether its existence and local uniqueness are proven.
 fn describe_equilibrium(one: &Equilibrium, place: &str, free: &str) -> String {
     let stays = if free.is_empty() { String::new() } else { format!(" among positions with the same {free}") };
     match one.radius {
         Some(radius) => format!(
             "the equilibrium {place}, proven: there is exactly one within {radius:e} of it{stays}, relative to a radian or metre or its size"
         ),
-        None if one.residual == 0.0 => format!("{place}, where no torque is left; {NOT_PROVEN}"),
-        None => format!("{place}, where {:.1e} are left of the torques; {NOT_PROVEN}", one.residual),
+        None if one.residual == 0.0 => format!("{place}, where no residual torque remains; {NOT_PROVEN}"),
+        None => format!("{place}, where torques of {:.1e} remain; {NOT_PROVEN}", one.residual),
     }
 }
 
 impl Rest {
-    /// The equilibrium near a position; why there is none, else.
+    /// The equilibrium near a position; else the reason why there is none.
     pub fn near(reduced: &Reduced, near: &[f64]) -> Result<Self, String> {
         let names = reduced.coordinate_names();
         let domain = |k: usize| reduced.equations.domain(reduced.coordinates[k]);
@@ -77,12 +77,13 @@ impl Rest {
         if let Some((k, torque)) = all.constant {
             let (name, unit) = (&names[k], domain(k).effort().unit());
             let torque = if torque.abs() < 1e-4 { format!("{torque:.4e}") } else { torque.to_string() };
-            return Err(format!("there is no equilibrium: along `{name}` {torque} {unit} act wherever it is"));
+            return Err(format!("there is no equilibrium: {torque} {unit} act on `{name}` at every position"));
         }
         let Some(first) = all.found.first() else {
             if let Some((position, unilateral)) = &all.beyond {
                 return Err(format!(
-                    "the equilibrium {} lies beyond the stop of `{}`, which nothing can pass, and none was found that rests on it",
+                    "the equilibrium {} lies beyond the stop of `{}`, which is rigid, and no equilibrium was found \
+                     on the stop",
                     place(position),
                     reduced.equations.unilaterals[*unilateral].element
                 ));
@@ -90,12 +91,14 @@ impl Rest {
             let (best, residual) = all.best.unwrap_or_default();
             if residual == 0.0 && !best.is_empty() {
                 return Err(format!(
-                    "at {} no torque is left, but a law has no slope there: nothing tells whether it stays",
+                    "at {} no residual torque remains, but a law has no derivative there: whether the model stays \
+                     there is not decided",
                     place(&best)
                 ));
             }
             return Err(format!(
-                "no equilibrium was found from {} starts within a turn (that there is none is not proven); at best {residual:.3e} are left, at {}",
+                "no equilibrium was found from {} starts within a turn (that there is none is not proven); the \
+                 smallest residual is {residual:.3e}, at {}",
                 STARTS + 1,
                 place(&best)
             ));

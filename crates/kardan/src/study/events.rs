@@ -1,4 +1,4 @@
-//! The events of a scenario, and the signals from outside that they set.
+//! The events of a scenario, and the external signals that they set.
 
 use std::collections::{HashMap, HashSet};
 
@@ -95,14 +95,14 @@ pub(super) fn sources(
     sources
 }
 
-/// The number of the source of a name, among those of [`sources`], that is no answer of a block.
+/// The number of the source of a name, among those of [`sources`], that is no output of a block.
 pub(super) fn settable(sources: &[Source], name: &str) -> Option<usize> {
     let first = sources.partition_point(|source| source.name.as_str() < name);
     let own = sources[first..].iter().take_while(|source| source.name == name);
     own.into_iter().position(|source| source.target != SourceTarget::Block).map(|place| first + place)
 }
 
-/// What blocks answer and read of the time, as sources that nothing else sets; gives names and dimensions of the answers.
+/// Outputs and time functions of blocks, as sources that nothing else sets; returns names and dimensions of the outputs.
 fn of_programs<'m>(model: &'m Model, sources: &mut NamedList<Source>) -> HashMap<&'m str, Dimension> {
     let outputs = || model.programs.tasks.iter().flat_map(|task| &task.outputs);
     let source = |name: &str, dimension, description: &str| Source {
@@ -114,13 +114,13 @@ fn of_programs<'m>(model: &'m Model, sources: &mut NamedList<Source>) -> HashMap
     sources.extend(outputs().map(|answer| source(&answer.name, answer.dimension, &answer.description)));
     let functions = model.programs.functions.iter();
     sources.extend(functions.map(|(name, function)| source(name, function.dimension(), &format!("signal {name}"))));
-    let found = |name: &str| format!("what the control {} tells", SignalName::new(name).element);
+    let found = |name: &str| format!("output of the control {}", SignalName::new(name).element);
     let exported = model.programs.exported.iter();
     sources.extend(exported.map(|(name, dimension)| source(name, *dimension, &found(name))));
     outputs().map(|answer| (answer.name.as_str(), answer.dimension)).collect()
 }
 
-/// Refuses a reference that is what a block answers, in another unit.
+/// Rejects a reference that a block outputs in another unit.
 fn of_block(
     document: &Document,
     control: &ControlSpec,
@@ -132,7 +132,7 @@ fn of_block(
     if !expected.is_like(answer) {
         let name = &reference.name;
         let message = format!(
-            "control `{}`: `{name}` should be {}, and the block answers {}",
+            "control `{}`: `{name}` should be {}, but the block outputs {}",
             control.name,
             expected.noun(),
             answer.noun()
@@ -140,11 +140,11 @@ fn of_block(
         let places = places_in_control(document, control, name);
         let diagnostic =
             Diagnostic::error("unit::dimension", message).at(places[places.len() - 1].clone(), "this reference");
-        out.push(diagnostic.help(format!("let the block answer in a unit such as {}", expected.example())));
+        out.push(diagnostic.help(format!("choose an output unit of the block such as {}", expected.example())));
     }
 }
 
-/// Why an event, or what else sets signals, cannot set one; nothing if the signal may be there when the mistakes told are put right.
+/// Why an event, or another setter of signals, cannot set one; nothing if the signal may exist once the reported errors are corrected.
 pub(super) fn not_settable(
     signal: &str,
     sources: &[Source],
@@ -179,7 +179,7 @@ pub(super) fn not_settable(
         return Some((message, format!("set {} instead", quoted(references.iter().map(String::as_str)))));
     }
     if quantity == Some(Quantity::Current) && is_kind("current_source") {
-        let message = format!("the current of `{head}` is what its `current` says, so {who} cannot set `{shown}`");
+        let message = format!("the `current` of `{head}` prescribes its current, so {who} cannot set `{shown}`");
         let help = "leave `current` out for events to set it, or write the function of time there";
         return Some((message, help.into()));
     }
@@ -203,11 +203,11 @@ pub(super) fn not_settable(
     Some((format!("there is no signal `{shown}` that {who} can set"), help))
 }
 
-/// An event as it is written.
+/// An event as in the file.
 pub(super) struct EventSpec {
-    /// Number of its entry, from one on.
+    /// Number of its entry, starting at one.
     number: usize,
-    /// Number of the source; of those behind them that of what the model prescribes.
+    /// Number of the source; numbers after the sources are those of prescribed motions of the model.
     source: usize,
     at: Exact,
     to: Exact,
@@ -226,7 +226,7 @@ impl EventSpec {
         std::iter::once(self.at.clone()).chain(end)
     }
 
-    /// As the scenario has it, of so many sources.
+    /// The event of the scenario, with this number of sources.
     pub fn event(&self, sources: usize) -> Option<SignalEvent> {
         (self.source < sources).then(|| SignalEvent {
             source: self.source,
@@ -237,7 +237,7 @@ impl EventSpec {
     }
 }
 
-/// `[[scenario.event]]` of a document, with the mistakes in it.
+/// `[[scenario.event]]` of a document; errors are reported.
 pub(super) fn events(
     reader: &TableReader<'_>,
     document: &Document,
@@ -284,14 +284,14 @@ pub(super) fn events(
     accepted
 }
 
-/// Currents that events prescribe: functions of time of the model, behind the sources.
+/// Currents that events prescribe: functions of time of the model, numbered after the sources.
 fn prescribed(document: &Document) -> Vec<String> {
     let free = |element: &&Instance| !element.table.values.contains_key("current");
     let signal = |element: &Instance| element.kind.signal_of_events(&element.name);
     document.elements.iter().filter(free).filter_map(signal).collect()
 }
 
-/// Warns of an event, or a fault, behind the end of the run.
+/// Warns of an event, or a fault, after the end of the run.
 pub(super) fn check_late(
     table: &Table,
     what: &str,
@@ -313,7 +313,7 @@ pub(super) fn check_late(
 /// Entries that a message lists.
 const MOST_LISTED: usize = 12;
 
-/// Tells of an event that sets a signal to a second value at the same time.
+/// Reports an event that sets a signal to a second value at the same time.
 fn check_duplicates(
     table: &Table,
     signal: &str,

@@ -1,4 +1,4 @@
-//! Designs beside that of the file: what interaction costs in torque, rate, bandwidth and sensors.
+//! Alternatives to the design of the file: interaction against torque, rate, bandwidth and sensors.
 
 use rayon::prelude::*;
 
@@ -11,13 +11,13 @@ use crate::results::{Alternative, Exploration, Stability, WithSensor};
 use crate::synthesis::{Clock, Plant, VariedPlant, clock, design_law, implemented, reading_variance};
 use crate::units::Exact;
 
-/// Factors that are tried.
+/// Factors to try.
 const EFFORTS: [f64; 5] = [1.0, 0.125, 0.35, 3.0, 8.0];
 const BANDWIDTHS: [f64; 4] = [1.0, 0.5, 1.5, 2.0];
-/// Of the rate: the sample time is divided by them.
+/// Factors of the rate: the sample time is divided by them.
 const RATES: [f64; 4] = [1.0, 0.5, 2.0, 4.0];
 
-/// What is changed of the file's design.
+/// A change of the file's design.
 #[derive(Debug, Clone, PartialEq)]
 struct Change {
     rate: f64,
@@ -34,19 +34,19 @@ enum Sensors {
     All,
 }
 
-/// A design that was tried: what its loop shows, the noise of its torques (N m), its sensors.
+/// A design that was tried: the responses of its loop, the noise of its torques (N m), its sensors.
 type Tried = (Shown, Vec<f64>, String);
 
-/// Why a design is none.
+/// Why a design failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Failure {
-    /// There is no stable one.
+    /// No stable design exists.
     NotStable,
-    /// Its loop has no map.
+    /// The loop has no map.
     NotJudged,
 }
 
-/// Designs beside that of a controller; the reason if there is nothing to explore.
+/// Alternatives to the design of a controller; the reason if there is nothing to explore.
 pub(super) fn explore(
     variant: &PreparedVariant,
     number: usize,
@@ -62,7 +62,7 @@ pub(super) fn explore(
     }
     let Some(base) = clock(&control.values).ok().flatten() else { return Err("it has no sample time".into()) };
     if variant.leaves_out(number) {
-        return Err("its design leaves elements out, and no other design is looked for beside such a one".into());
+        return Err("its design leaves elements out; kardan tries no alternatives to such a design".into());
     }
     let plant = &variant.design_models[number];
     let changes = changes(plant, &control.values);
@@ -92,9 +92,9 @@ pub(super) fn explore(
     let mut out = Exploration {
         interaction: format!("{} after a step of {} by {} {}", watched.name, step.name, step.size, step.unit),
         unit: watched.unit.into(),
-        limited: scale.limited,
+        relative_to_limits: scale.limited,
         failed: failed(Failure::NotStable),
-        not_judged: failed(Failure::NotJudged),
+        not_evaluated: failed(Failure::NotJudged),
         ..Exploration::default()
     };
     for (change, tried) in changes.iter().zip(&tried) {
@@ -106,7 +106,7 @@ pub(super) fn explore(
         }
     }
     mark_best(&mut out.designs);
-    // What a sensor brings is not worth more than what it spoils.
+    // The benefit of a sensor must exceed its harm.
     let own = out.designs.first().cloned().unwrap_or_default();
     let worth = |one: &Alternative| (one.noise / own.noise).max(one.interaction / own.interaction);
     out.sensors.sort_by(|a, b| worth(&a.design).total_cmp(&worth(&b.design)));
@@ -114,7 +114,7 @@ pub(super) fn explore(
     Ok(out)
 }
 
-/// What is tried, the design of the file first.
+/// The designs to try, that of the file first.
 fn changes(plant: &Plant, values: &Values) -> Vec<Change> {
     let observed = values.table("observer").is_some();
     let mut out = Vec::new();
@@ -135,10 +135,10 @@ fn changes(plant: &Plant, values: &Values) -> Vec<Change> {
     out
 }
 
-/// What alternatives are measured by.
+/// The scale of the alternatives.
 struct Scale {
     base: Clock,
-    /// The interaction that matters, the largest over what is acceptable: its step and what is watched.
+    /// The interaction that matters, the largest relative to the acceptable one: its step and the watched signal.
     pair: (usize, usize),
     /// Torque limits of the motors, N m; one where no motor has any.
     limits: Vec<f64>,
@@ -199,8 +199,8 @@ fn limits(plant: &Plant, inputs: &[usize]) -> Option<Vec<f64>> {
     any.then(|| limits.into_iter().map(|limit| limit.unwrap_or(f64::INFINITY)).collect())
 }
 
-/// Sensors that the file has or could have: its other sensors that an observer can read, then angles of shafts that no sensor
-/// measures.
+/// Sensors that the file has or could have: its other sensors that an observer can read, then angles of shafts without a
+/// sensor.
 fn candidates(plant: &Plant, values: &Values) -> Vec<String> {
     let used = values.table("observer").and_then(|observer| observer.names("sensors")).unwrap_or_default();
     let used: Vec<String> = used.iter().filter_map(|name| Some(plant.output(name).ok()?.name)).collect();
@@ -231,7 +231,7 @@ fn alternative(
     change: &Change,
     base: Clock,
 ) -> Result<(Subject, Vec<f64>, String), String> {
-    let (values, sensors) = changed(variant, number, change).ok_or("a number cannot be held")?;
+    let (values, sensors) = changed(variant, number, change).ok_or("a number overflows")?;
     let control = &variant.model.controls[number];
     let plant = &variant.design_models[number];
     let law = design_law(control.law, &control.name, &values, plant).and_then(|law| implemented(law, &values));
@@ -245,7 +245,7 @@ fn alternative(
     Ok((subject(variant, number, &laws, varied)?, variances, sensors))
 }
 
-/// The keys of the controller with a change, and its sensors in words; `None` if a number cannot be held.
+/// The keys of the controller with a change, and its sensors as text; `None` if a number overflows.
 fn changed(variant: &PreparedVariant, number: usize, change: &Change) -> Option<(Values, String)> {
     let control = &variant.model.controls[number];
     let mut values = control.values.clone();
@@ -259,7 +259,7 @@ fn changed(variant: &PreparedVariant, number: usize, change: &Change) -> Option<
     if let Some(delay) = divided("delay") {
         values.insert("delay", delay);
     }
-    // What is looked at is the loop straight ahead.
+    // The loop is evaluated straight ahead.
     values.insert("schedule", exact(1.0)?);
     values.insert("effort", exact(change.effort * control.values.number_or_default("effort"))?);
     let channels = control.values.tables("channels").unwrap_or_default().iter().map(|channel| {
@@ -287,7 +287,7 @@ fn changed(variant: &PreparedVariant, number: usize, change: &Change) -> Option<
     Some((values, sensors))
 }
 
-/// What the loop with a change shows, the noise of its torques (N m), and its sensors.
+/// The responses of the loop with a change, the noise of its torques (N m), and its sensors.
 fn attempt(variant: &PreparedVariant, number: usize, change: &Change, base: Clock) -> Result<Tried, Failure> {
     let found = alternative(variant, number, change, base).map_err(|_| Failure::NotStable)?;
     let (mut subject, variances, sensors) = found;
@@ -302,10 +302,11 @@ fn attempt(variant: &PreparedVariant, number: usize, change: &Change, base: Cloc
     Ok((shown, noise, sensors))
 }
 
-/// What to take from it.
+/// Recommendations.
 fn advice(found: &Exploration) -> Vec<String> {
     let Some(own) = found.designs.first() else { return Vec::new() };
-    let of = if found.limited { "of the torque of the most strained motor" } else { "asked of a motor at most" };
+    let of =
+        if found.relative_to_limits { "of the torque of the most loaded motor" } else { "demanded of a motor at most" };
     let mut out = vec![format!(
         "The design of the file: {} {:.3e} {}, {} {of}, noise {} rms.",
         found.interaction,
@@ -315,8 +316,8 @@ fn advice(found: &Exploration) -> Vec<String> {
         found.amount(own.noise, 1)
     )];
     let same = |one: &&Alternative| one.sample_time == own.sample_time && one.sensors == own.sensors;
-    // Without limits nobody knows how much a motor can do: not much more than it does now.
-    let most = if found.limited { 1.0 } else { own.torque };
+    // Without limits the capability of a motor is unknown: not much more than it gives now.
+    let most = if found.relative_to_limits { 1.0 } else { own.torque };
     let least = found
         .designs
         .iter()

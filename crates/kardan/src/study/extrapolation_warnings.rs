@@ -1,4 +1,4 @@
-//! Tables whose points a run has left, and keys of blocks that went where they must not.
+//! Warnings about tables read outside their range, and about keys of blocks with forbidden values.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -13,30 +13,30 @@ use crate::reduce::Reduced;
 use crate::results::Series;
 use crate::units::Dimension;
 
-/// Part of the range of a table by which rounding alone may leave it.
+/// Fraction of the range of a table that rounding alone may exceed.
 const ROUNDING: f64 = 1e-9;
 
-/// Numbers below are told by their power of ten.
+/// Smaller numbers are written in scientific notation.
 const SMALL: f64 = 1e-3;
 
-/// Where a run was farthest beyond the points of a table along one of its arguments.
+/// The largest exceedance of the range of a table along one of its arguments in a run.
 struct Exceedance {
-    /// Of a surface: along what.
+    /// For a surface: the axis.
     axis: &'static str,
     beyond: Beyond,
-    /// How far, as a part of its range, and in the unit of the argument.
+    /// The exceedance, as a fraction of its range, and in the unit of the argument.
     part: f64,
     by: f64,
     unit: String,
     above: bool,
     end: f64,
     time: f64,
-    /// When it was left first.
+    /// The first time of an exceedance.
     first: f64,
     element: String,
 }
 
-/// Sentences about tables that torques of elements, blocks and signals took values of beyond their points, one for each table and argument. Looked at in
+/// Warnings about tables that elements, blocks and signals read outside their range, one for each table and argument. Evaluated in
 /// the rows of the run.
 pub(super) fn extrapolation_warnings(reduced: &Reduced, programs: &Programs, series: &Series) -> Vec<String> {
     let equations = &reduced.equations;
@@ -61,13 +61,13 @@ pub(super) fn extrapolation_warnings(reduced: &Reduced, programs: &Programs, ser
         let Exceedance { axis, beyond, by, unit, above, end, time, first, element, .. } = exceedances;
         let (side, which) = if above { ("above", "last") } else { ("below", "first") };
         let goes_on = match beyond {
-            Beyond::Level => "the value of that point holds",
-            Beyond::Straight => "it goes on straight",
+            Beyond::Level => "the value of that point is used",
+            Beyond::Straight => "it is extrapolated linearly",
         };
         let in_unit = |value: f64| format!("{value:.6} {unit}").trim_end().to_string();
         format!(
-            "table `{name}` was left{axis} in `{element}`, from {first:.6} s on: at {time:.6} s it was asked {} {side} its {which} point at \
-             {}, where {goes_on} (largest of all rows)",
+            "`{element}` read table `{name}` outside its range{axis} from {first:.6} s on: at {time:.6} s by {} \
+             {side} its {which} point at {}, where {goes_on} (largest of all rows)",
             in_unit(by),
             in_unit(end)
         )
@@ -75,9 +75,9 @@ pub(super) fn extrapolation_warnings(reduced: &Reduced, programs: &Programs, ser
     exceedances.into_iter().map(note).collect()
 }
 
-/// What a table is asked, with its range and unit.
+/// An argument of a table, with its range and unit.
 struct Argument {
-    /// Who asks.
+    /// The element that reads the table.
     element: String,
     table: String,
     axis: &'static str,
@@ -90,7 +90,7 @@ struct Argument {
 /// Values of a column, if the run has it, and a factor.
 type Part<'a> = (Option<&'a [f64]>, f64);
 
-/// What a name in a formula stands for in the rows of a run.
+/// The meaning of a name in a formula in the rows of a run.
 enum InputSource<'a> {
     Time,
     Signal(&'a OfTime),
@@ -103,7 +103,7 @@ enum InputSource<'a> {
 /// The tables of a formula as expressions of columns.
 struct Calls<'a> {
     graph: Graph,
-    /// What stands in them: names, those of columns among them, with what they are.
+    /// The names in them, with their meanings.
     inputs: Vec<(Symbol, String, InputSource<'a>)>,
     lookups: Vec<Argument>,
 }
@@ -128,7 +128,7 @@ impl<'a> Calls<'a> {
                 Meaning::Signal(function) => (name.to_string(), function.dimension(), InputSource::Signal(function)),
                 Meaning::Block(_, dimension) => (name.to_string(), *dimension, InputSource::Column),
                 Meaning::Shared(shared) => (name.to_string(), shared.dimension, InputSource::Column),
-                // The teeth put it on the first body of the direction.
+                // The gear applies it to the first body of the direction.
                 Meaning::Load(dimension) => {
                     let (first, _) = row.iter().find(|(_, x)| *x > 0.0)?;
                     let body = &equations.coordinates[*first];
@@ -158,7 +158,7 @@ impl<'a> Calls<'a> {
         (!lookups.is_empty()).then_some(Self { graph, inputs, lookups })
     }
 
-    /// Those of blocks and signals.
+    /// Tables of blocks and signals.
     fn of_programs(programs: &'a Programs, series: &Series) -> Option<Self> {
         let call = |call: &TableCall| arguments(&call.reader, (&call.name, &call.table), &call.at);
         let lookups: Vec<Argument> = programs.looked.calls.iter().flat_map(call).collect();
@@ -168,10 +168,10 @@ impl<'a> Calls<'a> {
     }
 }
 
-/// What expressions of blocks and signals stand for in the rows of a run.
+/// Meanings of names in expressions of blocks and signals in the rows of a run.
 fn inputs_of<'a>(programs: &'a Programs, exprs: &[Expr], series: &Series) -> Vec<(Symbol, String, InputSource<'a>)> {
     let Looked { graph, .. } = &programs.looked;
-    // A sensor is read by its name alone too.
+    // The name of a sensor alone refers to its reading too.
     let column = |symbol: &str| {
         let name = read_name(symbol);
         let own = || series.signals.iter().find(|signal| SignalName::new(&signal.name).element == name);
@@ -190,7 +190,7 @@ fn inputs_of<'a>(programs: &'a Programs, exprs: &[Expr], series: &Series) -> Vec
     graph.symbols(exprs).into_iter().map(input).collect()
 }
 
-/// What a table is asked by an element, one for each of its arguments.
+/// Table reads of an element, one for each argument.
 fn arguments(element: &str, (name, table): (&str, &Lookup), at: &[Expr]) -> Vec<Argument> {
     let names = if at.len() > 1 { [" along x", " along y"] } else { [""; 2] };
     let ranges = table.ranges().into_iter().zip(table.arguments());
@@ -209,7 +209,7 @@ fn arguments(element: &str, (name, table): (&str, &Lookup), at: &[Expr]) -> Vec<
         .collect()
 }
 
-/// Looks at the tables of one formula.
+/// Evaluates the tables of one formula.
 fn look(
     reduced: &Reduced,
     (element, row): (&str, &[(usize, f64)]),
@@ -223,7 +223,7 @@ fn look(
 }
 
 impl Calls<'_> {
-    /// Looks at them in all rows.
+    /// Evaluates the tables in all rows.
     fn look(self, series: &Series, exceedances: &mut BTreeMap<(String, &'static str), Exceedance>) {
         let Self { graph, inputs, lookups } = self;
         let exprs: Vec<Expr> = lookups.iter().map(|one| one.at).collect();
@@ -231,7 +231,7 @@ impl Calls<'_> {
     }
 }
 
-/// Tells the values of expressions in all rows, those that are numbers, with the number of the expression and the time.
+/// Passes the values of expressions in all rows that are numbers, with the number of the expression and the time.
 fn in_rows(
     (graph, inputs): (&Graph, &[(Symbol, String, InputSource<'_>)]),
     exprs: &[Expr],
@@ -263,7 +263,7 @@ fn in_rows(
                 InputSource::Size(_) => sum().abs(),
             };
         }
-        // What is no number is not beyond anything.
+        // A value that is not a number exceeds nothing.
         let _ = block.evaluate(&mut memory);
         for k in 0..exprs.len() {
             if let Some(value) = block.output(k, &memory) {
@@ -273,7 +273,7 @@ fn in_rows(
     }
 }
 
-/// Sentences about keys of blocks that are expressions and went where a number in their place is refused. Looked at in the rows of the run.
+/// Warnings about keys of blocks that are expressions and take values that kardan rejects for constants. Evaluated in the rows of the run.
 pub(super) fn broken_rules(programs: &Programs, series: &Series) -> Vec<String> {
     let Looked { graph, rules, .. } = &programs.looked;
     if rules.is_empty() {
@@ -294,14 +294,15 @@ pub(super) fn broken_rules(programs: &Programs, series: &Series) -> Vec<String> 
         let by = format!("{by} {}", dimension.si());
         let by = if least < 0.0 { format!(", by up to {}", by.trim_end()) } else { String::new() };
         Some(format!(
-            "{what} in block `{block}` from {first:.6} s on{by}, where a number in its place is refused: what the block answers from there on is not to be relied on"
+            "{what} in block `{block}` from {first:.6} s on{by}, where kardan rejects a constant: the output of the \
+             block is unreliable from there on"
         ))
     };
     rules.iter().zip(broken).filter_map(note).collect()
 }
 
 impl Argument {
-    /// Takes down where a value is farther beyond the range than those before.
+    /// Records a value that exceeds the range by more than the previous ones.
     fn compare(&self, (value, time): (f64, f64), exceedances: &mut BTreeMap<(String, &'static str), Exceedance>) {
         let (low, high) = self.range;
         let (above, end) = if value > high { (true, high) } else { (false, low) };

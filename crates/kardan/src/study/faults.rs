@@ -1,4 +1,4 @@
-//! What fails in a scenario: sensors, motors, control units, springs and teeth.
+//! Faults of a scenario: sensors, motors, control units, springs and gears.
 
 use super::events::check_late;
 use super::read::{quantity, quantity_like, read_word};
@@ -12,7 +12,7 @@ use crate::schema::{Placed, Sign, Table, Value};
 use crate::simulate::{Failing, Faults, MechanicalFaultKind, MotorFaultKind, SensorFaultKind, UnitFaultKind};
 use crate::units::{Dimension, Exact, shown_quantity};
 
-/// What may fail, with what it may do; the first is meant where nothing is said.
+/// Parts that may fail, with their kinds of fault; the first kind is the default.
 const PARTS: [(&str, &[&str]); 4] = [
     ("sensor", &["lost", "stuck", "offset", "drift", "noise", "reversed"]),
     ("motor", &["dead", "reduced", "reversed", "stuck", "braking", "undervoltage"]),
@@ -20,7 +20,7 @@ const PARTS: [(&str, &[&str]); 4] = [
     ("element", &["broken", "jump"]),
 ];
 
-/// `[[scenario.fault]]` of a document, with the mistakes in it.
+/// `[[scenario.fault]]` of a document; errors are reported.
 pub(super) fn faults(
     reader: &TableReader<'_>,
     (document, model, equations, settled): (&Document, &Model, &Equations, bool),
@@ -40,23 +40,23 @@ pub(super) fn faults(
     faults
 }
 
-/// A fault that has a name: it happens where that is asked for.
+/// A named fault: it is active where a variant or command requests it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedFault {
     /// Its name.
     pub name: String,
-    /// What it does; nothing where nobody in the loop of this variant would see it.
+    /// Its effect; none if no part of the loop of this variant reads it.
     pub faults: Faults,
 }
 
 impl NamedFault {
-    /// When it begins, s; infinite where it does nothing.
+    /// Its begin, s; infinite if it has no effect.
     pub fn begins(&self) -> f64 {
         self.faults.times().fold(f64::INFINITY, f64::min)
     }
 }
 
-/// `[fault.NAME]` of a document, with the mistakes in them.
+/// `[fault.NAME]` of a document; errors are reported.
 pub(super) fn named_faults(
     reader: &TableReader<'_>,
     (document, model, equations, settled): (&Document, &Model, &Equations, bool),
@@ -74,11 +74,11 @@ pub(super) fn named_faults(
     document.faults.iter().map(read).collect()
 }
 
-/// A sensor that the observer of a controller reads, a program, or a block.
+/// A sensor that the observer of a controller, a program, or a block reads.
 struct Reading<'m> {
     sensor: &'m str,
     control: &'m str,
-    /// At a sample time, so that a reading is an event at all.
+    /// At a sample time, so that a reading is an event.
     sampled: bool,
     in_loop: bool,
 }
@@ -104,7 +104,7 @@ fn readings(model: &Model) -> Vec<Reading<'_>> {
         .collect()
 }
 
-/// One table, with what it may name.
+/// One table, with the names it may use.
 struct Reader<'a, 'r> {
     reader: &'a TableReader<'r>,
     table: &'a Table,
@@ -138,20 +138,20 @@ impl<'a> Reader<'a, '_> {
         }
     }
 
-    /// Which part fails, and its name.
+    /// The failing part and its name.
     fn part(&self, out: &mut Vec<Diagnostic>) -> Option<(&'static str, &'a str)> {
         let here = |key: &str| self.table.values.contains_key(key) || self.table.unread.contains(&key);
         let named: Vec<&'static str> = PARTS.iter().map(|(part, _)| *part).filter(|part| here(part)).collect();
         match named[..] {
             [part] => Some((part, read_word(self.table, part)?)),
             [] => {
-                let message = format!("{}: nothing is named that fails", self.what);
+                let message = format!("{}: it names no failing part", self.what);
                 let help = "add `sensor = \"...\"`, `motor = \"...\"`, `control = \"...\"` or `element = \"...\"`";
                 out.push(Diagnostic::error("key::missing", message).at(self.table.place.clone(), "no part").help(help));
                 None
             }
             [_, second, ..] => {
-                let message = format!("it names {}, and one fault is that of one part", quoted(named.iter().copied()));
+                let message = format!("it names {}, but a fault concerns one part", quoted(named.iter().copied()));
                 let help = "write one fault for each; they may be at the same time".to_string();
                 out.push(self.diagnostic("fault::part", &message, (second, "a second part"), help));
                 None
@@ -182,11 +182,11 @@ impl<'a> Reader<'a, '_> {
         Some((at, until))
     }
 
-    /// What a part does.
+    /// The kind of fault of a part.
     fn kind(&self, part: &str, out: &mut Vec<Diagnostic>) -> Option<&'static str> {
         let kinds = PARTS.iter().find(|(candidate, _)| *candidate == part).map_or(&[][..], |(_, kinds)| kinds);
         if !self.table.values.contains_key("kind") {
-            // One that is no word is told where it is read.
+            // The reader reports a value that is no word.
             return if self.table.unread.contains(&"kind") { None } else { kinds.first().copied() };
         }
         let word = read_word(self.table, "kind")?;
@@ -200,7 +200,7 @@ impl<'a> Reader<'a, '_> {
         found
     }
 
-    /// How much: there if and only if the kind needs it.
+    /// The amount: present if and only if the kind needs it.
     fn amount(&self, kind: &str, expected: (Dimension, Sign), out: &mut Vec<Diagnostic>) -> Option<f64> {
         if !self.table.values.contains_key("by") && !self.table.unread.contains(&"by") {
             let message = format!("{}: `{kind}` needs the key `by`", self.what);
@@ -212,7 +212,7 @@ impl<'a> Reader<'a, '_> {
         let of_signal = self.of_signal(read_word(self.table, "sensor").unwrap_or_default()).is_some();
         let read = if of_signal { quantity_like } else { quantity };
         let found = read(self.reader, self.table, "by", expected, self.what, out)?;
-        // `by` takes quantities of any sign: which it must have follows from the kind.
+        // `by` accepts quantities of any sign: the kind determines the required sign.
         if let Some((rule, help)) = broken(expected.1, &found) {
             let shown = shown_quantity(&found, expected.0);
             let message = format!("`by` of `{kind}` {rule}, found {shown}");
@@ -222,25 +222,25 @@ impl<'a> Reader<'a, '_> {
         Some(found.to_f64())
     }
 
-    /// What a sensor of a signal measures.
+    /// The quantity that a sensor of a signal measures.
     fn of_signal(&self, sensor: &str) -> Option<Dimension> {
         let mut outputs = self.model.programs.sensors.iter().flat_map(|task| &task.outputs);
         outputs.find(|answer| answer.name == sensor).map(|answer| answer.dimension)
     }
 
-    /// Tells of an amount that says nothing.
+    /// Reports an amount without meaning.
     fn no_amount(&self, kind: &str, out: &mut Vec<Diagnostic>) {
         if self.table.values.contains_key("by") {
-            let message = format!("`by` says nothing for `{kind}`");
+            let message = format!("`by` has no meaning for `{kind}`");
             out.push(self.diagnostic("fault::kind", &message, ("by", "not used"), "remove it".into()));
         }
     }
 
-    /// A part of a whole, from zero to below one.
+    /// A fraction, from zero to below one.
     fn share(&self, kind: &str, out: &mut Vec<Diagnostic>) -> Option<f64> {
         let share = self.amount(kind, (Dimension::NONE, Sign::NonNegative), out)?;
         if share >= 1.0 {
-            let message = format!("`by` is the part that is left, and {share} leaves all of it");
+            let message = format!("`by` is the remaining part, and {share} leaves all of it");
             let help = "write a number below one: `by = 0.5`".to_string();
             out.push(self.diagnostic("number::range", &message, ("by", "not below one"), help));
             return None;
@@ -248,7 +248,7 @@ impl<'a> Reader<'a, '_> {
         Some(share)
     }
 
-    /// Whether another fault of the same part is there at the same time, which is told.
+    /// Whether another fault of the same part is active at the same time, which is reported.
     fn is_free<A, B>(&self, fault: &Failing<A>, same_target: &[&Failing<B>], out: &mut Vec<Diagnostic>) -> bool {
         let Some(overlapping) = same_target.iter().find(|overlapping| fault.overlaps(overlapping)) else { return true };
         let end = if overlapping.until.is_finite() { format!(" to {} s", overlapping.until) } else { " on".into() };
@@ -264,7 +264,7 @@ impl<'a> Reader<'a, '_> {
         let lost = Failing { name, kind: SensorFaultKind::Lost, at, until };
         let concerned: Vec<&Reading<'_>> =
             self.readings.iter().filter(|one| lost.concerns(one.sensor) || *one.sensor == lost.name).collect();
-        // Who reads it is not known where a block has a mistake, which was told.
+        // The readers are unknown if a block has an error, which has been reported.
         if concerned.is_empty() && (self.model.programs.broken || self.document.suppressed.has(&lost.name)) {
             return;
         }
@@ -274,7 +274,7 @@ impl<'a> Reader<'a, '_> {
         }
         let of_signal = self.of_signal(&lost.name);
         if of_signal.is_none() && self.document.signal_sensors().any(|(sensor, ..)| sensor == lost.name) {
-            // What it measures has a mistake, which was told.
+            // The measured signal has an error, which has been reported.
             return;
         }
         let read = of_signal.or_else(|| reads(&lost.name, self.equations)).unwrap_or(Dimension::NONE);
@@ -296,7 +296,7 @@ impl<'a> Reader<'a, '_> {
         let Some(kind) = found else { return };
         let same_target =
             faults.sensors.iter().filter(|declared| declared.concerns(&lost.name) || lost.concerns(&declared.name));
-        // In a loop in which nobody reads it, nothing happens.
+        // In a loop without a reader the fault has no effect.
         if concerned.iter().any(|one| one.in_loop) && self.is_free(&lost, &same_target.collect::<Vec<_>>(), out) {
             faults.sensors.push(Failing { kind, ..lost });
         }
@@ -372,7 +372,7 @@ impl<'a> Reader<'a, '_> {
             return;
         };
         let Some(period) = control.values.exact("sample_time").map(Exact::to_f64) else {
-            let message = format!("`{shown}` computes in continuous time, as no control unit does");
+            let message = format!("`{shown}` computes in continuous time, which no control unit can do");
             let help = format!("give it a sample time: `sample_time = \"1 ms\"` under `[control.{shown}]`");
             out.push(self.diagnostic("fault::part", &message, ("control", "no unit"), help));
             return;
@@ -404,7 +404,7 @@ impl<'a> Reader<'a, '_> {
         let in_loop = self.model.controls.iter().any(|declared| declared.name == fault.name);
         if in_loop && self.is_free(&fault, &same_target, out) {
             let Failing { name, at, until, .. } = fault;
-            // Its own blocks fail with it; late are its commands alone.
+            // Its own blocks fail with it; only its commands are late.
             let own = self.own_blocks(control).filter(|_| !matches!(kind, UnitFaultKind::Jitter(_)));
             faults.units.push(Failing { name, kind, at, until });
             faults.units.extend(own.map(|name| Failing { name, kind, at, until }));
@@ -422,13 +422,13 @@ impl<'a> Reader<'a, '_> {
         task.filter(|_| !shared).map(|task| task.name.clone())
     }
 
-    /// A spring, a damper, or teeth that give.
+    /// A spring, a damper, or a gear with elasticity.
     fn element(&self, fault: Failing<()>, kind: &str, faults: &mut Faults, out: &mut Vec<Diagnostic>) {
         let shown = shortened(&fault.name);
         let springs = || self.equations.springs.iter().filter(|spring| spring.element == fault.name);
         if let Some((message, help)) = self.cannot_break(&fault.name, kind) {
             if !self.document.suppressed.has(&fault.name) {
-                out.push(self.diagnostic("fault::part", &message, ("element", "cannot fail like that"), help));
+                out.push(self.diagnostic("fault::part", &message, ("element", "cannot fail in this way"), help));
             }
             return;
         }
@@ -457,7 +457,7 @@ impl<'a> Reader<'a, '_> {
         }
     }
 
-    /// Why an element cannot break or jump, and what to do.
+    /// Why an element cannot break or jump, and the remedy.
     fn cannot_break(&self, element: &str, kind: &str) -> Option<(String, String)> {
         let equations = self.equations;
         let shown = shortened(element);
@@ -475,7 +475,7 @@ impl<'a> Reader<'a, '_> {
         };
         let keyword = found.kind.keyword;
         if equations.unilaterals.iter().any(|unilateral| unilateral.element == element) {
-            let why = format!("`{shown}` has play or teeth that rub, and such ones cannot be `{kind}`");
+            let why = format!("`{shown}` has backlash or gear losses, and such elements cannot be `{kind}`");
             return Some((why, "take its `backlash` and losses out, or fail another part".into()));
         }
         let springs = keyword == "spring_damper" || equations.compliances.iter().any(|one| one.element == element);
@@ -483,11 +483,13 @@ impl<'a> Reader<'a, '_> {
             let why = format!("the {} `{shown}` has no spring that could be `{kind}`", keyword.replace('_', " "));
             return Some((
                 why,
-                "only a spring_damper, and teeth of a harmonic_drive with a `stiffness`, can fail so: put a `spring_damper` with a short shaft there".into(),
+                "only a spring_damper, or the gear of a harmonic_drive with a `stiffness`, can fail in this way: put \
+                 a `spring_damper` with a short shaft there"
+                    .into(),
             ));
         }
         if kind == "broken" && equations.frictions.iter().any(|friction| friction.element == element) {
-            let why = format!("`{shown}` has Coulomb friction, which would still hold what is broken");
+            let why = format!("`{shown}` has Coulomb friction, which would still act across the broken element");
             return Some((why, "put the friction into a `spring_damper` of its own".into()));
         }
         let solved = self.settled || (0..equations.constraints.len()).any(|row| equations.is_equilibrium(row));
@@ -498,7 +500,7 @@ impl<'a> Reader<'a, '_> {
     }
 }
 
-/// What a sensor, or a signal of a shaft, is of.
+/// The quantity of a sensor, or of a signal of a shaft.
 fn reads(name: &str, equations: &Equations) -> Option<Dimension> {
     let signal = SignalName::new(name);
     let domain = |carrier: &str| {
@@ -527,7 +529,7 @@ fn reads(name: &str, equations: &Equations) -> Option<Dimension> {
         Measured::Signal(_) => None,
     }
 }
-/// Why a sensor with these readings cannot fail, and what to do.
+/// Why a sensor with these readings cannot fail, and the remedy.
 fn cannot_fail(sensor: &str, concerned: &[&Reading<'_>], all: &[Reading<'_>]) -> Option<(String, String)> {
     let shown = shortened(sensor);
     let Some(first) = concerned.first() else {

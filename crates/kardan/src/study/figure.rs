@@ -1,4 +1,4 @@
-//! Numbers of a run: measured of signals, or computed from other figures.
+//! Numbers of a run: measured from signals, or computed from other figures.
 
 use super::computed::{Computed, Track, kind_of};
 use super::requirement::{Ran, Requirement, judge};
@@ -13,13 +13,13 @@ use crate::units::{Dimension, Exact, Expression, UnitError};
 pub struct Figure {
     /// Its name.
     pub name: String,
-    /// What it is.
+    /// Its definition.
     pub of: FigureOf,
-    /// What it is of.
+    /// Its quantity.
     pub dimension: Dimension,
     /// Its SI unit.
     pub unit: String,
-    /// The unit in which it is told, where that is another one.
+    /// The display unit, if it is another one.
     pub display: Option<DisplayUnit>,
     /// Variants that it applies to; empty: all.
     pub variants: Vec<String>,
@@ -31,7 +31,7 @@ impl HasName for Figure {
     }
 }
 
-/// What a figure is.
+/// The definition of a figure.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FigureOf {
     /// The measure of a signal: a requirement without a bound.
@@ -41,7 +41,7 @@ pub enum FigureOf {
 }
 
 impl Figure {
-    /// What it is, in words.
+    /// Its description.
     pub(super) fn describe(&self) -> String {
         match &self.of {
             FigureOf::Measure(measure) => measure.describe(),
@@ -102,20 +102,21 @@ fn computed(
     block.output(0, &memory).filter(|value| value.is_finite()).ok_or("its expression is no number")
 }
 
-/// Why a figure of cones says nothing: the run ended before the car was through them.
+/// Why a figure of cones has no value: the run ended before the car passed them.
 fn ends_before(tracks: &[Track], figure: &str, series: &Series) -> Option<String> {
     let Track { cones, end } = tracks.iter().find(|track| track.cones.figure == figure)?;
     let reached = series.signal(&cones.reached)?.values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     (reached < *end).then(|| {
         format!(
-            "the figure `{figure}` has no value: the run ends before the car is through all cones, as its rear axle comes to x = {reached:.1} m and \
-             the last cones stand at x = {end:.1} m: lengthen `duration` of the manoeuvre `{}`, or drive faster",
+            "the figure `{figure}` has no value: the run ends before the car has passed all cones, as its rear axle \
+             reaches x = {reached:.1} m and the last cones are at x = {end:.1} m: lengthen `duration` of the \
+             manoeuvre `{}`, or drive faster",
             cones.manoeuvre
         )
     })
 }
 
-/// The figures of a run, and what the reader must know of those without a value.
+/// The figures of a run, and warnings about those without a value.
 pub(super) fn figures_of(
     all: &[Figure],
     Computed { parameters, tracks, .. }: &Computed,

@@ -1,4 +1,4 @@
-//! Where a run begins: `initial` of `[scenario]`.
+//! Initial values: `initial` of `[scenario]`.
 
 use super::read::of_dimension;
 use crate::diagnostics::{Diagnostic, shortened};
@@ -18,7 +18,7 @@ pub(super) struct Entry {
     pub(super) prescribed: StartValue,
 }
 
-/// What `initial` gives, of whatever moves; its mistakes are told where the scenario is read. Angles count where a run begins with them.
+/// The values of `initial`, of anything that moves; the reader of the scenario reports errors. Angles matter at the start of a run.
 pub(super) fn start_values(document: &Document, settings: &[Setting], reduced: &Reduced) -> Vec<Entry> {
     if reduced.equations.multiplier_constraints.is_empty() {
         return Vec::new();
@@ -29,7 +29,7 @@ pub(super) fn start_values(document: &Document, settings: &[Setting], reduced: &
     found
 }
 
-/// Positions and speeds of the reduced coordinates; of none where these are not known.
+/// Positions and speeds of the reduced coordinates; of none if these are unknown.
 pub(super) fn initial_state(
     reader: &TableReader<'_>,
     document: &Document,
@@ -60,7 +60,7 @@ pub(super) fn initial_state(
     (position, vec![0.0; r])
 }
 
-/// Where reduced coordinates alone are given there is nothing to solve.
+/// If only reduced coordinates are given, there is nothing to solve.
 fn plain(reduced: &Reduced, prescribed: &[StartValue]) -> Option<Vec<f64>> {
     let mut out = vec![0.0; reduced.degrees_of_freedom()];
     for StartValue { coordinate, value } in prescribed {
@@ -78,7 +78,7 @@ fn contradiction(entries: &[&Entry], conflict: &StartConflict) -> Diagnostic {
     let own = value_text(last);
     let message = match (follows, transmission) {
         (Some((_, value)), _) if earlier.is_empty() => {
-            format!("{own}, but the constraints of the model hold it at {value} {}", entries[last].unit)
+            format!("{own}, but the constraints of the model fix it at {value} {}", entries[last].unit)
         }
         (Some((_, value)), _) => {
             format!("{own} contradicts {}, from which {value} {} follows", earlier.join(", "), entries[last].unit)
@@ -97,7 +97,7 @@ fn contradiction(entries: &[&Entry], conflict: &StartConflict) -> Diagnostic {
     out.help("take one of them out, or give values that agree")
 }
 
-/// What `initial` gives, of whatever moves.
+/// The values of `initial`, of anything that moves.
 fn entries(
     reader: &TableReader<'_>,
     document: &Document,

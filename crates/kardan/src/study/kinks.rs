@@ -1,11 +1,11 @@
-//! Which side of the kinks of a model its linear one is that of, in words.
+//! The side of the kinks of a model that its linearisation belongs to, as text.
 
 use std::collections::BTreeSet;
 
 use crate::expr::Side;
 use crate::reduce::LawSlopes;
 
-/// The guards that vanish at an operating point and on whose sides slopes differ.
+/// The guards that vanish at an operating point and have different slopes on their two sides.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) struct Kinks {
     guards: BTreeSet<String>,
@@ -33,28 +33,29 @@ impl Kinks {
         (!self.guards.is_empty()).then(|| Side { below: self.guards.clone() })
     }
 
-    /// A side in words: ``a.phi` > 0`.
+    /// A side as text: ``a.phi` > 0`.
     pub(super) fn description(&self, side: &Side) -> String {
         let sign = |guard: &String| if side.below.contains(guard) { "<" } else { ">" };
         let all: Vec<String> = self.guards.iter().map(|guard| format!("`{guard}` {} 0", sign(guard))).collect();
         all.join(" and ")
     }
 
-    /// The side that is looked at first, and the opposite one, in words.
+    /// The side that is analysed first, and the opposite one, as text.
     pub(super) fn describe_sides(&self) -> [String; 2] {
         [Side::default(), self.opposite().unwrap_or_default()].map(|side| self.description(&side))
     }
 
-    /// What is given for which side, of a model or a loop that has these kinks at its operating point.
+    /// Explains which results belong to which side, for a model or a loop that has these kinks at its operating point.
     pub(super) fn explained(&self, whose: &str, results: &str) -> String {
         let count_text = match self.count() {
             1 => "",
-            _ => "; sides on which only some of these change their sign are not looked at",
+            _ => "; sides on which only some of these change their sign are not analysed",
         };
         let [own, opposite] = self.describe_sides();
         format!(
-            "{whose} has a kink at its operating point: {results} are those of the side where {own}; those of the side where {opposite} stand beside them. \
-             A motion passes through both sides, and that each is stable does not prove that it is{count_text}"
+            "{whose} has a kink at its operating point: {results} are those of the side where {own}; those of the \
+             side where {opposite} are listed too. A motion passes through both sides, and that each is stable does \
+             not prove that it is{count_text}"
         )
     }
 }

@@ -1,6 +1,6 @@
 //! Long equations in LaTeX, in lines that fit on a page.
 
-/// What fits in a line of text, in widths of a letter.
+/// Width of a line of text, in widths of a letter.
 pub(super) const LINE: f64 = 62.0;
 
 /// Functions whose names are written out.
@@ -10,7 +10,7 @@ const FUNCTION_NAMES: [&str; 11] =
 /// Indices and powers are smaller.
 const SMALL: f64 = 0.65;
 
-/// About how wide a formula is set, in widths of a letter.
+/// Approximate width of a typeset formula, in widths of a letter.
 pub(super) fn width(latex: &str) -> f64 {
     let (mut rest, mut all) = (latex, 0.0);
     while let Some(sign) = rest.chars().next() {
@@ -34,7 +34,7 @@ pub(super) fn width(latex: &str) -> f64 {
     all
 }
 
-/// The width of a command, and what is behind it.
+/// The width of a command, and the rest after it.
 fn command(rest: &str) -> (f64, &str) {
     let end = rest.find(|sign: char| !sign.is_ascii_alphabetic()).unwrap_or(rest.len());
     if end == 0 {
@@ -57,7 +57,7 @@ fn command(rest: &str) -> (f64, &str) {
     }
 }
 
-/// A group in braces, or one sign; and what is behind it.
+/// A group in braces, or one character; and the rest after it.
 fn argument(rest: &str) -> (&str, &str) {
     let rest = rest.trim_start();
     if !rest.starts_with('{') {
@@ -74,7 +74,7 @@ fn argument(rest: &str) -> (&str, &str) {
     (&rest[1..], "")
 }
 
-/// Places where a formula may be broken, before ` + `, ` - ` or ` = `, each with the number of parentheses that are open there. Within braces, and
+/// Possible breaks of a formula, before ` + `, ` - ` or ` = `, each with the number of open parentheses there. Within braces, and
 /// within parentheses that grow, it is never broken.
 fn places(latex: &str) -> Vec<(usize, i32)> {
     let (mut braces, mut growing, mut parentheses) = (0i32, 0i32, 0i32);
@@ -113,12 +113,12 @@ fn parts(latex: &str, line: f64) -> Vec<&str> {
     out
 }
 
-/// Words for a comment, which ends with its line.
+/// Text for a comment, which ends with its line.
 pub(super) fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// A formula in lines of `align*`, where one does not hold it beside what is `before` it.
+/// A formula in lines of `align*`, if it does not fit in one line with the text `before` it.
 pub(super) fn in_lines(latex: &str, before: f64) -> String {
     parts(latex, LINE - before).join(" \\\\\n  &\\quad {} ")
 }
@@ -139,7 +139,7 @@ pub(super) fn aligned(equations: &[(String, String)]) -> String {
 mod tests {
     use super::*;
 
-    /// What is broken is the same without its breaks, and every line fits.
+    /// A broken formula is the same without its breaks, and every line fits.
     #[test]
     fn lines_fit_and_nothing_is_lost() {
         let term = |k: usize| format!(r"\frac{{a_{{\mathrm{{{k}}}}}}}{{b + c}} \, \dot\varphi_{{\mathrm{{wheel}}}}");

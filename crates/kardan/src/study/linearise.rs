@@ -1,4 +1,4 @@
-//! What `kardan linearise` asks for: the linear model of a variant with names and units.
+//! The computation of `kardan linearise`: the linear model of a variant with names and units.
 
 use super::massless::{Mechanical, not_eliminated};
 use super::prepare::is_error;
@@ -22,7 +22,7 @@ use crate::results::{Linearised, NamedUnit};
 /// ```
 ///
 /// # Errors
-/// All mistakes of the file, or why it cannot be linearised.
+/// All errors of the file, or the reason why kardan cannot linearise it.
 pub fn linearise(
     source: &str,
     settings: &AnalyzeSettings,
@@ -36,7 +36,7 @@ impl Project {
     /// `descriptor` the inertia stays on the left side as E, else E is the identity. Also the warnings of the file.
     ///
     /// # Errors
-    /// All mistakes, or why it cannot be linearised.
+    /// All errors, or the reason why kardan cannot linearise it.
     pub fn linearise(
         &self,
         settings: &AnalyzeSettings,
@@ -55,7 +55,7 @@ impl Project {
     }
 }
 
-/// A variant at its operating point; where a torque has a kink there, with the opposite side beside it.
+/// A variant at its operating point; if a torque has a kink there, also with the opposite side.
 fn linear_model(
     prepared: &Prepared,
     variant: &PreparedVariant,
@@ -107,7 +107,7 @@ fn linear_model(
     })
 }
 
-/// The system in its coordinates, motions without inertia eliminated where that is asked for.
+/// The system in its coordinates, with motions without inertia eliminated on request.
 fn system_at(
     variant: &PreparedVariant,
     point: &WorkingPoint,
@@ -116,7 +116,7 @@ fn system_at(
 ) -> Result<LinearSystem, Vec<Diagnostic>> {
     let (coordinates, basis) = point.system.explicit_basis(&variant.reduced.coordinates);
     if coordinates.is_empty() {
-        let message = "with this friction stuck nothing can move";
+        let message = "with this friction stuck no motion is possible";
         let help = "let some of the elements in `stuck` slide";
         return Err(vec![Diagnostic::error("analysis::no-motion", message).help(help)]);
     }
@@ -126,7 +126,9 @@ fn system_at(
     let mut system = match mechanical.is_regular() {
         true => mechanical.into_pencil(),
         false => {
-            notes.push("motions without inertia are eliminated: what follows at once is no state".into());
+            notes.push(
+                "motions without inertia are eliminated: variables that follow algebraically are no states".into(),
+            );
             mechanical.eliminate().map_err(|error| not_eliminated(error, non_angle_domains, variant))?.system
         }
     };

@@ -1,4 +1,4 @@
-//! What the loop of law and observer does with the parameters of the variant and where its joints stand, before any run.
+//! The loop of law and observer with the parameters of the variant at the positions of its joints, before any run.
 
 use std::sync::Arc;
 
@@ -16,16 +16,16 @@ use crate::synthesis::{Law, SampledPart};
 
 /// Positions in half a turn of a joint, after which its transmission repeats.
 const POSITIONS: usize = 24;
-/// Half turns of the slowest joint in which faster ones are followed, at most.
+/// Largest number of half turns of the slowest joint in which faster ones are followed.
 const MOST_HALF_TURNS: f64 = 4.0;
-/// Steps in which springs are relaxed at a position.
+/// Steps for relaxing springs at a position.
 const RELAXATIONS: usize = 20;
-/// Twist that counts as none, rad.
+/// Twist below which a spring counts as relaxed, rad.
 const RELAXED: f64 = 1e-10;
 
 /// Positions along one motion of the joints.
 pub(super) struct Path {
-    /// Names of the coordinates that turn.
+    /// Names of the coordinates that rotate.
     pub coordinates: Vec<String>,
     /// Angle of the first of them, rad, and the position.
     pub points: Vec<(f64, Vec<f64>)>,
@@ -35,7 +35,7 @@ pub(super) struct Path {
 /// design is that of the variant.
 ///
 /// # Errors
-/// Why there is nothing to look at.
+/// Why there is nothing to compute.
 pub(super) fn loop_along_path(
     variant: &PreparedVariant,
     number: usize,
@@ -52,13 +52,13 @@ pub(super) fn loop_along_path(
     Some(loops_along_paths(variant, number, laws, &paths, steps))
 }
 
-/// All motions of the variant's joints that stretch no spring; `None` without such joints, and where the loop stands at an operating point.
+/// All motions of the variant's joints that stretch no spring; `None` without such joints, or if the loop is at an operating point.
 pub(super) fn turns(variant: &PreparedVariant) -> Option<Vec<Path>> {
     let straight = Kinematics::new(&variant.reduced).is_constant();
     (!straight && variant.point.torques.is_none()).then(|| paths(&variant.reduced, &variant.linear_model()))
 }
 
-/// The loop of a controller with these laws, as they run, where the joints stand at a position.
+/// The loop of a controller with these laws, as they run, at a position of the joints.
 pub(super) fn loop_at(
     variant: &PreparedVariant,
     number: usize,
@@ -97,7 +97,7 @@ fn loops_along_paths(
         Ok::<_, String>(subject)
     };
     let points: Vec<&(f64, Vec<f64>)> = paths.iter().flat_map(|path| &path.points).collect();
-    let Some((_, first)) = points.first() else { return Err("no position is free of twisted springs".into()) };
+    let Some((_, first)) = points.first() else { return Err("springs are deflected at every position".into()) };
     let first = subject_at(first)?;
     let factors = vec![1.0; first.plant.names().len()];
     let judged = |shown: Result<Shown, NotJudged>| shown.map_err(|NotJudged| NO_PERIOD_MAP.to_string());
@@ -130,9 +130,13 @@ fn loops_along_paths(
     }
     let angles = || points.iter().map(|(angle, _)| *angle);
     Ok(LoopAlongPath {
-        coordinates: paths.iter().map(|path| path.coordinates.join(" and ")).collect::<Vec<_>>().join("; then "),
+        rotated_coordinates: paths
+            .iter()
+            .map(|path| path.coordinates.join(" and "))
+            .collect::<Vec<_>>()
+            .join("; then "),
         positions: points.len(),
-        range: Span { from: angles().fold(f64::INFINITY, f64::min), until: angles().fold(f64::NEG_INFINITY, f64::max) },
+        range: Span { start: angles().fold(f64::INFINITY, f64::min), end: angles().fold(f64::NEG_INFINITY, f64::max) },
         stable: shown.iter().all(|shown| shown.stable),
         stability: [Stability::Unstable, Stability::Undecided]
             .into_iter()
@@ -188,7 +192,7 @@ fn paths(reduced: &Reduced, own: &LinearModel) -> Vec<Path> {
     out
 }
 
-/// The position next to this one at which springs are twisted as at zero; `None` if none is found.
+/// The position next to this one with the same spring twists as at zero; `None` if none is found.
 fn relaxed(reduced: &Reduced, mut position: Vec<f64>) -> Option<Vec<f64>> {
     let rows: Vec<Vec<(usize, f64)>> = reduced.equations.springs.iter().map(|spring| spring.row_f64()).collect();
     let r = position.len();
@@ -208,7 +212,7 @@ fn relaxed(reduced: &Reduced, mut position: Vec<f64>) -> Option<Vec<f64>> {
         let slopes = Matrix::from_fn(rows.len(), r, |i, j| {
             rows[i].iter().map(|(shaft, x)| x * kinematics.row(*shaft)[j]).sum::<f64>()
         });
-        // The smallest change of position; springs beside each other make it singular but for the small term.
+        // The smallest change of position; parallel springs make it singular without the small term.
         let normal = slopes.multiply(&slopes.transpose());
         let normal = normal.plus(&Matrix::identity(rows.len()).scale(&1e-12));
         let multipliers = normal.solve(&Matrix::from_fn(rows.len(), 1, |i, _| twist[i]))?;
@@ -218,7 +222,7 @@ fn relaxed(reduced: &Reduced, mut position: Vec<f64>) -> Option<Vec<f64>> {
     None
 }
 
-/// Warnings of controllers whose loop is unstable where the joints of the variant stand, or whose observer couples it there.
+/// Warnings of controllers whose loop is unstable at a position of the joints of the variant, or whose observer couples it there.
 pub(super) fn check_loop_along_path(variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
     if variant.model.controls.is_empty() {
         return;
@@ -239,7 +243,7 @@ pub(super) fn check_loop_along_path(variant: &PreparedVariant, out: &mut Vec<Dia
                     "control `{}`: the loop is unstable with the parameters of the variant{}: a motion grows with {:.4} 1/s (linear \
                      loop with all controllers, computed in floating point)",
                     control.name,
-                    place(&found.coordinates, found.growth_at),
+                    place(&found.rotated_coordinates, found.growth_at),
                     found.growth
                 );
                 let help =
@@ -263,11 +267,11 @@ pub(super) fn check_loop_along_path(variant: &PreparedVariant, out: &mut Vec<Dia
             worst.signal,
             worst.largest,
             worst.unit,
-            place(&found.coordinates, worst.at),
+            place(&found.rotated_coordinates, worst.at),
             worst.acceptable
         );
-        let help = "let law and observer know the values of the variant, with `plant = \"nonlinear\"` in both; a faster observer \
-                    helps where they do not";
+        let help = "let law and observer use the values of the variant, with `plant = \"nonlinear\"` in both; a \
+                    faster observer helps where they cannot";
         out.push(
             Diagnostic::warning("control::coupled-there", message)
                 .at(control.place.clone(), "this controller")
@@ -276,22 +280,22 @@ pub(super) fn check_loop_along_path(variant: &PreparedVariant, out: &mut Vec<Dia
     }
 }
 
-/// ` where rk and cj stand at 40 deg`.
+/// ` where rk and cj are at 40 deg`.
 fn place(coordinates: &str, at: f64) -> String {
     if coordinates.is_empty() {
         return String::new();
     }
-    let stand = if coordinates.contains([' ', ',']) { "stand" } else { "stands" };
+    let stand = if coordinates.contains([' ', ',']) { "are" } else { "is" };
     format!(" where {coordinates} {stand} at {:.1} deg", at.to_degrees())
 }
 
-/// What of it must not be overlooked in a design.
+/// Important warnings for a design.
 pub(super) fn warnings(found: &LoopAlongPath) -> Vec<String> {
     let mut out = Vec::new();
     if !found.stable {
         out.push(format!(
             "with the parameters of the variant the loop is unstable{}: a motion grows with {:.4} 1/s",
-            place(&found.coordinates, found.growth_at),
+            place(&found.rotated_coordinates, found.growth_at),
             found.growth
         ));
     }
@@ -305,7 +309,7 @@ pub(super) fn warnings(found: &LoopAlongPath) -> Vec<String> {
             one.signal,
             one.largest,
             one.unit,
-            place(&found.coordinates, one.at),
+            place(&found.rotated_coordinates, one.at),
             one.acceptable
         )
     }));

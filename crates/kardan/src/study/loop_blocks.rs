@@ -1,4 +1,4 @@
-//! Blocks between the laws of a variant, where its loop stands.
+//! Blocks between the laws of a variant, at the operating point of its loop.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -15,10 +15,10 @@ use crate::synthesis::{
     BesideBlocks, ExportedSignal, Law, LinearTask, LoopBlocks, LoopPlant, Observation, SampledPart, TaskLaw,
 };
 
-/// Samples after which blocks stand as they do at rest; those that never do (integrators) are linear.
+/// Samples after which blocks are at their steady state; those that never are (integrators) are linear.
 const SETTLED: usize = 1000;
 
-/// A task, what it remembers, and where what it reads from others and what it answers stand among all values.
+/// A task, its states, and the positions of its inputs and outputs among all values.
 struct RestingTask {
     law: TaskLaw,
     memory: Vec<f64>,
@@ -29,19 +29,19 @@ struct RestingTask {
     outputs: Vec<f64>,
 }
 
-/// Blocks around where they stand with the plant at rest.
+/// Linearised blocks, with the plant at rest.
 pub(super) struct Blocks {
-    /// What the loop closes through.
+    /// Blocks and laws that the loop closes through.
     pub of_loop: LoopBlocks,
-    /// Locks that follow from them and are engaged there.
+    /// Locks that depend on them and are engaged there.
     pub engaged: Vec<String>,
-    /// Whether some of them bend or switch, so that elsewhere they do otherwise.
+    /// Whether some of them are nonlinear or switch, so that they behave differently elsewhere.
     pub nonlinear: bool,
-    /// Those that pass nothing on there, as they stand at a limit or in a dead zone.
+    /// Those with zero gain there, as they are at a limit or in a dead zone.
     pub flat: Vec<String>,
 }
 
-/// Whether maps have the blocks of a variant: those with a sample time are left out where no law has one.
+/// Whether maps include the blocks of a variant: those with a sample time are left out if no law has one.
 pub(super) fn are_in_maps(variant: &PreparedVariant) -> bool {
     variant.scenario.tasks.is_empty() || variant.implemented.iter().any(|law| law.clock().is_some())
 }
@@ -51,13 +51,13 @@ pub(super) fn with_blocks(variant: &PreparedVariant, plant: &LoopPlant, laws: Ve
     blocks(variant, plant).of_loop.join(laws)
 }
 
-/// The blocks that a variant's loop closes through, linear around where they stand with the plant at rest where its run begins, and signals as they
-/// begin there. Blocks with a sample time beside laws in continuous time are taken as given.
+/// The blocks that a variant's loop closes through, linearised with the plant at rest at the start of its run, and the initial values of
+/// signals. With continuous-time laws, blocks with a sample time are treated as independent inputs.
 pub(super) fn loop_blocks(variant: &PreparedVariant, plant: &LoopPlant) -> LoopBlocks {
     blocks(variant, plant).of_loop
 }
 
-/// The same, and whether they bend.
+/// The same, and whether they are nonlinear.
 pub(super) fn blocks(variant: &PreparedVariant, plant: &LoopPlant) -> Blocks {
     blocks_at(variant, plant, &variant.scenario.position)
 }
@@ -72,7 +72,7 @@ pub(super) fn blocks_at(variant: &PreparedVariant, plant: &LoopPlant, position: 
     }
     let beside: Vec<BesideBlocks> =
         model.controls.iter().zip(laws).map(|(control, law)| beside(&control.name, law)).collect();
-    // What blocks begin with fits where the run begins, and most is asked of there.
+    // The initial values of blocks fit the start of the run, which most requests need.
     let elsewhere;
     let settled = if position == scenario.position {
         variant.settled.get_or_init(|| settled(variant, &beside, position))
@@ -92,7 +92,7 @@ pub(super) fn blocks_at(variant: &PreparedVariant, plant: &LoopPlant, position: 
     }
 }
 
-/// Where the blocks of a variant stand with the plant at rest at a reduced position, rad.
+/// The steady state of the blocks of a variant with the plant at rest at a reduced position, rad.
 fn settled(variant: &PreparedVariant, beside: &[BesideBlocks], position: &[f64]) -> Settled {
     let PreparedVariant { reduced, scenario, .. } = variant;
     let in_maps = are_in_maps(variant);
@@ -116,7 +116,7 @@ fn settled(variant: &PreparedVariant, beside: &[BesideBlocks], position: &[f64])
     };
     let laws: Vec<TaskLaw> = tasks.iter().zip(&rows).map(law).collect();
     let nonlinear = laws.iter().any(|law| law.is_nonlinear());
-    // A task through which no loop may close is no part of one, whatever its slopes.
+    // A task through which no loop can close is not part of one, whatever its slopes.
     let closes = |number: usize| !rows[number].is_empty() || !flat_rows(&tasks[number]).is_empty();
     let numbers: Vec<usize> = (0..tasks.len()).filter(|number| closes(*number)).collect();
     let linear = linear_tasks((laws, &rows, &numbers), &mut outputs, at_rest);
@@ -124,10 +124,10 @@ fn settled(variant: &PreparedVariant, beside: &[BesideBlocks], position: &[f64])
     Settled { tasks: linear, outputs, nonlinear, flat }
 }
 
-/// Of each task the answers, then the states, through which a loop may close: they may depend on coordinates, sensors or what a law computes, and the plant
+/// For each task the outputs, then the states, through which a loop may close: they may depend on coordinates, sensors or outputs of a law, and the plant
 /// or a law may use them, by these names.
 fn in_loop(tasks: &[Arc<Task>], from_law: &dyn Fn(&str) -> bool, used: &[&str]) -> Vec<Vec<usize>> {
-    // What each row follows from at once: whether something that moves, and which other rows.
+    // Direct feedthrough to each row: from something that moves, and from which other rows.
     let answer = |name: &str| {
         let of = |task: &Arc<Task>| task.outputs.iter().position(|answer| answer.name == name);
         tasks.iter().enumerate().find_map(|(number, task)| Some((number, of(task)?)))
@@ -179,16 +179,16 @@ fn in_loop(tasks: &[Arc<Task>], from_law: &dyn Fn(&str) -> bool, used: &[&str]) 
     out
 }
 
-/// Kinds of blocks that pass nothing on where they stand at a limit or in a dead zone.
+/// Kinds of blocks that have zero gain at a limit or in a dead zone.
 const FLAT: [&str; 4] = ["saturation", "dead_zone", "table", "pid"];
 
-/// Rows of the answers of these blocks.
+/// Rows of the outputs of these blocks.
 fn flat_rows(task: &Task) -> Vec<usize> {
     let steps = task.order.iter().filter(|step| FLAT.contains(&step.kind));
     steps.filter_map(|step| task.outputs.iter().position(|answer| answer.name == step.block)).collect()
 }
 
-/// Those of them whose answer has no slope over anything that they follow from.
+/// Those of them whose output has no slope over any of its inputs.
 fn flat<'a>(task: &'a Task, linear: &'a LinearTask) -> impl Iterator<Item = String> + 'a {
     let slopes = move |row: usize| {
         let linear = &linear.linear;
@@ -200,10 +200,10 @@ fn flat<'a>(task: &'a Task, linear: &'a LinearTask) -> impl Iterator<Item = Stri
     rows.map(|row| task.outputs[row].name.clone())
 }
 
-/// A law as blocks know it.
+/// A law in the terms of blocks.
 fn beside(name: &str, law: &Arc<dyn Law>) -> BesideBlocks {
     let linear = law.linear();
-    // States that commands follow from, also by way of each other.
+    // States that affect commands, directly or through others.
     let not_zero = |of: &Matrix<f64>, rows: &[usize], column: usize| rows.iter().any(|row| of[(*row, column)] != 0.0);
     let commands: Vec<usize> = (0..linear.on_states.rows()).collect();
     let all = 0..linear.states.rows();
@@ -224,7 +224,7 @@ fn beside(name: &str, law: &Arc<dyn Law>) -> BesideBlocks {
     BesideBlocks { references, exported }
 }
 
-/// What signals are at the begin of a run.
+/// Values of signals at the start of a run.
 pub(super) fn signals_at_begin(scenario: &Scenario) -> BTreeMap<String, f64> {
     let value = |number: usize| {
         let stepped = Profile::new(scenario.events.iter().filter(|event| event.source == number)).value(0.0);
@@ -235,7 +235,7 @@ pub(super) fn signals_at_begin(scenario: &Scenario) -> BTreeMap<String, f64> {
     sources.map(|(number, source)| (source.name.clone(), value(number))).collect()
 }
 
-/// What signals are at the begin, and what laws tell at rest.
+/// Values of signals at the start, and outputs of laws at rest.
 fn signals_at_rest(
     variant: &PreparedVariant,
     beside: &[BesideBlocks],
@@ -254,14 +254,14 @@ fn signals_at_rest(
     out
 }
 
-/// Those of these numbers around where they stand after some samples of all at rest.
+/// The values of these numbers after some samples with everything at rest.
 fn linear_tasks(
     (laws, rows, numbers): (Vec<TaskLaw>, &[Vec<usize>], &[usize]),
     signals_at_rest: &mut BTreeMap<String, f64>,
     at_rest: [&[f64]; 2],
 ) -> Vec<LinearTask> {
     let [angles, speeds] = at_rest;
-    // Names are looked up once: values stand in the order in which their names came.
+    // Names are looked up once: values are in the order in which their names were added.
     let mut names: Vec<String> = signals_at_rest.keys().cloned().collect();
     let mut values: Vec<Option<f64>> = signals_at_rest.values().copied().map(Some).collect();
     let mut places: BTreeMap<String, usize> = names.iter().cloned().zip(0..).collect();

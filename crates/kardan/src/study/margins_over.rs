@@ -1,4 +1,4 @@
-//! Margins of the motors where the joints of the variant stand, and over a box of plants.
+//! Margins of the motors at the positions of the joints of the variant, and over a box of plants.
 
 use rayon::prelude::*;
 
@@ -7,7 +7,7 @@ use super::loop_along_path::{loop_at, turns};
 use super::stepped_loop::Subject;
 use crate::results::{BoxMargin, ChannelMargin, MarginsOverPositions, PositionMargins};
 
-/// Plants of a box whose margins are looked at, besides its worst corners.
+/// Number of plants of a box whose margins are computed, besides its worst corners.
 const PLANTS: usize = 12;
 
 /// The margins of a controller's motors along all motions of the joints; `None` without joints.
@@ -24,7 +24,11 @@ pub(super) fn margins_over_positions(variant: &PreparedVariant, number: usize) -
     // The laws are evaluated one by one: they are not for several threads.
     let positions: Vec<PositionMargins> = points().map(look).collect();
     positions.iter().any(|one| !one.motors.is_empty()).then(|| MarginsOverPositions {
-        coordinates: paths.iter().map(|path| path.coordinates.join(" and ")).collect::<Vec<_>>().join("; then "),
+        rotated_coordinates: paths
+            .iter()
+            .map(|path| path.coordinates.join(" and "))
+            .collect::<Vec<_>>()
+            .join("; then "),
         positions,
     })
 }
@@ -33,7 +37,7 @@ fn ones(subject: &Subject) -> Vec<f64> {
     vec![1.0; subject.plant.names().len()]
 }
 
-/// The least margins of each motor over some plants of a box and these corners of it; empty where they cannot be computed.
+/// The least margins of each motor over some plants of a box and these corners of it; empty if they cannot be computed.
 pub(super) fn margins_over_box(
     subject: &Subject,
     motors: &[String],

@@ -66,14 +66,14 @@ impl Mechanical {
         )
     }
 
-    /// What remains of the system.
+    /// The remaining system.
     pub(super) fn eliminate(&self) -> Result<Eliminated, MasslessError> {
         let (r, pencil) = (self.coordinates.len(), &self.pencil);
         let f = Matrix::from_fn(r, pencil.inputs.len(), |i, j| pencil.b[(r + i, j)].clone());
         self.eliminate_with((&pencil.inputs, &f), (&pencil.outputs, &pencil.c, &pencil.d))
     }
 
-    /// What remains with these columns of B as inputs and no output, or with these rows of C as outputs and no input.
+    /// The remaining system with these columns of B as inputs and no output, or with these rows of C as outputs and no input.
     pub(super) fn eliminate_for(&self, side: Side, columns: &[Vec<Rational>]) -> Result<Eliminated, MasslessError> {
         let (r, count) = (self.coordinates.len(), columns.len());
         let names: Vec<String> = (1..=count).map(|k| k.to_string()).collect();
@@ -89,7 +89,7 @@ impl Mechanical {
         }
     }
 
-    /// What was eliminated, in words.
+    /// The eliminated motions as text.
     pub(super) fn elimination(&self, eliminated: &Eliminated, non_angle_domains: &NonAngleDomains) -> Elimination {
         let (r, inertia) = (self.coordinates.len(), self.inertia());
         let direction = massless_direction(&self.coordinates, &inertia).unwrap_or_default();
@@ -104,7 +104,7 @@ impl Mechanical {
                 .iter()
                 .map(|(name, terms)| Definition {
                     state: name.clone(),
-                    is: plain_combination(&terms.iter().map(term).collect::<Vec<_>>()),
+                    expression: plain_combination(&terms.iter().map(term).collect::<Vec<_>>()),
                 })
                 .collect(),
         }
@@ -123,7 +123,7 @@ pub(super) fn not_eliminated(
     let (error, help) = match error {
         MasslessError::Undetermined { direction } => (
             MasslessError::Undetermined { direction: rename(direction) },
-            "give one of them an inertia, a damping or a spring to something that has",
+            "give one of them an inertia, a damping, or a spring to a shaft that has one",
         ),
         MasslessError::InputDerivative { output, input, order, direction } => (
             MasslessError::InputDerivative { output, input, order, direction: rename(direction) },

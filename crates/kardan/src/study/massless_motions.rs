@@ -1,4 +1,4 @@
-//! Motions without inertia in runs: eliminated where springs alone hold them, states of first order where dampers do, else refused by name.
+//! Motions without inertia in runs: eliminated if only springs act on them, states of first order if dampers do, else rejected by name.
 
 use super::checks::check_matrices;
 use super::circuit::{is_loop, massless_loop};
@@ -12,7 +12,7 @@ use crate::num::Rational;
 use crate::reduce::{NoEquilibrium, NoRelaxation, Reduced, equilibrium_rows, reduce, relaxation, sparse_model};
 use crate::synthesis::{Law, Plant};
 
-/// Why a motion without inertia does not run, and what to do.
+/// Why a motion without inertia cannot be simulated, and the remedy.
 struct Refusal {
     /// The branches of a loop, where it is one of a circuit.
     branches: Vec<String>,
@@ -26,7 +26,7 @@ fn refusal(why: String, help: &'static str) -> Refusal {
     Refusal { branches: Vec::new(), constraint: None, why, help }
 }
 
-/// Why a motion that moves what a kept row constrains does not run.
+/// Rejection of a massless motion that moves a multiplier constraint.
 fn refusal_beside(equations: &Equations, element: String) -> Refusal {
     let constraint = equations.multiplier_constraints.iter().find(|constraint| constraint.element == element);
     let help = match constraint.and_then(|constraint| equations.domain_of_multiplier(constraint)) {
@@ -39,14 +39,17 @@ fn refusal_beside(equations: &Equations, element: String) -> Refusal {
         }
         _ => "give one of these shafts an inertia, or let the constraint act on shafts that have one",
     };
-    Refusal { constraint: Some(element.clone()), ..refusal(format!("beside `{element}` it is not followed"), help) }
+    Refusal {
+        constraint: Some(element.clone()),
+        ..refusal(format!("such a motion cannot be simulated with `{element}`"), help)
+    }
 }
 
 const GIVE_INERTIA: &str = "give one of these shafts an inertia";
 const GIVE_INDUCTANCE: &str = "put an inductance into this loop: each winding has one, `inductance` of a `dc_motor`, or an inductor (wires have some 1 uH per metre)";
 
-/// The model of a run in which motions without inertia follow from springs or relax against dampers; `massless` is what is told of
-/// these motions where something else holds them.
+/// The model of a run in which motions without inertia follow from springs, or from first-order dynamics with dampers; `massless` contains the
+/// diagnostics for these motions if neither applies.
 pub(super) fn without_massless(
     document: &Document,
     model: &Model,
@@ -72,7 +75,7 @@ pub(super) fn without_massless(
     }
 }
 
-/// With the equations of equilibrium of motions that springs alone hold.
+/// The model with the equilibrium equations of motions on which only springs act.
 fn settled(document: &Document, model: &Model, reduced: &Reduced) -> Result<Reduced, Refusal> {
     let names = |direction: &[(usize, Rational)]| {
         let scale = direction.first().map_or(Rational::ONE, |(_, share)| share.clone());
@@ -105,16 +108,14 @@ fn settled(document: &Document, model: &Model, reduced: &Reduced) -> Result<Redu
                 let (shown_direction, inputs) = (names(direction), quoted(inputs.iter().map(String::as_str)));
                 match sprung {
                     true => {
-                        format!("along {shown_direction} {springs} alone resist {inputs}, so {it} would jump with them")
+                        format!("on {shown_direction} only {springs} resist {inputs}, so {it} would jump with them")
                     }
                     false => {
-                        format!(
-                            "along {shown_direction} nothing at all resists {inputs}, so {it} would move endlessly fast"
-                        )
+                        format!("on {shown_direction} nothing resists {inputs}, so {it} would move infinitely fast")
                     }
                 }
             }
-            _ => format!("nothing at all acts along {}", names(direction)),
+            _ => format!("nothing acts on {}", names(direction)),
         };
         Refusal { branches, ..refusal(why, help) }
     })?;
@@ -123,71 +124,76 @@ fn settled(document: &Document, model: &Model, reduced: &Reduced) -> Result<Redu
     }
     let equations = reduced.equations.clone().with_equilibria(rows);
     let mut settled = reduce(equations, model.coordinates.as_deref()).map_err(|error| {
-        let why = format!("where springs hold what has no inertia, {error}");
+        let why = format!("with the equilibrium of massless shafts and springs, {error}");
         refusal(why, "give one of these shafts an inertia, or leave `coordinates` out to have them chosen")
     })?;
     settled.redundant.clone_from(&reduced.redundant);
-    // What is wrong with these matrices was told before.
+    // Errors of these matrices have been reported.
     match check_matrices(document, &settled, &mut Vec::new(), &mut Vec::new()) {
         true => Ok(settled),
-        false => Err(refusal("the springs that hold it do not make up for it".into(), GIVE_INERTIA)),
+        false => Err(refusal("the springs that act on it do not replace the inertia".into(), GIVE_INERTIA)),
     }
 }
 
-/// With states of first order for motions that dampers or sliders hold.
+/// The model with states of first order for motions with dampers, or with friction elements in series with springs.
 fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
     reduced.relaxation = relaxation(&reduced).map_err(|error| {
         let list = |names: &[String]| quoted(names.iter().map(String::as_str));
         match error {
             NoRelaxation::Laws(elements) => refusal(
-                format!("beside torques that are laws ({}) such motions do not run", list(&elements)),
+                format!("such motions cannot be simulated with torques that are laws ({})", list(&elements)),
                 GIVE_INERTIA,
             ),
             NoRelaxation::Unilaterals(elements) => refusal(
                 format!(
-                    "what holds one way or at times acts along it or depends on it, or teeth with losses are there beside frictions that slide: {}",
+                    "unilateral or switched constraints act on it or depend on it, or gear losses occur together \
+                     with sliding friction: {}",
                     list(&elements)
                 ),
                 GIVE_INERTIA,
             ),
             NoRelaxation::PositionDependent => refusal(
-                "beside transmissions whose ratio changes with the angle such motions do not run".into(),
+                "such motions cannot be simulated with transmissions whose ratio changes with the angle".into(),
                 GIVE_INERTIA,
             ),
             NoRelaxation::Friction { frictions, dampers } if dampers.is_empty() => refusal(
                 format!(
-                    "the frictions of {} act along it, and without inertia each motion runs with one friction of its own",
+                    "the frictions of {} act on it, and a motion without inertia can have only one friction of its \
+                     own",
                     list(&frictions)
                 ),
                 "write frictions between the same shafts as one, or give one of these shafts an inertia",
             ),
             NoRelaxation::Friction { frictions, dampers } => refusal(
                 format!(
-                    "the friction of {} and the damping of {} act along it together: without inertia a motion runs with springs and dampers, or with springs \
-                     and one friction of its own",
+                    "the friction of {} and the damping of {} both act on it: a motion without inertia can have \
+                     springs and dampers, or springs and one friction of its own",
                     list(&frictions),
                     list(&dampers)
                 ),
-                "take out the damping or the friction along it, or give one of these shafts an inertia",
+                "remove its damping or its friction, or give one of these shafts an inertia",
             ),
             NoRelaxation::Coupled(elements) => refusal(
                 format!(
-                    "springs without inertia between tie what the friction of {} holds to what a damper holds, which runs only apart",
+                    "springs without inertia between them connect the friction of {} with a damper; kardan simulates \
+                     the two only separately",
                     list(&elements)
                 ),
                 "give one of the shafts between them an inertia",
             ),
             NoRelaxation::Falls(elements) => refusal(
                 format!(
-                    "the friction of {} falls once it moves (`breakaway`), and where no inertia and no damper resists, how far it jumps then is not \
-                     determined: a small inertia would carry it twice as far as a small damper",
+                    "the friction of {} falls once it slips (`breakaway`), and without inertia or damper the size of \
+                     the jump is not determined: with a small inertia it would jump twice as far as with a small \
+                     damper",
                     list(&elements)
                 ),
-                "give what slips an inertia, or take `breakaway` out",
+                "give the slipping shaft an inertia, or remove `breakaway`",
             ),
             NoRelaxation::Slides(elements) => refusal(
                 format!(
-                    "the frictions of {} can slip against each other without a spring, so that which of them does is not determined",
+                    "the frictions of {} can slip against each other without a spring, so which of them slips is not \
+                     determined",
                     list(&elements)
                 ),
                 "put a spring beside one of these frictions, or give one of these shafts an inertia",
@@ -195,14 +201,14 @@ fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
             NoRelaxation::MultiplierConstraint(element) => refusal_beside(&reduced.equations, element),
             NoRelaxation::Driven { frictions, inputs } => refusal(
                 format!(
-                    "along it the friction of {} and springs resist {}, so it would jump with them",
+                    "the friction of {} and springs resist {}, so it would jump with them",
                     list(&frictions),
                     list(&inputs)
                 ),
                 "give one of these shafts an inertia, or let the input act on one that has",
             ),
             NoRelaxation::Coordinates => refusal(
-                "the coordinates chosen move with it".into(),
+                "the chosen coordinates move with it".into(),
                 "name coordinates that have an inertia first, or give one of these shafts an inertia",
             ),
             NoRelaxation::Damping => {
@@ -213,18 +219,19 @@ fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
     Ok(reduced)
 }
 
-/// Refuses controllers beside motions that a friction holds: for their design, which leaves friction out, nothing does.
+/// Rejects controllers if a friction determines a massless motion: their design leaves friction out, so nothing would determine it.
 fn under_laws(model: &Model, reduced: Reduced) -> Result<Reduced, Refusal> {
     let slips = reduced.relaxation.iter().flat_map(|relaxation| &relaxation.slips);
     let frictions: Vec<&str> = slips.map(|slip| reduced.equations.frictions[slip.friction].element.as_str()).collect();
     if frictions.is_empty() || model.controls.is_empty() {
         return Ok(reduced);
     }
-    let why = format!("the friction of {} holds it, and a controller is designed without friction", quoted(frictions));
+    let why =
+        format!("it depends on the friction of {}, and a controller is designed without friction", quoted(frictions));
     Err(refusal(why, "give one of these shafts an inertia or a damping, or leave the controllers out"))
 }
 
-/// Whether a law can be designed on a model beside its motions without inertia: dampers hold them, where the run has them too.
+/// Whether a law can be designed on a model with massless motions: dampers act on them, if the run has them too.
 pub(super) fn is_designable(design: &Reduced, run: &Reduced) -> bool {
     let massless_coordinates = |reduced: &Reduced| {
         let inertia = sparse_model(reduced, &vec![0.0; reduced.degrees_of_freedom()]).inertia;
@@ -237,7 +244,7 @@ pub(super) fn is_designable(design: &Reduced, run: &Reduced) -> bool {
     design.coordinates == run.coordinates && massless_coordinates(design) == massless_coordinates(run) && relaxes()
 }
 
-/// Refuses laws that read rates of motions without inertia: these follow at once from what the motors do.
+/// Rejects laws that read rates of motions without inertia: these follow algebraically from the motors.
 pub(super) fn check_readings(
     document: &Document,
     (control, plant): (&ControlSpec, &Plant),
@@ -257,8 +264,8 @@ pub(super) fn check_readings(
     let Some(first) = shafts.first() else { return true };
     let shaft_list = quoted(shafts.iter().map(|shaft| names[*shaft][1].as_str()));
     let message = format!(
-        "control `{}` reads {shaft_list}, which has no inertia behind it: it follows at once from what the law commands, so that they would depend on each \
-         other",
+        "control `{}` reads {shaft_list}, which has no inertia behind it: it follows algebraically from the commands \
+         of the law, which would form an algebraic loop",
         control.name
     );
     let places = places_in_control(document, control, &names[*first][1]);
@@ -268,13 +275,13 @@ pub(super) fn check_readings(
         true => {
             "leave this current out, or give the loop an inductance (each winding has one: `inductance` of a `dc_motor`)"
         }
-        false => "let it read positions, or speeds of what has an inertia",
+        false => "let it read positions, or speeds of shafts with an inertia",
     };
     out.push(Diagnostic::error("control::massless", message).at(place, "this reading").help(help));
     false
 }
 
-/// Refuses starts that motions without inertia cannot have: speeds, which follow from the positions, and springs that slide a friction at once.
+/// Rejects starts that are impossible for motions without inertia: speeds, which follow from the positions, and springs that make a friction slip at once.
 pub(super) fn check_start(
     document: &Document,
     reduced: &Reduced,
@@ -300,13 +307,14 @@ pub(super) fn check_start(
         let most = friction.value.torque.to_f64();
         if torque.abs() > most * (1.0 + 1e-9) {
             let message = format!(
-                "at the start springs pull with {torque:.6} at the friction of `{}`, which holds {most:.6} and has no inertia to resist: it would jump",
+                "at the start springs load the friction of `{}` with {torque:.6}, which sticks up to {most:.6} and \
+                 has no inertia: it would jump",
                 friction.element
             );
             out.push(
                 Diagnostic::error("scenario::massless", message)
                     .at(place(), "starts from these positions")
-                    .help("start where its springs pull less, or give what slips an inertia"),
+                    .help("start where its springs pull less, or give the slipping shaft an inertia"),
             );
         }
     }

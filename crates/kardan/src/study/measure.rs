@@ -1,4 +1,4 @@
-//! What is measured of a signal in a window: over straight lines between the rows, with what the grid of rows may make of it.
+//! Measures of a signal in a window: on straight lines between the rows, with an estimate of the error of the grid of rows.
 
 use crate::model::tables::Measure;
 
@@ -9,17 +9,17 @@ pub(super) struct Window<'a> {
     pub(super) values: &'a [f64],
 }
 
-/// How near to its target a signal must stay.
+/// Tolerance of a signal around its target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Band {
     /// In the unit of the signal.
     Size(f64),
-    /// As a part of the way from the first value to the target.
+    /// As a fraction of the way from the first value to the target.
     Part(f64),
 }
 
-/// A measure, and an estimate of what the grid of rows makes of it: how far it moves when every other row is left out, how far a parabola
-/// through an extreme rises above it, or the distance of two rows.
+/// A measure, and an estimate of the error of the grid of rows: its change if every other row is left out, the height of a parabola
+/// through an extreme above it, or the distance of two rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Measured {
     pub(super) value: f64,
@@ -70,11 +70,11 @@ pub(super) fn measured(
         }
         Measure::TimeOfMax => time_of(window, 1.0),
         Measure::TimeOfMin => time_of(window, -1.0),
-        _ => return Err("it is no measure of a signal alone"),
+        _ => return Err("it is not a measure of one signal"),
     })
 }
 
-/// When a signal is largest, from the begin of the window, and the distance of the rows there.
+/// The time of the largest value of a signal, from the begin of the window, and the distance of the rows there.
 fn time_of(window: Window<'_>, sign: f64) -> Measured {
     let Window { times, values } = window;
     let best = (1..values.len()).fold(0, |best, k| if sign * values[k] > sign * values[best] { k } else { best });
@@ -100,12 +100,12 @@ impl<'a> Rows<'a> {
         })
     }
 
-    /// The integral over the time of a function of values, on straight lines between the rows.
+    /// The integral over time of a function of values, on straight lines between the rows.
     fn integral(self, of: impl Fn(f64) -> f64) -> f64 {
         self.pieces().map(|(length, from, until)| 0.5 * (of(from) + of(until)) * length).sum()
     }
 
-    /// The mean over the time; of one row its value. Rows may lie closer to each other where something happens.
+    /// The mean over time; of one row its value. Rows may be closer to each other at events.
     fn mean(self, of: impl Fn(f64) -> f64) -> f64 {
         let Window { times, values } = self.window;
         let length = times.last().zip(times.first()).map_or(0.0, |(last, first)| last - first);
@@ -116,7 +116,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// The largest value of a function of the rows, and how far the parabola through it and its neighbours rises above it.
+/// The largest value of a function of the rows, and the height of the parabola through it and its neighbours above it.
 fn highest(window: Window<'_>, of: impl Fn(f64) -> f64) -> (f64, f64) {
     let Window { times, values } = window;
     let mut best = 0;
@@ -136,7 +136,7 @@ fn highest(window: Window<'_>, of: impl Fn(f64) -> f64) -> (f64, f64) {
     (value, if rise.is_finite() { rise } else { 0.0 })
 }
 
-/// The root of the mean over the time of `(x − centre)²`.
+/// The root of the mean over time of `(x − centre)²`.
 fn root_mean_square(rows: Rows<'_>, centre: f64) -> f64 {
     rows.mean(|x| (x - centre) * (x - centre)).sqrt()
 }
@@ -151,13 +151,13 @@ fn absolute_error(rows: Rows<'_>, target: f64) -> f64 {
     rows.pieces().map(piece).sum()
 }
 
-/// How far beyond its target a signal goes, as a part of the way to it.
+/// The overshoot of a signal over its target, as a fraction of the way to it.
 fn overshoot(window: Window<'_>, target: Option<f64>) -> Result<Measured, &'static str> {
     let values = window.values;
     let (first, target) = (values[0], target.unwrap_or(values[values.len() - 1]));
     let way = target - first;
     if way == 0.0 {
-        return Err("it begins its window at its target, so that there is no way to go beyond");
+        return Err("it begins its window at its target, so overshoot is not defined");
     }
     let (most, grid) = highest(window, |x| (x - target) / way);
     Ok(Measured { value: most.max(0.0), grid })
@@ -174,23 +174,23 @@ fn band_around(window: Window<'_>, target: Option<f64>, band: Option<Band>) -> (
     (target, band)
 }
 
-/// When a signal enters the band around its target first, counted from the begin of the window.
+/// The time of the first entry of a signal into the band around its target, from the begin of the window.
 fn rise_time(window: Window<'_>, target: Option<f64>, band: Option<Band>) -> Result<Measured, &'static str> {
     let (target, band) = band_around(window, target, band);
     let values = window.values;
-    // Straight through the band between two rows is inside too.
+    // A straight line through the band between two rows counts as inside too.
     let inside = |k: &usize| {
         let from = values[k.saturating_sub(1)] - target;
         (values[*k] - target).abs() <= band || from * (values[*k] - target) < 0.0
     };
     match (0..values.len()).find(inside) {
-        None => Err("it does not come to its band in the window"),
+        None => Err("it does not reach its band in the window"),
         Some(0) => Ok(Measured { value: 0.0, grid: 0.0 }),
         Some(first) => Ok(enters(window, first - 1, target, band)),
     }
 }
 
-/// When a signal enters the band around its target for good, counted from the begin of the window.
+/// The time of the last entry of a signal into the band around its target, from the begin of the window.
 fn settling_time(window: Window<'_>, target: Option<f64>, band: Option<Band>) -> Result<Measured, &'static str> {
     let (target, band) = band_around(window, target, band);
     let values = window.values;
@@ -203,7 +203,7 @@ fn settling_time(window: Window<'_>, target: Option<f64>, band: Option<Band>) ->
     Ok(enters(window, before, target, band))
 }
 
-/// Where the straight line from a row outside of a band to the next row enters it.
+/// The point where the straight line from a row outside of a band to the next row enters it.
 fn enters(window: Window<'_>, before: usize, target: f64, band: f64) -> Measured {
     let Window { times, values } = window;
     let [from, until] = [values[before] - target, values[before + 1] - target];
@@ -230,7 +230,7 @@ mod tests {
         measured(measure, Window { times: &rows.0, values: &rows.1 }, target, band).unwrap()
     }
 
-    /// Over whole periods the mean of the squares on the straight lines is exact to the order of the rows; the estimate holds the error.
+    /// Over whole periods the mean of the squares on the straight lines is exact to the order of the rows; the estimate contains the error.
     #[test]
     fn root_mean_squares_and_integrals_have_their_closed_forms() {
         let sine = rows(2.0, 1000, |t| 3.0 * sin(2.0 * PI * t));

@@ -1,4 +1,4 @@
-//! What is measured of one signal over another one: slopes, branches, waves.
+//! Measures of one signal over another one: slopes, branches, waves.
 
 use std::f64::consts::PI;
 
@@ -25,7 +25,7 @@ pub(super) fn measured_over(
         _ => waves(measure, window, over, frequency.unwrap_or(f64::NAN)),
     };
     let value = of(window, over)?;
-    // What every other row makes of it; where these are too few, nothing is known of the error.
+    // The measure with every other row; with too few rows the error is unknown.
     let last = times.len().saturating_sub(1);
     let half = |all: &[f64]| -> Vec<f64> {
         all.iter().enumerate().filter(|(k, _)| k % 2 == 0 || *k == last).map(|(_, x)| *x).collect()
@@ -35,14 +35,14 @@ pub(super) fn measured_over(
     Ok(Measured { value, grid })
 }
 
-/// A passage of a signal through zero: the rows before and behind it, and where between them it is.
+/// A zero crossing of a signal: the rows before and after it, and its position between them.
 struct Crossing {
     before: usize,
     behind: usize,
     part: f64,
 }
 
-/// The passages through zero, those that rise or those that fall.
+/// The zero crossings, rising or falling.
 fn passages(over: &[f64], rising: bool) -> Vec<Crossing> {
     let mut out = Vec::new();
     let mut last: Option<usize> = None;
@@ -61,7 +61,7 @@ fn mean_of(found: &[f64]) -> f64 {
     found.iter().sum::<f64>() / found.len() as f64
 }
 
-/// The slope where the other signal passes zero rising.
+/// The slope where the other signal has a rising zero crossing.
 fn gradient(values: &[f64], over: &[f64]) -> Result<f64, &'static str> {
     let slope = |p: &Crossing| (values[p.behind] - values[p.before]) / (over[p.behind] - over[p.before]);
     let found: Vec<f64> = passages(over, true).iter().map(slope).collect();
@@ -71,7 +71,7 @@ fn gradient(values: &[f64], over: &[f64]) -> Result<f64, &'static str> {
     Ok(mean_of(&found))
 }
 
-/// The slope of the straight line with the least squares of the distances, over the time.
+/// The slope of the straight line with the least squares of the distances, over time.
 fn slope(window: Window<'_>, over: &[f64]) -> Result<f64, &'static str> {
     let weights = weights(window.times);
     let total: f64 = weights.iter().sum();
@@ -85,7 +85,7 @@ fn slope(window: Window<'_>, over: &[f64]) -> Result<f64, &'static str> {
     if own > 0.0 { Ok(both / own) } else { Err("the signal `over` stays the same in its window") }
 }
 
-/// How far apart the branches are where the other signal passes zero.
+/// The distance of the branches at the zero crossing of the other signal.
 fn hysteresis(values: &[f64], over: &[f64]) -> Result<f64, &'static str> {
     let branch = |rising: bool| -> Vec<f64> {
         let at = |p: &Crossing| values[p.before] + p.part * (values[p.behind] - values[p.before]);
@@ -98,13 +98,13 @@ fn hysteresis(values: &[f64], over: &[f64]) -> Result<f64, &'static str> {
     Ok((mean_of(&falling) - mean_of(&rising)).abs())
 }
 
-/// What each row counts for in an integral over straight lines between them.
+/// The weight of each row in an integral over straight lines between them.
 fn weights(times: &[f64]) -> Vec<f64> {
     let gap = |k: usize| if k + 1 < times.len() { times[k + 1] - times[k] } else { 0.0 };
     (0..times.len()).map(|k| 0.5 * (gap(k) + k.checked_sub(1).map_or(0.0, gap))).collect()
 }
 
-/// The wave of a frequency in a signal, beside its mean, by least squares: the shares of cosine and sine.
+/// The wave of a frequency in a signal, plus its mean, by least squares: the coefficients of cosine and sine.
 fn wave(times: &[f64], values: &[f64], frequency: f64) -> Option<[f64; 2]> {
     let (weights, turn) = (weights(times), 2.0 * PI * frequency);
     let mut rows = [[0.0; 4]; 3];
@@ -134,7 +134,7 @@ fn waves(measure: Measure, window: Window<'_>, over: &[f64], frequency: f64) -> 
     let (Some(first), Some(last)) = (window.times.first(), window.times.last()) else {
         return Err("no row lies in its window");
     };
-    // A window that is short of a period by rounding has it.
+    // A window that is shorter than a period only by rounding counts as a period.
     let periods = ((last - first) * frequency + 1e-9).floor();
     if periods < 1.0 {
         return Err("its window is shorter than a period of `frequency`");
@@ -143,15 +143,15 @@ fn waves(measure: Measure, window: Window<'_>, over: &[f64], frequency: f64) -> 
     let from = window.times.iter().position(|time| *time >= begin - 1e-9 * (last - first)).unwrap_or(0);
     let times = &window.times[from..];
     if (times.len() as f64) < 8.0 * periods {
-        return Err("fewer than eight rows lie in a period of `frequency`: a smaller `output_step` tells more");
+        return Err("fewer than eight rows lie in a period of `frequency`: a smaller `output_step` resolves it");
     }
-    let of = |values: &[f64]| wave(times, &values[from..], frequency).ok_or("its rows tell no wave");
+    let of = |values: &[f64]| wave(times, &values[from..], frequency).ok_or("its rows determine no wave");
     let ([a, b], [c, d]) = (of(window.values)?, of(over)?);
     let (size, other) = (a * a + b * b, c * c + d * d);
     if other <= 0.0 {
         return Err("the signal `over` has no wave of `frequency`");
     }
-    // The wave of x is Re((a - ib) e^(iwt)): its angle less that of y.
+    // The wave of x is Re((a - ib) e^(iwt)): its angle minus that of y.
     let later = -atan2(a * d - b * c, a * c + b * d);
     Ok(match measure {
         Measure::Gain => (size / other).sqrt(),
@@ -174,7 +174,7 @@ mod tests {
         measured_over(measure, Window { times: &x.0, values: &x.1 }, y, Some(frequency)).unwrap().value
     }
 
-    /// The steady answer of a second-order system to a sine: 1/(1 + 2 z i r - r^2), with an offset that the fit takes out.
+    /// The steady-state response of a second-order system to a sine: 1/(1 + 2 z i r - r^2), with an offset that the fit removes.
     #[test]
     fn gain_and_lag_are_those_of_a_second_order_system() {
         let f = 0.7;
@@ -191,7 +191,7 @@ mod tests {
         }
     }
 
-    /// Coulomb friction c beside a spring s: the force is s y + c sign(y'), so the branches are 2 c apart and the slope is s.
+    /// Coulomb friction c parallel to a spring s: the force is s y + c sign(y'), so the branches are 2 c apart and the slope is s.
     #[test]
     fn the_hysteresis_of_friction_beside_a_spring() {
         let (s, c) = (40.0, 1.5);
@@ -204,7 +204,7 @@ mod tests {
         assert!((of(Measure::Slope, &line, &y.1, 0.0) + s).abs() < 1e-9);
     }
 
-    /// Zero rows are no passages until the sign changes.
+    /// Zero rows are no crossings until the sign changes.
     #[test]
     fn a_start_at_zero_is_no_crossing() {
         let y = [0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 2.0];

@@ -1,4 +1,4 @@
-//! What a model file asks for: checked, designed, run for every variant, judged.
+//! The requests of a model file: checked, designed, run for every variant, judged.
 
 mod accuracy;
 mod actuator_usage;

@@ -1,4 +1,4 @@
-//! Operating points in motion: the steady motion at speeds that are given, and the state of a run at a time.
+//! Operating points in motion: the steady motion at given speeds, and the state of a run at a time.
 
 use std::collections::BTreeSet;
 
@@ -16,24 +16,24 @@ use crate::reduce::{
 };
 use crate::simulate::{Setup, Simulation, Tolerance};
 
-/// An acceleration below this part of the largest is none, relative to what a run allows.
+/// An acceleration below this fraction of the largest counts as zero, relative to the tolerance of a run.
 const NONE: f64 = 1e-9;
 
-/// Where a variant is looked at in motion.
+/// The operating point in motion of a variant.
 pub(super) struct MovingPoint {
-    /// The model there: what sticks or is engaged is a constraint, what slides a torque, functions of time are numbers.
+    /// The model there: sticking or engaged elements are constraints, sliding ones are torques, functions of time are numbers.
     pub model: Reduced,
-    /// Where it is, how it moves, and the torques of its inputs.
+    /// Its position, its motion, and the torques of its inputs.
     pub point: OperatingPoint,
     /// Positions and speeds of the coordinates of the variant.
     pub motion: [Vec<f64>; 2],
-    /// Elements that hold there.
+    /// Elements that stick or are engaged there.
     pub closed: BTreeSet<String>,
-    /// What there is to tell of it.
+    /// Notes on it.
     pub notes: Vec<String>,
 }
 
-/// What is given of an operating point, and what may balance it.
+/// The given values of an operating point, and the inputs that may balance it.
 pub(super) struct PointRequest<'a> {
     /// Positions of coordinates.
     pub at: &'a [(String, f64)],
@@ -41,9 +41,9 @@ pub(super) struct PointRequest<'a> {
     pub given: &'a OperatingConditions,
     /// Names of the inputs that may balance it.
     pub inputs: &'a [String],
-    /// Elements that hold.
+    /// Elements that stick or are engaged.
     pub stuck: &'a BTreeSet<String>,
-    /// The position to begin the search at.
+    /// The initial position of the search.
     pub start: &'a [f64],
 }
 
@@ -51,7 +51,7 @@ fn refused(message: String, help: &str) -> Diagnostic {
     Diagnostic::error("analysis::operating-point", message).help(help)
 }
 
-/// What no operating point in motion is found for.
+/// Elements that exclude an operating point in motion.
 fn check_rows(variant: &PreparedVariant) -> Result<(), Diagnostic> {
     let rows = variant.unfrozen.as_deref().unwrap_or(&variant.reduced);
     let names: Vec<&str> = rows
@@ -65,25 +65,26 @@ fn check_rows(variant: &PreparedVariant) -> Result<(), Diagnostic> {
         return Ok(());
     }
     let message = format!(
-        "an operating point in motion is not found beside constraints that are enforced by multipliers or prescribe a motion: {}",
+        "kardan finds no operating point in motion with constraints that are enforced by multipliers or prescribe a \
+         motion: {}",
         quoted(names)
     );
-    Err(refused(message, "give positions alone in `at`: the model is then linear at rest there"))
+    Err(refused(message, "give only positions in `at`: the model is then linear at rest there"))
 }
 
-/// Functions of time are known as long as the run takes.
+/// Functions of time are known for the duration of the run.
 fn check_time(variant: &PreparedVariant, time: f64) -> Result<(), Diagnostic> {
     let end = variant.scenario.duration;
     if time > end {
         return Err(refused(
-            format!("`t` = {time} s lies behind the end of the run, {end} s"),
+            format!("`t` = {time} s is after the end of the run, {end} s"),
             "name an earlier time, or run for longer: `duration` of `[scenario]`",
         ));
     }
     Ok(())
 }
 
-/// The steady motion of a variant with what is given.
+/// The steady motion of a variant with the given values.
 ///
 /// # Errors
 /// Why there is none.
@@ -124,7 +125,7 @@ pub(super) fn steady_point(variant: &PreparedVariant, request: &PointRequest<'_>
     Ok(MovingPoint { model, point, motion, closed: elements_of(own, &given.enforced), notes })
 }
 
-/// A speed in words: `car.v = 5.555556 m/s`, of a shaft also in turns.
+/// A speed as text: `car.v = 5.555556 m/s`, of a shaft also in turns.
 fn format_speed(reduced: &Reduced, coordinate: usize, speed: f64) -> String {
     let [_, quantity] = reduced.equations.domain(coordinate).motion();
     format!("{} = {speed:.6} {}", quantity.of(&reduced.equations.coordinates[coordinate]), quantity.unit())
@@ -139,7 +140,7 @@ fn format_torques(reduced: &Reduced, point: &OperatingPoint) -> Vec<String> {
     torques.filter(|(_, torque)| **torque != 0.0).map(one).collect()
 }
 
-/// Positions of coordinates that stand still, in words.
+/// Positions of coordinates at rest, as text.
 fn rest_in_words(base: &Reduced, [position, speeds]: &[Vec<f64>; 2]) -> Option<String> {
     let names = base.coordinate_names();
     let all = format_position(base, position);
@@ -157,7 +158,7 @@ fn format_motion(base: &Reduced, [position, speeds]: &[Vec<f64>; 2]) -> String {
     }
 }
 
-/// How a steady motion goes, what balances it, and what of it is proven.
+/// A steady motion, the torques that balance it, and which properties are proven, as text.
 fn describe_steady_motion(base: &Reduced, found: &SteadyMotion) -> String {
     let torques = format_torques(base, &found.point);
     let by = match torques.is_empty() {
@@ -182,7 +183,7 @@ fn describe_residual(found: &SteadyMotion) -> String {
     describe_accelerations(&found.model, &found.accelerations)
 }
 
-/// That it is no equilibrium, and what accelerates.
+/// Note that it is no equilibrium, with the accelerations.
 fn describe_accelerations(model: &Reduced, accelerations: &[f64]) -> String {
     let one = |(shaft, acceleration): (&usize, &f64)| {
         let [_, quantity] = model.equations.domain(*shaft).motion();
@@ -191,10 +192,10 @@ fn describe_accelerations(model: &Reduced, accelerations: &[f64]) -> String {
     };
     let nonzero: Vec<String> =
         model.coordinates.iter().zip(accelerations).filter(|(_, x)| **x != 0.0).map(one).collect();
-    format!("not an equilibrium, small motions are those beside its own: {}", nonzero.join(", "))
+    format!("not an equilibrium, small motions are relative to its own motion: {}", nonzero.join(", "))
 }
 
-/// What turns on without a torque depending on its angle, and what no torque determines.
+/// Coordinates that rotate without a torque that depends on their angle, and undetermined coordinates.
 fn describe_undetermined(base: &Reduced, found: &SteadyMotion) -> Vec<String> {
     let mut out = Vec::new();
     let names =
@@ -212,12 +213,12 @@ fn describe_undetermined(base: &Reduced, found: &SteadyMotion) -> Vec<String> {
     }
     if !found.idle.is_empty() {
         let name = |k: usize| base.equations.inputs[k].element.clone();
-        out.push(format!("inputs that nothing needs are zero there: {}", names(&found.idle, &name)));
+        out.push(format!("inputs without effect on the balance are zero there: {}", names(&found.idle, &name)));
     }
     out
 }
 
-/// What locks, frictions, clutches and functions of time are at a point.
+/// The states of locks, frictions, clutches and functions of time at a point.
 fn describe_nonsmooth_elements(
     own: &Reduced,
     base: &Reduced,
@@ -245,7 +246,10 @@ fn describe_nonsmooth_elements(
     );
     let rests = |k: usize| sliding[k] == 0.0 && is_friction(k) && !enforced.contains(&k);
     out.extend(of(&rests).map(|names| {
-        format!("without motion along it at the operating point and taken as sliding without friction: {names}; `stuck` of `[analysis]` lets it stick")
+        format!(
+            "without relative motion at the operating point and treated as sliding without friction: {names}; \
+             `stuck` of `[analysis]` lets it stick"
+        )
     }));
     let open = |k: usize| {
         matches!(kind(k), Some(UnilateralConstraint::Lock { .. } | UnilateralConstraint::OneWay))
@@ -267,13 +271,13 @@ fn describe_nonsmooth_elements(
             .any(|unilateral| unilateral.value.formula().is_some_and(|one| one.is_of_time()))
     {
         let outputs_text =
-            if blocks && !of_run { "; what blocks answer as before their first sample, zero" } else { "" };
-        out.push(format!("functions of time are taken at {time} s{outputs_text}"));
+            if blocks && !of_run { "; outputs of blocks are those before their first sample, zero" } else { "" };
+        out.push(format!("functions of time are evaluated at {time} s{outputs_text}"));
     }
     out
 }
 
-/// The mistake that there is no steady motion.
+/// The error that there is no steady motion.
 fn no_steady_motion(base: &Reduced, request: &PointRequest<'_>, given: &MotionSpec, why: NoSteadyMotion) -> Diagnostic {
     let equations = &base.equations;
     let signal = |k: usize| {
@@ -290,7 +294,7 @@ fn no_steady_motion(base: &Reduced, request: &PointRequest<'_>, given: &MotionSp
             let what =
                 if depends.is_empty() { "what it moves".into() } else { quoted(depends.iter().map(String::as_str)) };
             refused(
-                format!("{} does not stay as it is: {what} depends on `{}`, which changes", signal(k), angle.of(name)),
+                format!("{} is not steady: {what} depends on `{}`, which changes", signal(k), angle.of(name)),
                 &format!(
                     "give all positions and speeds too (`\"{}\" = \"0 {}\"`): the linear model is then that of this instant; or name a time of a run: `at = \"t = 1 s\"`",
                     angle.of(name),
@@ -303,12 +307,12 @@ fn no_steady_motion(base: &Reduced, request: &PointRequest<'_>, given: &MotionSp
                 "the speeds {} contradict each other",
                 list.iter().map(|k| signal(*k)).collect::<Vec<_>>().join(", ")
             ),
-            "take one of them out: what is not given follows",
+            "remove one of them: values that are not given follow",
         ),
         NoSteadyMotion::Undetermined(list) => refused(
             format!("more than one choice of the torques of {} balances it", inputs(&list)),
             &format!(
-                "give the torques of all but those that are to be found in `at`: `\"{}\" = \"0 {}\"`",
+                "give all torques except the unknown ones in `at`: `\"{}\" = \"0 {}\"`",
                 equations
                     .domain_of(&equations.inputs[list[list.len() - 1]])
                     .effort()
@@ -320,23 +324,24 @@ fn no_steady_motion(base: &Reduced, request: &PointRequest<'_>, given: &MotionSp
             let domain = base.coordinate(&name).map(|shaft| equations.domain(shaft)).unwrap_or_default();
             let by = match (given.inputs.as_slice(), request.given.torques.is_empty()) {
                 ([], true) => "there is no motor that could balance it".to_string(),
-                ([], false) => "with the torques that are given nothing is left to balance it".to_string(),
+                ([], false) => "with the given torques no input remains to balance it".to_string(),
                 (some, _) => format!("{} cannot balance it", inputs(some)),
             };
             refused(
                 format!(
-                    "no steady motion was found: {by}; along `{name}` {torque:.6} {} are left at best",
+                    "no steady motion was found: {by}; the smallest residual is {torque:.6} {} on `{name}`",
                     domain.effort().unit()
                 ),
-                "give a speed less or another one, or let what carries the torque be closed: a lock that is engaged, a clutch or friction in `stuck`",
+                "give one speed less or another one, or close the element that carries the torque: an engaged lock, \
+                 a clutch or friction in `stuck`",
             )
         }
         NoSteadyMotion::Slides(list) => refused(
             format!(
-                "no steady motion was found: which way the frictions of {} slide is not decided",
+                "no steady motion was found: the sliding direction of the frictions of {} is not decided",
                 quoted(list.iter().map(String::as_str))
             ),
-            "let those that stick stick (`stuck` of `[analysis]`), or give the speeds along them",
+            "list the sticking ones in `stuck` of `[analysis]`, or give their sliding speeds",
         ),
     }
 }
@@ -366,21 +371,21 @@ fn depending(base: &Reduced, shaft: usize) -> BTreeSet<String> {
 /// The state of the run of a variant at a time.
 ///
 /// # Errors
-/// Where the run does not come to that time.
+/// The error if the run does not reach that time.
 pub(super) fn point_of_run(variant: &PreparedVariant, time: f64) -> Result<MovingPoint, Diagnostic> {
     check_rows(variant)?;
     check_time(variant, time)?;
     if !variant.massless.is_empty() || variant.implemented.len() != variant.model.controls.len() {
         return Err(refused(
-            "beside motions without inertia the state of a run is not taken over".into(),
-            "give what moves an inertia, or give positions and speeds in `at`",
+            "with motions without inertia kardan cannot use the state of a run".into(),
+            "give the moving parts an inertia, or give positions and speeds in `at`",
         ));
     }
     let own = &variant.reduced;
     let setup = Setup { reduced: own, laws: &variant.implemented, scenario: &variant.scenario };
     let mut run = Simulation::new(setup, Tolerance::default());
     run.advance(time).map_err(|why| {
-        refused(format!("the run does not come to {time} s: {why}"), "`kardan run` shows how far it goes")
+        refused(format!("the run does not reach {time} s: {why}"), "`kardan run` shows how far it comes")
     })?;
     let mut value = |name: &str| run.signal(name).ok().map(|signal| run.get(signal));
     let names = own.coordinate_names();
@@ -450,7 +455,7 @@ fn blocks_of(reduced: &Reduced) -> BTreeSet<String> {
     out
 }
 
-/// Of the signs with which set-valued directions slide in a run (0: at rest) those that hold, and with which signs frictions slide.
+/// The signs of set-valued directions in a run (0: at rest): which of them are enforced, and with which signs frictions slide.
 fn modes(reduced: &Reduced, signs: &[Option<f64>]) -> (BTreeSet<usize>, Vec<f64>) {
     let equations = &reduced.equations;
     let kind =
@@ -465,7 +470,7 @@ fn modes(reduced: &Reduced, signs: &[Option<f64>]) -> (BTreeSet<usize>, Vec<f64>
     (all.filter(sticks).collect(), sliding)
 }
 
-/// The inputs that may balance a steady motion: those among these that are motors, or all motors.
+/// The inputs that may balance a steady motion: the motors among these, or all motors.
 pub(super) fn balancing(variant: &PreparedVariant, inputs: &[String]) -> Vec<String> {
     let motors = variant.reduced.equations.inputs.iter().filter(|input| matches!(input.value, InputKind::Motor(_)));
     let motors: Vec<String> = motors.map(|input| input.element.clone()).collect();

@@ -1,5 +1,5 @@
-//! Constraints that a run keeps with their multipliers: what they do not go with, where a run begins on them, and what an analysis sees of
-//! them.
+//! Constraints that a run enforces with multipliers: unsupported combinations, initial values that satisfy them, and their linearisation for
+//! an analysis.
 
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ use crate::reduce::{
 use crate::simulate::Scenario;
 use crate::synthesis::Plant;
 
-/// What does not go with kept rows; true if nothing of it is there.
+/// Reports features that multiplier constraints do not support; true if the model has none of them.
 pub(super) fn check_multipliers(document: &Document, reduced: &Reduced, out: &mut Vec<Diagnostic>) -> bool {
     let equations = &reduced.equations;
     let Some(first) = equations.multiplier_constraints.first() else { return true };
@@ -36,8 +36,9 @@ pub(super) fn check_multipliers(document: &Document, reduced: &Reduced, out: &mu
     if !document.bench.values.is_empty() || !document.identification.values.is_empty() {
         let place =
             if document.bench.values.is_empty() { &document.identification.place } else { &document.bench.place };
-        let message =
-            format!("bench and identification do not know constraints that are not solved for a coordinate: {names}");
+        let message = format!(
+            "bench and identification do not support constraints that are not solved for a coordinate: {names}"
+        );
         refuse(message, place.clone(), "this table", "take it out");
     }
     let (free, rows) = (reduced.degrees_of_freedom(), equations.multiplier_constraints.len());
@@ -47,8 +48,10 @@ pub(super) fn check_multipliers(document: &Document, reduced: &Reduced, out: &mu
         out.push(dependency_diagnostic(document, reduced, &dependent));
     } else if let Some(row) = superfluous(reduced).or_else(follows) {
         let name = &equations.multiplier_constraints[row].element;
-        let message = format!("`{name}` holds no motion that the other constraints leave, at no position");
-        let help = "remove it, or those that say the same: of kept rows only a sum of rows of speeds in the same unit is kept once";
+        let message =
+            format!("at every position the other constraints already remove the motions that `{name}` removes");
+        let help = "remove it, or the equivalent ones: of constraints enforced by multipliers kardan drops only \
+                    redundant sums of rows of speeds in the same unit";
         let diagnostic = Diagnostic::error("constraint::dependent", message);
         out.push(diagnostic.at(place_of(document, name), "this constraint").help(help));
     } else if no_motion {
@@ -65,7 +68,7 @@ pub(super) fn check_multipliers(document: &Document, reduced: &Reduced, out: &mu
     out.len() == before
 }
 
-/// What is told of a kept row that other constraints say too.
+/// The error of a redundant multiplier constraint.
 fn dependency_diagnostic(document: &Document, reduced: &Reduced, dependent: &Dependent) -> Diagnostic {
     let name = &reduced.equations.multiplier_constraints[dependent.row].element;
     let message = match dependent.elements.as_slice() {
@@ -85,7 +88,7 @@ fn dependency_diagnostic(document: &Document, reduced: &Reduced, dependent: &Dep
     at_each(document, element_names, "it follows from this one", diagnostic)
 }
 
-/// A kept row that follows from those before it, where all their coefficients are numbers.
+/// A multiplier constraint that follows from those before it, if all their coefficients are numbers.
 fn superfluous(reduced: &Reduced) -> Option<usize> {
     let (motion, count) = (Motion::at_time_zero(reduced), reduced.equations.multiplier_constraints.len());
     let rows = &motion.frictions[motion.frictions.len() - count..];
@@ -101,7 +104,7 @@ fn superfluous(reduced: &Reduced) -> Option<usize> {
     free.first().map(|column| constant_rows[*column].0)
 }
 
-/// Where a run begins: on the kept rows with what `initial` gives; there itself where none are, or there is no such place.
+/// Initial values of a run: on the multiplier constraints with the values of `initial`; unchanged if there are none, or if there is no such position.
 pub(super) fn on_rows(reduced: &Reduced, prescribed: &[Entry], scenario: &Scenario) -> Vec<f64> {
     let Scenario { position, speed, .. } = scenario;
     let found = (!reduced.equations.multiplier_constraints.is_empty())
@@ -121,7 +124,7 @@ fn moved(now: f64, then: f64) -> bool {
     (now - then).abs() > 1e-9 * now.abs().max(then.abs()).max(1e-3)
 }
 
-/// Puts the start of a run on the kept rows; tells what follows of what `initial` leaves open.
+/// Projects the start of a run onto the multiplier constraints; notes which values follow that `initial` leaves open.
 pub(super) fn begin_on_rows(
     document: &Document,
     reduced: &Reduced,
@@ -130,7 +133,7 @@ pub(super) fn begin_on_rows(
     out: &mut Vec<Diagnostic>,
 ) -> Vec<String> {
     let equations = &reduced.equations;
-    // Of what contradicts itself nothing follows.
+    // From contradictory values nothing follows.
     if equations.multiplier_constraints.is_empty()
         || out.iter().any(|diagnostic| diagnostic.code == "scenario::contradiction")
     {
@@ -148,7 +151,8 @@ pub(super) fn begin_on_rows(
             }
             (scenario.position, scenario.speed) = (position, speed);
             let rows = quoted(equations.multiplier_constraints.iter().map(|constraint| constraint.element.as_str()));
-            let note = format!("what `initial` leaves open follows at the start from {rows}: {}", changed.join(", "));
+            let note =
+                format!("values that `initial` does not give follow at the start from {rows}: {}", changed.join(", "));
             if changed.is_empty() { Vec::new() } else { vec![note] }
         }
         Err(error) => {
@@ -158,7 +162,7 @@ pub(super) fn begin_on_rows(
     }
 }
 
-/// What a kept row prescribes at the start, if it is a speed, in words.
+/// The prescribed value of a multiplier constraint at the start, if it is a speed, as text.
 fn prescribed_speed(reduced: &Reduced, row: usize) -> String {
     let constraint = &reduced.equations.multiplier_constraints[row];
     let MultiplierLaw::Speed(_, function) = &constraint.law else { return String::new() };
@@ -166,7 +170,7 @@ fn prescribed_speed(reduced: &Reduced, row: usize) -> String {
     format!(", which prescribes {} {unit}", function.value(0.0))
 }
 
-/// Why a run has no start on the kept rows.
+/// Why a run has no start on the multiplier constraints.
 fn no_start(document: &Document, reduced: &Reduced, prescribed: &[Entry], error: &NoStart) -> Diagnostic {
     let element = |k: usize| reduced.equations.multiplier_constraints[k].element.as_str();
     let names = |rows: &[usize]| quoted(rows.iter().map(|k| element(*k)));
@@ -175,32 +179,32 @@ fn no_start(document: &Document, reduced: &Reduced, prescribed: &[Entry], error:
     let mut places = Vec::new();
     let (message, rows) = match error {
         NoStart::NotReached(rows) => {
-            let condition = if prescribed.is_empty() { "near `initial`" } else { "with what `initial` gives" };
+            let condition = if prescribed.is_empty() { "near `initial`" } else { "with the values of `initial`" };
             (format!("no start was found {condition} that satisfies {}: there may be none", names(rows)), rows)
         }
         NoStart::NotFinite(rows) => {
             let named = reduced.coordinate_names().join(", ");
             (
                 format!(
-                    "{} has no finite value or slopes at the start; what `initial` does not give of {named} is zero there",
+                    "{} has no finite value or slopes at the start; values of {named} that `initial` does not give \
+                     are zero there",
                     names(rows)
                 ),
                 rows,
             )
         }
         NoStart::Flat(rows) => {
-            help = "give other angles by `initial` of `[scenario]`, or write the constraint otherwise: `a - b` in place of `(a - b)^2`";
+            help = "give other angles by `initial` of `[scenario]`, or write the constraint in another form: `a - b` \
+                    in place of `(a - b)^2`";
             (format!("all slopes of {} are zero at the start: it constrains nothing there", names(rows)), rows)
         }
         NoStart::Dependent => {
             let message = match &all[..] {
-                [_] => format!(
-                    "at the start {} constrains no motion that the other constraints leave, to ten digits",
-                    names(&all)
-                ),
+                [_] => format!("at the start {} is redundant to the other constraints, to ten digits", names(&all)),
                 _ => format!("at the start the constraints {} depend on each other, to ten digits", names(&all)),
             };
-            help = "give other angles by `initial` of `[scenario]`; where they say the same everywhere, remove one of them";
+            help = "give other angles by `initial` of `[scenario]`; if they are equivalent everywhere, remove one of \
+                    them";
             (message, &all)
         }
         NoStart::Contradiction { row, rate, prescribed: own } => {
@@ -209,7 +213,7 @@ fn no_start(document: &Document, reduced: &Reduced, prescribed: &[Entry], error:
             let values_text = own.iter().map(|e| format!("`{}` = {} {}", e.name, e.prescribed.value.to_f64(), e.unit));
             let values_text = values_text.collect::<Vec<_>>().join(", ");
             places.extend(own.iter().map(|entry| entry.place.clone()));
-            help = "take one of them out: what is not given follows; or give values that agree";
+            help = "remove one of them: values that are not given follow; or give values that agree";
             (
                 format!(
                     "`initial` of `[scenario]`: {values_text} contradict{} {}{}",
@@ -231,7 +235,7 @@ fn no_start(document: &Document, reduced: &Reduced, prescribed: &[Entry], error:
     at_each(document, rows.iter().map(|k| element(*k)), "this constraint", diagnostic.help(help))
 }
 
-/// What an analysis sees: kept rows with their coefficients at the start.
+/// The model for an analysis: multiplier constraints with their coefficients at the start.
 pub(super) fn for_analysis(prepared: &Prepared) -> Result<Prepared, Diagnostic> {
     let one = |variant: &Arc<PreparedVariant>| frozen_variant(variant).map(Arc::new);
     Ok(Prepared {
@@ -248,10 +252,10 @@ pub(super) fn for_analysis(prepared: &Prepared) -> Result<Prepared, Diagnostic> 
     })
 }
 
-/// The model of a variant with its kept rows as they are at the start of its run, or at an equilibrium near it where laws of torque act.
+/// The model of a variant with its multiplier constraints frozen at the start of its run, or at an equilibrium near it if there are laws of torque.
 ///
 /// # Errors
-/// Why its kept rows have no linear ones in their place.
+/// Why its multiplier constraints have no linearisation.
 pub(super) fn frozen_variant(variant: &PreparedVariant) -> Result<PreparedVariant, Diagnostic> {
     if let Some(diagnostic) = nothing_free(&variant.reduced) {
         return Err(diagnostic);
@@ -259,7 +263,10 @@ pub(super) fn frozen_variant(variant: &PreparedVariant) -> Result<PreparedVarian
     let at = if variant.analysis.at.is_empty() { "`initial` of `[scenario]`" } else { "`at` of `[analysis]`" };
     let refused = |message: String, help: String| Diagnostic::error("analysis::kept", message).help(help);
     let rest = RestPoint::of(variant).map_err(|message| {
-        refused(message, format!("give other angles by {at}, or the model what holds it: a spring, or a motor"))
+        refused(
+            message,
+            format!("give other angles by {at}, or add an element that holds the model: a spring, or a motor"),
+        )
     })?;
     let found =
         rest.freeze(variant).map_err(|error| refused(error.to_string(), format!("give other angles by {at}")))?;
@@ -281,17 +288,22 @@ pub(super) fn moves_by_itself(reduced: &Reduced) -> impl Iterator<Item = &str> {
     reduced.equations.moving.keys().map(String::as_str).chain(prescribed(reduced))
 }
 
-/// What to say where all that moves is prescribed, to who asks for what moves freely.
+/// The error that all motion is prescribed, for requests that need free motion.
 pub(super) fn nothing_free(reduced: &Reduced) -> Option<Diagnostic> {
     let names: Vec<&str> = moves_by_itself(reduced).collect();
     (!names.is_empty() && reduced.degrees_of_freedom() == reduced.equations.multiplier_constraints.len()).then(|| {
-        let message = format!("nothing is free to move: all motion follows from what {} prescribe{}", quoted(names.iter().copied()), if names.len() == 1 { "s" } else { "" });
-        Diagnostic::error("analysis::no-motion", message)
-            .help("`kardan run` gives the torques and forces that this takes; take it out to ask how the model moves by itself")
+        let message = format!(
+            "no free motion remains: {} prescribe{} all motion",
+            quoted(names.iter().copied()),
+            if names.len() == 1 { "s" } else { "" }
+        );
+        Diagnostic::error("analysis::no-motion", message).help(
+            "`kardan run` gives the required torques and forces; remove it to analyse the free motion of the model",
+        )
     })
 }
 
-/// What asks for motion that is free where none is; true if nothing does.
+/// Reports requests for free motion if there is none; true if there is no error.
 pub(super) fn check_free(document: &Document, reduced: &Reduced, out: &mut Vec<Diagnostic>) -> bool {
     let tables = [&document.bench, &document.identification].into_iter().filter(|table| !table.values.is_empty());
     let places = document
@@ -301,28 +313,28 @@ pub(super) fn check_free(document: &Document, reduced: &Reduced, out: &mut Vec<D
         .chain(tables.map(|table| table.place.clone()));
     let asking = places.min_by_key(Place::start);
     let Some((place, diagnostic)) = asking.zip(nothing_free(reduced)) else { return true };
-    out.push(diagnostic.at(place, "needs a motion that is free"));
+    out.push(diagnostic.at(place, "needs a free motion"));
     false
 }
 
-/// What is told of them where a model is looked at at rest.
+/// The note on prescribed motions where a model is analysed at rest.
 pub(super) fn prescribed_note(reduced: &Reduced) -> Option<String> {
     let names: Vec<&str> = prescribed(reduced).collect();
     (!names.is_empty())
-        .then(|| format!("{}: a motion that is prescribed stands still there, where it begins", quoted(names)))
+        .then(|| format!("{}: a prescribed motion is constant there, at its initial value", quoted(names)))
 }
 
-/// Where rows that turn are looked at: a place at rest on them.
+/// The equilibrium on the multiplier constraints for an analysis.
 struct RestPoint {
-    /// With constant torques where they hold it.
+    /// With constant torques if they balance it.
     point: OperatingPoint,
     multipliers: Vec<f64>,
-    /// What there is to tell of it.
+    /// Notes on it.
     point_notes: Vec<String>,
 }
 
 impl RestPoint {
-    /// Where the analysis of a variant stands.
+    /// The operating point of the analysis of a variant.
     fn of(variant: &PreparedVariant) -> Result<Self, String> {
         let (own, spec) = (&variant.reduced, &variant.analysis);
         let names = own.coordinate_names();
@@ -334,11 +346,11 @@ impl RestPoint {
             (0..names.len()).filter(is_named).map(|k| (own.coordinates[k], start_position[k])).collect();
         let prescribed = StartValues { values: [fixed.clone(), Vec::new()] };
         let start = start_on_rows(own, &prescribed, &start_position, &still)
-            .map_err(|_| "no place was found on the constraints near these angles".to_string())?
+            .map_err(|_| "no position that satisfies the constraints was found near these angles".to_string())?
             .position;
         let mut point_notes = Vec::new();
         if start.iter().zip(&start_position).any(|(now, then)| moved(*now, *then)) || !fixed.is_empty() {
-            point_notes.push(format!("operating point: on the constraints, {}", format_position(own, &start)));
+            point_notes.push(format!("operating point: satisfies the constraints, {}", format_position(own, &start)));
         }
         if own.equations.laws.is_empty() {
             return Ok(Self { point: OperatingPoint::relaxed(&start), multipliers: vec![0.0; count], point_notes });
@@ -367,17 +379,16 @@ impl RestPoint {
             let holding = inputs.iter().map(|k| format!("{} = {:.6}", equations.inputs[*k].element, torques[*k]));
             let holding: Vec<String> = holding.collect();
             if !holding.is_empty() {
-                point_notes
-                    .push(format!("the operating point is held by constant torques: {} (SI)", holding.join(", ")));
+                point_notes.push(format!("constant torques balance the operating point: {} (SI)", holding.join(", ")));
             }
             let point =
                 OperatingPoint { position: start, rates: found.rates, torques: Some(torques), side: Side::default() };
             return Ok(Self { point, multipliers: found.multipliers, point_notes });
         }
-        Err(format!("{} is no position at rest: neither constraints nor motors hold it", format_position(own, &start)))
+        Err(format!("{} is no equilibrium: neither constraints nor motors balance it", format_position(own, &start)))
     }
 
-    /// The variant with its rows as they are there.
+    /// The variant with its constraints frozen there.
     fn freeze(self, variant: &PreparedVariant) -> Result<PreparedVariant, ReduceError> {
         let Self { point, multipliers, point_notes: mut start_notes } = self;
         if multipliers.iter().any(|torque| *torque != 0.0) {
@@ -385,7 +396,8 @@ impl RestPoint {
             let carried = own.multiplier_constraints.iter().zip(&multipliers).filter(|(_, torque)| **torque != 0.0);
             let carried: Vec<String> =
                 carried.map(|(constraint, torque)| format!("{} {torque:.6}", constraint.element)).collect();
-            let text = "what the constraints carry there turns with their rows and is part of the stiffness; multipliers (SI, rounded to 16 digits)";
+            let text = "constraint forces there rotate with the constraint directions and are part of the stiffness; \
+                        multipliers (SI, rounded to 16 digits)";
             start_notes.push(format!("{text}: {}", carried.join(", ")));
         }
         start_notes.extend(prescribed_note(&variant.reduced));
@@ -396,16 +408,19 @@ impl RestPoint {
     }
 }
 
-/// What is told of rows that stand still with coefficients that are no fractions there.
+/// The note on frozen constraints with coefficients that are no fractions there.
 pub(super) fn rounded_rows(reduced: &Reduced) -> Option<String> {
     let rounded = &reduced.equations.rounded;
     (!rounded.is_empty()).then(|| {
         let names = quoted(rounded.iter().map(String::as_str));
-        format!("the coefficients of {names} are rounded to 16 digits at the operating point: what is decided exactly is so of the rounded rows")
+        format!(
+            "the coefficients of {names} are rounded to 16 digits at the operating point: exact verdicts are for the \
+             rounded rows"
+        )
     })
 }
 
-/// A model with its kept rows as they are at an operating point, and that point in its coordinates.
+/// A model with its multiplier constraints frozen at an operating point, and that point in its coordinates.
 fn frozen_point(
     own: &Reduced,
     point: &OperatingPoint,
@@ -425,10 +440,10 @@ fn motion_at(reduced: &Reduced, point: &OperatingPoint) -> (Vec<f64>, Vec<f64>) 
     (kinematics.angles, kinematics.speeds)
 }
 
-/// The plant of a law beside kept rows: with these as they are at its operating point.
+/// The plant of a law with multiplier constraints: with these frozen at its operating point.
 ///
 /// # Errors
-/// As of [`frozen`].
+/// Those of [`frozen`].
 pub(super) fn on_frozen_rows(own: &Reduced, point: &OperatingPoint, multipliers: &[f64]) -> Result<Plant, ReduceError> {
     let (reduced, frozen_position) = frozen_point(own, point, multipliers)?;
     let mut plant = Plant::at(reduced, frozen_position);
@@ -436,22 +451,23 @@ pub(super) fn on_frozen_rows(own: &Reduced, point: &OperatingPoint, multipliers:
     Ok(plant)
 }
 
-/// A variant whose loop is looked at with its kept rows as they are at the operating point.
+/// A variant for the analysis of its loop with its multiplier constraints frozen at the operating point.
 pub(super) fn with_loop(mut variant: PreparedVariant, multipliers: &[f64]) -> PreparedVariant {
     if !variant.reduced.equations.multiplier_constraints.is_empty() && !variant.designed.is_empty() {
         let (point, multipliers) = (variant.point.clone(), multipliers.to_vec());
         let looped = RestPoint { point, multipliers, point_notes: Vec::new() }.freeze(&variant);
-        // Of what is not there its plants have told.
+        // Its plants have reported missing ones.
         variant.looped = looped.ok().map(Box::new);
     }
     variant
 }
 
-/// The mistake that a law needs the full model.
+/// The error that a law needs the full model.
 pub(super) fn not_on_rows(control: &ControlSpec, reduced: &Reduced) -> Diagnostic {
     let names = quoted(reduced.equations.multiplier_constraints.iter().map(|constraint| constraint.element.as_str()));
     let message = format!(
-        "control `{}`: a law on the full nonlinear model does not know constraints that are not solved for a coordinate: {names}",
+        "control `{}`: a law on the full nonlinear model does not support constraints that are not solved for a \
+         coordinate: {names}",
         control.name
     );
     Diagnostic::error("constraint::kept", message)
@@ -459,10 +475,10 @@ pub(super) fn not_on_rows(control: &ControlSpec, reduced: &Reduced) -> Diagnosti
         .help("take a law that is designed at an operating point: `lqr`, `pole_placement` or `decoupling`")
 }
 
-/// The mistake that rows have no linear ones in their place.
+/// The error that constraints have no linearisation.
 pub(super) fn rows_refused(control: &ControlSpec, reduced: &Reduced, error: &ReduceError) -> Diagnostic {
     let names = quoted(reduced.equations.multiplier_constraints.iter().map(|constraint| constraint.element.as_str()));
-    let message = format!("control `{}`: at its operating point {names} cannot be kept: {error}", control.name);
+    let message = format!("control `{}`: at its operating point {names} cannot be enforced: {error}", control.name);
     Diagnostic::error("constraint::kept", message)
         .at(control.place.clone(), "this controller")
         .help("give other angles by `initial` of `[scenario]`, or by `at` of the controller")

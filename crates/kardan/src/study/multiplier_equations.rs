@@ -1,4 +1,4 @@
-//! Constraints that are kept with their multipliers, in the written equations.
+//! Constraints enforced by multipliers, in the written equations.
 
 use std::collections::BTreeMap;
 
@@ -9,12 +9,12 @@ use crate::expr::{Expr, OfTime, Style, parenthesised, printed};
 use crate::num::rational_to_f64;
 use crate::reduce::Motion;
 
-/// A kept row as it is written.
+/// A multiplier constraint as text.
 pub(super) struct MultiplierLine {
     pub(super) element: String,
-    /// What it does in the equation of each reduced coordinate, with its sign; nothing where it does nothing.
+    /// Its term in the equation of each reduced coordinate, with its sign; empty if it has none.
     pub(super) shares: Vec<Option<Term>>,
-    /// The row itself: a relation of positions, speeds or accelerations.
+    /// The constraint itself: a relation of positions, speeds or accelerations.
     pub(super) equation: String,
 }
 
@@ -25,7 +25,7 @@ pub(super) struct Term {
     text: String,
 }
 
-/// A function of time as it is written.
+/// A function of time as in the file.
 pub(super) fn of_time(function: &OfTime, style: Style) -> String {
     let name = |name: &str| match style {
         Style::Latex if name != "t" => index(name),
@@ -34,7 +34,7 @@ pub(super) fn of_time(function: &OfTime, style: Style) -> String {
     function.formatted(style, &name)
 }
 
-/// Adds terms to a sum that is written, which may be `0`.
+/// Adds terms to a sum in text form, which may be `0`.
 pub(super) fn add<'t>(sum: &str, terms: impl Iterator<Item = &'t Term>) -> String {
     let mut out = if sum == "0" { String::new() } else { sum.to_string() };
     for Term { negative, text } in terms {
@@ -49,7 +49,7 @@ pub(super) fn add<'t>(sum: &str, terms: impl Iterator<Item = &'t Term>) -> Strin
     if out.is_empty() { "0".into() } else { out }
 }
 
-/// All kept rows of a variant at time zero; `mark` writes names as in the other equations.
+/// All multiplier constraints of a variant at time zero; `mark` writes names as in the other equations.
 pub(super) fn multiplier_lines(
     variant: &PreparedVariant,
     style: Style,
@@ -102,7 +102,7 @@ pub(super) fn multiplier_lines(
     equations.multiplier_constraints.iter().enumerate().map(line).collect()
 }
 
-/// A coefficient that is written, times something.
+/// A coefficient in text form, times a factor.
 fn product(coefficient: &str, style: Style, of: &str) -> Term {
     let mut depth = 0i32;
     let is_sum = coefficient.char_indices().any(|(at, c)| {

@@ -1,4 +1,4 @@
-//! Where the loop of a variant stands: the operating point that its laws are designed at.
+//! The operating point of the loop of a variant, at which its laws are designed.
 
 use super::analysis::operating_point;
 use super::design_in_motion::MotionRequest;
@@ -17,29 +17,29 @@ use crate::synthesis::Program;
 
 /// The operating point that the controllers of a variant name together.
 pub(super) struct NamedPoint {
-    /// Coordinates with their angles, rad, and where they are named.
+    /// Coordinates with their angles, rad, and their spans.
     named: Vec<(usize, f64, Place)>,
     /// Numbers of the inputs that the controllers command.
     inputs: Vec<usize>,
-    /// Where coordinates are that are not named: zero, or on the kept rows, where the run begins.
+    /// Positions of coordinates that are not named: zero, or with multiplier constraints those at the start of the run.
     start: Vec<f64>,
-    /// The motion that is named in place of a position at rest.
+    /// The motion that is named in place of an equilibrium.
     pub motion: Option<MotionRequest>,
 }
 
-/// An operating point, and what there is to tell of it.
+/// An operating point, and the notes on it.
 pub(super) struct Found {
     pub point: OperatingPoint,
-    /// The multiplier of each kept row there, N m.
+    /// The multiplier of each multiplier constraint there, N m.
     pub multipliers: Vec<f64>,
-    /// Where it is, and what of it is proven; nothing where there is nothing to say.
+    /// Its position as text, and which properties are proven; empty if there is nothing to report.
     pub point_note: Option<String>,
-    /// Why the motors do not hold it, where it was not named.
+    /// Why the motors do not balance it, if it was not named.
     pub no_equilibrium: Option<String>,
 }
 
 impl NamedPoint {
-    /// What `at` of the controllers says; mistakes are told.
+    /// The value of `at` of the controllers; errors are reported.
     pub fn of(
         document: &Document,
         (reduced, start): (&Reduced, &[f64]),
@@ -66,9 +66,9 @@ impl NamedPoint {
                     Some((_, other, first)) if *other != angle => out.push(
                         Diagnostic::error(
                             "control::point",
-                            format!("`at` of {what}: another controller stands elsewhere with `{shaft}`"),
+                            format!("`at` of {what}: another controller has another value of `{shaft}`"),
                         )
-                        .at(place.clone(), "here it is another one")
+                        .at(place.clone(), "another one here")
                         .at(first.clone(), "here first")
                         .help("the loop of a variant has one operating point: name the same one, or name it once"),
                     ),
@@ -102,21 +102,21 @@ impl NamedPoint {
         own.is_some_and(|own| own.table.values.contains_key("at"))
     }
 
-    /// The mistake that the motors do not hold what is named.
+    /// The error that the motors do not balance the named point.
     pub fn refusal(&self, document: &Document, controls: &[ControlSpec], why: &str) -> Diagnostic {
         let named = controls.iter().find(|control| Self::is_named(document, control)).or(controls.first());
         let name = named.map_or("", |control| control.name.as_str());
         let place = self.named.first().map(|(_, _, place)| place.clone()).unwrap_or_default();
-        Diagnostic::error("control::point", format!("`at` of control `{name}` is no position at rest: {why}"))
-            .at(place, "the motors do not hold it there")
-            .help("name fewer coordinates, so that the others stand where they can be held, or another position")
+        Diagnostic::error("control::point", format!("`at` of control `{name}` is no equilibrium: {why}"))
+            .at(place, "the motors do not balance it there")
+            .help("name fewer coordinates, so that kardan can find the others, or name another position")
     }
 
-    /// The operating point of a model: where it is named, what stands elsewhere and the torques of motors are found; else zero angles, with the
-    /// torques that hold it there.
+    /// The operating point of a model: if it is named, kardan solves for the other coordinates and the torques of motors; else zero angles, with the
+    /// torques that balance it.
     ///
     /// # Errors
-    /// Why the motors do not hold the model where it is named.
+    /// Why the motors do not balance the model at the named point.
     pub fn find(&self, reduced: &Reduced) -> Result<Found, String> {
         let multiplier_constraints = &reduced.equations.multiplier_constraints;
         let default = OperatingPoint::relaxed(&self.start);
@@ -137,7 +137,7 @@ impl NamedPoint {
         }
         let mut start = self.start.clone();
         if self.named.is_empty() && !multiplier_constraints.is_empty() {
-            // The design values may have rows of their own.
+            // The design values may have multiplier constraints of their own.
             let still = vec![0.0; start.len()];
             start =
                 start_on_rows(reduced, &StartValues::default(), &start, &still).map_or(start, |found| found.position);
@@ -179,7 +179,7 @@ impl NamedPoint {
             let unit = reduced.equations.domain_of(input).effort().unit();
             let (name, size) = (&input.element, torque.abs());
             (size >= limit)
-                .then(|| format!("`{name}` would have to hold {size:.6} {unit}, and its limit is {limit} {unit}"))
+                .then(|| format!("`{name}` would have to give {size:.6} {unit}, and its limit is {limit} {unit}"))
         })
     }
 
@@ -193,10 +193,10 @@ impl NamedPoint {
         let holding: Vec<String> = holding.into_iter().chain(format_currents(reduced, &found.rates)).collect();
         let by = match holding.is_empty() {
             true => "at rest without torques of motors".to_string(),
-            false => format!("held by {}", holding.join(", ")),
+            false => format!("balanced by {}", holding.join(", ")),
         };
         let proven = match found.radius {
-            Some(0.0) => "proven: no torque is left, exactly".into(),
+            Some(0.0) => "proven: the residual torque is exactly zero".into(),
             Some(radius) => {
                 format!("proven: there is exactly one within {radius:e} of it, relative to its size or to one")
             }
@@ -209,7 +209,7 @@ impl NamedPoint {
         let local = match bent.is_empty() {
             true => String::new(),
             false => {
-                format!("; {} linear there: what is designed and proven is about small motions around it", are(&bent))
+                format!("; {} linear there: design and proofs are for small motions around it", are(&bent))
             }
         };
         format!("{}, {by}; {proven}{local}", format_position(reduced, &found.position))
@@ -220,7 +220,7 @@ fn are(names: &[&str]) -> String {
     format!("{} {} taken as", quoted(names.iter().copied()), if names.len() == 1 { "is" } else { "are" })
 }
 
-/// What torques are left, and where.
+/// The residual torques and their coordinates.
 fn describe_residual(reduced: &Reduced, found: &Trim) -> String {
     if let Some((row, off)) = found.unmet.first() {
         let constraint = &reduced.equations.multiplier_constraints[*row];
@@ -229,28 +229,28 @@ fn describe_residual(reduced: &Reduced, found: &Trim) -> String {
             None => reduced.equations.dimension_of_multiplier(constraint).si(),
         };
         return format!(
-            "no position was found that `{}` allows: it is off by {off:.6} {unit} at best",
+            "no position was found that satisfies `{}`: the smallest error is {off:.6} {unit}",
             constraint.element
         );
     }
-    let Some((k, torque)) = found.residual_torque else { return "a torque is left".into() };
+    let Some((k, torque)) = found.residual_torque else { return "a residual torque remains".into() };
     let (name, domain) = (&reduced.coordinate_names()[k], reduced.equations.domain(reduced.coordinates[k]));
     let equations = &reduced.equations;
     let besides = match () {
-        () if !equations.unilaterals.is_empty() => "; what stops, plays, clutches and locks carry is not looked for",
+        () if !equations.unilaterals.is_empty() => {
+            "; torques of stops, backlash, clutches and locks are not searched for"
+        }
         () => "",
     };
-    format!(
-        "along `{name}` {torque:.6} {} are left that no motor of its controllers holds{besides}",
-        domain.effort().unit()
-    )
+    format!("{torque:.6} {} on `{name}` that no motor of its controllers can balance{besides}", domain.effort().unit())
 }
 
-/// Refuses a run that is to begin at an operating point that moves.
+/// Rejects a run that is to begin at an operating point in motion.
 fn check_start(document: &Document, motion: Option<&MotionRequest>, out: &mut Vec<Diagnostic>) {
     let Some(motion) = motion else { return };
     if document.scenario.values.get("start").is_some_and(|start| start.value == Value::Word("operating_point".into())) {
-        let message = "`start = \"operating_point\"` of `[scenario]`: a run begins there at rest, and a controller names a motion";
+        let message = "`start = \"operating_point\"` of `[scenario]`: a run begins there at rest, but a controller \
+                       names a motion";
         out.push(
             Diagnostic::error("control::point", message)
                 .at(TableReader::place(&document.scenario, "start"), "at rest")
@@ -260,7 +260,7 @@ fn check_start(document: &Document, motion: Option<&MotionRequest>, out: &mut Ve
     }
 }
 
-/// A motion that a controller names as its operating point, beside those of others.
+/// Adds a motion that a controller names as its operating point to those of others.
 fn add_motion(
     control: &ControlSpec,
     request: MotionRequest,
@@ -272,10 +272,10 @@ fn add_motion(
         out.push(
             Diagnostic::error(
                 "control::point",
-                format!("`at` of control `{name}`: a law of this kind is designed where the model is at rest"),
+                format!("`at` of control `{name}`: kardan designs a law of this kind at an equilibrium"),
             )
             .at(request.place, "a speed, a torque or a time")
-            .help("give angles and positions alone; speeds, torques and `t` are for `law = \"program\"`"),
+            .help("give only angles and positions; speeds, torques and `t` are for `law = \"program\"`"),
         );
         return;
     }
@@ -285,7 +285,7 @@ fn add_motion(
                 "control::point",
                 format!("`at` of control `{name}`: another controller names another motion"),
             )
-            .at(request.place, "here it is another one")
+            .at(request.place, "another one here")
             .at(first.place.clone(), "here first")
             .help("the loop of a variant has one operating point: name the same one, or name it once"),
         ),
@@ -305,7 +305,8 @@ pub(super) fn check_smooth(
     for slopes in law_slopes_at(reduced, point).iter().filter(|slopes| !slopes.undefined.is_empty()) {
         let element = &slopes.element;
         let message = format!(
-            "control `{}`: `{element}` has no slope at the operating point, so the model has no linear one there: {}",
+            "control `{}`: `{element}` has no slope at the operating point, so the model has no linearisation there: \
+             {}",
             control.name,
             slopes.undefined.join(" and ")
         );
@@ -322,10 +323,11 @@ pub(super) fn check_smooth(
     out.len() == before
 }
 
-/// The warning that nothing holds the default point.
+/// The warning that nothing balances the default point.
 pub(super) fn no_equilibrium(control: &ControlSpec, at: &str, why: &str) -> Diagnostic {
-    let message = format!("control `{}` is designed at {at}, where the model does not rest: {why}", control.name);
+    let message =
+        format!("control `{}` is designed at {at}, which is no equilibrium of the model: {why}", control.name);
     Diagnostic::warning("control::point", message)
         .at(control.place.clone(), "this controller")
-        .help("name the operating point with `at`; as it is, the torque that is left disturbs the loop")
+        .help("name the operating point with `at`; otherwise the residual torque disturbs the loop")
 }

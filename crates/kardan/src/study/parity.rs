@@ -1,4 +1,4 @@
-//! `kardan analyze --parity`: which faults the sensors of a model can tell, and by which relations between them.
+//! `kardan analyze --parity`: which faults the sensors of a model can detect and isolate, and by which relations between them.
 
 use std::collections::BTreeSet;
 
@@ -21,11 +21,11 @@ use crate::reduce::Kinematics;
 use crate::results::{FaultPlace, FaultVerdict, Parity, ParityTerm, Residual, SensorSets, Threshold};
 use crate::simulate::signal_names;
 
-/// What is asked, and of what.
+/// The options and the model.
 struct Subject<'a> {
     variant: &'a PreparedVariant,
     at: WorkingPoint,
-    /// Those of the sensors, then those of places that may have one.
+    /// The outputs of the sensors, then those of candidate locations.
     outputs: Vec<OutputSignal>,
     sensors: usize,
     /// With all inputs, and last the torques of friction.
@@ -37,19 +37,19 @@ struct Subject<'a> {
     ends: Vec<[Option<ConstrainedSystem>; 2]>,
 }
 
-/// Samples that the time constant of the filter of a residual in time is long, where none is asked for.
+/// Default time constant of the filter of a residual in time, in samples.
 const FILTER: f64 = 10.0;
 
-/// Samples that it may be long.
+/// Largest such time constant, in samples.
 const MOST_SAMPLES: f64 = 10_000.0;
 
-/// What is known of the readings, and what is asked of residuals.
+/// Properties of the readings, and the options of residuals.
 struct ResidualContext<'a> {
     readings: &'a [Reading],
     /// The sensors of the model at the ends of its tolerances.
     corners: &'a [[Option<LinearSystem>; 2]],
     options: &'a ParitySettings,
-    /// The shortest sample time of a controller or of blocks, s: how often what is read at every instant is looked at.
+    /// The shortest sample time of a controller or of blocks, s: the sampling of signals that are read at every instant.
     otherwise: Option<f64>,
 }
 
@@ -69,7 +69,7 @@ fn same_terms(one: &Relation, other: &Relation) -> bool {
     keys(one) == keys(other)
 }
 
-/// Adds how far one parameter moves the coefficients of a relation within its tolerance: `moved`, at the ends of it.
+/// Adds the change of the coefficients of a relation by one parameter within its tolerance: `moved`, at the ends of it.
 fn add_tolerances(terms: &mut [ParityTerm], relation: &Relation, moved: &[Relation]) {
     for (k, term) in terms.iter_mut().enumerate() {
         let nominal = rational_to_f64(&relation.terms[k].2);
@@ -78,7 +78,7 @@ fn add_tolerances(terms: &mut [ParityTerm], relation: &Relation, moved: &[Relati
     }
 }
 
-/// What sensors can tell of faults.
+/// The detectable faults of the sensors.
 pub(super) fn parity(
     document: &Document,
     prepared: &Prepared,
@@ -92,7 +92,7 @@ pub(super) fn parity(
         notes.push("parity: the model has no sensor".into());
         return Ok(None);
     }
-    // With kept rows the model is what it is at the operating point of the variant, which other values would move.
+    // With multiplier constraints the model belongs to the operating point of the variant, which other values would move.
     if variant.unfrozen.is_none() && !subject.at.moves {
         subject.ends = Varied::of(document, prepared, variant, &subject.at).ends(&subject.at.inputs);
     }
@@ -101,7 +101,7 @@ pub(super) fn parity(
         return Err(vec![
             Diagnostic::error(
                 "analysis::parity",
-                "a motion has neither inertia nor damping nor spring, so nothing says how it goes",
+                "a motion has neither inertia nor damping nor spring, so the model does not determine it",
             )
             .help("give its shaft an inertia or a damping, or leave `--parity` out"),
         ]);
@@ -129,7 +129,7 @@ pub(super) fn parity(
         commands: subject.known.iter().map(name).collect(),
         unknown: subject.unknown.iter().map(name).collect(),
         independent: found.independent,
-        all_listed: found.all,
+        exhaustive: found.all,
         residuals: subject.residuals(found.relations, &context),
         exact: transfer.is_exact(),
         faults: subject.verdicts(&own, &transfer, &context),
@@ -271,7 +271,7 @@ impl<'a> Subject<'a> {
         threshold(&parts, &[place], context.options, Some((filter, sample_time)))
     }
 
-    /// The unit of what a fault adds.
+    /// The unit of a fault's amount.
     fn fault_unit(&self, fault: Fault, context: &ResidualContext<'_>) -> String {
         let input = match fault {
             Fault::Output(k) => return context.readings[k].unit.clone(),
@@ -296,7 +296,7 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// The model without one thing that is linear at the operating point alone: a relation that needs it holds there alone.
+    /// The model without one element that is linear only at the operating point: a relation that needs it is valid only there.
     fn conditions(&self) -> Vec<(String, LinearSystem)> {
         let equations = &self.variant.reduced.equations;
         let classes = self.variant.unfrozen.iter().flat_map(|unfrozen| multiplier_constraint_classes(unfrozen));
@@ -342,7 +342,7 @@ impl<'a> Subject<'a> {
             let term: f64 = rational_to_f64(x) * value;
             (sum, size) = (sum + term, size + term.abs());
         }
-        // What rounding leaves of zero is zero.
+        // Rounding residues count as zero.
         Some(if f64::abs(sum) <= 1e-12 * size { 0.0 } else { sum })
     }
 
@@ -377,11 +377,16 @@ impl<'a> Subject<'a> {
             }
             FaultVerdict {
                 fault: name(&fault),
-                place: if matches!(fault, Fault::Output(_)) { FaultPlace::Sensor } else { FaultPlace::Input },
-                shown,
-                stays: if shown { constant_is_detectable(own, fault, &self.unknown) } else { Some(false) },
-                despite_friction: (!self.frictions.is_empty()).then(|| transfer.detects(&sensors, fault, &rubbed)),
-                same_as: same_group.filter(|&&other| other != k).map(|&other| name(&faults[other])).collect(),
+                location: if matches!(fault, Fault::Output(_)) { FaultPlace::Sensor } else { FaultPlace::Input },
+                detectable: shown,
+                strongly_detectable: if shown {
+                    constant_is_detectable(own, fault, &self.unknown)
+                } else {
+                    Some(false)
+                },
+                detectable_despite_friction: (!self.frictions.is_empty())
+                    .then(|| transfer.detects(&sensors, fault, &rubbed)),
+                not_isolable_from: same_group.filter(|&&other| other != k).map(|&other| name(&faults[other])).collect(),
                 order: relation.map(Relation::order),
                 friction_in_relation: friction.into_iter().cloned().collect(),
                 unit: relation.map(|one| self.unit(one, context)).unwrap_or_default(),
@@ -398,17 +403,17 @@ impl<'a> Subject<'a> {
         let goals = self
             .known
             .iter()
-            .map(|&k| (format!("a fault of {} is shown", self.system.inputs[k].element), Goal::Shows(k)));
+            .map(|&k| (format!("detect a fault of {}", self.system.inputs[k].element), Goal::Shows(k)));
         let every = [
-            ("every fault is shown, also of the set's own sensors", Goal::ShowsAll),
-            ("every fault is shown and told from all others", Goal::Isolates),
+            ("detect every fault, also of the set's own sensors", Goal::ShowsAll),
+            ("detect every fault and isolate it from all others", Goal::Isolates),
         ];
         let goals = goals.chain(every.map(|(text, goal)| (text.to_string(), goal)));
         let search = |(goal, goal_kind)| {
             let found = smallest_sets(transfer, goal_kind, &self.known, &self.unknown);
             let names = |set: Vec<usize>| set.into_iter().map(|k| candidates[k].clone()).collect();
             let sets = found.sets.into_iter().map(names).collect();
-            SensorSets { goal, candidates: candidates.clone(), sets, all_tried: found.all }
+            SensorSets { goal, candidates: candidates.clone(), sets, exhaustive: found.all }
         };
         goals.map(search).collect()
     }

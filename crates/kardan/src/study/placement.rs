@@ -1,4 +1,4 @@
-//! The places of `[analysis]` for motors and sensors, ranked.
+//! The candidate locations of `[analysis]` for motors and sensors, ranked.
 
 use super::AnalysisSpec;
 use super::massless::Mechanical;
@@ -10,22 +10,22 @@ use crate::results::{Placement, PlacementSearch, Structure};
 /// A state as a combination of angles and speeds.
 type Combination = Vec<(String, Rational)>;
 
-/// What ranks the sets of places of a system with these states.
+/// The criterion for sets of locations of a system with these states.
 type Ranking<'a> = dyn FnMut(&[Combination]) -> Option<Measure> + 'a;
 
-/// A system and its places for motors and sensors.
+/// A system and its candidate locations for motors and sensors.
 pub(super) struct Places<'a> {
     pub spec: &'a AnalysisSpec,
     pub system: &'a ConstrainedSystem,
     pub basis: &'a Matrix<Rational>,
     pub linear: &'a LinearSystem,
-    /// Of a system with motions without inertia: places are ranked by what remains of it with them as inputs (outputs).
+    /// For a system with motions without inertia: locations are ranked by the remaining system with them as inputs (outputs).
     pub massless: Option<&'a Mechanical>,
     pub structure: &'a Structure,
 }
 
 impl Places<'_> {
-    /// Ranks them; why motors are not placed goes into the notes.
+    /// Ranks them; notes why motors are not placed.
     pub fn placement(&self, notes: &mut Vec<String>) -> Placement {
         let (spec, r) = (self.spec, self.basis.columns());
         let horizon = spec.horizon.to_f64();
@@ -49,7 +49,7 @@ impl Places<'_> {
         Placement { inputs, outputs: self.search(Side::Outputs, sensors.collect(), &mut show, unit) }
     }
 
-    /// What a motor (sensor) at a shaft does, over angles and speeds of the coordinates; those from `begin` on are meant.
+    /// The effect of a motor (sensor) at a shaft, over angles and speeds of the coordinates; starting at `begin`.
     fn column(&self, shaft: &str, begin: usize) -> Vec<Rational> {
         let r = self.basis.columns();
         let row =
@@ -73,12 +73,12 @@ impl Places<'_> {
         let mut out = place(&linear, side, &places, least, self.spec.horizon.to_f64(), &ranking(&states)?)?;
         out.unit = unit.into();
         if out.sets.is_empty() {
-            out.none_because = Some(why_not(&linear, side, &places));
+            out.infeasible_reason = Some(why_not(&linear, side, &places));
         }
         Some(out)
     }
 
-    /// The system with the columns of the places, and what its states are made of.
+    /// The system with the columns of the locations, and the composition of its states.
     fn with_places(&self, side: Side, places: &mut [Candidate]) -> Option<(LinearSystem, Vec<Combination>)> {
         let itself = |state: &String| vec![(state.clone(), Rational::ONE)];
         let Some(mechanical) = self.massless else {
@@ -99,7 +99,7 @@ impl Places<'_> {
         Some((rest.system, made))
     }
 
-    /// Motors are ranked by the energy of the motion to reach; without one, by the motion that is hardest to reach.
+    /// Motors are ranked by the energy of the target motion; without one, by the motion that is hardest to reach.
     fn reach(&self, states: &[Combination], notes: &mut Vec<String>) -> Option<Measure> {
         let motion = &self.spec.motion;
         if motion.is_empty() {
@@ -108,7 +108,7 @@ impl Places<'_> {
         let mut moved = motion.iter().filter(|(_, value)| *value != 0.0).map(|(name, _)| name);
         if let Some(name) = moved.find(|name| states.iter().flatten().all(|(candidate, _)| candidate != *name)) {
             notes.push(format!(
-                "motors are not placed: the motion to reach names `{name}`, which is no state after the elimination"
+                "motors are not placed: the target motion names `{name}`, which is no state after the elimination"
             ));
             return None;
         }
@@ -124,7 +124,7 @@ fn scaled(states: &[Combination], speed: f64) -> Measure {
     Measure::SmallestEigenvalue(states.iter().map(|s| if is_speed(s) { speed } else { 1.0 }).collect())
 }
 
-/// Why all places together are not enough: which motions they miss.
+/// Why all locations together are not enough: which motions they miss.
 fn why_not(system: &LinearSystem, side: Side, places: &[Candidate]) -> String {
     let (what, verb) = if side == Side::Inputs { ("motor", "reach") } else { ("sensor", "show") };
     let missed: Vec<String> = structure(&with_candidates(system, side, places)).map_or_else(

@@ -1,14 +1,14 @@
-//! The places in a file that a mistake points at.
+//! The spans in a file that a diagnostic points at.
 
 use crate::diagnostics::Diagnostic;
 use crate::entries::Place;
 use crate::model::{ControlSpec, Document, occurrences};
 use crate::schema::Value;
 
-/// Places shown for one mistake.
+/// Largest number of spans for one diagnostic.
 pub(super) const MOST_LABELS: usize = 8;
 
-/// The place of an element's header; of a charge that of its element, of a node its first mention.
+/// The span of an element's header; of a charge that of its element, of a node its first mention.
 pub(super) fn place_of(document: &Document, name: &str) -> Place {
     let named = document.elements.get(name);
     match named.or_else(|| document.elements.iter().find(|e| e.kind.charges(&e.name).iter().any(|c| c == name))) {
@@ -17,14 +17,14 @@ pub(super) fn place_of(document: &Document, name: &str) -> Place {
     }
 }
 
-/// The first place where a branch names a node.
+/// The first span where a branch names a node.
 pub(super) fn place_of_node(document: &Document, node: &str) -> Place {
     let keys = document.elements.iter().flat_map(|e| e.kind.node_keys().filter_map(|key| e.table.values.get(key)));
     let named = keys.filter(|value| value.value == Value::Word(node.to_string())).map(|value| value.place.clone());
     named.min_by_key(Place::start).unwrap_or_default()
 }
 
-/// The place of a key's value of an element, of its header if the key is absent.
+/// The span of a key's value of an element, of its header if the key is absent.
 pub(super) fn place_of_value(document: &Document, element: &str, key: &str) -> Place {
     let element = document.elements.get(element);
     element.map_or_else(Place::default, |e| {
@@ -32,14 +32,14 @@ pub(super) fn place_of_value(document: &Document, element: &str, key: &str) -> P
     })
 }
 
-/// The places of a word in a controller's table, of its header if the word is not there.
+/// The spans of a word in a controller's table, of its header if the word is absent.
 pub(super) fn places_in_control(document: &Document, control: &ControlSpec, word: &str) -> Vec<Place> {
     let table = document.controls.iter().find(|c| c.place == control.place).map(|c| &c.table);
     let places = table.map(|table| occurrences(table, word)).unwrap_or_default();
     if places.is_empty() { vec![control.place.clone()] } else { places }
 }
 
-/// Points at the places of elements, charges or nodes, each once, in the order of the file.
+/// Adds labels at the spans of elements, charges or nodes, each once, in the order of the file.
 pub(super) fn at_all<'a>(
     document: &Document,
     names: impl IntoIterator<Item = &'a str>,
@@ -49,14 +49,14 @@ pub(super) fn at_all<'a>(
     at_places(names.into_iter().map(|name| place_of(document, name)).collect(), label, diagnostic)
 }
 
-/// Points at places, each once, in the order of the file.
+/// Adds labels at spans, each once, in the order of the file.
 pub(super) fn at_places(mut places: Vec<Place>, label: &str, diagnostic: Diagnostic) -> Diagnostic {
     places.sort_by_key(Place::start);
     places.dedup();
     places.into_iter().take(MOST_LABELS).fold(diagnostic, |diagnostic, place| diagnostic.at(place, label))
 }
 
-/// Points at the first of these names, in their order.
+/// Adds labels at the first of these names, in their order.
 pub(super) fn at_each<'a>(
     document: &Document,
     names: impl IntoIterator<Item = &'a str>,

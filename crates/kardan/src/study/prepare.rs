@@ -1,4 +1,4 @@
-//! Everything that can be known before a run: all mistakes of a model file at once, and the runs ready to start.
+//! Preparation of a run: all errors of a model file at once, and the runs ready to start.
 
 use super::analysis::{Point, analysis_spec};
 use super::blocks::{check_blocks, engaged_locks};
@@ -50,16 +50,16 @@ use std::collections::{BTreeSet, HashSet};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
-/// What a file is prepared for.
+/// The purpose of the preparation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Purpose {
-    /// To be run: everything must move by differential equations.
+    /// For a run: all motion must follow from differential equations.
     Run,
-    /// To be analysed: motions without inertia may be eliminated.
+    /// For an analysis: motions without inertia may be eliminated.
     Analysis,
-    /// To be written as equations: the same as to be run, where its controllers have their operating points and no designs.
+    /// For writing equations: as for a run, where its controllers have their operating points and no designs.
     Equations,
-    /// To be run once among many: what was told of the file is not looked for again.
+    /// For one run among many: errors of the file are not searched again.
     Sample,
 }
 
@@ -67,7 +67,7 @@ pub(super) fn is_error(diagnostic: &Diagnostic) -> bool {
     diagnostic.severity == Severity::Error
 }
 
-/// What a document asks for, ready to run; what is wrong with it is added to what is known.
+/// The runs of a document, ready to start; errors are added to the diagnostics.
 pub(super) fn prepare_document(
     purpose: Purpose,
     document: &Document,
@@ -79,7 +79,7 @@ pub(super) fn prepare_document(
     let all_settings = document.variant_settings();
     let mut first = None;
     let steps = Steps::new(all_settings.iter().map(|variant| steps_of(document, variant)).sum(), progress);
-    // What one variant is does not depend on the others; what is told of it does.
+    // The preparation of one variant does not depend on the others; its diagnostics do.
     let one = |variant: &VariantSettings| {
         let VariantSettings { name: label, settings, controls, faults } = variant;
         let (model, mut diagnostics) = document.model_with(settings, controls.as_deref());
@@ -142,7 +142,7 @@ pub(super) fn prepare_document(
         super::bench::check(document, &all_settings_of_first, &mut diagnostics);
     }
     add_new(out, diagnostics, None);
-    // What could not be read may be what connects them.
+    // Unreadable parts may be what connects them.
     if unread {
         out.retain(|diagnostic| diagnostic.code != "model::disconnected");
     }
@@ -152,9 +152,9 @@ pub(super) fn prepare_document(
     prepared
 }
 
-/// The same mistake of several variants is told once; one that the first variant does not have tells where it was found.
+/// The same error of several variants is reported once; an error that the first variant does not have names its variant.
 fn add_new(out: &mut Vec<Diagnostic>, found: Vec<Diagnostic>, later_variant: Option<&String>) {
-    // A set instead of a look at all that is known for each: thousands of mistakes are told in the time of thousands.
+    // A set instead of a linear search for each: the time of thousands of errors grows linearly.
     let key = |d: &Diagnostic| {
         let places: Vec<_> = d.labels.iter().map(|label| (label.place.clone(), label.text.clone())).collect();
         (d.code, places, later_variant.is_none().then(|| d.message.clone()))
@@ -171,11 +171,11 @@ fn add_new(out: &mut Vec<Diagnostic>, found: Vec<Diagnostic>, later_variant: Opt
     }
 }
 
-/// As much of a model as can be numbered, as if nothing were constrained: enough to know its signals. Elements that name
-/// what is not there are left out and put in doubt.
+/// The part of a model that can be numbered, as if there were no constraints: enough to determine its signals. Elements that name
+/// missing parts are left out and marked as doubtful.
 fn unreduced(model: &mut Model) -> Reduced {
     let shafts = model.all_coordinates.clone();
-    // A charge is known to the element that introduces it alone.
+    // Only the element that introduces a charge knows it.
     let charges: Vec<(String, String)> = model.terms.iter().filter_map(charge_of).collect();
     let has_coordinate = |name: &String| shafts.contains(name) && charges.iter().all(|(charge, _)| charge != name);
     let of_element = |named: &NamedTerm, direction: &Direction| {
@@ -243,12 +243,12 @@ pub(super) fn file_stem(name: &str) -> String {
     if stem.chars().all(|c| c == '.' || c == '-') { "run".into() } else { stem }
 }
 
-/// Steps in which a variant is prepared: its equations, each law in its loop, the sampled loop, its margins.
+/// Steps of the preparation of a variant: its equations, each law in its loop, the sampled loop, its margins.
 fn steps_of(document: &Document, variant: &VariantSettings) -> usize {
     variant.controls.as_ref().map_or(document.controls.len(), Vec::len) + 3
 }
 
-/// Counts what is done of all variants, on whatever thread.
+/// Counts the finished steps of all variants, on any thread.
 struct Steps<'p> {
     done: AtomicUsize,
     all: usize,
@@ -267,10 +267,10 @@ impl<'p> Steps<'p> {
     }
 }
 
-/// A variant with other values, ready to run: what was designed for it stays, where it is given, and programs follow the values.
+/// A variant with other values, ready to run: its designs stay, if they are given, and programs use the new values.
 ///
 /// # Errors
-/// What speaks against these values.
+/// The errors of these values.
 pub(super) fn prepare_sample(
     document: &Document,
     (name, designed): (&str, Option<&PreparedVariant>),
@@ -289,7 +289,7 @@ pub(super) fn prepare_sample(
     }
 }
 
-/// Whether what was designed for a variant fits another one: the same coordinates, inputs and sensors.
+/// Whether the designs of a variant fit another one: the same coordinates, inputs and sensors.
 fn is_compatible(one: &Reduced, other: &Reduced) -> bool {
     let inputs = |of: &Reduced| of.equations.inputs.iter().map(|input| input.element.clone()).collect::<Vec<_>>();
     let sensors = |of: &Reduced| of.equations.sensors.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
@@ -389,7 +389,7 @@ struct Laws {
     implemented: Vec<Arc<dyn Law>>,
 }
 
-/// Designs the laws of a variant; those of one that is like it are taken over, but for programs.
+/// Designs the laws of a variant; those of an equal variant are reused, except programs.
 fn laws_of(
     (document, steps): (&Document, &Steps<'_>),
     (reduced, model, scenario): (&Reduced, &Model, &Scenario),
@@ -416,7 +416,7 @@ fn laws_of(
     found
 }
 
-/// Lets the faults that a variant names happen in it.
+/// Adds the faults that a variant names.
 fn add_faults(
     document: &Document,
     (scenario, named): (&mut Scenario, &[NamedFault]),
@@ -428,20 +428,20 @@ fn add_faults(
             Ok(all) => scenario.faults = all,
             Err(part) => {
                 let message =
-                    format!("variant `{variant}`: its fault `{}` is a second one of `{part}` then", fault.name);
+                    format!("variant `{variant}`: its fault `{}` overlaps another fault of `{part}`", fault.name);
                 let place = document.faults.iter().find(|(name, _)| name.value == fault.name);
                 let place = place.map_or_else(|| document.scenario.place.clone(), |(name, _)| name.place.clone());
                 out.push(
                     Diagnostic::error("fault::window", message)
                         .at(place, "at the same time")
-                        .help("of one part one fault happens at a time: let one end before the other begins"),
+                        .help("a part has one fault at a time: let one end before the other begins"),
                 );
             }
         }
     }
 }
 
-/// Where the loop bends at its operating point and is stable on one side, what is told of the opposite one.
+/// If the loop has a kink at its operating point and is stable on one side: the diagnostics of the opposite one.
 fn check_opposite_side(variant: &PreparedVariant, before: usize, out: &mut Vec<Diagnostic>) {
     let is_unstable = |diagnostic: &Diagnostic| diagnostic.code == UNSTABLE;
     if out[before..].iter().any(is_unstable) {
@@ -457,9 +457,9 @@ fn check_opposite_side(variant: &PreparedVariant, before: usize, out: &mut Vec<D
     }));
 }
 
-/// What is wrong with the loop of a variant that could be run.
+/// The errors of the loop of a variant that could run.
 fn check_loop(document: &Document, variant: &PreparedVariant, steps: &Steps<'_>, out: &mut Vec<Diagnostic>) {
-    // Behind a lock no map knows the loop, which was told.
+    // No map includes the loop behind a lock, which has been reported.
     if !variant.model.controls.is_empty() && !engaged_locks(variant).is_empty() {
         steps.step();
         steps.step();
@@ -476,13 +476,13 @@ fn check_loop(document: &Document, variant: &PreparedVariant, steps: &Steps<'_>,
         check_effort(document, variant, out);
     }
     steps.step();
-    // Where it is unstable as it stands, that was told.
+    // An unstable loop at the operating point has been reported.
     if !reported {
         check_loop_along_path(variant.in_loop(), out);
     }
 }
 
-/// Where the loop of a variant stands, with its own parameters, and the multipliers of its kept rows there.
+/// The operating point of the loop of a variant, with its own parameters, and the multipliers of its multiplier constraints there.
 fn loop_rest_point(
     document: &Document,
     reduced: &Reduced,
@@ -501,7 +501,7 @@ fn loop_rest_point(
     }
 }
 
-/// Currents that flow at rest flow from the first instant on, without an inductance by themselves; other speeds are those of `initial`.
+/// Equilibrium currents flow from the first instant on if no inductance of their own limits them; other speeds are those of `initial`.
 fn begin_currents(reduced: &Reduced, scenario: &mut Scenario, rates: &[f64]) {
     let follows = |k: usize| reduced.relaxation.iter().any(|relaxation| relaxation.states().any(|state| state == k));
     let flowing = scenario.speed.iter_mut().zip(rates).enumerate();
@@ -509,7 +509,7 @@ fn begin_currents(reduced: &Reduced, scenario: &mut Scenario, rates: &[f64]) {
     flowing.for_each(|(_, (speed, rate))| *speed = *rate);
 }
 
-/// Puts the start of a run at an equilibrium, where that is asked for; tells which it is.
+/// Starts a run at an equilibrium on request; notes which one.
 fn start_at_rest(
     document: &Document,
     (reduced, point): (&Reduced, Option<&OperatingPoint>),
@@ -535,7 +535,9 @@ fn start_at_rest(
     }
     let slips = reduced.relaxation.iter().any(|relaxation| !relaxation.slips.is_empty());
     let rest = match slips {
-        true => Err("frictions hold motions without inertia, and no equilibrium without friction is looked for".into()),
+        true => {
+            Err("friction balances motions without inertia, and kardan searches no equilibrium without friction".into())
+        }
         false => Rest::near(reduced, &scenario.position),
     };
     match rest {
@@ -549,14 +551,14 @@ fn start_at_rest(
             out.push(
                 Diagnostic::error("scenario::equilibrium", format!("`start` of `[scenario]`: {message}"))
                     .at(TableReader::place(&document.scenario, "start"), "no equilibrium")
-                    .help("give the angles to begin with by `initial`, or the model what holds it"),
+                    .help("give the initial angles by `initial`, or add an element that holds the model"),
             );
             Vec::new()
         }
     }
 }
 
-/// In a run that begins at the operating point, references begin where they rest, unless the scenario sets them then; tells which.
+/// In a run that begins at the operating point, references begin at their equilibrium values, unless the scenario sets them then; notes which ones.
 fn references_at_rest(document: &Document, implemented: &[Arc<dyn Law>], scenario: &mut Scenario) -> Option<String> {
     document.scenario.values.get("start").filter(|found| found.value == Value::Word("operating_point".into()))?;
     let mut begin = Vec::new();
@@ -573,10 +575,10 @@ fn references_at_rest(document: &Document, implemented: &[Arc<dyn Law>], scenari
             }
         }
     }
-    (!begin.is_empty()).then(|| format!("references begin where they rest: {}", begin.join(", ")))
+    (!begin.is_empty()).then(|| format!("references begin at their equilibrium values: {}", begin.join(", ")))
 }
 
-/// The equations in explicit form, and motions without inertia as mistakes; nothing if these, or others, stand in the way.
+/// The equations in explicit form, with errors for motions without inertia; none if these, or other errors, prevent it.
 fn reduced_model(
     purpose: Purpose,
     document: &Document,
@@ -612,7 +614,7 @@ fn reduced_model(
     Some((reduced, massless))
 }
 
-/// The law of a controller as it is designed, and as it runs.
+/// The law of a controller as designed, and as it runs.
 fn designed_law(
     document: &Document,
     reduced: &Reduced,
@@ -625,10 +627,10 @@ fn designed_law(
         let shaft = SignalName::new(&signal).angle_of().and_then(|name| plant.reduced.coordinate(name));
         if shaft.is_some_and(|shaft| plant.linear.direction(shaft).row(0).iter().all(Scalar::is_zero)) {
             let message =
-                format!("control `{}`: the output `{signal}` cannot move: the constraints hold it", control.name);
+                format!("control `{}`: the output `{signal}` cannot move: the constraints fix it", control.name);
             out.push(
                 Diagnostic::error("control::design", message)
-                    .at(places_in_control(document, control, &signal)[0].clone(), "held still")
+                    .at(places_in_control(document, control, &signal)[0].clone(), "fixed by constraints")
                     .help("choose an output that can move, or remove the constraint"),
             );
         }
@@ -647,7 +649,7 @@ fn designed_law(
         out.push(
             Diagnostic::error("control::point", message)
                 .at(control.place.clone(), "this controller")
-                .help("leave out `at`: it evaluates the model wherever it is"),
+                .help("leave out `at`: it evaluates the model at its current position"),
         );
         return None;
     }
@@ -681,7 +683,7 @@ fn designed_law(
     }
 }
 
-/// The plant of a controller at its operating point, unless it has no linear model there.
+/// The plant of a controller at its operating point, unless it has no linearisation there.
 fn plant_at(
     document: &Document,
     control: &ControlSpec,
@@ -707,7 +709,7 @@ fn plant_at(
             (plant.point_note, plant.no_equilibrium) = (found.point_note, found.no_equilibrium);
             Some(plant)
         }
-        // Told of the variant; with the design values it is another mistake.
+        // The variant has reported it; with the design values it is another error.
         Err(why) => {
             add_new(out, vec![named_point.refusal(document, std::slice::from_ref(control), &why)], None);
             None
@@ -715,7 +717,7 @@ fn plant_at(
     }
 }
 
-/// The model that a law is designed on: its own parameter values, no friction.
+/// The model for the design of a law: its own parameter values, no friction.
 fn design_model(
     document: &Document,
     reduced: &Reduced,
@@ -725,24 +727,28 @@ fn design_model(
 ) -> Option<Plant> {
     let moving: Vec<&str> = moves_by_itself(reduced).collect();
     if !moving.is_empty() {
-        let message = format!("control `{}` knows the motion of {} as if it stood still", control.name, quoted(moving));
+        let message = format!(
+            "the design of control `{}` treats the prescribed motion of {} as constant",
+            control.name,
+            quoted(moving)
+        );
         out.push(
             Diagnostic::warning("control::time", message)
                 .at(control.place.clone(), "this controller")
-                .help("for its design it is where it begins, at rest, and the motion disturbs the loop"),
+                .help("its design uses the initial value, at rest, and the motion disturbs the loop"),
         );
     }
     let excluded = excluded(document, control, out)?;
     let laws = reduced.equations.laws.iter().filter(|law| law.value.is_of_time() && !excluded.contains(&law.element));
     let of_time: Vec<&str> = laws.map(|law| law.element.as_str()).collect();
-    // A program knows no torques.
+    // A program uses no torques.
     if !of_time.is_empty() && control.law.keyword != Program::KEYWORD {
         let message =
-            format!("control `{}` knows the torque of {} as it is at time zero", control.name, quoted(of_time));
+            format!("the design of control `{}` uses the torque of {} at time zero", control.name, quoted(of_time));
         out.push(
             Diagnostic::warning("control::time", message)
                 .at(control.place.clone(), "this controller")
-                .help("a torque that it is not to know is a `disturbance` with a function of time"),
+                .help("write a torque that is unknown to it as a `disturbance` with a function of time"),
         );
     }
     if control.design.is_empty() && excluded.is_empty() {
@@ -750,7 +756,7 @@ fn design_model(
     }
     let retained = settings.iter().filter(|s| control.design.iter().all(|d| d.name != s.name));
     let all: Vec<Setting> = retained.chain(&control.design).cloned().collect();
-    // Which controllers are in the loop does not matter to the plant.
+    // The plant does not depend on which controllers are in the loop.
     let (model, diagnostics) = document.model_with(&all, Some(&[]));
     let place = document.controls.iter().find(|c| c.place == control.place);
     let place = place.map_or_else(|| control.place.clone(), |c| TableReader::place(&c.table, "design"));
@@ -793,7 +799,7 @@ fn reduced_design(
 ) -> Option<Reduced> {
     let zero = vec![0.0; names.len()];
     let equations = assemble(&model.all_coordinates, &model.terms);
-    // Where this fails something else than springs holds such a motion, or nothing.
+    // If this fails, elements other than springs act on such a motion, or none.
     let rows = equilibrium_rows(&equations).unwrap_or_default();
     match reduce(equations.with_equilibria(rows), Some(names)) {
         Ok(design) => {
@@ -805,7 +811,7 @@ fn reduced_design(
             };
             if !able {
                 let message = format!(
-                    "control `{}`: in its design model a motion without inertia is possible that the model has not, or the other way round",
+                    "control `{}`: its design model and the model have different motions without inertia",
                     control.name
                 );
                 out.push(

@@ -1,4 +1,4 @@
-//! What is ready to run: the plain data between preparation and the studies.
+//! Prepared studies: the plain data between preparation and the studies.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -16,26 +16,26 @@ use crate::results::{Plot, SweepRow};
 use crate::simulate::{Scenario, Tolerance};
 use crate::synthesis::{Law, LinearTask, LoopPlant, Plant, VariedPlant};
 
-/// A study that is ready to run, as far as the file is right.
+/// A study that is ready to run, as far as the file has no errors.
 #[derive(Debug, Default)]
 pub struct Prepared {
     /// Name of the model.
     pub name: String,
-    /// A sentence.
+    /// One-sentence description.
     pub description: String,
-    /// Whether the file names its variants, which is how they are called then.
+    /// Whether the file names its variants; messages then use these names.
     pub named: bool,
     /// One entry for each run.
     pub variants: Vec<Arc<PreparedVariant>>,
     /// Bounds on signals.
     pub requirements: Vec<Requirement>,
-    /// Numbers of each run.
+    /// Numbers computed from each run.
     pub figures: Vec<Figure>,
     /// Plots of the report.
     pub plots: Vec<Plot>,
-    /// What `kardan safety` tries; nothing in a file without faults that have names.
+    /// The fault cases of `kardan safety`; none in a file without named faults.
     pub safety: Option<SafetySpec>,
-    /// What `kardan sweep` tries.
+    /// The settings of `kardan sweep`.
     pub sweep: Option<SweepSpec>,
     /// Accuracy of the runs.
     pub tolerance: Tolerance,
@@ -61,16 +61,16 @@ impl Prepared {
     }
 }
 
-/// Where blocks stand after some samples with the plant at rest.
+/// Steady state of the blocks after some samples with the plant at rest.
 #[derive(Debug, Clone)]
 pub(super) struct Settled {
-    /// Linear around there.
+    /// Their linearisation there.
     pub tasks: Vec<LinearTask>,
-    /// What signals and blocks are there.
+    /// The values of signals and blocks there.
     pub outputs: BTreeMap<String, f64>,
-    /// Whether some blocks bend or switch, so that elsewhere they do otherwise.
+    /// Whether some blocks are nonlinear or switch, so that they behave differently elsewhere.
     pub nonlinear: bool,
-    /// Blocks that pass nothing on there, as they stand at a limit or in a dead zone.
+    /// Blocks with zero gain there, as they are at a limit or in a dead zone.
     pub flat: Vec<String>,
 }
 
@@ -87,31 +87,31 @@ pub struct PreparedVariant {
     pub design_models: Vec<Plant>,
     /// The laws as they were designed, in the same order.
     pub designed: Vec<Arc<dyn Law>>,
-    /// The laws as they run: those with a sample time at that.
+    /// The laws as they run: those with a sample time at that sample time.
     pub implemented: Vec<Arc<dyn Law>>,
-    /// What happens.
+    /// The scenario.
     pub scenario: Scenario,
-    /// What may fail in it, by name.
+    /// Its possible faults, by name.
     pub faults: Vec<NamedFault>,
-    /// Whether some of these always do in this variant.
+    /// Whether some of these always occur in this variant.
     pub(super) has_faults: bool,
-    /// What is computed from the signals of its run.
+    /// Signals computed from those of its run.
     pub computed: Computed,
-    /// What to analyse.
+    /// The options of the analysis.
     pub analysis: AnalysisSpec,
-    /// Where its loop stands: the operating point of its laws, with its own parameters.
+    /// The operating point of its laws, with its own parameters.
     pub point: OperatingPoint,
-    /// Motions without inertia, told as mistakes; only an analysis may go on with them, and then no law is designed.
+    /// Errors of motions without inertia; only an analysis may continue with them, and then no law is designed.
     pub(super) massless: Vec<Diagnostic>,
-    /// The model whose kept rows an analysis sees as linear ones.
+    /// The model whose multiplier constraints an analysis linearises.
     pub(super) unfrozen: Option<Box<Reduced>>,
-    /// The same with its kept rows as they are at the operating point of its laws, where it has both.
+    /// The same with its multiplier constraints frozen at the operating point of its laws, if it has both.
     pub(super) looped: Option<Box<PreparedVariant>>,
-    /// What is told of where its run begins.
+    /// Notes on the start of its run.
     pub(super) start_notes: Vec<String>,
-    /// What the sweep found that it is a row of.
+    /// Results of the sweep that it is a row of.
     pub(super) swept: Option<Box<SweepRow>>,
-    /// Where its blocks stand where its run begins, once that was asked for.
+    /// The steady state of its blocks at the start of its run, once requested.
     pub(super) settled: OnceLock<Settled>,
 }
 
@@ -119,15 +119,13 @@ impl PreparedVariant {
     /// Its scenario with these faults too.
     ///
     /// # Errors
-    /// A fault that is not there, or a second one of a part at the same time.
+    /// A fault that does not exist, or a second one of a part at the same time.
     pub(super) fn failing(&self, names: &[String]) -> Result<Scenario, Diagnostic> {
         let mut scenario = self.scenario.clone();
         for (number, name) in names.iter().enumerate() {
             if names[..number].contains(name) {
                 let message = format!("the fault `{}` is named twice", shortened(name));
-                return Err(
-                    Diagnostic::error("fault::window", message).help("name it once: it happens when its table says")
-                );
+                return Err(Diagnostic::error("fault::window", message).help("name it once: its table gives its time"));
             }
             let Some(fault) = self.faults.iter().find(|fault| fault.name == *name) else {
                 let help = match self.faults.first() {
@@ -139,13 +137,13 @@ impl PreparedVariant {
             };
             scenario.faults = scenario.faults.with(&fault.faults).map_err(|part| {
                 let message = format!("with the fault `{name}` `{part}` would fail in two ways at once");
-                Diagnostic::error("fault::window", message).help("of one part one fault happens at a time")
+                Diagnostic::error("fault::window", message).help("a part has one fault at a time")
             })?;
         }
         Ok(scenario)
     }
 
-    /// The same with another model of its loop, at an operating point of that.
+    /// The same with another model of its loop, at an operating point of that model.
     pub(super) fn with_model(&self, reduced: Reduced, point: OperatingPoint) -> Self {
         let position = point.position.clone();
         let speed = vec![0.0; position.len()];
@@ -171,7 +169,7 @@ impl PreparedVariant {
         }
     }
 
-    /// What is looked at where small motions of the loop are meant.
+    /// The model for small motions of the loop.
     pub(super) fn in_loop(&self) -> &Self {
         self.looped.as_deref().unwrap_or(self)
     }
@@ -190,7 +188,7 @@ impl PreparedVariant {
         }
     }
 
-    /// A position with relaxed springs, on the side of its kinks that the variant is looked at on.
+    /// A position with relaxed springs, on the analysed side of the kinks of the variant.
     pub(super) fn relaxed_at(&self, position: &[f64]) -> OperatingPoint {
         OperatingPoint { side: self.point.side.clone(), ..OperatingPoint::relaxed(position) }
     }
@@ -200,7 +198,7 @@ impl PreparedVariant {
         linearise_at(&self.reduced, &self.point)
     }
 
-    /// The model of the loop of a controller, as laws see all of it: that of its design, where that leaves nothing out.
+    /// The model of the loop of a controller with all elements that laws use: that of its design, if the design leaves nothing out.
     pub(super) fn whole_model(&self, number: usize) -> Cow<'_, Plant> {
         let design = &self.design_models[number];
         match self.leaves_out(number) {

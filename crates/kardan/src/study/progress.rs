@@ -1,4 +1,4 @@
-//! How far a long command is, what is kept of it, and how it is ended.
+//! Progress of a long command, its partial results, and its termination.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -6,33 +6,33 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::results::{Analysis, Design, Identification, Safety, Study};
 use crate::simulate::{Ready, RunResult, Setup, Tolerance};
 
-/// Hears how far the runs are, and may end them. Called from several threads.
+/// Receives progress of runs, and may end them. Called from several threads.
 pub trait Progress: Sync {
     /// The fraction done of a variant, from 0 to 1.
     fn advance(&self, variant: usize, name: &str, fraction: f64);
 
-    /// Of many runs so many are done; those count too that were there before.
+    /// The number of finished runs of many; runs that existed before count too.
     fn counted(&self, done: usize, all: usize) {
         self.advance(0, "runs", (done as f64 / all as f64).min(1.0));
     }
 
-    /// The part done of what comes before: reading, checks, and the design of the laws, from 0 to 1.
+    /// The finished fraction of the preparation: reading, checks, and the design of the laws, from 0 to 1.
     fn preparing(&self, _fraction: f64) {}
 
-    /// Something worth to be said while it runs, which is no part of what is found.
+    /// A message during the run that is not part of the results.
     fn message(&self, _text: &str) {}
 
-    /// Why everything is to end now; `None`: it goes on. Asked often by all that takes long and keeps what it has: runs end
-    /// with [`Outcome::Failed`](crate::results::Outcome::Failed) and this cause, trials of a design are left out and say so.
+    /// Why everything must end now; `None`: it continues. Called often by everything that takes long and has partial results: runs end
+    /// with [`Outcome::Failed`](crate::results::Outcome::Failed) and this cause, trials of a design are left out and reported as such.
     fn stop(&self) -> Option<String> {
         None
     }
 
-    /// Something is finished that is worth to be shown should nothing more come; it takes the place of what was kept before. Told
-    /// between parts that cannot be ended in their middle, such as proofs and eigenvalues. `part` makes a copy.
+    /// Stores a partial result to show if nothing more follows; it replaces the previous one. Called
+    /// between parts that cannot be interrupted, such as proofs and eigenvalues. `part` makes a copy.
     fn store_partial(&self, _part: &dyn Fn() -> Part) {}
 
-    /// What was kept is not needed any more: all is done.
+    /// Releases the partial result: everything is done.
     fn release(&self) {}
 
     /// Steps of the integrator that one run may take.
@@ -41,7 +41,7 @@ pub trait Progress: Sync {
     }
 }
 
-/// What is finished of a command; what it has not come to is named in it (`unfinished`, of a study in its warnings).
+/// The partial result of a command; it names its missing results (`unfinished`, of a study in its warnings).
 #[derive(Debug, Clone)]
 pub enum Part {
     /// Of [`run`](super::run): all runs.
@@ -56,7 +56,7 @@ pub enum Part {
     Identification(Box<Identification>),
 }
 
-/// Hears nothing.
+/// Ignores progress.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Silent;
 
@@ -64,27 +64,27 @@ impl Progress for Silent {
     fn advance(&self, _: usize, _: &str, _: f64) {}
 }
 
-/// Counts the runs of many that are done, and hands on what a run asks.
+/// Counts the finished runs of many, and forwards queries of a run.
 pub(super) struct Counted<'p> {
     progress: &'p dyn Progress,
     done: AtomicUsize,
     all: usize,
-    /// Whether none of them is ended in its middle.
+    /// Whether no run was interrupted.
     whole: bool,
 }
 
 impl<'p> Counted<'p> {
-    /// With those that are done already.
+    /// Starts with this number of finished runs.
     pub fn new(progress: &'p dyn Progress, done: usize, all: usize) -> Self {
         Self { progress, done: AtomicUsize::new(done), all, whole: false }
     }
 
-    /// The same for runs that come to their end, whatever is asked meanwhile.
+    /// The same for runs that must finish, even if a stop is requested meanwhile.
     pub fn of_whole_runs(self) -> Self {
         Self { whole: true, ..self }
     }
 
-    /// So many more are done.
+    /// Adds this number of finished runs.
     pub fn count(&self, runs: usize) {
         let done = self.done.fetch_add(runs, Ordering::Relaxed) + runs;
         self.progress.counted(done, self.all);
@@ -103,7 +103,7 @@ impl Progress for Counted<'_> {
     }
 }
 
-/// Simulates, heard as the variant of that number and name, and ended, through `progress`.
+/// Simulates; reports progress as the variant of that number and name, and stops on request, through `progress`.
 pub(super) fn simulate_with_progress(
     setup: Setup<'_>,
     tolerance: Tolerance,
@@ -113,7 +113,7 @@ pub(super) fn simulate_with_progress(
     run_with_progress(Ready::new(setup, tolerance), (number, name), progress)
 }
 
-/// The same of a run that is compiled.
+/// The same for a compiled run.
 pub(super) fn run_with_progress(ready: Ready, (number, name): (usize, &str), progress: &dyn Progress) -> RunResult {
     progress.advance(number, name, 0.0);
     let result = ready.run(&mut |part| {

@@ -1,4 +1,4 @@
-//! One model, read once and prepared once: the door that every command goes through.
+//! One model, read once and prepared once: the entry point of every command.
 
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
@@ -13,9 +13,9 @@ use crate::model::{Builder, Document, FileBytes, assign, open, read_entries};
 use crate::schema::{ElementKeys, LawKeys};
 use crate::simulate::{Setup, Simulation};
 
-/// A model, read once. What follows from it (equations, designed laws, scenarios) is made when it is asked for first, and kept: a
-/// command that checks, runs and reports prepares once and designs each law once for each variant. What runs, analyses, designs and
-/// identifies a project stands with these studies.
+/// A model, read once. Derived data (equations, designed laws, scenarios) is computed at the first request and cached: a
+/// command that checks, runs and reports prepares once and designs each law once for each variant. The methods that run, analyse, design and
+/// identify a project are in the modules of these studies.
 ///
 /// ```
 /// use kardan::model;
@@ -31,19 +31,19 @@ use crate::simulate::{Setup, Simulation};
 #[derive(Debug)]
 pub struct Project {
     entries: Entries,
-    /// The text, of a file.
+    /// The source text, if it comes from a file.
     source: String,
     document: Document,
     reading: Vec<Diagnostic>,
     ready: OnceLock<(Prepared, Vec<Diagnostic>)>,
-    /// Where a run is not possible, but an analysis may be.
+    /// For an analysis, if a run is not possible.
     analysed: OnceLock<(Prepared, Vec<Diagnostic>)>,
-    /// Without the designs of its controllers, where nothing else was asked for.
+    /// Without the designs of its controllers, if no request needed them.
     undesigned: OnceLock<(Prepared, Vec<Diagnostic>)>,
 }
 
 impl Project {
-    /// Reads the text of a model file; mistakes are told by [`diagnostics`](Self::mistakes).
+    /// Reads the text of a model file; [`diagnostics`](Self::diagnostics) reports errors.
     pub fn open(source: impl Into<String>) -> Self {
         let source = source.into();
         let (entries, diagnostics, broken) = open(&source);
@@ -67,7 +67,7 @@ impl Project {
         Self::of(model.into_entries(), String::new(), Vec::new(), false)
     }
 
-    /// Names of the files that the model needs besides itself, each once: tables of signals.
+    /// Names of further files that the model needs, each once: tables of signals.
     ///
     /// ```
     /// use kardan::project::Project;
@@ -80,7 +80,7 @@ impl Project {
         names.into_iter().map(Into::into).collect()
     }
 
-    /// The same model with the bytes of files that it needs, or why they cannot be read, which is told where it names them.
+    /// The same model with the bytes of its further files, or why they cannot be read, which is reported at their names.
     #[must_use]
     pub fn with_files(mut self, files: impl IntoIterator<Item = (String, FileBytes)>) -> Self {
         self.document.files.extend(files);
@@ -107,7 +107,7 @@ impl Project {
         Self { entries, source, document, reading, ready, analysed, undesigned }
     }
 
-    /// The same model with changes: what stays keeps its places, what is new is told by its path.
+    /// The same model with changes: unchanged entries retain their spans, new ones have their path.
     ///
     /// ```
     /// use kardan::project::{Project, Quantity};
@@ -121,8 +121,8 @@ impl Project {
         self.again(change(Builder::from_entries(self.entries.clone())).into_entries())
     }
 
-    /// The same model with values written anew, as `kardan run --set` does, and remarks on them: `beta=10 deg` for a parameter,
-    /// `wg.inertia=2 kg cm^2` for a key of what the model names, or a path from the top of the file.
+    /// The same model with new values, as `kardan run --set` sets them, and remarks on them: `beta=10 deg` for a parameter,
+    /// `wg.inertia=2 kg cm^2` for a key of an element of the model, or a path from the top of the file.
     ///
     /// ```
     /// use kardan::project::Project;
@@ -135,7 +135,7 @@ impl Project {
     /// ```
     ///
     /// # Errors
-    /// No `=`, no such table or parameter. What is wrong in the value is told by [`diagnostics`](Self::mistakes).
+    /// No `=`, no such table or parameter. [`diagnostics`](Self::diagnostics) reports errors in the value.
     pub fn with(&self, values: &[impl AsRef<str>]) -> Result<(Self, Vec<String>), Diagnostic> {
         let mut entries = self.entries.clone();
         let mut remarks = Vec::new();
@@ -146,7 +146,7 @@ impl Project {
         Ok((self.again(entries), remarks))
     }
 
-    /// Other entries from the same text; what is broken in that text still is.
+    /// Other entries from the same text; syntax errors of that text remain.
     fn again(&self, entries: Entries) -> Self {
         let broken = |d: &&Diagnostic| matches!(d.code, "toml::syntax" | "file::empty");
         let broken: Vec<_> = self.reading.iter().filter(broken).cloned().collect();
@@ -161,17 +161,17 @@ impl Project {
         self.changed(|model| at.iter().fold(model.removing(&["analysis", "at"]), put))
     }
 
-    /// The model as a file: opened again it says the same.
+    /// The model as a file: reading it again gives the same model.
     pub fn to_toml(&self) -> String {
         to_toml(&self.entries)
     }
 
-    /// What is written in the model.
+    /// The source text of the model.
     pub fn entries(&self) -> &Entries {
         &self.entries
     }
 
-    /// The element of that kind and name, as it is written; nothing if there is none that could be read.
+    /// The element of that kind and name, as in the file; none if there is no readable one.
     ///
     /// ```
     /// use kardan::project::{Project, Shaft};
@@ -183,37 +183,37 @@ impl Project {
         E::read_entries(self.entries.table(E::KEYWORD)?.table(name)?)
     }
 
-    /// The controller of that law and name, as it is written.
+    /// The controller of that law and name, as in the file.
     pub fn control<L: LawKeys>(&self, name: &str) -> Option<L> {
         let table = self.entries.table("control")?.table(name)?;
         let law = matches!(table.get("law"), Some(RawValue::Text(law)) if law == L::KEYWORD);
         if law { L::read_entries(table) } else { None }
     }
 
-    /// The text that it was read from; empty for a model that a program built.
+    /// The text that it was read from; empty for a model built by a program.
     pub fn source(&self) -> &str {
         &self.source
     }
 
-    /// Everything that is wrong with it, and warnings, in the order of the file.
+    /// All its errors and warnings, in the order of the file.
     pub fn diagnostics(&self) -> &[Diagnostic] {
         &self.ready().1
     }
 
-    /// Prepares it now, heard by `progress`; what was prepared before is kept.
+    /// Prepares it now, with progress to `progress`; earlier preparations are reused.
     pub fn prepare_with_progress(&self, progress: &dyn Progress) {
         self.ready.get_or_init(|| self.prepare(Purpose::Run, progress));
     }
 
-    /// What is ready to run, as far as the file is right.
+    /// The prepared study, as far as the file has no errors.
     pub fn prepared(&self) -> &Prepared {
         &self.ready().0
     }
 
-    /// The closed loop of a variant (of the first, if none is named), to be stepped from outside.
+    /// The closed loop of a variant (of the first, if none is named), to be stepped by a caller.
     ///
     /// # Errors
-    /// All mistakes; no such variant.
+    /// All errors; no such variant.
     pub fn simulation(&self, variant: Option<&str>) -> Result<Simulation, Vec<Diagnostic>> {
         if self.diagnostics().iter().any(is_error) {
             return Err(self.diagnostics().to_vec());
@@ -224,15 +224,15 @@ impl Project {
         Ok(Simulation::new(setup, prepared.tolerance))
     }
 
-    /// The typed tables, and what was wrong with them alone.
+    /// The typed tables, and the errors of the tables alone.
     pub(super) fn read(&self) -> (&Document, &[Diagnostic]) {
         (&self.document, &self.reading)
     }
 
-    /// What an analysis may go on with: the same, where a run is possible.
+    /// The preparation for an analysis: the same, if a run is possible.
     pub(super) fn for_analysis(&self) -> (&Prepared, &[Diagnostic]) {
         let (prepared, diagnostics) = self.ready();
-        // A run settles motions without inertia, an analysis names them.
+        // A run eliminates motions without inertia, an analysis lists them.
         let settled = prepared.variants.iter().any(|variant| variant.reduced.is_settled());
         let keeps =
             prepared.variants.iter().any(|variant| !variant.reduced.equations.multiplier_constraints.is_empty());
@@ -251,7 +251,7 @@ impl Project {
         (prepared, diagnostics)
     }
 
-    /// What equations are written from: no controller is designed for that.
+    /// The preparation for writing equations: no controller is designed for it.
     pub(super) fn for_equations(&self) -> (&Prepared, &[Diagnostic]) {
         let (prepared, diagnostics) = match self.ready.get() {
             None if !self.document.controls.is_empty() => {
@@ -275,23 +275,23 @@ impl Project {
         (prepared, out)
     }
 
-    /// What was prepared, and the mistakes.
+    /// The prepared study, and the errors.
     fn into_prepared(self) -> (Prepared, Vec<Diagnostic>) {
         self.ready();
         self.ready.into_inner().unwrap_or_default()
     }
 }
 
-/// All mistakes and warnings of a model file, in the order of the file.
+/// All errors and warnings of a model file, in the order of the file.
 pub fn check(source: &str) -> Vec<Diagnostic> {
     prepare(source).1
 }
 
 /// Reads, checks and designs a study. The result can be run only if no diagnostic is an error.
 ///
-/// Mistakes in one part do not hide those in others: the equations are reduced if everything that makes them could be
-/// read, the study is checked against as much of the model as there is. What depends on something in doubt is passed
-/// over in silence.
+/// Errors in one part do not hide those in others: the equations are reduced if everything they need could be
+/// read, the study is checked against the available part of the model. Entries that depend on doubtful parts are skipped
+/// silently.
 pub fn prepare(source: &str) -> (Prepared, Vec<Diagnostic>) {
     Project::open(source).into_prepared()
 }
@@ -302,7 +302,7 @@ mod tests {
     use crate::study::{AnalyzeSettings, DesignSettings, EquationsForm, Settings};
     use crate::synthesis::designs_of;
 
-    /// The parts done of the preparation.
+    /// The finished fractions of the preparation.
     #[derive(Default)]
     struct Recorded(std::sync::Mutex<Vec<f64>>);
 
@@ -314,7 +314,7 @@ mod tests {
         }
     }
 
-    /// However many commands look at a model, each law is designed once for each variant.
+    /// Each law is designed once for each variant, whatever the number of commands.
     #[test]
     fn each_law_is_designed_once_for_each_variant() {
         let text = "\
@@ -359,12 +359,12 @@ to = \"push\"
         fractions.sort_by(f64::total_cmp);
         fractions.dedup();
         assert_eq!(fractions.len(), 13, "{fractions:?}");
-        let study = project.run(&Settings::default(), &Silent).expect("no mistakes");
+        let study = project.run(&Settings::default(), &Silent).expect("no errors");
         assert_eq!((study.runs.len(), study.designs.len()), (3, 1));
-        project.analyze(&AnalyzeSettings::default(), &Silent).expect("no mistakes");
+        project.analyze(&AnalyzeSettings::default(), &Silent).expect("no errors");
         let simulated = DesignSettings { simulate: true, ..DesignSettings::default() };
-        project.design(&simulated, &Silent).expect("no mistakes");
-        project.equations(EquationsForm::Text).expect("no mistakes");
+        project.design(&simulated, &Silent).expect("no errors");
+        project.equations(EquationsForm::Text).expect("no errors");
         assert_eq!(designs_of("counted_once"), 3);
     }
 }

@@ -1,4 +1,4 @@
-//! What can be proven of a designed linear loop, put into the result of a design.
+//! Proofs about a designed linear loop, added to the result of a design.
 
 use std::sync::Arc;
 
@@ -19,14 +19,14 @@ use crate::synthesis::decoupling::{
 use crate::synthesis::inversion::{dynamic_extension, finest_blocks, flat_parametrisation, structure_algorithm};
 use crate::synthesis::{ExactLoop, Law, Plant, named, roots};
 
-/// Damping ratio below which a cancelled pole deserves a warning; less what its proven digits may be off, so that a pole that is
+/// Damping ratio below which a cancelled pole deserves a warning; reduced by the error of its proven digits, so that every pole that is
 /// called lightly damped is.
 const LIGHT: f64 = 0.2 * (1.0 - 1e-14);
 
-/// Longest fraction that is written out, in characters.
+/// Length of the longest fraction that is written in full, in characters.
 const LONG: usize = 12;
 
-/// Fills in what follows exactly from the loop: decouplability, canonical form, zero dynamics, transfer matrix, channels,
+/// Adds exact results about the loop: decouplability, canonical form, zero dynamics, transfer matrix, channels,
 /// flatness.
 pub(super) fn prove(exact: &ExactLoop, plant: &Plant, design: &mut Design) {
     design.decouplability = decouplability(&exact.plant, &design.outputs);
@@ -46,7 +46,7 @@ pub(super) fn prove(exact: &ExactLoop, plant: &Plant, design: &mut Design) {
     let together =
         |&(i, j): &(usize, usize)| blocks.iter().any(|block| block.contains(&names[i]) && block.contains(&names[j]));
     let coupled = coupled_entries(closed);
-    // One output has nothing to be decoupled from.
+    // One output has no other to be decoupled from.
     let claims = square && (exact.inverts || closed.outputs.len() > 1);
     design.decoupled = claims.then_some(coupled.is_empty());
     let in_blocks = design.feedback == Some(Feedback::Block);
@@ -61,8 +61,8 @@ pub(super) fn prove(exact: &ExactLoop, plant: &Plant, design: &mut Design) {
     design.flatness = flatness(&exact.plant);
 }
 
-/// Says where the other controllers of the file couple outputs that this one alone decouples: they act by static feedback of
-/// angles and speeds, whose gains are taken as the fractions that their doubles are.
+/// Notes where the other controllers of the file couple outputs that this one alone decouples: they act by static feedback of
+/// angles and speeds, whose gains enter as the fractions that their doubles are.
 pub(super) fn check_all_laws(exact: &ExactLoop, plant: &Plant, laws: &[Arc<dyn Law>], own: usize, design: &mut Design) {
     let states = plant.state_names();
     if design.decoupled != Some(true) || laws.len() < 2 {
@@ -113,16 +113,16 @@ pub(super) fn check_rounding(floating: &[Pole], design: &mut Design) {
     let Some(Complex { re, im }) = worst.filter(|pole| pole.re > 1e-3 * size) else { return };
     if design.closed_loop_poles.iter().all(|pole| pole.re < 0.5 * re) {
         design.warnings.push(format!(
-            "the gains are so large that their rounding to 64 bits moves poles: to {} ± {} j 1/s; the exact loop is as said, the \
-             one that runs is unstable as eigenvalues in floating point tell",
+            "the gains are so large that their rounding to 64 bits moves poles: to {} ± {} j 1/s; the statements are \
+             for the exact loop; the loop that runs is unstable according to eigenvalues in floating point",
             digits(re),
             digits(im.abs())
         ));
     }
 }
 
-/// All poles of the linear loop with this controller alone: those of the loop, what the outputs do not show, and the error
-/// of the observer, whose poles no gain moves; without those of charges that only count.
+/// All poles of the linear loop with this controller alone: those of the loop, the unobservable ones, and those of the error
+/// of the observer, whose poles no gain moves; without those of integrators without effect (charges).
 pub(super) fn exact_poles(exact: &ExactLoop, design: &Design) -> Vec<Pole> {
     let mut poles = roots(&characteristic_polynomial(&exact.closed.a));
     poles.extend(not_counting(design));
@@ -131,17 +131,17 @@ pub(super) fn exact_poles(exact: &ExactLoop, design: &Design) -> Vec<Pole> {
     poles
 }
 
-/// What the outputs do not show, without charges that only count, which no output shows.
+/// The unobservable part, without integrators without effect (charges), which no output shows.
 fn not_counting(design: &Design) -> Vec<Pole> {
     let mut hidden = design.hidden.clone();
-    for _ in &design.counters {
+    for _ in &design.integrals_without_effect {
         let at_zero = hidden.iter().position(|pole| *pole == Pole::default());
         at_zero.map(|place| hidden.remove(place));
     }
     hidden
 }
 
-/// Whether all that goes on behind the outputs is stable, with motions of the plant that they do not show at all.
+/// Whether all dynamics behind the outputs are stable, including unobservable motions of the plant.
 fn with_hidden(verdict: &StabilityVerdict, hidden: &[Pole]) -> StabilityVerdict {
     if verdict.word == Stability::Undecided || hidden.iter().all(|pole| pole.re < 0.0) {
         return verdict.clone();
@@ -152,7 +152,7 @@ fn with_hidden(verdict: &StabilityVerdict, hidden: &[Pole]) -> StabilityVerdict 
         let poles = if pole.im > 0.0 { 2 } else { 1 };
         match border.iter_mut().find(|motion| motion.is_of(*pole)) {
             Some(motion) => motion.poles += poles,
-            None => border.push(BorderMotion { frequency: pole.im, poles, growth: 0, free: false }),
+            None => border.push(BorderMotion { frequency: pole.im, poles, growth_exponent: 0, uncontrolled: false }),
         }
     }
     StabilityVerdict::exact(outside || hidden.iter().any(|pole| pole.re > 0.0), border)
@@ -217,7 +217,7 @@ fn zeros(system: &LinearSystem, plant: &Plant) -> ZeroDynamics {
     ZeroDynamics { polynomial, modes, stability }
 }
 
-/// Zero dynamics of a known polynomial; nothing is said about their motions.
+/// Zero dynamics of a known polynomial; without statements about their motions.
 fn zeros_alone(polynomial: &Polynomial) -> ZeroDynamics {
     ZeroDynamics {
         polynomial: polynomial.primitive().to_string(),
@@ -233,7 +233,7 @@ fn zero_mode_alone(pole: &Pole) -> ZeroMode {
     ZeroMode { pole: *pole, natural_frequency, damping_ratio, warning, ..ZeroMode::default() }
 }
 
-/// The motion behind a zero: which shafts move and where the energy is.
+/// The motion of a zero: which shafts move and where the energy is.
 fn zero_mode(system: &LinearSystem, plant: &Plant, basis: &Matrix<f64>, pole: Pole, mode: &Mode) -> ZeroMode {
     let state = |i: usize| {
         let part = |pick: fn(&Complex) -> f64| {
@@ -282,14 +282,15 @@ fn warning(pole: Pole, frequency: f64, damping: f64) -> Option<String> {
             Some(format!("unstable: it grows with {} 1/s behind the outputs", digits(re)))
         }
         Complex { re: 0.0, im: 0.0 } => {
-            Some("at zero: an integrator stays behind the outputs, its motion never comes back".into())
+            Some("at zero: an integrator remains behind the outputs, its motion does not decay".into())
         }
-        Complex { re: 0.0, .. } => {
-            Some(format!("not damped at all: it rings for ever at {} rad/s behind the outputs", digits(frequency)))
-        }
+        Complex { re: 0.0, .. } => Some(format!(
+            "not damped at all: it oscillates without end at {} rad/s behind the outputs",
+            digits(frequency)
+        )),
         _ if damping < LIGHT => Some(format!(
-            "lightly damped ({:.3} % at {frequency:.2} rad/s): the law cancels it, so that it rings behind the outputs, and \
-             the motors with it; an error of the model shows it",
+            "lightly damped ({:.3} % at {frequency:.2} rad/s): the law cancels it, so it and the motors oscillate \
+             behind the outputs; an error of the model makes it visible",
             100.0 * damping
         )),
         _ => None,
@@ -373,7 +374,7 @@ fn readable(polynomial: &Polynomial) -> String {
     out
 }
 
-/// Nine significant digits, without zeros at the end.
+/// Nine significant digits, without trailing zeros.
 fn digits(value: f64) -> String {
     let rounded: f64 = format!("{value:.8e}").parse().unwrap_or(value);
     if rounded != 0.0 && !(1e-4..1e9).contains(&rounded.abs()) { format!("{rounded:e}") } else { rounded.to_string() }
@@ -398,9 +399,9 @@ fn flatness(system: &LinearSystem) -> Option<Flatness> {
     })
 }
 
-/// Says what must not be overlooked.
+/// Adds important warnings.
 pub(super) fn judge(design: &mut Design) {
-    // A law that does not invert the plant leaves its zeros alone.
+    // A law that does not invert the plant leaves its zeros unchanged.
     if !design.cancels_zeros {
         design.zero_dynamics.modes.iter_mut().for_each(|mode| mode.warning = None);
         return;

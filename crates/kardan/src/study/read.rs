@@ -69,7 +69,7 @@ pub(super) fn of_dimension(
     fitting(reader, scalar, (expected, Dimension::eq), label, out)
 }
 
-/// Whether a dimension that was found will do for another one.
+/// Whether a dimension is acceptable in place of another one.
 type Fits = fn(&Dimension, &Dimension) -> bool;
 
 fn fitting(

@@ -1,4 +1,4 @@
-//! Models that designs leave elements out of.
+//! Models without the elements that designs leave out.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use crate::names::SignalName;
 use crate::schema::LawKeys;
 use crate::synthesis::Program;
 
-/// What the design of a controller leaves out: elements with their parts; mistakes are told.
+/// The elements, with their parts, that the design of a controller leaves out; errors are reported.
 pub(super) fn excluded(
     document: &Document,
     control: &ControlSpec,
@@ -19,8 +19,7 @@ pub(super) fn excluded(
     let place = own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, "without"));
     let mut found = BTreeSet::new();
     if control.law.keyword == Program::KEYWORD && control.values.has("without") {
-        let message =
-            format!("control `{}`: a program is not designed, so there is nothing to leave out", control.name);
+        let message = format!("control `{}`: a program is not designed, so `without` has no effect", control.name);
         out.push(Diagnostic::error("control::without", message).at(place, "not read").help("take it out"));
         return None;
     }
@@ -35,13 +34,13 @@ pub(super) fn excluded(
             out.push(Diagnostic::error("name::unknown", message).at(place, "unknown").help(help));
             return None;
         };
-        // Parts stand where the header of their element does.
+        // The span of a part is the header of its element.
         let parts = document.elements.iter().filter(|part| part.place == element.place);
         found.extend(parts.map(|part| part.name.clone()));
     }
     if !found.is_empty() && own.is_some_and(|own| own.table.values.contains_key("at")) {
         let message = format!(
-            "control `{}`: a design that leaves elements out has no operating point of the whole",
+            "control `{}`: a design that leaves elements out has no operating point of the whole model",
             control.name
         );
         out.push(
@@ -54,7 +53,7 @@ pub(super) fn excluded(
     Some(found)
 }
 
-/// The mistake that a controller needs what its design leaves out.
+/// The error that a controller needs an element that its design leaves out.
 pub(super) fn needed_by(document: &Document, control: &ControlSpec, model: &Model) -> Option<Diagnostic> {
     let inputs = (control.law.inputs)(&control.values);
     let mut signals = signals_of(control.law.fields, &control.values);
@@ -71,11 +70,11 @@ pub(super) fn needed_by(document: &Document, control: &ControlSpec, model: &Mode
     let own = document.controls.iter().find(|own| own.place == control.place);
     let place = own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, "without"));
     let message = format!("control `{}`: its design leaves out `{}`, which it needs", control.name, shortened(missing));
-    let help = "leave out less: with a shaft go the elements that act on it";
+    let help = "leave out less: removing a shaft also removes the elements that act on it";
     Some(Diagnostic::error("control::without", message).at(place, "left out here").help(help))
 }
 
-/// The model without elements, and without what acts on their coordinates.
+/// The model without these elements, and without all that act on their coordinates.
 pub(super) fn model_excluding(model: &Model, excluded: &BTreeSet<String>) -> Model {
     let gone = |name: &str| excluded.contains(name);
     let mut out = model.clone();

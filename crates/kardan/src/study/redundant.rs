@@ -1,4 +1,4 @@
-//! Constraints that hold the same motion: what is told of them, and what nobody can ask of them.
+//! Constraints that restrict the same motion: notes on them, and rejection of requests for their torques.
 
 use super::places::{at_each, place_of};
 use crate::diagnostics::{Diagnostic, quoted};
@@ -16,18 +16,20 @@ pub(super) fn redundancy_notes(reduced: &Reduced) -> Vec<String> {
 
 fn note(group: &BTreeSet<String>) -> String {
     format!(
-        "the constraints {} hold the same motion: the split of their torques is not unique; shown is the one with the least sum of squares, \
-         as if all of them were equally stiff",
+        "the constraints {} restrict the same motion: the distribution of their torques is not unique; kardan gives \
+         the one with the least sum of squares, as if all were equally stiff",
         quoted(group.iter().map(String::as_str))
     )
 }
 
-/// Warns of torques that are not unique, and refuses sensors of such torques, which analyses, laws and observers read, and losses that depend on them.
+/// Warns of torques that are not unique, and rejects sensors of such torques, which analyses, laws and observers read, and losses that depend on them.
 pub(super) fn check_redundant(document: &Document, reduced: &Reduced, out: &mut Vec<Diagnostic>) {
     for group in reduced.redundant_groups() {
         let warning = Diagnostic::warning("constraint::redundant", note(&group));
         let warning = at_each(document, group.iter().map(String::as_str), "shares its torque", warning);
-        out.push(warning.help("what moves does not depend on the split; remove one of them if its torque matters"));
+        out.push(
+            warning.help("the motion does not depend on the distribution; remove one of them if its torque matters"),
+        );
     }
     let gear_losses = reduced
         .equations
@@ -35,28 +37,31 @@ pub(super) fn check_redundant(document: &Document, reduced: &Reduced, out: &mut 
         .iter()
         .filter(|unilateral| matches!(unilateral.value, UnilateralConstraint::GearLoss(_)));
     for unilateral in gear_losses.filter(|unilateral| reduced.shares_torque(&unilateral.element)) {
-        let message = format!("the teeth of `{}` lose a part of a torque that is not unique", unilateral.element);
+        let message = format!("the gear loss of `{}` depends on a torque that is not unique", unilateral.element);
         out.push(
             Diagnostic::error("constraint::not-unique", message)
                 .at(place_of(document, &unilateral.element), "has an efficiency, or a loss")
-                .help("remove a constraint that holds the same motion, put a spring into one of them, or take the loss out"),
+                .help(
+                    "remove a constraint that restricts the same motion, put a spring into one of them, or remove \
+                     the loss",
+                ),
         );
     }
     for (name, sensor) in &reduced.equations.sensors {
         if let Measured::ConstraintTorque(element, _) = &sensor.measured
             && reduced.shares_torque(element)
         {
-            let message = format!("sensor `{name}` asks for a torque of `{element}` that is not unique");
+            let message = format!("sensor `{name}` measures a torque of `{element}` that is not unique");
             out.push(
                 Diagnostic::error("sensor::not-unique", message)
                     .at(place_of(document, name), "cannot be read")
-                    .help("measure something else, or remove a constraint that holds the same motion"),
+                    .help("measure another quantity, or remove a constraint that restricts the same motion"),
             );
         }
     }
 }
 
-/// Multipliers per input, with those of redundant constraints: what the others carry is split as in a run.
+/// Multipliers per input, including those of redundant constraints: torques of the others are distributed as in a run.
 pub(super) fn split_multipliers(reduced: &Reduced, forces: &mut ConstraintForces) {
     let matrix = &mut forces.input_to_multiplier;
     let (minimal, columns) = (std::mem::take(&mut matrix.values), 0..matrix.columns.len());

@@ -1,4 +1,4 @@
-//! A bound on a signal, and whether a run keeps it.
+//! A bound on a signal, and whether a run satisfies it.
 
 use super::measure::{Band, Measured, Window, measured};
 use super::measure_over::measured_over;
@@ -12,29 +12,29 @@ use crate::units::Dimension;
 pub struct Requirement {
     /// Signal, or an expression of signals.
     pub signal: String,
-    /// What is measured of it.
+    /// The measure of it.
     pub measure: Measure,
-    /// The figure that is judged instead.
+    /// The figure to judge instead.
     pub figure: Option<String>,
-    /// The signal that it is measured over.
+    /// The signal on the horizontal axis of the measure.
     pub over: Option<String>,
-    /// The time at which it is measured, s.
+    /// The time of the measure, s.
     pub at: Option<f64>,
-    /// The frequency at which it is measured, Hz.
+    /// The frequency of the measure, Hz.
     pub frequency: Option<f64>,
-    /// What the signal is of.
+    /// The quantity of the signal.
     pub dimension: Dimension,
     /// The SI unit of the measure.
     pub unit: String,
-    /// The value that the signal is to reach, SI.
+    /// The target of the signal, SI.
     pub target: Option<f64>,
-    /// How near to it the signal must stay.
+    /// The tolerance around the target.
     pub band: Option<Band>,
-    /// The unit of its bounds in the file, where it is not the SI unit.
+    /// The unit of its bounds in the file, if it is not the SI unit.
     pub display: Option<DisplayUnit>,
-    /// Bound from above, SI.
+    /// Upper bound, SI.
     pub below: Option<f64>,
-    /// Bound from below, SI.
+    /// Lower bound, SI.
     pub above: Option<f64>,
     /// Window, s.
     pub from: f64,
@@ -67,13 +67,13 @@ impl Default for Requirement {
     }
 }
 
-/// A requirement that was judged, and what the reader must know of the verdict.
+/// A judged requirement, and warnings about the verdict.
 pub(super) struct Judged {
     pub(super) result: RequirementResult,
     pub(super) note: Option<String>,
 }
 
-/// What a run says of its motors, its events and its end.
+/// Motors, events and end of a run.
 pub(super) struct Ran<'a> {
     pub(super) motor_loads: &'a [MotorLoad],
     pub(super) events: &'a [Event],
@@ -94,7 +94,7 @@ fn measure_of<'s>(
         return found.map(exact).ok_or("the figure has none in this run");
     }
     let column = |name: &str| series.signal(name).map(|signal| signal.values.as_slice()).unwrap_or_default();
-    // Times rise, so that the rows of a window stand together.
+    // Times increase, so the rows of a window are contiguous.
     let [first, behind] =
         [series.time.partition_point(|time| time < from), series.time.partition_point(|time| time <= until)];
     let inside = |values: &'s [f64]| {
@@ -117,7 +117,7 @@ fn measure_of<'s>(
             let element = SignalName::new(signal).element;
             let of_element = |event: &&Event| {
                 signal == "t"
-                    || event.what.split(' ').next().is_some_and(|name| SignalName::new(name).element == element)
+                    || event.description.split(' ').next().is_some_and(|name| SignalName::new(name).element == element)
             };
             let inside = ran.events.iter().filter(|event| (*from..=*until).contains(&event.time));
             Ok(exact(inside.filter(of_element).count() as f64))
@@ -129,7 +129,7 @@ fn measure_of<'s>(
     }
 }
 
-/// The value at a time, on the straight line between the rows beside it.
+/// The value at a time, on the straight line between the adjacent rows.
 fn value_at(times: &[f64], values: &[f64], at: f64) -> Result<Measured, &'static str> {
     let behind = times.iter().position(|time| *time >= at).ok_or("the run ended before it")?;
     let line = |a: usize, b: usize| {
@@ -137,18 +137,18 @@ fn value_at(times: &[f64], values: &[f64], at: f64) -> Result<Measured, &'static
     };
     let before = if times[behind] == at { behind } else { behind.saturating_sub(1) };
     let value = line(before, behind);
-    // What the next rows on both sides would make of it.
+    // The estimate from the next rows on both sides.
     let wider = line(before.saturating_sub(1), (behind + 1).min(times.len() - 1));
     let grid = if before == behind { 0.0 } else { (value - wider).abs() };
     if value.is_finite() { Ok(Measured { value, grid }) } else { Err("the expression is no number there") }
 }
 
-/// A number of a file again: digits, or a power of ten where they would be many zeros.
+/// A number as in a file: digits, or a power of ten in place of many zeros.
 pub(super) fn in_digits(number: f64) -> String {
     if number == 0.0 || (1e-4..1e7).contains(&number.abs()) { number.to_string() } else { format!("{number:e}") }
 }
 
-/// What a measure is of: its target in the unit of the signal, and its band; nothing of one that has none.
+/// The target of a measure in the unit of the signal, and its band; empty if it has none.
 fn aim(requirement: &Requirement, unit: &str) -> String {
     let Requirement { measure, target, band, .. } = requirement;
     let with_unit = |value: f64| format!("{} {unit}", in_digits(in_15_digits(value))).trim_end().to_string();
@@ -168,7 +168,7 @@ fn aim(requirement: &Requirement, unit: &str) -> String {
     format!(" (to {target}{band})")
 }
 
-/// What is measured, in words.
+/// The measure, as text.
 fn described(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -> String {
     let Requirement { signal, measure, figure, over, at, frequency, from, until, .. } = requirement;
     if let Some(figure) = figure {
@@ -198,13 +198,13 @@ fn described(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -> Strin
 }
 
 impl Requirement {
-    /// What it asks for, in words, before any run.
+    /// The bounds, as text, before any run.
     pub(super) fn describe(&self) -> String {
         let ran = Ran { motor_loads: &[], events: &[], completed: false };
         judge(self, &Series::default(), &ran, &[]).result.text
     }
 
-    /// What it measures, in words, before any run.
+    /// The measure, as text, before any run.
     pub(super) fn describe_measure(&self) -> String {
         described(self, &Series::default(), &Ran { motor_loads: &[], events: &[], completed: false })
     }
@@ -215,7 +215,7 @@ pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>, f
     let completed = ran.completed;
     let found = measure_of(requirement, series, ran, figures);
     let measured = found.ok().map(|found| found.value);
-    // A run that ended inside the window cannot pass: nobody knows what would have come.
+    // A run that ended inside the window cannot pass: the rest is unknown.
     let until = requirement.at.unwrap_or(*until);
     let complete = completed || series.time.last().is_some_and(|last| *last >= until);
     let passed = complete
@@ -237,8 +237,8 @@ pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>, f
         Ok(Measured { value, grid }) if [below, above].iter().any(|bound| near(**bound, value, grid)) => {
             let size = display.as_ref().map_or(grid, |unit| unit.of(grid));
             Some(format!(
-                "`{text}` is nearer to its bound than what the rows of the run leave open, about {size:.1e} {display_unit}: a smaller \
-                 `output_step` tells more"
+                "`{text}` is closer to its bound than the resolution of the rows of the run, about {size:.1e} \
+                 {display_unit}: a smaller `output_step` resolves it"
             ))
         }
         _ => None,
@@ -247,12 +247,12 @@ pub(super) fn judge(requirement: &Requirement, series: &Series, ran: &Ran<'_>, f
     Judged { result: RequirementResult { text, measured, unit, display, passed }, note }
 }
 
-/// Whether a bound is nearer to a measure than what the grid of rows makes of it.
+/// Whether a bound is closer to a measure than the error of the grid of rows.
 fn near(bound: Option<f64>, value: f64, grid: f64) -> bool {
     bound.is_some_and(|bound| grid > 0.0 && (value - bound).abs() <= grid)
 }
 
-/// A bound in the unit of the file, without the digits that the change of units rounded: 15 remain.
+/// A bound in the unit of the file, without the digits that the conversion of units rounded: 15 remain.
 fn in_unit(bound: f64, unit: &DisplayUnit) -> f64 {
     in_15_digits(unit.of(bound))
 }
@@ -261,7 +261,7 @@ pub(super) fn in_15_digits(value: f64) -> f64 {
     format!("{value:.14e}").parse().unwrap_or(value)
 }
 
-/// The motor of which a signal is the torque, or the source of a voltage.
+/// The motor whose torque the signal is, or the source of a voltage.
 pub(super) fn motor_of(signal: &str) -> Option<&str> {
     use Quantity::{Command, Force, Torque, Velocity, Voltage};
     let name = SignalName::new(signal);

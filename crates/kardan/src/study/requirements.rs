@@ -1,4 +1,4 @@
-//! What a study asks for: requirements, plots, accuracy.
+//! The requests of a study: requirements, plots, accuracy.
 
 use std::collections::HashMap;
 
@@ -86,7 +86,7 @@ pub(super) fn figures_and_requirements(
     (figures.into_vec(), requirements)
 }
 
-/// A number of each run that a table asks for; what is wrong with it is reported.
+/// A number of each run that a table requests; errors are reported.
 fn figure(
     reading: &Measuring<'_>,
     number: usize,
@@ -127,7 +127,7 @@ fn figure(
     })
 }
 
-/// What has the name of a figure already.
+/// Other uses of the name of a figure.
 fn name_conflict(name: &str, before: &NamedList<Figure>, context: &SignalContext<'_>) -> Option<&'static str> {
     let is_parameter = || context.document.parameters.has(name);
     match name {
@@ -137,7 +137,7 @@ fn name_conflict(name: &str, before: &NamedList<Figure>, context: &SignalContext
     }
 }
 
-/// The dimension of an expression of figures and parameters; what is wrong with it is reported.
+/// The dimension of an expression of figures and parameters; errors are reported.
 fn dimension_of(
     text: &str,
     (before, earlier): (&NamedList<Figure>, &[Table]),
@@ -154,7 +154,7 @@ fn dimension_of(
     let is_defined = |name: &str| before.has(name) || reader.exact_value(name).is_some();
     if let Some(name) = law.names().into_iter().find(|name| !is_defined(name)) {
         let named = |table: &Table| read_word(table, "name") == Some(name);
-        // One that stands before it has a mistake of its own.
+        // A preceding one has an error of its own.
         if context.document.suppressed.has_key(name) || earlier.iter().any(named) {
             return None;
         }
@@ -163,8 +163,7 @@ fn dimension_of(
             false => match nearest(name, before.iter().map(|figure| figure.name.as_str())) {
                 Some(near) => format!("did you mean `{near}`?"),
                 None => {
-                    "name figures that stand before it, and parameters; a signal is measured by a figure of its own"
-                        .to_string()
+                    "name preceding figures, and parameters; write a figure of its own to measure a signal".to_string()
                 }
             },
         };
@@ -182,7 +181,7 @@ fn dimension_of(
     }
 }
 
-/// The unit in which a figure is told.
+/// The display unit of a figure.
 fn read_display_unit(
     table: &Table,
     dimension: Dimension,
@@ -207,12 +206,12 @@ fn read_display_unit(
     (size != 1.0 || unit != dimension.si()).then(|| DisplayUnit { unit: unit.into(), size })
 }
 
-/// A time that is zero or more.
+/// A nonnegative time.
 const TIME: (Dimension, Sign) = (Dimension::TIME, Sign::NonNegative);
-/// The table of a requirement in messages.
+/// The name of the table of a requirement in messages.
 const REQUIREMENT: &str = "`[[requirement]]`";
 
-/// What the tables of requirements and figures are read with.
+/// The context for reading the tables of requirements and figures.
 pub(super) struct Measuring<'a> {
     pub(super) context: &'a SignalContext<'a>,
     pub(super) reader: &'a TableReader<'a>,
@@ -239,7 +238,7 @@ impl Measuring<'_> {
         if let Some([Some(below), Some(above)]) = bounds
             && above >= below
         {
-            let message = format!("{REQUIREMENT}: nothing is above {above} and below {below}");
+            let message = format!("{REQUIREMENT}: no value is above {above} and below {below}");
             out.push(
                 Diagnostic::error("requirement::bounds", message)
                     .at(TableReader::place(table, "below"), "not above `above`")
@@ -252,7 +251,7 @@ impl Measuring<'_> {
         Some(Requirement { below, above, display, variants, ..measure })
     }
 
-    /// What a requirement on a figure judges.
+    /// The figure of a requirement on a figure.
     fn figure(
         &self,
         table: &Table,
@@ -285,18 +284,18 @@ impl Measuring<'_> {
         Some((judged, found.dimension))
     }
 
-    /// Tells of keys beside one that says all.
+    /// Reports keys without meaning next to a sufficient key.
     fn reject_other_keys(&self, table: &Table, key: &'static str, what: &str, out: &mut Vec<Diagnostic>) {
         let measuring = ["signal", "measure", "over", "at", "frequency", "target", "band", "from", "until"];
         for surplus_key in measuring.into_iter().filter(|key| table.values.contains_key(key)) {
-            let message = format!("{what}: `{surplus_key}` says nothing beside `{key}`");
+            let message = format!("{what}: `{surplus_key}` has no meaning with `{key}`");
             let place = TableReader::place(table, surplus_key);
             let help = format!("remove it, or write `signal` and `measure` in place of `{key}`");
             out.push(Diagnostic::error("requirement::key", message).at(place, "not used").help(help));
         }
     }
 
-    /// What is measured, and its dimension.
+    /// The measured signal, and its dimension.
     fn measure(
         &self,
         table: &Table,
@@ -340,7 +339,7 @@ impl Measuring<'_> {
         Some((Requirement { dimension: dimension_of_signal, ..measured }, dimension))
     }
 
-    /// A value of a dimension; of one without a name angles are not counted.
+    /// A value of a dimension; if the dimension has no name, angles are not counted.
     pub(super) fn like(
         &self,
         table: &Table,
@@ -362,7 +361,7 @@ impl Measuring<'_> {
         Some(value.to_f64())
     }
 
-    /// How near to its target a signal must stay: in its unit, or a part of its way.
+    /// The tolerance of a signal around its target: in its unit, or a fraction of its way.
     fn band(&self, table: &Table, dimension: Dimension, what: &str, out: &mut Vec<Diagnostic>) -> Option<Band> {
         let scalar = read_scalar(table, "band")?;
         let label = format!("`band` of {what}");
@@ -384,7 +383,7 @@ impl Measuring<'_> {
         }
     }
 
-    /// The unit of the bounds as the file writes it, `None` if it is the SI unit.
+    /// The unit of the bounds in the file, `None` if it is the SI unit.
     pub(super) fn unit_of_bounds(&self, table: &Table, dimension: Dimension) -> Option<DisplayUnit> {
         let text = ["below", "above"].into_iter().find_map(|key| table.source_text.get(key))?;
         let named = || self.context.document.declared(text);
@@ -405,7 +404,7 @@ impl Measuring<'_> {
         quantity(self.reader, table, key, expected, what, out).map(|x| x.to_f64())
     }
 
-    /// Tells of a window in which no time is left in any of its runs.
+    /// Reports a window that is empty in one of its runs.
     fn check_window(
         &self,
         table: &Table,
@@ -438,7 +437,7 @@ impl Measuring<'_> {
 
 const BAND_HELP: &str = "write a part of the way to the target, `band = 0.02`, or a size in the unit of the signal";
 
-/// The dimension of a measure; nothing of a power that is none, and of what lacks its other signal.
+/// The dimension of a measure; none for an energy of a signal that is no power, and for a measure without its other signal.
 fn measured_dimension(measure: Measure, signal: Dimension, over: Option<Dimension>) -> Option<Dimension> {
     match measure {
         Measure::TimeAtLimit | Measure::RiseTime | Measure::SettlingTime | Measure::TimeOfMax | Measure::TimeOfMin => {
@@ -468,13 +467,13 @@ fn measured_dimension(measure: Measure, signal: Dimension, over: Option<Dimensio
 fn unit_of(measure: Measure, dimension: Dimension) -> String {
     match measure {
         Measure::Energy => Physical::Energy.unit().to_string(),
-        // What is divided by a time is no frequency.
+        // A quantity divided by a time is no frequency.
         _ if dimension == Dimension::FREQUENCY => "1/s".to_string(),
         _ => dimension.si(),
     }
 }
 
-/// Tells of an energy that is asked of what is no power.
+/// Reports an energy of a signal that is no power.
 fn check_power(found: &ResolvedSignal, measure: Measure, place: &Place, what: &str, out: &mut Vec<Diagnostic>) {
     if measure == Measure::Energy && !POWER.is_like(&found.dimension) {
         let message = format!(
@@ -490,7 +489,7 @@ fn check_power(found: &ResolvedSignal, measure: Measure, place: &Place, what: &s
     }
 }
 
-/// What measures of one signal over another one need and take beyond the others.
+/// Additional keys of measures of one signal over another one.
 fn needs(measure: Measure) -> &'static [(&'static str, &'static str)] {
     const OVER: (&str, &str) = ("over", "name the other signal, `over = \"car.a_y\"`");
     const FREQUENCY: (&str, &str) = ("frequency", "write that of the wave, `frequency = \"0.2 Hz\"`");
@@ -503,7 +502,7 @@ fn needs(measure: Measure) -> &'static [(&'static str, &'static str)] {
     }
 }
 
-/// Tells of keys that a measure needs, and of those that say nothing for it.
+/// Reports missing keys of a measure, and keys without meaning for it.
 fn check_measure_keys(table: &Table, measure: Option<Measure>, what: &str, out: &mut Vec<Diagnostic>) {
     let Some(measure) = measure else { return };
     let word = measure.word();
@@ -522,7 +521,7 @@ fn check_measure_keys(table: &Table, measure: Option<Measure>, what: &str, out: 
     };
     let all = ["target", "band", "over", "at", "frequency", "from", "until"];
     for key in all.into_iter().filter(|key| here(key) && !takes(key)) {
-        let message = format!("{what}: `{key}` says nothing for the measure `{word}`");
+        let message = format!("{what}: `{key}` has no meaning for the measure `{word}`");
         let help = match key {
             "target" => "remove it, or measure `overshoot`, `rise_time`, `settling_time` or `iae`",
             "band" => "remove it, or measure `rise_time` or `settling_time`",
@@ -536,7 +535,7 @@ fn check_measure_keys(table: &Table, measure: Option<Measure>, what: &str, out: 
     }
 }
 
-/// Tells of a table that does not say what is measured.
+/// Reports a table without a measure.
 fn check_named(table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
     let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
     let alternative = if what == REQUIREMENT { "figure" } else { "value" };
@@ -549,7 +548,7 @@ fn check_named(table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Tells of a requirement without a bound.
+/// Reports a requirement without a bound.
 fn check_bounds(table: &Table, out: &mut Vec<Diagnostic>) {
     let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
     if !here("below") && !here("above") {
@@ -561,7 +560,7 @@ fn check_bounds(table: &Table, out: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Tells of values that differ between the variants.
+/// Reports values that differ between the variants.
 fn check_varied(table: &Table, document: &Document, keys: &[&str], what: &str, out: &mut Vec<Diagnostic>) {
     for key in keys {
         let Some(Placed { value, place }) = read_scalar(table, key) else { continue };
@@ -583,7 +582,7 @@ fn check_varied(table: &Table, document: &Document, keys: &[&str], what: &str, o
     }
 }
 
-/// Tells of a requirement on the time at a limit that the signal is not what a motor or a source with a limit gives.
+/// Reports a requirement on the time at a limit if the signal is no output of a motor or source with a limit.
 fn check_limited(signal: &str, place: &Place, document: &Document, what: &str, out: &mut Vec<Diagnostic>) {
     let limit = |keyword: &str| match keyword {
         "motor" => Some("torque_limit"),
@@ -596,7 +595,7 @@ fn check_limited(signal: &str, place: &Place, document: &Document, what: &str, o
     };
     let problem = match motor_of(signal).and_then(named) {
         None => (
-            format!("`{signal}` is not what a motor or a voltage source gives, and these alone have a limit"),
+            format!("`{signal}` is no output of a motor or voltage source, and only these have a limit"),
             "name the torque of a motor, `signal = \"MOTOR.tau\"`, or the voltage of a source, `signal = \"SOURCE.v\"`"
                 .to_string(),
         ),
@@ -604,11 +603,11 @@ fn check_limited(signal: &str, place: &Place, document: &Document, what: &str, o
             let (kind, name) = (motor.kind.keyword, &motor.name);
             (
                 format!(
-                    "the {} `{name}` has no {}, so it is never there",
+                    "the {} `{name}` has no {}, so it never reaches one",
                     kind.replace('_', " "),
                     limit.replace('_', " ")
                 ),
-                format!("add `{limit} = \"...\"` to `[{kind}.{name}]`, or ask for another measure"),
+                format!("add `{limit} = \"...\"` to `[{kind}.{name}]`, or choose another measure"),
             )
         }
         Some(_) => return,
@@ -628,7 +627,9 @@ fn display(table: &Table, kinds: &[Physical], what: &str, out: &mut Vec<Diagnost
     let text = read_word(table, "display")?.trim();
     let quantity_text = format!("1 {text}");
     let diagnostic = |code: &'static str, message: String, help: String| {
-        Diagnostic::error(code, message).at(TableReader::place(table, "display"), "no unit of what is drawn").help(help)
+        Diagnostic::error(code, message)
+            .at(TableReader::place(table, "display"), "no unit of a drawn signal")
+            .help(help)
     };
     let units: Vec<String> = kinds.iter().map(|kind| format!("`{}`", kind.unit())).collect();
     let drawn = units.join(", ");
@@ -638,7 +639,7 @@ fn display(table: &Table, kinds: &[Physical], what: &str, out: &mut Vec<Diagnost
         return None;
     };
     let Some(&physical) = kinds.iter().find(|kind| kind.dimension() == dimension) else {
-        // Signals that were not found are reported already.
+        // Signals that were not found have been reported.
         if !kinds.is_empty() {
             let message = format!("{what}: `{}` is {}, and no such signal is drawn", shortened(text), dimension.noun());
             out.push(diagnostic(
@@ -652,7 +653,7 @@ fn display(table: &Table, kinds: &[Physical], what: &str, out: &mut Vec<Diagnost
     display_unit(unit, physical).map(|unit| PlotUnit { physical, unit })
 }
 
-/// The time that a plot shows; one that is empty is reported.
+/// The time range of a plot; an empty one is reported.
 fn window(table: &Table, context: &SignalContext<'_>, what: &str, out: &mut Vec<Diagnostic>) -> Option<Span> {
     let reader = &TableReader::new(context.document, &[]);
     let [from, until] = ["from", "until"].map(|key| quantity(reader, table, key, TIME, what, out).map(|x| x.to_f64()));
@@ -675,7 +676,7 @@ fn window(table: &Table, context: &SignalContext<'_>, what: &str, out: &mut Vec<
                 .help("lengthen `duration` or let `from` come before its end"),
         );
     }
-    (from.is_some() || until.is_some()).then_some(Span { from: begin, until: until.unwrap_or(f64::INFINITY) })
+    (from.is_some() || until.is_some()).then_some(Span { start: begin, end: until.unwrap_or(f64::INFINITY) })
 }
 
 pub(super) fn plots(context: &SignalContext<'_>, variants: &[String], out: &mut Vec<Diagnostic>) -> Vec<Plot> {
@@ -753,7 +754,7 @@ pub(super) fn plots(context: &SignalContext<'_>, variants: &[String], out: &mut 
     plots
 }
 
-/// Tells of a spectrum over something else than the frequency, and of one of too few rows.
+/// Reports a spectrum over a signal other than the frequency, and a spectrum of too few rows.
 fn check_spectrum(
     table: &Table,
     context: &SignalContext<'_>,
@@ -774,7 +775,7 @@ fn check_spectrum(
     let [duration, step] = ["duration", "output_step"]
         .map(|key| quantity(reader, scenario, key, TIME, "", &mut Vec::new()).map(|value| value.to_f64()));
     let (Some(duration), Some(step)) = (duration, step.filter(|step| *step > 0.0)) else { return };
-    let Span { from, until } = window.unwrap_or(Span { from: 0.0, until: f64::INFINITY });
+    let Span { start: from, end: until } = window.unwrap_or(Span { start: 0.0, end: f64::INFINITY });
     let rows = ((until.min(duration) - from) / step).max(0.0).floor();
     if rows < LEAST_ROWS as f64 {
         let message = format!(
@@ -788,7 +789,7 @@ fn check_spectrum(
     }
 }
 
-/// Relative tolerances that make sense: below the first there is nothing but rounding.
+/// Sensible relative tolerances: below the first only rounding remains.
 pub const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-13..=1e-3;
 
 pub(super) fn tolerance(document: &Document, out: &mut Vec<Diagnostic>) -> Tolerance {

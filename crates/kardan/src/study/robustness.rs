@@ -12,25 +12,25 @@ use crate::results::{Interaction, Interval, Robustness, Spread, Stability, Varie
 use crate::synthesis::Law;
 use crate::units::Exact;
 
-/// Which box of plants.
+/// The box of plants.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ToleranceBox {
-    /// The tolerances that the file gives.
+    /// The tolerances of the file.
     File,
-    /// Every inertia, damping and stiffness within this part of its value, either way.
+    /// Every inertia, damping and stiffness within this fraction of its value, in both directions.
     Part(f64),
 }
 
-/// Samples.
+/// Number of samples.
 const SAMPLES: usize = 1000;
 /// Their seed.
 const SEED: u64 = 1;
-/// Random points from which the search begins, besides the corner that the slopes point to.
+/// Number of random start points of the search, besides the corner given by the slopes.
 const STARTS: usize = 4;
-/// Sweeps over all coefficients after which a search ends.
+/// Number of sweeps over all coefficients after which a search ends.
 const SWEEPS: usize = 6;
 
-/// The design of a controller over a box of plants; the reason if there is nothing to vary or nothing to watch.
+/// The design of a controller over a box of plants; the reason if there is nothing to vary or to watch.
 pub(super) fn robustness(
     variant: &PreparedVariant,
     number: usize,
@@ -55,7 +55,7 @@ pub(super) fn robustness(
     let points = random_points(&parameters);
     let shown = look_at_all(&subject, &points, progress)?;
     let plants = Plants { subject: &subject, parameters: &parameters, nominal, points, shown };
-    // Of unstable loops the radius counts too.
+    // For unstable loops the radius counts too.
     let spectral_radius = plants.spread(&|shown| shown.map_or(f64::INFINITY, |shown| shown.radius));
     let worst = &spectral_radius;
     let worst_stable =
@@ -94,7 +94,7 @@ fn random_points(parameters: &[VariedParameter]) -> Vec<Vec<f64>> {
     (0..SAMPLES).map(|_| parameters.iter().map(|one| factor(&one.factors)).collect()).collect()
 }
 
-/// What the loop shows with each plant, nothing where it has no map; the reason if all is to end.
+/// The responses of the loop for each plant, none if it has no map; the reason if everything must end.
 fn look_at_all(subject: &Subject, points: &[Vec<f64>], progress: &dyn Progress) -> Result<Vec<Option<Shown>>, String> {
     let done = std::sync::atomic::AtomicUsize::new(0);
     let look = |point: &Vec<f64>| {
@@ -113,7 +113,7 @@ fn look_at_all(subject: &Subject, points: &[Vec<f64>], progress: &dyn Progress) 
     progress.stop().map_or(Ok(shown), Err)
 }
 
-/// The plants of a box, with what each of them shows.
+/// The plants of a box, with their responses.
 struct Plants<'a> {
     subject: &'a Subject,
     parameters: &'a [VariedParameter],
@@ -123,7 +123,7 @@ struct Plants<'a> {
 }
 
 impl Plants<'_> {
-    /// How a value spreads over the samples, and its largest over the corners that a search finds.
+    /// The distribution of a value over the samples, and its largest value over the corners that a search finds.
     fn spread(&self, of: &(dyn Fn(Option<&Shown>) -> f64 + Sync)) -> Spread {
         let mut all: Vec<(f64, usize)> =
             self.shown.iter().enumerate().map(|(k, shown)| (of(shown.as_ref()), k)).collect();
@@ -143,9 +143,9 @@ impl Plants<'_> {
         }
     }
 
-    /// The interactions of the channels, and the torques asked of the motors, over the box.
+    /// The interactions of the channels, and the motor torques, over the box.
     fn sizes(&self) -> (Vec<Interaction>, Vec<Interaction>) {
-        // What an unstable loop does has no size.
+        // Responses of an unstable loop have no size.
         let spread = |value: &(dyn Fn(&Shown) -> f64 + Sync)| {
             self.spread(&|shown| shown.filter(|shown| shown.stable).map_or(f64::INFINITY, value))
         };
@@ -172,7 +172,7 @@ impl Plants<'_> {
     }
 }
 
-/// What of it must not be overlooked.
+/// Important warnings.
 pub(super) fn warnings(found: &Robustness) -> Vec<String> {
     let mut out = Vec::new();
     if found.stable < found.samples {
@@ -217,7 +217,7 @@ fn limits(variant: &PreparedVariant, names: &[String], range: ToleranceBox) -> (
 }
 
 /// The largest value over the corners of the box that a search finds: coefficient by coefficient to its better end, until
-/// nothing gets larger, from the corner to which the slopes at the centre point and from the corners next to given points.
+/// no value increases, from the corner given by the slopes at the centre point and from the corners next to given points.
 fn worst_corner(
     parameters: &[VariedParameter],
     starts: &[&Vec<f64>],

@@ -1,4 +1,4 @@
-//! A study: every variant run through the scenario, judged, with its structure and designs beside it.
+//! A study: every variant run through the scenario and judged, with structure and designs.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -31,25 +31,25 @@ use crate::simulate::{
     EncoderReading, Faults, FlippedReading, Method, Ready, RunResult, Scenario, Setup, Tolerance, signal_names,
 };
 
-/// Told of a study that ends with its runs.
+/// Note of a study that ends with its runs.
 const MISSING: &str = "structure and designs of the report are missing";
 
-/// How a study is run.
+/// Settings of a study.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Settings {
     /// Names of the variants to run; empty: all.
     pub variants: Vec<String>,
-    /// Names of `[fault.NAME]` that happen in all of them, besides those that do anyway.
+    /// Names of `[fault.NAME]` that occur in all of them, besides those that occur anyway.
     pub faults: Vec<String>,
     /// Whether controllers run that are unstable at their sample time.
     pub force: bool,
-    /// Whether only the runs are asked for, without the structure of the model, the designs of its controllers and the estimate of
-    /// errors beside them.
+    /// Whether only the runs are requested, without the structure of the model, the designs of its controllers and the estimate of
+    /// errors.
     /// For many runs in a row: margins and bounds of a design take longer than a run.
     pub runs_only: bool,
-    /// How runs are integrated.
+    /// The integration method.
     pub method: Method,
-    /// Relative error allowed per step, in place of that of the file.
+    /// Relative error per step, in place of that of the file.
     pub tolerance: Option<f64>,
 }
 
@@ -68,7 +68,7 @@ pub struct Settings {
 /// A run that fails numerically is part of the result ([`Outcome::Failed`]) with everything computed so far.
 ///
 /// # Errors
-/// All mistakes of the file, if there are any (warnings alone do not count).
+/// All errors of the file, if there are any (warnings alone do not count).
 pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result<Study, Vec<Diagnostic>> {
     Project::open(source).run(settings, progress)
 }
@@ -77,7 +77,7 @@ impl Project {
     /// Runs every variant through the scenario, in parallel; see [`run`].
     ///
     /// # Errors
-    /// All mistakes, if there are any (warnings alone do not count).
+    /// All errors, if there are any (warnings alone do not count).
     pub fn run(&self, settings: &Settings, progress: &dyn Progress) -> Result<Study, Vec<Diagnostic>> {
         let (prepared, mut diagnostics) = (self.prepared(), self.diagnostics().to_vec());
         if settings.force {
@@ -107,7 +107,7 @@ impl Project {
             rayon::join(|| rayon::join(ran, again), beside);
         designs.iter_mut().for_each(|design| add_run_usage(design, &chosen, &study.runs));
         if let Some(why) = progress.stop() {
-            warnings.push(format!("{why}: what was not computed by then is left out"));
+            warnings.push(format!("{why}: results not computed by then are missing"));
         }
         let analysis = analysis.unwrap_or_else(|why| {
             warnings.push(why);
@@ -126,7 +126,7 @@ impl Project {
     }
 }
 
-/// The mistakes of names that no variant has.
+/// The errors of names that no variant has.
 pub(super) fn check_variants(prepared: &Prepared, names: &[String], out: &mut Vec<Diagnostic>) {
     let variant_names: Vec<&str> = prepared.all().map(|variant| variant.name.as_str()).collect();
     for name in names.iter().filter(|name| !variant_names.contains(&name.as_str()) && !variant_names.is_empty()) {
@@ -138,13 +138,13 @@ pub(super) fn check_variants(prepared: &Prepared, names: &[String], out: &mut Ve
     }
 }
 
-/// The mistakes of faults that are asked for: told once, though several variants have them.
+/// The errors of requested faults: reported once, though several variants have them.
 fn check_faults(prepared: &Prepared, settings: &Settings, out: &mut Vec<Diagnostic>) {
     let chosen = |variant: &&PreparedVariant| settings.variants.is_empty() || settings.variants.contains(&variant.name);
     out.extend(prepared.all().filter(chosen).find_map(|variant| variant.failing(&settings.faults).err()));
 }
 
-/// The runs; they are kept, whatever becomes of the rest.
+/// The runs; they remain valid, whatever happens to the rest.
 fn run_all(
     prepared: &Prepared,
     chosen: &[&PreparedVariant],
@@ -170,12 +170,12 @@ fn run_all(
     (study, encoder_readings)
 }
 
-/// What acts in a variant besides its parameters: its controllers, and what fails.
+/// The active controllers and faults of a variant, besides its parameters.
 fn acting(variant: &PreparedVariant) -> (Vec<&str>, &Faults) {
     (variant.model.controls.iter().map(|control| control.name.as_str()).collect(), &variant.scenario.faults)
 }
 
-/// The runs at a looser tolerance, which tell how accurate the others are.
+/// The runs at a looser tolerance, which estimate the accuracy of the others.
 fn run_again(
     prepared: &Prepared,
     chosen: &[&PreparedVariant],
@@ -185,7 +185,7 @@ fn run_again(
     chosen.par_iter().map(|variant| again(variant, &[], (prepared, settings), progress)).collect()
 }
 
-/// A variant at a looser tolerance and with other rounding; some readings come out otherwise.
+/// A variant at a looser tolerance and with other rounding; some readings have other values.
 fn again(
     variant: &PreparedVariant,
     flipped: &[FlippedReading],
@@ -197,7 +197,7 @@ fn again(
     Ready::new(setup(variant, &scenario), tolerance).turning(flipped).shaken().run(&mut |_| progress.stop())
 }
 
-/// How far a run may be wrong, by what sensors met in it, and by a second run.
+/// The estimated error of a run, from the readings of its sensors, and from a second run.
 fn accuracy_of(
     run: &Run,
     encoder_readings: &[EncoderReading],
@@ -216,9 +216,9 @@ fn accuracy_of(
     accuracy::estimate(run, reference_runs, tolerance(prepared, settings, progress), &readings)
 }
 
-/// What happens in a variant, with the faults that were asked for.
+/// The scenario of a variant, with the requested faults.
 fn scenario_of<'v>(variant: &'v PreparedVariant, settings: &Settings) -> Cow<'v, Scenario> {
-    // What is wrong with them was told before.
+    // Their errors have been reported.
     match settings.faults[..] {
         [] => Cow::Borrowed(&variant.scenario),
         _ => variant.failing(&settings.faults).map_or(Cow::Borrowed(&variant.scenario), Cow::Owned),
@@ -252,7 +252,7 @@ fn designs_of(prepared: &Prepared, chosen: &[&PreparedVariant], progress: &dyn P
     own.par_iter().filter_map(design).collect()
 }
 
-/// Tells in a design what the runs with its controller asked of its motors.
+/// Records in a design the motor loads of the runs with its controller.
 fn add_run_usage(design: &mut Design, chosen: &[&PreparedVariant], runs: &[Run]) {
     for (variant, run) in chosen.iter().zip(runs) {
         if variant.model.controls.iter().any(|control| control.name == design.controller) {
@@ -262,10 +262,10 @@ fn add_run_usage(design: &mut Design, chosen: &[&PreparedVariant], runs: &[Run])
     actuator_usage::warn(design);
 }
 
-/// Beyond this number of states a run does not wait for the analysis of its structure.
+/// Above this number of states a run does not wait for the analysis of its structure.
 const MOST_STATES: usize = 24;
 
-/// The structure of a variant beside its run: nothing that could stop or delay the run. `Err`: a warning.
+/// The structure of a variant next to its run: never stops or delays the run. `Err`: a warning.
 fn structure_of(prepared: &Prepared, variant: &PreparedVariant) -> Result<Analysis, String> {
     let states = 2 * variant.reduced.degrees_of_freedom();
     if states > MOST_STATES {
@@ -279,7 +279,7 @@ fn structure_of(prepared: &Prepared, variant: &PreparedVariant) -> Result<Analys
             .and_then(|frozen| analyze_variant(prepared, &frozen, &settings, &Silent)),
     };
     if let (Ok(analysis), false) = (&mut found, variant.model.tolerances.is_empty()) {
-        analysis.notes.push("what the tolerances allow, the nearest loss among it: `kardan analyze`".into());
+        analysis.notes.push("effects of the tolerances, including the nearest loss: see `kardan analyze`".into());
     }
     found.map_err(|why| {
         let why: Vec<String> = why.iter().map(|diagnostic| diagnostic.message.clone()).collect();
@@ -288,7 +288,7 @@ fn structure_of(prepared: &Prepared, variant: &PreparedVariant) -> Result<Analys
 }
 
 /// Each output that a controller of the loop controls with its reference, then references of another kind, such as a torque
-/// that is asked for at an angle.
+/// that is requested at an angle.
 fn controlled(variant: &PreparedVariant) -> Vec<Plot> {
     let columns = signal_names(&variant.reduced, &variant.scenario);
     let signal = |name: &str| {
@@ -327,7 +327,7 @@ fn controlled(variant: &PreparedVariant) -> Vec<Plot> {
     plots
 }
 
-/// For a file that asks for no plot: what is controlled, with its references; angles and speeds of the coordinates, torques of
+/// For a file without a plot: the controlled outputs, with their references; angles and speeds of the coordinates, torques of
 /// the motors; of circuits charges, currents and voltages.
 fn default_plots(variant: &PreparedVariant) -> Vec<Plot> {
     let names = variant.reduced.coordinate_names();
@@ -369,7 +369,7 @@ fn default_plots(variant: &PreparedVariant) -> Vec<Plot> {
     controlled(variant).into_iter().chain(all).filter(|plot| !plot.signals.is_empty()).collect()
 }
 
-/// The plots that show one of the variants chosen.
+/// The plots that show one of the chosen variants.
 fn chosen_plots(prepared: &Prepared, chosen: &[String]) -> Vec<Plot> {
     let mut plots = prepared.plots.clone();
     if let (true, Some(variant)) = (plots.is_empty(), prepared.variants.first()) {
@@ -398,7 +398,7 @@ pub(super) fn run_variant(
     judged(variant, prepared, run_with_progress(ready, (number, &variant.name), progress))
 }
 
-/// The same with what its sensors met that count, where its error is asked for.
+/// The same with the counts that its sensors read, if the error is requested.
 fn run_noted(
     number: usize,
     variant: &PreparedVariant,
@@ -414,7 +414,7 @@ fn run_noted(
     (judged(variant, prepared, result), encoder_readings)
 }
 
-/// What a run comes to, with what is computed from its signals, its figures, and what is required of it.
+/// The result of a run, with its computed signals, its figures, and its requirements.
 pub(super) fn judged(variant: &PreparedVariant, prepared: &Prepared, mut result: RunResult) -> Run {
     result.series.signals.extend(variant.computed.signals(&result.series));
     let completed = !matches!(result.outcome, Outcome::Failed { .. });
@@ -439,7 +439,7 @@ pub(super) fn judged(variant: &PreparedVariant, prepared: &Prepared, mut result:
         notes.extend(note);
     }
     if matches!(result.outcome, Outcome::Unbalanced { .. }) && !requirements.is_empty() {
-        // Nobody knows from when on its numbers are wrong.
+        // The time from which its numbers are wrong is unknown.
         requirements.iter_mut().for_each(|judged| judged.passed = false);
         notes.push("All requirements count as not met: the energy balance of this run does not close, so that its numbers are wrong from some time on.".into());
     }
@@ -464,7 +464,7 @@ pub(super) fn judged(variant: &PreparedVariant, prepared: &Prepared, mut result:
     run
 }
 
-/// Puts what a sweep found in place of what a run by itself did, which differs in the last digits.
+/// Replaces results of a single run by those of a sweep, which differ in the last digits.
 fn take_row(run: &mut Run, row: &SweepRow, prepared: &Prepared) {
     let own = |names: &[String]| names.is_empty() || names.contains(&run.name);
     let requirements = prepared.requirements.iter().zip(row.measured.iter().zip(&row.passed));
@@ -478,8 +478,8 @@ fn take_row(run: &mut Run, row: &SweepRow, prepared: &Prepared) {
     }
     run.figures.iter_mut().zip(figures).for_each(|(found, value)| found.value = number(value));
     run.notes.push(
-        "Figures and verdicts are those of the sweep, whose runs go side by side in lanes; curves are those of the run by itself, which differs in the last \
-         digits."
+        "Figures and verdicts are those of the sweep, which computes its runs in SIMD lanes; curves are those of the \
+         single run, which differs in the last digits."
             .into(),
     );
 }

@@ -17,12 +17,12 @@ use crate::schema::{Sign, Table};
 use crate::simulate::{Scenario, SourceSignal};
 use crate::units::{Dimension, Exact, shown_quantity};
 
-/// Rows that one run may have.
+/// Largest number of rows of one run.
 const MOST_ROWS: f64 = 5e6;
-/// Rows that all runs of a study may have together.
+/// Largest number of rows of all runs of a study together.
 const MOST_ROWS_OF_ALL: f64 = 2e7;
 
-/// The scenario, and what may fail in it by name; with the start, where the reduced model is known.
+/// The scenario, and its named faults; with the start, if the reduced model is known.
 pub(super) fn scenario(
     document: &Document,
     model: &Model,
@@ -69,7 +69,7 @@ pub(super) fn scenario(
     (scenario, named)
 }
 
-/// When faults begin that have names: rows lie close behind that, whether they happen or not, so that runs with and without them have the
+/// Begins of named faults: rows are dense after them, whether the faults occur or not, so that runs with and without them have the
 /// same rows.
 fn begins(reader: &TableReader<'_>, document: &Document) -> Vec<Exact> {
     let at = |table: &Table| {
@@ -82,7 +82,7 @@ fn begins(reader: &TableReader<'_>, document: &Document) -> Vec<Exact> {
     all
 }
 
-/// A whole number of a table; `None` if it is left out or wrong, which is reported.
+/// A whole number of a table; `None` if it is missing or wrong, which is reported.
 pub(super) fn whole(
     reader: &TableReader<'_>,
     table: &Table,
@@ -91,7 +91,7 @@ pub(super) fn whole(
     out: &mut Vec<Diagnostic>,
 ) -> Option<u64> {
     let number = quantity(reader, table, key, (Dimension::NONE, Sign::NonNegative), what, out)?.to_f64();
-    // Beyond 2^53 neighbours cannot be told apart.
+    // Above 2^53 neighbours are indistinguishable.
     if number.fract() == 0.0 && number <= 9e15 {
         return Some(number as u64);
     }
@@ -103,7 +103,7 @@ pub(super) fn whole(
     None
 }
 
-/// Noise and resolution of a sensor are of the kind that it measures and counts.
+/// Noise and resolution of a sensor have the kind that it measures and counts.
 fn check_readings(reader: &TableReader<'_>, (document, model): (&Document, &Model), out: &mut Vec<Diagnostic>) {
     let of_signals = model.programs.sensors.iter().flat_map(|task| &task.outputs);
     let of_signals: HashMap<&str, Dimension> =
@@ -115,7 +115,7 @@ fn check_readings(reader: &TableReader<'_>, (document, model): (&Document, &Mode
             Some("angle") => [Dimension::ANGLE, Dimension::ANGLE].map(in_domain),
             Some("speed") => [Dimension::ANGULAR_VELOCITY, Dimension::ANGLE].map(in_domain),
             Some("torque" | "net_torque") => [Dimension::TORQUE, Dimension::ANGLE].map(in_domain),
-            // One with a mistake was told.
+            // An erroneous one has been reported.
             Some("signal") => match of_signals.get(sensor.name.as_str()) {
                 Some(dimension) => [*dimension; 2],
                 None => continue,
@@ -159,7 +159,7 @@ fn check_rows(
     let shown = if rows.is_finite() { shown } else { "endlessly many".to_string() };
     let each = if runs > 1.0 { format!(" for each of {runs} variants") } else { String::new() };
     let key = if document.scenario.values.contains_key("output_step") { "output_step" } else { "duration" };
-    // Fine rows behind the events come with every step, until they overlap: the hint is a step that will do, rounded as it is
+    // Fine rows after the events are added for every step, until they overlap: the hint is a sufficient step, rounded as it is
     // printed.
     let mut coarser = step.to_f64().max(duration.to_f64() / (0.9 * most));
     while most_rows(duration.to_f64(), coarser, &events) > 0.99 * most && coarser < duration.to_f64() {
@@ -168,7 +168,7 @@ fn check_rows(
     let help = if coarser < duration.to_f64() {
         format!("choose an output_step of at least {coarser:.3e} s")
     } else {
-        format!("no output_step will do for {} steps and ends of ramps: take some of them out", events.len())
+        format!("no output_step suffices for {} steps and ends of ramps: remove some of them", events.len())
     };
     out.push(
         Diagnostic::error("scenario::rows", format!("the results would have {shown} rows{each}, more than {most:.0}"))
@@ -178,9 +178,9 @@ fn check_rows(
     false
 }
 
-/// Fine rows in a step.
+/// Number of fine rows in a step.
 const FINE: u32 = 20;
-/// Steps behind an event with fine rows.
+/// Number of steps after an event with fine rows.
 const FINE_STEPS: u32 = 20;
 
 /// A bound on the rows of [`output_times`], which counts a time twice only where a fine row falls on a multiple of the step or on
@@ -200,7 +200,7 @@ fn most_rows(duration: f64, step: f64, events: &[f64]) -> f64 {
 }
 
 /// Multiples of the step, twentieths of it for 20 steps after each event, the event times and the end; each is the number
-/// nearest to its exact value. Where these windows overlap, the twentieths go on from the first event of them.
+/// nearest to its exact value. Where these windows overlap, the twentieths continue from the first event of them.
 pub(super) fn output_times(duration: &Exact, step: &Exact, events: &[Exact]) -> Vec<f64> {
     let end = duration.to_f64();
     let ratio = step.to_rational();
@@ -256,7 +256,7 @@ mod tests {
         Exact::from_ratio(numerator, denominator)
     }
 
-    /// The rows of a run, and their bound before it.
+    /// The rows of a run, and their bound computed before.
     fn both(duration: &Exact, step: &Exact, events: &[Exact]) -> (usize, f64) {
         let mut sorted: Vec<f64> = events.iter().map(Exact::to_f64).collect();
         sorted.sort_by(f64::total_cmp);
@@ -271,11 +271,11 @@ mod tests {
         let (duration, step) = (exact(1, 1), exact(1, 100));
         // 101 multiples of the step.
         assert_eq!(both(&duration, &step, &[]), (101, 102.0));
-        // One window of 0.2 s: 400 twentieths behind the event, of which 21 with the event are multiples of the step.
+        // One window of 0.2 s: 400 twentieths after the event, of which 21 with the event are multiples of the step.
         let (rows, bound) = both(&duration, &step, &[exact(3, 10)]);
         assert_eq!(rows, 101 + 401 - 21);
         assert!((bound - (102.0 + 402.0)).abs() < 1e-9, "{bound}");
-        // The second window begins in the first, beside its rows: 0.3 s together, and a row of its own for the event.
+        // The second window begins in the first, in addition to its rows: 0.3 s together, and a row of its own for the event.
         let (rows, bound) = both(&duration, &step, &[exact(4003, 10000), exact(3, 10)]);
         assert_eq!(rows, 101 + 601 - 31 + 1);
         assert!((bound - (102.0 + 602.0 + 1.0 + 0.6)).abs() < 1e-9, "{bound}");
@@ -298,7 +298,7 @@ mod tests {
             assert!(times.contains(&exact(k, 300).to_f64()), "{k}");
         }
         for k in 0..=400_i64 {
-            // 0.1234 + k/6000, but where a multiple of the step lies beside it by less than rounding.
+            // 0.1234 + k/6000, except where a multiple of the step is closer than rounding.
             let fine = exact(1234 * 3 + 5 * k, 30_000).to_f64();
             assert!(times.contains(&fine), "{k}");
         }
@@ -325,14 +325,14 @@ mod tests {
             let diagnostic = found.into_iter().find(|d| d.code == "scenario::rows");
             (prepared.variants.first().map(|variant| variant.scenario.times.len()), diagnostic)
         };
-        // Windows of 2 ms behind 16 000 ends of ramps: 400 rows each, and nothing overlaps.
+        // Windows of 2 ms after 16 000 ends of ramps: 400 rows each, and none overlap.
         let (_, diagnostic) = rows("0.1 ms");
         let help = diagnostic.unwrap().help.unwrap();
         let step = help.strip_prefix("choose an output_step of at least ").unwrap();
         let (found, diagnostic) = rows(step);
         assert_eq!(diagnostic, None, "{help} does not help");
         assert!(found.unwrap() as f64 <= MOST_ROWS);
-        // Windows that overlap everywhere: twentieths of 10 ms, each of which is a multiple of the millisecond that events are on.
+        // Windows that overlap everywhere: twentieths of 10 ms, each of which is a multiple of the millisecond grid of the events.
         let (found, diagnostic) = rows("10 ms");
         assert_eq!((found, diagnostic), (Some(2_000_001), None));
     }

@@ -1,4 +1,4 @@
-//! How far away the next change of structure is, within the tolerances of a model file.
+//! Distance to the next change of structure, within the tolerances of a model file.
 
 use std::collections::BTreeSet;
 
@@ -23,13 +23,13 @@ use crate::units::Exact;
 /// Samples if the file names no number.
 const SAMPLES: usize = 1000;
 
-/// Most columns of a pencil that the nearest loss is searched for.
+/// Largest number of columns of a pencil for the search of the nearest loss.
 const MOST_COLUMNS: usize = 120;
 
 /// The seed of all samples.
 const SEED: u64 = 1;
 
-/// What is analysed, and where.
+/// The subject and the operating point of the analysis.
 struct Subject<'a> {
     varied: Varied<'a>,
     variant: &'a PreparedVariant,
@@ -40,7 +40,7 @@ struct Subject<'a> {
     coordinates: Vec<usize>,
 }
 
-/// A model whose parameters may have other values.
+/// A model with variable parameter values.
 pub(super) struct Varied<'a> {
     document: &'a Document,
     /// Parameter values of the variant.
@@ -51,7 +51,7 @@ pub(super) struct Varied<'a> {
 }
 
 impl<'a> Varied<'a> {
-    /// A variant where it is analysed.
+    /// A variant at its operating point.
     pub(super) fn of(
         document: &'a Document,
         prepared: &Prepared,
@@ -63,7 +63,7 @@ impl<'a> Varied<'a> {
         Self { document, settings, variant, position: at.position.clone(), stuck: at.stuck.clone() }
     }
 
-    /// It with other values of some parameters.
+    /// The variant with other values of some parameters.
     pub(super) fn system(&self, values: &[(&str, &Rational)], inputs: &[String]) -> Option<ConstrainedSystem> {
         let named = |name: &str| values.iter().any(|(candidate, _)| *candidate == name);
         let mut settings: Vec<Setting> = self.settings.iter().filter(|s| !named(&s.name)).cloned().collect();
@@ -78,7 +78,7 @@ impl<'a> Varied<'a> {
         Some(ConstrainedSystem::at(&reduced, &self.position, &self.stuck, inputs))
     }
 
-    /// It at the two ends of the tolerance of each parameter, all others as they are.
+    /// The variant at the two ends of the tolerance of each parameter, all others unchanged.
     pub(super) fn ends(&self, inputs: &[String]) -> Vec<[Option<ConstrainedSystem>; 2]> {
         let tolerances = self.variant.model.tolerances.iter();
         let end = |name: &str, value: &Exact| self.system(&[(name, &value.to_rational())], inputs);
@@ -161,7 +161,7 @@ impl Subject<'_> {
     }
 
     fn search(&self, family: &Family<'_>, side: Side, progress: &dyn Progress) -> DistanceToUncontrollability {
-        // A bar of its own beside that of the structure; one half for each side.
+        // A progress bar of its own in addition to that of the structure; one half for each side.
         let (begin, end) = if side == Side::Inputs { (0.0, 0.5) } else { (0.5, 1.0) };
         let advance = |part: f64| progress.advance(1, "sensitivity", begin + (end - begin) * part);
         advance(0.0);
@@ -191,7 +191,7 @@ impl Subject<'_> {
                 out.nearest = distance_to_uncontrollability(family, shafts, &eigenvalues, out.starts);
             }
             let vanishing = self.vanishing(family.parameters(), side);
-            // Exact ones before those that only come close to the same.
+            // Exact ones before those that are only close to the same.
             let mut all: Vec<UncontrollablePoint> = vanishing.into_iter().chain(out.nearest.take()).collect();
             all.sort_by(|a, b| a.distance.total_cmp(&b.distance));
             let least = all.first().map_or(0.0, |loss| loss.distance);
@@ -265,7 +265,7 @@ impl Subject<'_> {
         Some((mode.eigenvalue, mode.shafts))
     }
 
-    /// The verdict over the box, and how far a proof reaches.
+    /// The verdict over the box, and the range of the proof.
     fn judge(&self, family: &Family<'_>, out: &mut DistanceToUncontrollability) {
         let nearest = out.nearest.as_ref().map_or(FARTHEST, |loss| loss.distance);
         if nearest <= 1.0 {
@@ -286,7 +286,7 @@ impl Subject<'_> {
                     low = 1.0;
                     out.box_verdict = BoxVerdict::Certified;
                     out.method = match cells {
-                        0 => "no tolerance touches what decides it".into(),
+                        0 => "no tolerance affects it".into(),
                         _ => format!("rigorous bounds on {cells} cells of eigenvalues and parameters"),
                     };
                     if out.nearest.is_none() && matches!(proof.run(FARTHEST, 4), BoxProof::Proven { .. }) {
@@ -297,14 +297,14 @@ impl Subject<'_> {
                     high = 1.0;
                     let near =
                         if at.im == 0.0 { format!("{:.4}", at.re) } else { format!("{:.4} ± {:.4} j", at.re, at.im) };
-                    out.method = format!("{cells} cells of eigenvalues and parameters were not enough near {near} 1/s");
+                    out.method = format!("{cells} cells of eigenvalues and parameters did not suffice near {near} 1/s");
                 }
             }
         }
-        // How far the proof reaches: bisection between what is proven and the loss that was found.
+        // The range of the proof: bisection between the proven range and the loss that was found.
         for _ in 0..5 {
             let middle = if low == 0.0 { 0.7 * high } else { (low * high).sqrt() };
-            // Four digits, which reports show as they are: no rounding may add to what is proven.
+            // Four digits, which reports show unchanged: rounding must not enlarge the proven range.
             let middle: f64 = format!("{middle:.3e}").parse().expect("Rust reads what it prints");
             if high < 1.02 * low || middle < 1e-3 {
                 break;
@@ -318,7 +318,7 @@ impl Subject<'_> {
     }
 }
 
-/// A family that proofs can be tried on.
+/// A family for proofs.
 struct Proof<'a> {
     parameters: &'a [Parameter],
     base: &'a Pencil,
@@ -348,12 +348,12 @@ impl<'a> Proof<'a> {
         for (parameter, slope) in self.parameters.iter().zip(self.slopes) {
             let Parameter { nominal, lower, upper, .. } = parameter;
             let half = parameter.half_width();
-            // A value whose interval has one sign keeps it.
+            // A value whose interval has one sign retains it.
             let keeps = !nominal.is_zero() && lower * upper >= Rational::ZERO;
             let clipped = |x: Rational| if keeps && &x * nominal < Rational::ZERO { Rational::ZERO } else { x };
             let low = clipped(nominal - &reach * (nominal - lower));
             let high = clipped(nominal + &reach * (upper - nominal));
-            // In half widths of the tolerance: the middle and the half width of what is covered.
+            // In half widths of the tolerance: the middle and the half width of the covered part.
             let two = Rational::from(2);
             let (middle, width) = ((&low + &high) / &two - nominal, (&high - &low) / &two);
             let (middle, width) = (middle / &half, width / &half);

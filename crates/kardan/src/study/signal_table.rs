@@ -1,4 +1,4 @@
-//! The signals of a study, and names that none of them has.
+//! The signals of a study, and errors of unknown signal names.
 
 use std::collections::BTreeSet;
 
@@ -8,16 +8,16 @@ use crate::model::Document;
 use crate::names::{Quantity, SignalName};
 use crate::results::Physical;
 
-/// The signals of a study, for what names them.
+/// The signals of a study, for checks of names.
 pub(super) struct SignalContext<'a> {
     pub(super) document: &'a Document,
     pub(super) signals: Vec<(String, Physical)>,
-    /// Elements whose signals may be others.
+    /// Elements whose signals may be incomplete.
     pub(super) doubtful: BTreeSet<String>,
 }
 
 impl SignalContext<'_> {
-    /// Whether a signal that was not found may be there when the mistakes told are put right.
+    /// Whether an unknown signal may exist once the reported errors are corrected.
     pub(super) fn may_have(&self, signal: &str) -> bool {
         let suppressed = &self.document.suppressed;
         let name = SignalName::new(signal);
@@ -25,13 +25,13 @@ impl SignalContext<'_> {
         if name.word.is_none() && (suppressed.references || self.document.introduces(signal)) || suppressed.all {
             return true;
         }
-        // What a block answers is not known while another one has a mistake.
+        // The outputs of a block are unknown while another one has an error.
         if self.document.moves(signal) || self.document.moves(head) {
             return true;
         }
         let doubted = |name: &str| suppressed.has(name) || self.doubtful.contains(name);
         let doubtful = doubted(head);
-        // A branch in doubt may name any node.
+        // A doubtful branch may name any node.
         let mut branches = self.document.elements.iter().filter(|e| e.kind.node_keys().next().is_some());
         if name.is(Quantity::Voltage) && name.on.is_none() && branches.any(|e| doubted(&e.name)) {
             return true;

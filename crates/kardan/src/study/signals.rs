@@ -1,4 +1,4 @@
-//! What is analysed: a variant, where it stands, its inputs and outputs.
+//! The subject of an analysis: a variant, its operating point, its inputs and outputs.
 
 use std::collections::BTreeSet;
 
@@ -21,12 +21,12 @@ use crate::reduce::{LawSlopes, OperatingPoint, Reduced, Slope, law_slopes_at, la
 use crate::results::OperatingSignal;
 use crate::simulate::signal_names;
 
-/// What to analyse and how, beyond what the model file says.
+/// Subject and options of the analysis, in addition to the model file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct AnalyzeSettings {
     /// Variant to analyse; `None`: the first.
     pub variant: Option<String>,
-    /// Operating point in place of `at` of `[analysis]`: signals with their values as that key takes them (`car.v`, `20 km/h`; `t`, `3.2 s`).
+    /// Operating point in place of `at` of `[analysis]`: signals with their values in the syntax of that key (`car.v`, `20 km/h`; `t`, `3.2 s`).
     pub at: Vec<(String, String)>,
     /// Inputs; empty: those of `[analysis]`, else all motors.
     pub inputs: Vec<String>,
@@ -35,18 +35,18 @@ pub struct AnalyzeSettings {
     pub outputs: Vec<String>,
     /// Prove every answer over the rationals, however long it takes.
     pub certify: bool,
-    /// Which faults sensors can tell; `None`: not asked.
+    /// Analysis of detectable faults; `None`: not requested.
     pub parity: Option<ParitySettings>,
 }
 
-/// What is asked of residuals.
+/// Options of residuals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ParitySettings {
-    /// False alarms that one residual may give, per hour.
+    /// Allowed false alarms of one residual per hour.
     pub false_alarms_per_hour: f64,
-    /// Samples one after the other beyond the threshold that make an alarm.
+    /// Number of consecutive samples above the threshold that cause an alarm.
     pub debounce: usize,
-    /// Time constant of the filter that residuals in time go through, s; `None`: ten samples.
+    /// Time constant of the filter of residuals in time, s; `None`: ten samples.
     pub filter: Option<f64>,
 }
 
@@ -56,21 +56,21 @@ impl Default for ParitySettings {
     }
 }
 
-/// Where a variant is analysed, with its equations there.
+/// The operating point of the analysis of a variant, with its equations there.
 pub(super) struct WorkingPoint {
     /// The reduced position, rad.
     pub position: Vec<f64>,
-    /// How the coordinates move, rad/s.
+    /// The speeds of the coordinates, rad/s.
     pub speeds: Vec<f64>,
-    /// The torques of inputs there that are not zero, N m.
+    /// The nonzero torques of inputs there, N m.
     pub torques: Vec<(String, f64)>,
-    /// Whether it is one in motion, or balanced by torques, whose model is not that of the variant with other values.
+    /// Whether it is one in motion, or balanced by torques, so that its model is not that of the variant with other values.
     pub moves: bool,
-    /// How far it may be from the equilibrium that it stands for, relative to its size or to one.
+    /// Bound on the distance to the true equilibrium, relative to its size or to one.
     pub off: f64,
-    /// Elements whose friction holds.
+    /// Elements whose friction sticks.
     pub stuck: BTreeSet<String>,
-    /// The kinks of its laws of torque there; the equations are those of the side that the variant is looked at on.
+    /// The kinks of its laws of torque there; the equations are those of the analysed side of the variant.
     pub kinks: Kinks,
     pub inputs: Vec<String>,
     pub outputs: Vec<OutputSignal>,
@@ -78,7 +78,7 @@ pub(super) struct WorkingPoint {
 }
 
 impl WorkingPoint {
-    /// That of the settings and of `[analysis]`; which defaults were taken goes into the notes.
+    /// The operating point of the settings and of `[analysis]`; notes list the defaults that were used.
     pub fn of(
         variant: &PreparedVariant,
         settings: &AnalyzeSettings,
@@ -123,7 +123,7 @@ impl WorkingPoint {
         Ok(Self { position, speeds, torques: Vec::new(), moves: false, off, stuck, kinks, inputs, outputs, system })
     }
 
-    /// Speeds of the coordinates, and torques of inputs, in words of the file.
+    /// Speeds of the coordinates, and torques of inputs, in the syntax of the file.
     pub fn signals(&self, variant: &PreparedVariant) -> Vec<OperatingSignal> {
         let (equations, coordinates) = (&variant.reduced.equations, &variant.reduced.coordinates);
         let speeds = coordinates.iter().zip(&self.speeds).map(|(shaft, speed)| {
@@ -138,7 +138,7 @@ impl WorkingPoint {
         speeds.chain(torques).map(signal).collect()
     }
 
-    /// In steady motion, or where a run is at a time.
+    /// In steady motion, or at the state of a run at a time.
     fn in_motion(
         variant: &PreparedVariant,
         request: &PointRequest<'_>,
@@ -184,7 +184,7 @@ impl WorkingPoint {
     }
 }
 
-/// Where a model has no equilibrium and its run begins in motion: the steady motion at these speeds, where there is one.
+/// If a model has no equilibrium and its run begins in motion: the steady motion at these speeds, if there is one.
 fn at_initial_speeds(
     variant: &PreparedVariant,
     request: &PointRequest<'_>,
@@ -200,14 +200,18 @@ fn at_initial_speeds(
     }
     let given = OperatingConditions { speeds, ..OperatingConditions::default() };
     let mut own = notes.clone();
-    own.push("at rest there is no equilibrium: the model is looked at in steady motion at the speeds of `initial`; `at` of `[analysis]` names others".into());
+    own.push(
+        "there is no equilibrium at rest: the analysis uses steady motion at the speeds of `initial`; `at` of \
+         `[analysis]` selects others"
+            .into(),
+    );
     let found =
         WorkingPoint::in_motion(variant, &PointRequest { given: &given, ..*request }, signals, &mut own).ok()?;
     *notes = own;
     Some(Ok(found))
 }
 
-/// Where a model with laws of torque is looked at: where it was named, else at an equilibrium; says which, and what of it is proven.
+/// The operating point of a model with laws of torque: the named one, else an equilibrium; notes which one, and which properties are proven.
 fn working_position(
     variant: &PreparedVariant,
     position: Vec<f64>,
@@ -217,7 +221,7 @@ fn working_position(
     notes.extend(variant.unfrozen.iter().flat_map(|_| variant.start_notes.iter().cloned()));
     if !reduced.equations.moving.is_empty() {
         let moving = quoted(reduced.equations.moving.keys().map(String::as_str));
-        notes.push(format!("{moving}: an offset that depends on the time stands still at its value at time zero"));
+        notes.push(format!("{moving}: an offset that depends on the time keeps its value at time zero"));
     }
     let laws = &reduced.equations.laws;
     if laws.is_empty() || (reduced.equations.transmissions.is_empty() && laws_are_linear(reduced)) {
@@ -225,11 +229,12 @@ fn working_position(
     }
     let of_time: Vec<&str> = laws.iter().filter(|law| law.value.is_of_time()).map(|law| law.element.as_str()).collect();
     if !of_time.is_empty() {
-        notes.push(format!("{}: a torque that depends on the time is taken as at time zero", quoted(of_time)));
+        notes.push(format!("{}: a torque that depends on the time has its value at time zero", quoted(of_time)));
     }
     let (position, off) = if variant.analysis.at.is_empty() && variant.unfrozen.is_none() {
         let rest = Rest::near(reduced, &position).map_err(|message| {
-            let help = "name the operating point by `at` of `[analysis]`, or give the model what holds it: a spring, or a friction, stop, clutch or lock in `stuck`";
+            let help = "name the operating point by `at` of `[analysis]`, or add an element that holds the model: a \
+                        spring, or a friction, stop, clutch or lock in `stuck`";
             vec![Diagnostic::error("analysis::equilibrium", message).help(help)]
         })?;
         notes.push(format!("operating point: {}", rest.found));
@@ -242,7 +247,7 @@ fn working_position(
     Ok((position, off, kinks))
 }
 
-/// Laws of torque must have a slope where a model is looked at; notes which were rounded. Where slopes differ on two sides: the kinks.
+/// Laws of torque must have a slope at the operating point; notes which were rounded. If slopes differ on two sides: the kinks.
 fn check_slopes(
     variant: &PreparedVariant,
     all: Vec<LawSlopes>,
@@ -253,7 +258,7 @@ fn check_slopes(
         let name = &slopes.element;
         if !slopes.undefined.is_empty() {
             let message = format!(
-                "`{name}` has no slope at the operating point, so the model has no linear one there: {}",
+                "`{name}` has no slope at the operating point, so the model has no linearisation there: {}",
                 slopes.undefined.join(" and ")
             );
             let diagnostic = Diagnostic::error("analysis::slope", message)
@@ -266,22 +271,22 @@ fn check_slopes(
             ]);
         }
         if slopes.rounded {
-            notes.push(format!("slopes of `{name}` here are rounded to 16 digits, from there on all is exact"));
+            notes.push(format!("slopes of `{name}` here are rounded to 16 digits, all later steps are exact"));
         }
     }
     notes.extend(kinks.opposite().map(|_| kinks.explained("the model", "all results")));
     Ok(kinks)
 }
 
-/// Where ratios that depend on the position come from, and how exact they are there.
+/// The source of ratios that depend on the position, and their accuracy there.
 fn ratios(reduced: &Reduced, position: &[f64]) -> Vec<String> {
     let ratio = |(t, slope): (&TransmissionRow, Slope)| {
         let (joint, ratio) = (&t.element, rational_to_f64(&slope.value));
         let how = match (slope.rounded, LastDigits::is_rounded(&slope.value)) {
             (true, _) => {
-                "cosines of its angles and of the position are rounded to 16 digits, from there on all is exact"
+                "cosines of its angles and of the position are rounded to 16 digits, all later steps are exact"
             }
-            (false, true) => "cosines of its angles are rounded to 16 digits, from there on all is exact",
+            (false, true) => "cosines of its angles are rounded to 16 digits, all later steps are exact",
             (false, false) => "exactly",
         };
         format!("ratio of {joint} here: {ratio:.6}; {how}")
@@ -289,7 +294,7 @@ fn ratios(reduced: &Reduced, position: &[f64]) -> Vec<String> {
     reduced.equations.transmissions.iter().zip(slopes(reduced, position)).map(ratio).collect()
 }
 
-/// Inputs and outputs: asked for on the command line, in the file, or by default; says which default was taken.
+/// Inputs and outputs: from the command line, the file, or by default; notes which default was used.
 pub(super) fn signals(
     variant: &PreparedVariant,
     settings: &AnalyzeSettings,
@@ -307,7 +312,7 @@ pub(super) fn signals(
         let motors = equations.inputs.iter().filter(|input| matches!(input.value, InputKind::Motor(_)));
         let motors: Vec<String> = motors.map(|input| input.element.clone()).collect();
         notes.push(if motors.is_empty() {
-            "the model has no motor: nothing is controllable".into()
+            "the model has no motor: no state is controllable".into()
         } else {
             let circuit = non_angle_domains(&variant.reduced).values().any(|domain| *domain == Domain::Charge);
             let what = if !circuit { "motors" } else { "motors and sources" };
@@ -363,7 +368,7 @@ pub(super) fn signals(
     if wrong.is_empty() { Ok((inputs, outputs)) } else { Err(wrong) }
 }
 
-/// The names asked for that are there; the others are told.
+/// The requested names that exist; the others are reported.
 pub(super) fn named(what: &str, chosen: &[String], all: &[String], wrong: &mut Vec<Diagnostic>) -> Vec<String> {
     let mut found: Vec<String> = Vec::new();
     for name in chosen.iter().map(|name| name.trim()) {

@@ -1,4 +1,4 @@
-//! Functions of time of a scenario: what of them is added to sources.
+//! Functions of time of a scenario that are added to the sources.
 
 use std::collections::HashSet;
 
@@ -13,7 +13,7 @@ use crate::schema::{Scalar, Value};
 use crate::simulate::{Source, SourceSignal, SourceTarget};
 use crate::units::Expression;
 
-/// What `signals` of `[scenario]` adds to sources, and signals that laws name as references; every signal is checked, also one that nothing names.
+/// The sources that `signals` of `[scenario]` adds, and signals that laws name as references; every signal is checked, also one that nothing names.
 pub(super) fn source_signals(
     reader: &TableReader<'_>,
     (document, model): (&Document, &Model),
@@ -59,8 +59,8 @@ pub(super) fn source_signals(
     found
 }
 
-/// The function of time of a signal that has the name of a reference: the reference follows it. One that is a formula of what moves is answered
-/// like a block, unless it reads what needs samples, which is told.
+/// The function of time of a signal that has the name of a reference: the reference follows it. A formula of moving quantities acts
+/// like a block, unless it reads sampled signals, which is reported.
 fn of_reference(
     (document, model): (&Document, &Model),
     source: &Source,

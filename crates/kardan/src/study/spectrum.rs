@@ -9,14 +9,14 @@ use crate::results::{Plot, Run, Spectrum};
 /// The least number of rows of a spectrum.
 pub(super) const LEAST_ROWS: usize = 16;
 
-/// The spectra of a plot that shows some, of the runs that it draws.
+/// The spectra of a spectrum plot, for the runs that it draws.
 pub(super) fn spectra(plot: &Plot, runs: &[Run]) -> Vec<Spectrum> {
     let mut out = Vec::new();
     let drawn = |run: &&Run| plot.variants.is_empty() || plot.variants.contains(&run.name);
     for run in runs.iter().filter(drawn) {
         let names = plot.signals.iter().chain(plot.references.iter().map(|reference| &reference.signal));
         for (name, signal) in names.filter_map(|name| Some((name, run.series.signal(name)?))) {
-            let window = plot.window.map_or([f64::NEG_INFINITY, f64::INFINITY], |span| [span.from, span.until]);
+            let window = plot.window.map_or([f64::NEG_INFINITY, f64::INFINITY], |span| [span.start, span.end]);
             let rows = run.series.time.iter().zip(&signal.values);
             let rows = rows.filter(|(time, _)| (window[0]..=window[1]).contains(*time));
             let (times, values): (Vec<f64>, Vec<f64>) = rows.map(|(time, value)| (*time, *value)).unzip();
@@ -31,10 +31,10 @@ pub(super) fn spectra(plot: &Plot, runs: &[Run]) -> Vec<Spectrum> {
     out
 }
 
-/// Frequencies (Hz) and amplitudes of what a signal does around its mean: `2/Σw · |Σ w_j (x_j − x̄) exp(−2πi jk/n)|` at the frequencies
+/// Frequencies (Hz) and amplitudes of a signal around its mean: `2/Σw · |Σ w_j (x_j − x̄) exp(−2πi jk/n)|` at the frequencies
 /// `k/T` for k from 1 to n/2, with the window of Hann `w_j = (1 − cos(2π j/n))/2` over the time T of n rows. So a sine with a whole number of
-/// periods in T shows its amplitude there, and half of it at both neighbours. Rows between those of an even grid are left out, by straight
-/// lines.
+/// periods in T shows its amplitude there, and half of it at both neighbours. Values on the even grid are interpolated linearly;
+/// rows between are not used.
 fn amplitudes(times: &[f64], values: &[f64]) -> Result<(Vec<f64>, Vec<f64>), &'static str> {
     let rows = times.len();
     if rows <= LEAST_ROWS {

@@ -1,4 +1,4 @@
-//! Whether a model is stable where it is analysed, as far as rounded numbers and the linearisation tell.
+//! Stability of a model at its operating point, as far as rounded numbers and the linearisation decide it.
 
 use super::PreparedVariant;
 use super::massless::Mechanical;
@@ -8,12 +8,12 @@ use crate::num::LastDigits;
 use crate::reduce::laws_are_linear;
 use crate::results::{Analysis, StabilityVerdict};
 
-/// Other numbers within the last digits of rounded ones that are tried.
+/// Number of trials with other numbers within the last digits of rounded ones.
 const PERTURBATIONS: u64 = 8;
-/// States up to which that is done.
+/// Largest number of states for these trials.
 const MOST: usize = 24;
 
-/// Takes back what hangs on the last digits of rounded numbers, or on where exactly an equilibrium is, and what the linearisation of a
+/// Withdraws verdicts that depend on the last digits of rounded numbers, or on the exact position of an equilibrium, and those that the linearisation of a
 /// nonlinear model does not decide.
 pub(super) fn judge_stability(
     variant: &PreparedVariant,
@@ -38,14 +38,14 @@ pub(super) fn judge_stability(
     properties.stability = found;
 }
 
-/// The verdict with other numbers in place of rounded ones, within their last digits, and at another position within what is known of it.
+/// The verdict with other numbers in place of rounded ones, within their last digits, and at another position within its bound.
 fn near(variant: &PreparedVariant, at: &WorkingPoint, mut digits: LastDigits) -> Option<StabilityVerdict> {
     let reduced = &variant.reduced;
     let mut point = match variant.unfrozen {
         Some(_) => variant.point.clone(),
         None => variant.relaxed_at(&at.position),
     };
-    // Beside a kink the slopes of its side are meant, wherever exactly it is.
+    // Next to a kink the slopes are those of its side, whatever the exact position.
     if at.kinks.count() == 0 {
         point.position.iter_mut().for_each(|x| *x += digits.part() * at.off * x.abs().max(1.0));
     }

@@ -1,4 +1,4 @@
-//! The loop of a controller whose references step: what its channels do to each other, with any plant.
+//! Step responses of the references of a controller: interaction of its channels, with any plant.
 
 use std::sync::Arc;
 
@@ -20,19 +20,19 @@ use crate::synthesis::{
     ControlLoop, Law, LoopPlant, SampledLoop, SampledNoninteractingChannel, SampledPart, VariedPlant, effective_inertia,
 };
 
-/// Why there is nothing to look at.
+/// Why there is nothing to compute.
 pub(super) const NO_PERIOD_MAP: &str =
     "the sample times of controllers and sensors have no short common period, or a number overflows";
-/// Time between two looks at a loop in continuous time, s.
+/// Sampling interval of a loop in continuous time, s.
 const LOOK: f64 = 1e-4;
 /// Shortest window, in samples.
 const SHORTEST: f64 = 200.0;
 /// Time constants of the slowest motion in a window.
 const SETTLED: f64 = 10.0;
-/// Periods at the beginning of a window that are looked at one by one, and looks at the rest of it.
+/// Number of periods at the beginning of a window that are evaluated one by one, and of evaluations of the rest of it.
 const CHECK_PERIODS: [usize; 2] = [2000, 1000];
 
-/// What a channel's output is watched by.
+/// The watched quantity of a channel's output.
 enum Watch {
     /// The angle of a shaft, rad.
     Angle(usize),
@@ -51,12 +51,12 @@ pub(super) struct Watched {
     pub name: String,
     pub unit: &'static str,
     pub reference: String,
-    /// What is acceptable of it.
+    /// Its acceptable size.
     pub acceptable: f64,
     watch: Watch,
 }
 
-/// A step that is tried.
+/// A step to try.
 pub(super) struct Step {
     /// The reference.
     pub name: String,
@@ -71,24 +71,24 @@ pub(super) struct Step {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct NotJudged;
 
-/// What one plant shows.
+/// The responses for one plant.
 #[derive(Debug, Clone)]
 pub(super) struct Shown {
-    /// That of the law, s; of one in continuous time the shortest one.
+    /// The sample time of the law, s; for one in continuous time the shortest one.
     pub sample_time: f64,
     /// Of such a sample.
     pub radius: f64,
-    /// Whether nothing grows, to rounding.
+    /// Whether no motion grows, to rounding.
     pub stable: bool,
-    /// Whether it is stable but for what nobody holds; not decided where that is less than rounding.
+    /// Whether it is stable except for uncontrolled rigid-body modes; not decided if that is below rounding.
     pub word: Stability,
-    /// By step and then by what is watched.
+    /// By step and then by watched quantity.
     pub sizes: Vec<Vec<f64>>,
     /// By step and then by input.
     pub peaks: Vec<Vec<f64>>,
 }
 
-/// The loop of a variant, ready to be looked at with any plant.
+/// The loop of a variant, ready to be evaluated with any plant.
 pub(super) struct Subject {
     pub plant: VariedPlant,
     pub parts: Vec<SampledPart>,
@@ -98,9 +98,9 @@ pub(super) struct Subject {
     pub steps: Vec<Step>,
     /// Inputs of the law.
     pub inputs: Vec<usize>,
-    /// Time after a step that is looked at, s.
+    /// Evaluated time after a step, s.
     pub window: f64,
-    /// How many motions nobody holds, whatever the plant.
+    /// Number of uncontrolled rigid-body modes, for all plants.
     free: usize,
 }
 
@@ -150,7 +150,7 @@ pub(super) fn any_subject(
     Subject { plant, parts, number, watched, steps, inputs, window: 0.0, free }
 }
 
-/// What a channel of a controller is watched by; nothing if its output cannot be.
+/// The watched quantity of a channel of a controller; none if its output has none.
 fn watched(
     variant: &PreparedVariant,
     number: usize,
@@ -202,8 +202,8 @@ fn watched(
     Some(Watched { name, unit, reference: reference.into(), acceptable, watch })
 }
 
-/// What a controller that acts on a shaft by a torque is watched by: the torques of other laws there, else what they would have to
-/// be.
+/// The watched quantity of a controller that acts on a shaft by a torque: the torques of other laws there, else the required
+/// torque.
 fn torque_for_output(
     variant: &PreparedVariant,
     number: usize,
@@ -221,13 +221,13 @@ fn torque_for_output(
         let model = &variant.design_models[number];
         let own = model.reduced.coordinate(&equations.coordinates[shaft]).unwrap_or(shaft);
         let inertia = rational_to_f64(&effective_inertia(&model.linear, own));
-        return (format!("torque along {output}"), Watch::Acceleration(shaft, vec![(None, inertia)]));
+        return (format!("torque on {output}"), Watch::Acceleration(shaft, vec![(None, inertia)]));
     }
     let names: Vec<&str> = felt_inputs.iter().map(|&k| equations.inputs[k].element.as_str()).collect();
     (Quantity::Torque.of(&names.join(" + ")), Watch::Felt(felt_inputs))
 }
 
-/// Time until the slowest motion has died out, or the run of the file ends, s.
+/// Time until the slowest motion has decayed, or the run of the file ends, s.
 pub(super) fn window(nominal: &Shown, duration: f64) -> f64 {
     let time = nominal.sample_time;
     let settled = if nominal.radius < 1.0 { -SETTLED * time / ln(nominal.radius) } else { f64::INFINITY };
@@ -235,7 +235,7 @@ pub(super) fn window(nominal: &Shown, duration: f64) -> f64 {
 }
 
 impl Subject {
-    /// What the loop shows with these factors of the coefficients. Steps of an unstable loop have no size.
+    /// The responses of the loop with these factors of the coefficients. Steps of an unstable loop have no size.
     pub fn look(&self, factors: &[f64]) -> Result<Shown, NotJudged> {
         let plant = self.plant.at(factors);
         let found = SampledLoop::driven(&plant, &self.parts, LOOK).map_err(|_| NotJudged)?;
@@ -275,7 +275,7 @@ impl Subject {
         Ok(Shown { sample_time, radius, stable, word: slowest.word, sizes, peaks })
     }
 
-    /// How wrong the torque of each of the law's motors may be alone with these factors of the coefficients; `None` of a loop that is
+    /// The margins of each of the law's motors alone with these factors of the coefficients; `None` for a loop that is
     /// not stable, or has several sample times.
     pub fn margins(&self, factors: &[f64], motors: &[String]) -> Option<Vec<ChannelMargin>> {
         let plant = self.plant.at(factors);
@@ -286,7 +286,7 @@ impl Subject {
         motor_margins(&ControlLoop { plant: &plant, parts: &self.parts, number: self.number }, motors)
     }
 
-    /// Root mean square of what errors of the law's readings with these variances make of its commands, N m; `None` if the
+    /// Root mean square of the effect of errors of the law's readings with these variances on its commands, N m; `None` if the
     /// loop cannot be computed.
     pub fn noise(&self, factors: &[f64], variances: &[f64]) -> Option<Vec<f64>> {
         let plant = self.plant.at(factors);
@@ -295,7 +295,7 @@ impl Subject {
         Some(found.noise(self.number, variances, &commands))
     }
 
-    /// What is watched, then the commands of the law's inputs, as sparse rows over z.
+    /// The watched quantities, then the commands of the law's inputs, as sparse rows over z.
     fn rows(&self, plant: &LoopPlant, found: &SampledLoop, factors: &[f64]) -> Vec<Vec<(usize, f64)>> {
         let r = plant.inertia.rows();
         let [angles, speeds] = motions_over_states(&plant.basis, &plant.moving);

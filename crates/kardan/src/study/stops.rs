@@ -1,4 +1,4 @@
-//! Stops at a position: rigid ones that it lies beyond, and those that are touched or pressed.
+//! Stops at a position: rigid ones that it exceeds, and those that are touched or pressed.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +8,7 @@ use crate::equations::UnilateralConstraint;
 use crate::model::{Document, TableReader};
 use crate::reduce::{Contact, Reduced, contacts};
 
-/// Each rigid stop that a reduced position (rad, m) lies beyond: its element, by how much, and the unit of that.
+/// Each rigid stop that a reduced position (rad, m) exceeds: its element, the exceedance, and its unit.
 fn beyond<'a>(reduced: &'a Reduced, position: &[f64]) -> Vec<(&'a str, f64, &'static str)> {
     let equations = &reduced.equations;
     let passed = contacts(reduced, position).into_iter().filter(|one| !one.soft && one.is_passed());
@@ -19,7 +19,7 @@ fn beyond<'a>(reduced: &'a Reduced, position: &[f64]) -> Vec<(&'a str, f64, &'st
     excess.collect()
 }
 
-/// What an analysis makes of stops at an operating point: soft ones that are pressed act, those that are just touched are open.
+/// Treatment of stops at an operating point in an analysis: pressed soft ones act, touched ones are open.
 pub(super) fn describe_contacts(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> Vec<String> {
     let found = contacts(reduced, position);
     let names = |own: &dyn Fn(&&Contact) -> bool| {
@@ -33,27 +33,29 @@ pub(super) fn describe_contacts(reduced: &Reduced, position: &[f64], stuck: &BTr
     let mut out = Vec::new();
     if !open.is_empty() {
         out.push(format!(
-            "{} open at the operating point (stops, backlash): the linear model holds as long as no contact closes",
+            "{} open at the operating point (stops, backlash): the linear model is valid while no contact closes",
             is_or_are(&open)
         ));
     }
     if !pressed.is_empty() {
         out.push(format!(
-            "{} pressed at the operating point: stiffness and damping of the contact are part of the model, which holds as long as it is not left",
+            "{} pressed at the operating point: stiffness and damping of the contact are part of the model, which is \
+             valid while the contact stays closed",
             is_or_are(&pressed)
         ));
     }
     if !touched.is_empty() {
         let list = touched.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
         out.push(format!(
-            "{} touched at the operating point and looked at as if open there: with `stuck = [{list}]` in `[analysis]` the contact holds",
+            "{} touched at the operating point and treated as open there: `stuck = [{list}]` in `[analysis]` closes \
+             the contact",
             is_or_are(&touched)
         ));
     }
     out
 }
 
-/// What an analysis makes of clutches, brakes, locks and freewheels that are not said to hold.
+/// Treatment of clutches, brakes, locks and freewheels in an analysis that are not listed in `stuck`.
 pub(super) fn describe_clutches(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<String> {
     let of = |own: &dyn Fn(&UnilateralConstraint) -> bool| {
         let unilaterals = reduced.equations.unilaterals.iter().filter(|unilateral| own(&unilateral.value));
@@ -68,13 +70,18 @@ pub(super) fn describe_clutches(reduced: &Reduced, stuck: &BTreeSet<String>) -> 
     let mut out = Vec::new();
     if !sliding.is_empty() {
         out.push(format!(
-            "{} taken as open: a clutch or brake that slides, whose torque is constant; `stuck = [{}]` in `[analysis]` closes it",
+            "{} treated as open: a clutch or brake that slides, whose torque is constant; `stuck = [{}]` in \
+             `[analysis]` closes it",
             is_or_are(&sliding),
             list(&sliding)
         ));
     }
     if !open.is_empty() {
-        out.push(format!("{} taken as open; `stuck = [{}]` in `[analysis]` closes it", is_or_are(&open), list(&open)));
+        out.push(format!(
+            "{} treated as open; `stuck = [{}]` in `[analysis]` closes it",
+            is_or_are(&open),
+            list(&open)
+        ));
     }
     out
 }
@@ -83,20 +90,20 @@ fn is_or_are(names: &BTreeSet<&str>) -> String {
     format!("{} {}", quoted(names.iter().copied()), if names.len() == 1 { "is" } else { "are" })
 }
 
-/// The mistake that a run begins beyond a rigid stop.
+/// The error that a run begins beyond a rigid stop.
 pub(super) fn check_stops(document: &Document, reduced: &Reduced, position: &[f64], out: &mut Vec<Diagnostic>) {
     if let Some((element, by, unit)) = beyond(reduced, position).first() {
-        let message = format!("the run begins {by:.6} {unit} beyond the stop of `{element}`, which nothing can pass");
+        let message = format!("the run begins {by:.6} {unit} beyond the stop of `{element}`, which is rigid");
         out.push(
             Diagnostic::error("scenario::stop", message)
                 .at(place_of(document, element), "this stop")
                 .at(TableReader::place(&document.scenario, "initial"), "from here")
-                .help("begin within the stop: by `initial` of `[scenario]`, where what is left out begins at zero"),
+                .help("begin within the stop: by `initial` of `[scenario]`, where missing values are zero"),
         );
     }
 }
 
-/// What is told of an operating point beyond rigid stops, which are open in an analysis.
+/// The note on an operating point beyond rigid stops, which are open in an analysis.
 pub(super) fn describe_passed_stops(reduced: &Reduced, position: &[f64]) -> Option<String> {
     let listed: Vec<String> = beyond(reduced, position)
         .iter()
@@ -104,6 +111,6 @@ pub(super) fn describe_passed_stops(reduced: &Reduced, position: &[f64]) -> Opti
         .collect();
     let listed = listed.join(", ");
     (!listed.is_empty()).then(|| {
-        format!("the operating point lies {listed}: the model cannot be there, it is looked at as if that were open")
+        format!("the operating point lies {listed}: the model cannot be there; the analysis treats the stop as open")
     })
 }

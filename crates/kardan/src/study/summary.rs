@@ -27,12 +27,12 @@ pub(super) fn matrix_titles(reduced: &Reduced) -> [(&'static str, &'static str);
     }
 }
 
-/// Matrices and poles of more coordinates are not part of a summary: nobody reads them there, and poles cost the cube of their number.
+/// Largest number of coordinates of a summary: nobody reads larger matrices and pole lists, and poles cost the cube of the number.
 const MOST_COORDINATES: usize = 100;
 
 pub(super) fn summarise(prepared: &Prepared, variant: &PreparedVariant) -> ModelSummary {
     let laws = &variant.designed;
-    // Beside kept rows these would be those of another model.
+    // With multiplier constraints these would belong to another model.
     let has_multipliers = !variant.reduced.equations.multiplier_constraints.is_empty();
     let (matrices, closed_loop_poles) = match has_multipliers || variant.reduced.degrees_of_freedom() > MOST_COORDINATES
     {

@@ -1,4 +1,4 @@
-//! From which size a residual is an alarm: what noise and steps of its sensors make of it, at one instant or in time through a filter.
+//! Alarm thresholds of residuals: the effect of sensor noise and quantisation, at one instant or in time through a filter.
 
 use super::PreparedVariant;
 use super::signals::ParitySettings;
@@ -11,24 +11,24 @@ use crate::simulate::signal_names;
 use kardan_rt::functions::{exp, hypot, ln};
 use std::collections::VecDeque;
 
-/// What a sensor does to a reading.
+/// The errors of a sensor reading.
 pub(super) struct Reading {
     pub unit: String,
     /// Standard deviation of its noise.
     noise: f64,
-    /// What its steps add, at least and at most.
+    /// The smallest and the largest error of its quantisation.
     steps: [f64; 2],
     sample_time: Option<f64>,
 }
 
 impl Reading {
-    /// Its sample time, s; none of a signal that is read as it is.
+    /// Its sample time, s; none for a signal that is read unchanged.
     pub fn sample_time(&self) -> Option<f64> {
         self.sample_time
     }
 }
 
-/// What the sensors of these outputs do; other signals are read as they are.
+/// The errors of the sensors of these outputs; other signals are read unchanged.
 pub(super) fn readings(variant: &PreparedVariant, outputs: &[OutputSignal]) -> Vec<Reading> {
     let equations = &variant.reduced.equations;
     let declared_signals = signal_names(&variant.reduced, &variant.scenario);
@@ -59,31 +59,31 @@ pub(super) fn readings(variant: &PreparedVariant, outputs: &[OutputSignal]) -> V
     outputs.iter().map(one).collect()
 }
 
-/// The probability that a change is seen.
+/// The probability that a change is detected.
 const DETECTION_PROBABILITY: f64 = 0.999;
 
 /// The least probability that one sample is within the threshold.
 const WITHIN: f64 = 0.7;
 
-/// The samples of a filter, in time constants and orders, after which nothing is left of a pulse in 12 digits.
+/// The number of samples of a filter, in time constants and orders, after which a pulse has decayed to 12 digits.
 const FORGOTTEN: usize = 15;
 
-/// What a residual makes of one of its signals.
+/// The effect of one of its signals on a residual.
 pub(super) struct Part<'a> {
-    /// What the signal's sensor does to it; `None` of a command, which is known.
+    /// The errors of the signal's sensor; `None` for a command, which is known exactly.
     pub reading: Option<&'a Reading>,
-    /// The residual's samples after a pulse of the signal of one sample; one number at one instant.
+    /// The response of the residual to a pulse of the signal of one sample; one number at one instant.
     pub pulse: Vec<f64>,
 }
 
 impl Part<'_> {
-    /// Standard deviation of what its noise makes of the residual.
+    /// Standard deviation of the residual from its noise.
     fn noise(&self) -> f64 {
         let gain = self.pulse.iter().map(|x| x * x).sum::<f64>().sqrt();
         self.reading.map_or(0.0, |reading| gain * reading.noise)
     }
 
-    /// What its steps make of the residual at least or at most, whatever they are in each sample.
+    /// The least or largest effect of its quantisation on the residual, for any errors in each sample.
     fn steps(&self, least: bool) -> f64 {
         let Some(reading) = self.reading else { return 0.0 };
         let of = |x: &f64| {
@@ -93,7 +93,7 @@ impl Part<'_> {
         self.pulse.iter().map(of).sum()
     }
 
-    /// A change of one, from some sample on: what of it is in so many samples one after the other at least, where that is most (but for a hundredth), and
+    /// A change of one, from some sample on: the least of its effect in this number of consecutive samples, where that is largest (within one hundredth), and
     /// how many samples later the last one of these is.
     fn change(&self, samples: usize) -> (f64, usize) {
         let sums: Vec<f64> = self
@@ -111,10 +111,10 @@ impl Part<'_> {
     }
 }
 
-/// The least of so many numbers, from each one on; behind the last one all are as it is. In one pass, however many.
+/// The minimum of this number of values, from each one on; after the last one all are equal to it. In one pass, for any number.
 fn least_of_each(numbers: &[f64], count: usize) -> Vec<f64> {
     let mut out = vec![0.0; numbers.len()];
-    // From the end: those that are less than all between them and here, the nearest last.
+    // From the end: values below all values between them and here, the nearest last.
     let mut nearest: VecDeque<usize> = VecDeque::new();
     for k in (0..numbers.len()).rev() {
         while nearest.back().is_some_and(|later| numbers[*later] >= numbers[k]) {
@@ -129,11 +129,11 @@ fn least_of_each(numbers: &[f64], count: usize) -> Vec<f64> {
     out
 }
 
-/// Part of the most that a change ever shows, from which on it is taken for that.
+/// Fraction of the largest effect of a change above which it counts as the largest.
 const ALMOST: f64 = 0.99;
 
-/// The samples after a pulse of one sample of `Σ c sᵈ / (τ s + 1)ⁿ`, terms `(d, c)` with d ≤ n, by the bilinear rule `s = (2/h)(z − 1)/(z + 1)`, that
-/// of `kind = "transfer_function"`; until 12 digits of it are gone.
+/// The response to a pulse of one sample of `Σ c sᵈ / (τ s + 1)ⁿ`, terms `(d, c)` with d ≤ n, by the bilinear rule `s = (2/h)(z − 1)/(z + 1)` as
+/// in `kind = "transfer_function"`; until it has decayed to 12 digits.
 pub(super) fn pulse(terms: &[(usize, f64)], order: usize, time: f64, sample_time: f64) -> Vec<f64> {
     let turns = 2.0 * time / sample_time;
     let length = FORGOTTEN * (order + 2) * (0.5 * turns + 1.0).ceil() as usize;
@@ -154,11 +154,11 @@ pub(super) fn pulse(terms: &[(usize, f64)], order: usize, time: f64, sample_time
     out
 }
 
-/// The threshold of a residual; `None` where nothing disturbs it.
+/// The threshold of a residual; `None` if nothing disturbs it.
 ///
 /// With white Gaussian noise of standard deviation σ and an error b of all steps, a sample lies beyond `b + zσ` with at most the probability
 /// p of a normal number beyond ±z, and an alarm begins at a sample with at most pᴺ, N the samples of the debounce; behind a filter, where noise is no
-/// longer white, with at most p; `filter`: its time constant and its sample time, s. `detected_parts`: of which parts the smallest change is told; the time of detection is the longest of theirs.
+/// longer white, with at most p; `filter`: its time constant and its sample time, s. `detected_parts`: the parts for which the smallest detectable change is computed; the time of detection is their longest.
 pub(super) fn threshold(
     parts: &[Part<'_>],
     detected_parts: &[usize],
@@ -171,7 +171,7 @@ pub(super) fn threshold(
     let readings = || parts.iter().filter_map(|part| part.reading);
     let times: Vec<f64> = readings().filter_map(|reading| reading.sample_time).collect();
     let sample_time = filter.map_or_else(|| times.iter().copied().fold(0.0, f64::max), |(_, sample_time)| sample_time);
-    // What is read at every instant beside samples is newer than these.
+    // Signals that are read at every instant are newer than sampled ones.
     let beside = !times.is_empty() && times.len() < readings().count();
     if noise == 0.0 && steps == 0.0 {
         return None;
@@ -182,7 +182,7 @@ pub(super) fn threshold(
     let beyond = if noise > 0.0 { exp(ln(rate) / independent as f64).min(1.0 - WITHIN) } else { 0.0 };
     let quantile = if noise > 0.0 { two_sided_normal(beyond) } else { 0.0 };
     let threshold = steps + quantile * noise;
-    // All samples of the debounce are beyond it, each but for a share of what may fail.
+    // All samples of the debounce are beyond it, each with its part of the failure probability.
     let margin =
         if noise > 0.0 { normal_quantile((1.0 - DETECTION_PROBABILITY) / debounce as f64) * noise } else { 0.0 };
     let changes: Vec<(f64, usize)> = detected_parts.iter().map(|k| parts[*k].change(debounce)).collect();
@@ -192,10 +192,10 @@ pub(super) fn threshold(
         threshold,
         debounce,
         sample_time,
-        different_times: beside || times.iter().any(|time| *time != sample_time),
+        multirate: beside || times.iter().any(|time| *time != sample_time),
         false_alarms_per_hour: if noise > 0.0 { options.false_alarms_per_hour } else { 0.0 },
         detection_time: changes.iter().map(|(_, samples)| *samples).max().unwrap_or(debounce) as f64 * sample_time,
-        smallest: changes.iter().map(|(size, _)| (threshold + steps + margin) / size).collect(),
+        min_detectable: changes.iter().map(|(size, _)| (threshold + steps + margin) / size).collect(),
         filter: filter.map(|(time, _)| time),
     })
 }

@@ -1,22 +1,22 @@
-//! Readings that come so near to the boundary of two counts that the error of a run decides which count they are.
+//! Readings so close to the boundary of two counts that the error of a run decides the count.
 
 use crate::results::UndecidedCount;
 use crate::simulate::{EncoderReading, FlippedReading};
 
-/// A reading is undecided where it is nearer to a boundary than so many times what two runs differed by at most until then. The second run
+/// A reading is undecided if its distance to a boundary is below this multiple of the largest difference of the two runs until then. The second run
 /// errs more than the first.
 const MARGIN: f64 = 1.0;
-/// Part of a run within which the second one takes another way, after the first undecided reading, if it tells what such readings do.
+/// Fraction of a run within which the second one diverges after the first undecided reading, if it shows the effect of such readings.
 const SOON: f64 = 0.1;
 
-/// What two runs tell of the readings of the first.
+/// Results of the comparison of two runs about the readings of the first.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct UndecidedReadings {
-    /// The first reading that is undecided, or that came out otherwise in the second run.
+    /// The first reading that is undecided, or that differs in the second run.
     pub first: Option<UndecidedCount>,
-    /// When the first one came out otherwise in the second run, s; infinite if none did.
+    /// The time of the first reading that differs in the second run, s; infinite if none did.
     diverged: f64,
-    /// Readings until then that are undecided, each on its other side.
+    /// Undecided readings until then, each with its other value.
     pub flipped: Vec<FlippedReading>,
 }
 
@@ -40,7 +40,7 @@ impl UndecidedReadings {
         undecided
     }
 
-    /// Whether a third run is to tell what undecided readings do, as in the second one they came out the same for long. `length`: of the run, s.
+    /// Whether a third run must show the effect of undecided readings, because in the second one they stayed equal for long. `length`: of the run, s.
     pub(super) fn needs_third(&self, length: f64) -> bool {
         let first = self.first.as_ref().map_or(f64::INFINITY, |first| first.time);
         !self.flipped.is_empty() && self.diverged - first > SOON * length
@@ -54,7 +54,7 @@ fn parts(own: &EncoderReading, second: &EncoderReading) -> Option<UndecidedCount
     Some(UndecidedCount { time: first.0, sensor: own.sensor.clone() })
 }
 
-/// Readings before a time that are nearer to a boundary than what the runs may err by. What is the same in both to the last bit has stood still.
+/// Readings before a time that are closer to a boundary than the possible error of the runs. Signals that are bit-equal in both were constant.
 fn near_boundaries(
     (sensor, own): (usize, &EncoderReading),
     second: &EncoderReading,
@@ -89,7 +89,7 @@ mod tests {
 
     #[test]
     fn readings_far_from_boundaries_are_decided() {
-        // Far enough each, though the last one is as near as an earlier difference; at rest on a boundary both are the same.
+        // Each is far enough, though the last one is as close as an earlier difference; at rest on a boundary both are equal.
         let found = undecided(&[0.0, 0.0, 1.5, 2.1], &[0.0, 0.0, 1.53, 2.1]);
         assert_eq!((found.first, found.flipped.len()), (None, 0));
         assert!(!undecided(&[1.5], &[1.5]).needs_third(1.0));
@@ -97,7 +97,7 @@ mod tests {
 
     #[test]
     fn readings_near_boundaries_are_undecided_and_flipped() {
-        // What was once an error may be one again: the third reading is the same in both.
+        // An earlier error may occur again: the third reading is the same in both.
         let found = undecided(&[1.5, 1.501, 2.9995, 4.0008, 4.5], &[1.5, 1.502, 2.9995, 4.0008, 4.5]);
         assert_eq!(found.first, Some(UndecidedCount { time: 2.0, sensor: "encoder".into() }));
         let [below, above] = found.flipped[..] else { panic!("{:?}", found.flipped) };
@@ -111,7 +111,7 @@ mod tests {
         let (own, second) = ([1.5, 1.9995, 2.9995, 3.5], [1.5, 1.9989, 3.0005, 3.2]);
         let found = undecided(&own, &second);
         assert_eq!(found.first.as_ref().map(|first| first.time), Some(1.0));
-        // The reading at 2 s came out otherwise by itself; what comes later is of another way.
+        // The reading at 2 s differs by itself; later ones belong to another trajectory.
         assert_eq!(found.flipped.iter().map(|flipped| flipped.reading).collect::<Vec<_>>(), [1]);
         assert!(found.needs_third(3.0) && !found.needs_third(30.0));
         let found = undecided(&own[2..], &second[2..]);

@@ -1,4 +1,4 @@
-//! How sums change as the letters in them do.
+//! Rates of sums from the rates of their letters.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use super::{Laurent, Letter, Letters, Symbol};
 use crate::num::Rational;
 
 impl Letters {
-    /// `Σ ∂value/∂x ẋ` over the letters x that change, by what is given for each; all others stand still.
+    /// `Σ ∂value/∂x ẋ` over the letters x that change, by the given rate of each; all others are constant.
     pub(super) fn change(
         &mut self,
         value: &Laurent,

@@ -1,4 +1,4 @@
-//! Sums of products as a person would write them: common factors first, terms of one value together.
+//! Sums of products in readable form: common factors first, terms of one value together.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -25,7 +25,7 @@ pub enum Base {
     Sum(Vec<Collected>),
 }
 
-/// Where a factor stands in a product.
+/// The position of a factor in a product.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 enum Rank {
     Number,
@@ -35,7 +35,7 @@ enum Rank {
     Motion,
 }
 
-/// The value in factors; the same value whatever the letters are.
+/// The value in factors; equal for all values of the letters.
 ///
 /// ```
 /// use kardan::symbolic::{Laurent, Letters, Symbol, collected, Form, printed};
@@ -142,7 +142,7 @@ impl Collector<'_> {
         vec![value.clone()]
     }
 
-    /// A sum that has no factors: what moves together, what has one value, what has one shape, stands together.
+    /// A sum without common factors: terms with the same motion, value or form are grouped.
     fn sum(&self, value: &Laurent) -> Collected {
         let all = [Rank::Motion, Rank::Value, Rank::Shape];
         for ranks in [&all[..1], &all[1..2], &all[2..]] {
@@ -164,7 +164,7 @@ impl Collector<'_> {
         )
     }
 
-    /// What all members have in common before their sum; members of one shape in a sum of their own.
+    /// The common factors before the sum; members of one form in a separate sum.
     fn of_groups(&self, mut members: Vec<Collected>, shapes: bool) -> Collected {
         let mut out = Collected { number: Rational::ONE, factors: Vec::new() };
         let first = members[0].factors.clone();
@@ -228,7 +228,7 @@ impl Collector<'_> {
         groups.into_iter().flat_map(together).collect()
     }
 
-    /// Where a member of a sum stands: numbers last, fewer factors first, high powers first.
+    /// The order of the members of a sum: numbers last, fewer factors first, high powers first.
     fn place(&self, one: &Collected) -> (bool, bool, usize, Reverse<i32>, Vec<(Rank, Letter)>) {
         let powers = one.factors.iter().map(|(_, power)| *power).max().unwrap_or(0);
         let letters = one.factors.iter().rev().filter_map(|(base, _)| match base {
@@ -275,7 +275,7 @@ impl Collected {
     }
 }
 
-/// What stands before all terms: the power of a letter that is in all of them, with one sign, and is nearest to zero.
+/// The common factor of all terms: the power of a letter that is in all of them, with one sign, and is nearest to zero.
 fn outside(value: &Laurent) -> Monomial {
     let own = |monomial: &Monomial, letter| monomial.iter().find(|one| one.0 == letter).map_or(0, |one| one.1);
     let power = |letter: &Letter| {
@@ -286,7 +286,7 @@ fn outside(value: &Laurent) -> Monomial {
     value.letters().iter().map(|letter| (*letter, power(letter))).filter(|(_, power)| *power != 0).collect()
 }
 
-/// The largest number that goes into all members a whole number of times.
+/// The greatest common divisor of all members.
 fn content(members: &[Collected]) -> Rational {
     let mut all = Rational::ZERO;
     for member in members {
@@ -324,7 +324,7 @@ fn roots(value: &Laurent, letter: Letter) -> Vec<Laurent> {
     out
 }
 
-/// Roots with larger numerators or denominators are not looked for.
+/// Roots with larger numerators or denominators are not searched.
 const MOST_ROOT: i32 = 6;
 
 fn gcd(a: i32, b: i32) -> i32 {

@@ -1,4 +1,4 @@
-//! The reduction in letters on its way, and what comes out.
+//! The symbolic reduction in progress, and its result.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use super::{Laurent, Letter, Letters};
 use crate::reduce::Reduced;
 use crate::units::{Exact, Expression};
 
-/// How what a constraint prescribes is given.
+/// The form of a prescribed function.
 #[derive(Debug, Clone)]
 pub enum FunctionSource {
     /// A number.
@@ -19,24 +19,24 @@ pub enum FunctionSource {
     Text(String),
 }
 
-/// What a constraint prescribes.
+/// A prescribed function.
 #[derive(Debug, Clone)]
 pub struct TimeFunction {
     /// How.
     pub source: FunctionSource,
-    /// Whether that is the rate of what stands in the constraint.
+    /// Whether it is the rate of the sum in the constraint.
     pub rate: bool,
 }
 
-/// What a constraint prescribes, and its rates, where they have formulas.
+/// A prescribed function and its rates, if they have formulas.
 pub(super) type Formulas = [Option<Laurent>; 3];
 
-/// A kept constraint over the reduced coordinates.
+/// A multiplier constraint over the reduced coordinates.
 #[derive(Debug, Clone, Default)]
 pub struct SymbolicMultiplier {
-    /// What is zero at all times, of a relation of positions.
+    /// The expression that is zero at all times, for a relation of positions.
     pub position: Option<Laurent>,
-    /// A, by the number of the reduced coordinate; what is not zero.
+    /// A, by the number of the reduced coordinate; nonzero entries.
     pub row: BTreeMap<usize, Laurent>,
     /// The terms of `A q̇_r` and of `A q̈_r`.
     pub left: [Vec<Laurent>; 2],
@@ -46,33 +46,33 @@ pub struct SymbolicMultiplier {
     pub acceleration: Laurent,
 }
 
-/// A letter and what it is short for.
+/// A letter and its definition.
 #[derive(Debug, Clone)]
 pub struct Definition {
     /// The letter.
     pub letter: Letter,
-    /// What it is short for.
+    /// Its definition.
     pub value: Laurent,
 }
 
 /// `H q̈_r + v(q, q̇) + D q̇_r + s(q) + friction + held = F u + Aᵀλ` \[diss. (4.18), (4.23), (6.114)\], each entry a sum of products of letters.
 #[derive(Debug)]
 pub struct SymbolicMotion {
-    /// What all letters stand for.
+    /// The meanings of all letters.
     pub letters: Letters,
-    /// Letters of curves and of frictions, each behind those that it needs.
+    /// Letters of curves and of frictions, each after those that it needs.
     pub definitions: Vec<Definition>,
-    /// Angles of the coordinates that follow, by number, in the order in which they follow.
+    /// Angles of the dependent coordinates, by number, in the order of elimination.
     pub angles: Vec<(usize, Laurent)>,
     /// Their rates over those of the reduced coordinates.
     pub speeds: Vec<(usize, Laurent)>,
     /// Their accelerations, where they are not the same sums of accelerations.
     pub accelerations: Vec<(usize, Laurent)>,
-    /// H on and below the diagonal, what is not zero.
+    /// H on and below the diagonal, nonzero entries.
     pub inertia: BTreeMap<(usize, usize), Laurent>,
-    /// v, quadratic in speeds; and what prescribed motions do by their speeds and accelerations.
+    /// v, quadratic in speeds; and the effects of speeds and accelerations of prescribed motions.
     pub velocity: Vec<Laurent>,
-    /// D on and below the diagonal, what is not zero.
+    /// D on and below the diagonal, nonzero entries.
     pub damping: BTreeMap<(usize, usize), Laurent>,
     /// s
     pub stiffness: Vec<Laurent>,
@@ -80,23 +80,23 @@ pub struct SymbolicMotion {
     pub friction: Vec<Laurent>,
     /// F u
     pub input: Vec<Laurent>,
-    /// What is carried by modes.
+    /// Torques of unilateral and switched laws.
     pub unilateral: Vec<Laurent>,
-    /// The constraints that are kept with their multipliers λ.
+    /// The constraints enforced by their multipliers λ.
     pub multiplier_constraints: Vec<SymbolicMultiplier>,
     /// Aᵀλ
     pub multiplier_forces: Vec<Laurent>,
-    /// The speed along what holds by modes: its element, whether teeth rub, angle and speed.
+    /// The speed along a unilateral or switched law: its element, whether it is a gear loss, angle and speed.
     pub directions: Vec<(String, bool, [Laurent; 2])>,
     /// The multipliers of all other constraints, those of transmissions last.
     pub multipliers: Vec<Laurent>,
-    /// What must not be zero.
+    /// Expressions that must not be zero.
     pub divisors: Vec<Laurent>,
-    /// What is zero for the values of the model, and was taken as zero.
+    /// Expressions that are zero for the values of the model, and were treated as zero.
     pub zeros: Vec<Laurent>,
 }
 
-/// What is known of a coordinate.
+/// The expression of a coordinate.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ResolvedCoordinate {
     /// Over the reduced coordinates.
@@ -117,9 +117,9 @@ pub(super) struct Derivation<'a> {
     pub(super) numbers: Vec<f64>,
     /// Of each transmission whether it was taken backwards, and its slope.
     pub(super) slopes: BTreeMap<usize, (bool, Entry)>,
-    /// What is prescribed, by element.
+    /// Prescribed functions, by element.
     pub(super) times: BTreeMap<String, Formulas>,
-    /// Kept constraints over all coordinates.
+    /// Multiplier constraints over all coordinates.
     pub(super) multiplier_rows: Vec<Row>,
     pub(super) out: SymbolicMotion,
 }

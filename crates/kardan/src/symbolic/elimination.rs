@@ -1,4 +1,4 @@
-//! Linear equations over letters, solved with the pivots of the numbers that the letters stand for.
+//! Linear equations over letters, solved with the pivots of the numerical values of the letters.
 
 use std::collections::BTreeMap;
 
@@ -19,12 +19,12 @@ pub(super) struct Line {
     pub(super) right: Laurent,
 }
 
-/// What was divided by: the solution holds where none of it is zero. And what was zero for the values of the model alone.
+/// The divisors: the solution is valid where none of them is zero. And expressions that are zero only for the values of the model.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Assumed {
     pub(super) divisors: Vec<Laurent>,
     pub(super) zeros: Vec<Laurent>,
-    /// A product had too many terms, and is not there.
+    /// A product had too many terms, and is missing.
     pub(super) too_large: bool,
 }
 
@@ -48,7 +48,7 @@ impl Assumed {
     }
 }
 
-/// Eliminates unknowns that may be pivots from lines; gives the lines used, each with its unknown, and leaves the others.
+/// Eliminates unknowns that may be pivots from lines; returns the lines used, each with its unknown, and keeps the others.
 pub(super) fn eliminate(
     lines: &mut Vec<Line>,
     may: &dyn Fn(usize) -> bool,
@@ -83,7 +83,7 @@ pub(super) fn eliminate(
     used
 }
 
-/// The unknown of a line in terms of its other ones: `constant + Σ share·other`. What is not given has a share that is zero for the values
+/// The unknown of a line in terms of its other ones: `constant + Σ share·other`. Missing unknowns have a share that is zero for the values
 /// of the model.
 pub(super) fn solved(
     line: &Line,

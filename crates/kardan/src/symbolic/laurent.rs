@@ -127,7 +127,7 @@ impl Laurent {
         (n >= 0).then(|| (0..n).fold(Self::number(Rational::ONE), |all, _| all.times(self)))
     }
 
-    /// The lowest power of each letter that is in all terms: what can stand before all of them.
+    /// The lowest power of each letter that is in all terms: their common factor.
     pub fn common(&self) -> Monomial {
         let mut all: Option<BTreeMap<Letter, i32>> = None;
         for monomial in self.terms.keys() {
@@ -147,7 +147,7 @@ impl Laurent {
         all.unwrap_or_default().into_iter().filter(|(_, power)| *power != 0).collect()
     }
 
-    /// The quotient if it is one of this kind: what is left over must be nothing.
+    /// The quotient if it is such a sum: the remainder must be zero.
     pub fn divided_by(&self, divisor: &Self) -> Option<Self> {
         let (own, other) = (self.common(), divisor.common());
         let mut rest = self.times_term(&raised(&own, -1), &Rational::ONE);
@@ -204,7 +204,7 @@ impl Laurent {
     }
 }
 
-/// A quotient with more terms is not looked for.
+/// A quotient with more terms is not computed.
 const MOST_TERMS: usize = 1000;
 
 /// The product of two.

@@ -1,4 +1,4 @@
-//! What letters stand for, and how values and expressions become sums of products of them.
+//! The meanings of letters, and the conversion of values and expressions into sums of products of them.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -7,7 +7,7 @@ use super::laurent::{Letter, product, raised};
 use crate::num::Rational;
 use crate::units::{Called, Exact, Expression, InNames, Kind, Node};
 
-/// What a letter stands for.
+/// The meaning of a letter.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub enum Symbol {
     /// π
@@ -38,18 +38,18 @@ pub enum Symbol {
     Time,
     /// What the element prescribes as a function of time, or its first or second rate.
     OfTime(String, usize),
-    /// The multiplier of a kept constraint, by number.
+    /// The multiplier of a constraint, by number.
     Multiplier(usize),
-    /// What an element carries by its modes, or (if so) loses in its teeth.
+    /// The torque of a unilateral or switched law of an element, or (if so) its gear loss.
     Unilateral(String, bool),
 }
 
-/// What a name of a value means.
+/// The meaning of the name of a value.
 #[derive(Debug, Clone)]
 pub enum Meaning {
     /// A value with a letter of its own.
     Value,
-    /// What follows from other values.
+    /// A computed value.
     Formula(Expression),
     /// A number that has no letter.
     Number(Exact),
@@ -69,7 +69,7 @@ impl Letters {
         Self { meanings, ..Self::default() }
     }
 
-    /// What a letter stands for.
+    /// The meaning of a letter.
     pub fn symbol(&self, letter: Letter) -> &Symbol {
         &self.symbols[letter as usize]
     }
@@ -85,7 +85,7 @@ impl Letters {
         letter
     }
 
-    /// The letters in sums and in what these stand for, each once, in order.
+    /// The letters in sums and in their definitions, each once, in order.
     pub fn used_in<'a>(&'a self, values: impl Iterator<Item = &'a Laurent>) -> Vec<Letter> {
         let mut open: Vec<&Laurent> = values.collect();
         let mut found = std::collections::BTreeSet::new();
@@ -106,7 +106,7 @@ impl Letters {
         Laurent::letter(self.letter(symbol))
     }
 
-    /// A number by how it follows from values with names.
+    /// A number as computed from named values.
     pub fn exact(&mut self, value: &Exact) -> Laurent {
         match value.in_names() {
             None => self.number(value),
@@ -134,7 +134,7 @@ impl Letters {
         rational.times_term(&vec![(pi, value.pi)], &Rational::ONE)
     }
 
-    /// What a name stands for.
+    /// The meaning of a name.
     fn named(&mut self, name: &str) -> Laurent {
         match self.meanings.get(name).cloned() {
             Some(Meaning::Formula(expression)) => self.read(&expression.root, &BTreeMap::new()),
@@ -143,7 +143,7 @@ impl Letters {
         }
     }
 
-    /// A formula of an element: `names` are what it gives names to.
+    /// A formula of an element: `names` are its named values.
     pub fn formula(&mut self, text: &str, names: &BTreeMap<&str, Laurent>) -> Laurent {
         let read = Expression::parse(text).expect("formulas of elements are expressions");
         self.read(&read.root, names)
@@ -199,7 +199,7 @@ impl Letters {
         }
     }
 
-    /// A product; a sum that would make it long stays a letter.
+    /// A product; a sum that would make it long remains a letter.
     fn bounded(&mut self, a: Laurent, b: Laurent) -> Laurent {
         if a.count().saturating_mul(b.count()) <= MOST_MULTIPLIED {
             return a.times(&b);
@@ -212,7 +212,7 @@ impl Letters {
         }
     }
 
-    /// A quotient; what is divided by a sum that does not go into it is divided by a letter for that sum.
+    /// A quotient; an inexact division by a sum becomes a division by a letter for that sum.
     pub fn divide(&mut self, a: &Laurent, b: &Laurent) -> Laurent {
         if let Some((monomial, number)) = b.single() {
             return a.times_term(&raised(monomial, -1), &(Rational::ONE / number));
@@ -228,7 +228,7 @@ impl Letters {
         a.times_term(&product(&raised(&common, -1), &vec![(letter, -1)]), &factor)
     }
 
-    /// The same with all sums cancelled that go into what stands above them.
+    /// The same with all sums cancelled that divide their numerators.
     pub fn cancelled(&self, value: &Laurent) -> Laurent {
         let mut value = value.clone();
         for letter in value.letters() {
@@ -238,7 +238,7 @@ impl Letters {
             };
             while power(&value) < 0 {
                 let lowest = power(&value);
-                // What stands over the lowest power: other terms get the sum itself as a factor.
+                // The numerators over the lowest power: other terms get the sum itself as a factor.
                 let parts = value.terms().map(|(monomial, number)| {
                     let own = monomial.iter().find(|(candidate, _)| *candidate == letter).map_or(0, |one| one.1);
                     let rest = product(monomial, &vec![(letter, -own)].into_iter().filter(|(_, p)| *p != 0).collect());
@@ -259,7 +259,7 @@ impl Letters {
 
 /// Sums within formulas whose product has more terms are not multiplied out.
 const MOST_MULTIPLIED: usize = 256;
-/// Then a factor of more terms stays a sum, too.
+/// Then a factor of more terms remains a sum, too.
 const MOST_FACTOR: usize = 64;
 /// Higher powers of sums are not multiplied out.
 const MOST_POWER: i32 = 8;

@@ -1,4 +1,4 @@
-//! The reduction in letters: each step of the one in numbers, once more.
+//! The symbolic reduction: repeats each step of the numerical one.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -135,7 +135,7 @@ impl Derivation<'_> {
         affine.constant + terms.sum::<f64>()
     }
 
-    /// The transmission by which a coordinate is found: its number, from where, and whether from its driven end.
+    /// The transmission that determines a coordinate: its number, the source, and whether from its driven end.
     fn transmission(
         &self,
         shaft: usize,
@@ -160,7 +160,7 @@ impl Derivation<'_> {
         })
     }
 
-    /// What is known of a coordinate that follows by linear constraints from known ones.
+    /// The expression of a coordinate that follows from known ones by linear constraints.
     fn affine(&mut self, e: &Echelon, target: usize, resolved: &[usize]) -> ResolvedCoordinate {
         let Some(row) = e.pivots.iter().position(|pivot| *pivot == target) else {
             return self.resolved[target].clone();
@@ -193,7 +193,7 @@ impl Derivation<'_> {
         out
     }
 
-    /// A coordinate that follows by a curve from what is known of its argument; gives its slope.
+    /// A coordinate that follows from its argument by a curve; returns its slope.
     fn curve(&mut self, number: usize, shaft: usize, curve: &Arc<dyn Curve>, argument: ResolvedCoordinate) -> Laurent {
         let element = self.reduced.equations.transmissions[number].element.clone();
         let [value, slope, curvature] = match curve.formulas() {
@@ -222,7 +222,7 @@ impl Derivation<'_> {
         let basis = argument.basis.iter().map(|(k, entry)| (*k, self.assumed.product(&slope, entry))).collect();
         let angle = self.letters.of(Symbol::Position(shaft));
         self.note(shaft, ResolvedCoordinate { basis, drift, bias, angle });
-        // Its angle stands by its name wherever it is needed.
+        // Its angle appears by name.
         self.out.angles.last_mut().expect("noted just now").1 = value;
         slope
     }
@@ -299,7 +299,7 @@ impl Derivation<'_> {
         }
     }
 
-    /// The torque of a friction: what it is in motion times the sense of it.
+    /// The torque of a friction: its magnitude in motion times its sign.
     fn friction(&mut self, number: usize) -> Laurent {
         let DirectionalTerm { element, row, value: Friction { torque, stribeck } } =
             self.terms.frictions[number].clone();
@@ -394,7 +394,7 @@ impl Derivation<'_> {
 
     fn finish(self) -> SymbolicMotion {
         let Derivation { letters, assumed, resolved, mut out, .. } = self;
-        // Of what follows the acceleration is told where it is more than that of the speed says, or where something is written with it.
+        // The acceleration of a dependent coordinate is listed if it has more terms than its speed implies, or if a formula uses it.
         let accelerations = std::mem::take(&mut out.accelerations);
         let used = letters.used_in(out.all());
         let is_used = |shaft: usize| {

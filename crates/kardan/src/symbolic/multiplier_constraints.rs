@@ -1,4 +1,4 @@
-//! Constraints that are kept with their multipliers, in letters: `A q̇_r = b`, `A q̈_r = c`, and what they do, `Aᵀλ`.
+//! Constraints enforced by multipliers, in letters: `A q̇_r = b`, `A q̈_r = c`, and their torques, `Aᵀλ`.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use super::{Laurent, Letter, Symbol};
 use crate::num::Rational;
 
 impl Derivation<'_> {
-    /// All kept constraints, and what their multipliers do.
+    /// All multiplier constraints, and the torques of their multipliers.
     pub(super) fn add_multipliers(&mut self) {
         for k in 0..self.reduced.equations.multiplier_constraints.len() {
             let element = self.reduced.equations.multiplier_constraints[k].element.clone();

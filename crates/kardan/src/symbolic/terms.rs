@@ -21,14 +21,14 @@ pub(super) struct DirectionalTerm<T> {
     pub(super) value: T,
 }
 
-/// A spring: stiffness, and where it is relaxed.
+/// A spring: stiffness, and relaxed position.
 #[derive(Debug, Clone)]
 pub(super) struct Spring {
     pub(super) stiffness: Laurent,
     pub(super) rest: Laurent,
 }
 
-/// A friction: its torque in motion, and what holds at rest and its speed where it falls.
+/// A friction: its torque in motion, and its breakaway torque and Stribeck speed if it decays.
 #[derive(Debug, Clone)]
 pub(super) struct Friction {
     pub(super) torque: Laurent,
@@ -42,7 +42,7 @@ pub(super) struct Constraint {
     pub(super) offset: Laurent,
 }
 
-/// What a kept constraint says.
+/// The equation of a multiplier constraint.
 #[derive(Debug, Clone)]
 pub(super) enum SymbolicMultiplierLaw {
     /// `Σ a_i q̇_i = 0`
@@ -66,7 +66,7 @@ pub(super) struct Terms {
     pub(super) constraints: Vec<Constraint>,
     /// By element.
     pub(super) multiplier_constraints: Vec<(String, SymbolicMultiplierLaw)>,
-    /// What holds by modes, each torque once: its row, and whether teeth rub.
+    /// Unilateral and switched laws, each torque once: its row, and whether it is a gear loss.
     pub(super) unilaterals: Vec<DirectionalTerm<bool>>,
 }
 
@@ -169,7 +169,7 @@ impl Terms {
 }
 
 impl Terms {
-    /// What holds by modes; both sides of a stop are one torque.
+    /// Unilateral and switched laws; both sides of a stop are one torque.
     fn unilateral(&mut self, element: &str, mut row: Row, unilateral: &UnilateralConstraint) {
         let rubs = matches!(unilateral, UnilateralConstraint::GearLoss(_));
         if self.unilaterals.iter().all(|candidate| candidate.element != *element || candidate.value != rubs) {
@@ -189,7 +189,7 @@ impl Terms {
     }
 }
 
-/// A kept constraint over numbered coordinates; what it calls tables in has no letters.
+/// A multiplier constraint over numbered coordinates; expressions with tables have no letters.
 fn multiplier_law(coordinates: &[String], law: &MultiplierLaw<String>, letters: &mut Letters) -> SymbolicMultiplierLaw {
     let number = |name: &str| coordinates.iter().position(|other| other == name);
     let mut formula = |formula: &Formula| {
@@ -209,7 +209,7 @@ fn multiplier_law(coordinates: &[String], law: &MultiplierLaw<String>, letters: 
             let row = row.iter().filter_map(|(name, a)| Some((number(name)?, formula(a))));
             SymbolicMultiplierLaw::Rates(row.filter(|(_, entry)| !entry.is_zero()).collect())
         }
-        // An element brings none: it is a constraint that the reduction keeps.
+        // No element creates one: it is a constraint that the reduction enforces by a multiplier.
         MultiplierLaw::Position(row, _) | MultiplierLaw::Speed(row, _) | MultiplierLaw::Acceleration(row, _) => {
             let direction = Direction { entries: row.clone() };
             let row = self::row(entries(coordinates, &direction, letters));

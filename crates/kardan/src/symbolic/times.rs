@@ -7,7 +7,7 @@ use super::{Laurent, Letter, Symbol};
 use crate::num::Rational;
 
 impl Derivation<'_> {
-    /// Formulas of functions of time, as far as they have some.
+    /// Formulas of functions of time, if they exist.
     pub(super) fn prescribe(&mut self, functions: &BTreeMap<String, TimeFunction>) {
         let time = self.letters.letter(Symbol::Time);
         let names = BTreeMap::from([("t", Laurent::letter(time))]);
@@ -28,7 +28,7 @@ impl Derivation<'_> {
         }
     }
 
-    /// What a constraint prescribes: what it is at all times, or a letter for what it is at one.
+    /// A prescribed function: its expression over time, or a letter for its value at one time.
     pub(super) fn prescribed(&mut self, element: &str, order: usize) -> Laurent {
         let formula = self.times.get(element).and_then(|formulas| formulas.get(order).cloned().flatten());
         let time = self.letters.letter(Symbol::Time);
@@ -44,7 +44,7 @@ impl Derivation<'_> {
         Laurent::letter(letter)
     }
 
-    /// The rate of what is prescribed.
+    /// The rate of a prescribed function.
     pub(super) fn prescribed_rate(&mut self, value: &Laurent) -> Laurent {
         let mut rates: BTreeMap<Letter, Laurent> = BTreeMap::new();
         for letter in self.letters.used_in([value].into_iter()) {

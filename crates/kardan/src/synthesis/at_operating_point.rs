@@ -1,4 +1,4 @@
-//! A law around an operating point: designed for deviations, it is told them and commands what is beside the torques that hold it there.
+//! A law around an operating point: it is designed for deviations, reads deviations, and its commands are added to the equilibrium torques.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::names::{SignalName, carrier};
 use crate::num::StateArchive;
 use crate::results::{DataNumber, Design};
 
-/// What angles, readings, references and torques are at an operating point.
+/// The values of angles, readings, references and torques at an operating point.
 #[derive(Debug, Clone, PartialEq, Default)]
 struct Rest {
     /// Of all shafts, less those at zero coordinates, rad.
@@ -33,7 +33,7 @@ struct AtOperatingPoint {
 }
 
 impl AtOperatingPoint {
-    /// What a signal that the law is told is at rest, if it is not zero.
+    /// Value at the operating point of a signal that the law reads, if it is not zero.
     fn rest_value(&self, signal: &str) -> Option<f64> {
         let angle = || {
             let name = SignalName::new(signal).angle_of()?;
@@ -90,11 +90,11 @@ pub(super) fn at_operating_point(
     Ok(Arc::new(AtOperatingPoint { law, rest, shafts: plant.coordinates().to_vec() }))
 }
 
-/// A block that is told deviations.
+/// A block that reads deviations.
 struct DeviationBlock {
     block: Box<dyn Block>,
     rest: Rest,
-    /// What it is told: angles, readings, references, torques.
+    /// Its inputs: angles, readings, references, torques.
     deviations: Rest,
 }
 
@@ -217,8 +217,8 @@ impl Law for AtOperatingPoint {
             .collect();
         data.numbers.extend(numbers);
         design.notes.push(
-            "the block reads what its signals are beside those at the operating point, and its torques come on top of those that hold it \
-             there: `<signal> at rest` among its numbers"
+            "the block reads the deviations of its signals from the operating point, and its torques are added to the \
+             equilibrium torques there: `<signal> at rest` among its numbers"
                 .into(),
         );
         design

@@ -1,4 +1,4 @@
-//! A sampled law whose commands a signal takes away.
+//! A sampled law whose commands a blending signal scales.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use crate::units::Dimension;
 
 /// The signal that multiplies the commands of a controller, if there is one.
 pub fn fade(values: &Values) -> Option<Reference> {
-    let description = "share of its commands that a controller gives".to_string();
+    let description = "share of the controller's commands that is applied".to_string();
     Some(Reference {
         name: values.word("fade")?.into(),
         physical: Physical::of_unit(&Dimension::NONE.si()),
@@ -35,12 +35,12 @@ pub fn blending(law: Arc<dyn Law>, values: &Values) -> Arc<dyn Law> {
     Arc::new(BlendedLaw { law, references })
 }
 
-/// A block whose commands the last reference multiplies; it knows what its inputs really get.
+/// A block whose commands the last reference multiplies; it knows the scaled commands of its inputs.
 struct BlendedBlock {
     block: Box<dyn Block>,
 }
 
-/// What a block without a fade sees, and the share of its commands: from 0 to 1, and 0 where that is no number.
+/// The observation of a block without a blending signal, and the share of its commands: from 0 to 1, and 0 where that is not a number.
 fn split_share<'a>(observation: Observation<'a>) -> (Observation<'a>, f64) {
     match observation.references.split_last() {
         Some((share, references)) => {
@@ -71,7 +71,7 @@ impl Block for BlendedBlock {
     }
 }
 
-/// The linear part with all its commands: to first order nothing follows from the share there.
+/// The linear part with all its commands: to first order the share has no effect there.
 fn with_share(law: LinearLaw) -> LinearLaw {
     let wider = |columns: &Matrix<f64>| {
         let last = columns.columns();

@@ -1,4 +1,4 @@
-//! What the channels of a law ask for, as the keys of the model file say it.
+//! The specification of the channels of a law, from the keys of the model file.
 
 use std::collections::BTreeSet;
 
@@ -48,7 +48,7 @@ pub(super) fn compensation(channel: &Values) -> Compensation {
     }
 }
 
-/// Two ways to say the same, at most one of which may be used.
+/// Two alternative keys, at most one of which may be used.
 pub(super) fn check_dynamics(channel: &Values, output: &str) -> Result<(), SynthesisError> {
     let second = ["natural_frequency", "damping_ratio"].into_iter().find(|key| channel.has(key));
     let present: Vec<&'static str> =
@@ -59,7 +59,7 @@ pub(super) fn check_dynamics(channel: &Values, output: &str) -> Result<(), Synth
     }
 }
 
-/// The reference of a channel. Its unit is told by the end of the output's name; without one it is a torque.
+/// The reference of a channel. The end of the output's name determines its unit; without one it is a torque.
 pub(super) fn reference(channel: &Values) -> Option<Reference> {
     let (output, name) = (channel.word("output")?, channel.word("reference")?);
     let physical = SignalName::new(output).quantity().map_or(Physical::Torque, Quantity::physical);
@@ -71,17 +71,17 @@ pub(super) fn position_of(output: &str) -> Physical {
     if SignalName::new(output).is(Quantity::Position) { Physical::Position } else { Physical::Angle }
 }
 
-/// What acts along an output: a torque along an angle, a force along a position.
+/// The effort of an output: the torque of an angle, the force of a position.
 pub(super) fn effort_of(output: &str) -> Physical {
     if SignalName::new(output).is(Quantity::Position) { Physical::Force } else { Physical::Torque }
 }
 
-/// The unit of the inertia that is felt along an output.
+/// The unit of the effective inertia along an output.
 pub(super) fn inertia_unit(output: &str) -> &'static str {
     if SignalName::new(output).is(Quantity::Position) { "kg" } else { "kg m^2" }
 }
 
-/// Reports the first name that stands twice.
+/// Reports the first duplicate name.
 pub(super) fn once<'a>(names: impl Iterator<Item = &'a str>, what: &'static str) -> Result<(), SynthesisError> {
     let mut used = BTreeSet::new();
     for name in names {

@@ -17,7 +17,7 @@ pub fn closed_loop_poles(model: &LinearModel, laws: &[Arc<dyn Law>]) -> Option<V
     eigenvalues(&closed_loop_matrix(model, laws)?).map(Pole::list)
 }
 
-/// The same without charges that only count ([`counting_charges`](super::counting_charges)): their poles are exactly at zero.
+/// The same without charges that are integrators without effect ([`counting_charges`](super::counting_charges)): their poles are exactly at zero.
 ///
 /// # Panics
 /// As [`closed_loop_poles`].

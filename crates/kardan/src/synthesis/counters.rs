@@ -1,4 +1,4 @@
-//! Charges that only count what has flowed.
+//! Charges that are integrators without effect.
 
 use std::sync::Arc;
 
@@ -6,18 +6,18 @@ use super::{Law, Plant, linear_combination};
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Rational, Scalar, echelon, rational_from_f64};
 
-/// Directions of charges along which nothing changes: the charge through a source or a motor, or of several the sum that flows past a capacitor. They
-/// count what has flowed, and no law holds them. Exact.
+/// Directions of charges that change nothing: the charge through a source or a motor, or of several the sum that flows past a capacitor. They
+/// are integrators without effect, and no law controls them. Exact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Counters {
     /// One column for each, a row for each reduced coordinate.
     pub directions: Matrix<Rational>,
-    /// Of each the coordinate that it is measured by, in which the others are zero: in its place all else is known without it.
+    /// For each the coordinate that measures it, in which the others are zero: without this coordinate the rest of the state is determined.
     pub measured: Vec<usize>,
 }
 
 impl Counters {
-    /// The directions that these rows over the reduced coordinates do not see; entries behind these do not matter.
+    /// The directions that these rows over the reduced coordinates do not measure; entries after these do not matter.
     fn null_directions<'a>(plant: &Plant, rows: impl Iterator<Item = &'a [Rational]>) -> Self {
         let coordinates = &plant.reduced.coordinates;
         let is_charge = |k: &usize| plant.reduced.equations.domain(coordinates[*k]).counts();
@@ -42,7 +42,7 @@ impl Counters {
     }
 }
 
-/// What is left of the states of a system without what only counts: `z = P x`, in coordinates in which the counting charges are measured as zero.
+/// The states of a system without its integrators without effect: `z = P x`, in coordinates in which their charges are zero.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ReducedStates {
     /// Numbers of the states that are left.
@@ -71,7 +71,7 @@ impl ReducedStates {
         Self { retained: (0..states).collect(), projection: Matrix::identity(states) }
     }
 
-    /// The system over what is left. E is the identity.
+    /// The system over the remaining states. E is the identity.
     pub fn system(&self, system: &LinearSystem) -> LinearSystem {
         let on_retained = |m: &Matrix<Rational>| {
             Matrix::from_fn(m.rows(), self.retained.len(), |i, j| m[(i, self.retained[j])].clone())
@@ -90,13 +90,13 @@ impl ReducedStates {
         }
     }
 
-    /// Columns over the states as columns over what is left.
+    /// Columns over the states as columns over the remaining ones.
     pub fn columns(&self, columns: &Matrix<Rational>) -> Matrix<Rational> {
         self.projection.multiply(columns)
     }
 }
 
-/// Charges among these states that act on nothing, in words, whether no output shows them, and the system of all others. None where there are none,
+/// Charges among these states that act on nothing, as text, whether no output shows them, and the system of all other states. None where there are none,
 /// or where E is singular.
 pub fn without_counting(system: &LinearSystem, charges: &[usize]) -> Option<(Vec<String>, bool, LinearSystem)> {
     let states = system.states.len();
@@ -139,11 +139,11 @@ pub fn counting_charges(plant: &Plant, laws: &[Arc<dyn Law>]) -> Counters {
     Counters::null_directions(plant, std::iter::once(&plant.linear.stiffness).chain(&acting).flat_map(rows))
 }
 
-/// What a law makes of the reduced coordinates, for its commands and for its states.
+/// The dependence of a law on the reduced coordinates, for its commands and for its states.
 pub(super) fn acts_by(law: &dyn Law, basis: &Matrix<Rational>) -> [Matrix<Rational>; 2] {
     let linear = law.linear();
     [&linear.on_angles, &linear.angles].map(|rows| {
-        // What is no number is no zero either.
+        // NaN is not zero.
         let exact = |i: usize, j: usize| rational_from_f64(rows[(i, j)]).unwrap_or(Rational::ONE);
         Matrix::from_fn(rows.rows(), rows.columns(), exact).multiply(basis)
     })

@@ -20,7 +20,7 @@ pub fn design_law(kind: &LawKind, name: &str, values: &Values, plant: &Plant) ->
     }
     let disturbances = observed::disturbances(values, plant)?;
     let law = (kind.design)(&Request { name, values, plant, disturbances: &disturbances })?;
-    // A program reads what is true.
+    // A program reads the actual values.
     let law = if kind.keyword == Program::KEYWORD { law } else { at_operating_point(law, values, plant)? };
     match values.table("observer") {
         Some(observer) if kind.samples && observer.has("plant") => {

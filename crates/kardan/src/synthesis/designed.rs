@@ -9,19 +9,19 @@ use crate::num::Rational;
 use crate::program::Task;
 use crate::results::{Design, Physical};
 
-/// Of each of some expressions the guards at which it bends, and those at which it jumps.
+/// For each of some expressions the guards at which it has kinks, and those at which it jumps.
 pub type Kinks = Vec<[Vec<String>; 2]>;
 
-/// How the names of states begin that are estimates.
+/// Prefix of the names of states that are estimates.
 const ESTIMATE: &str = "estimate of ";
 
-/// A designed law. Measures angles and speeds of shafts, commands inputs; it holds nothing of any run.
+/// A designed law. It measures angles and speeds of shafts and commands inputs; it has no state of any run.
 pub trait Law: Send + Sync {
     /// Names of the inputs that it commands, in the order of `out` of [`Block::command`].
     fn inputs(&self) -> &[String];
     /// The signals that the scenario sets for it.
     fn references(&self) -> &[Reference];
-    /// What these are where it rests.
+    /// Their values at its equilibrium.
     fn references_at_rest(&self) -> Vec<f64> {
         vec![0.0; self.references().len()]
     }
@@ -29,13 +29,13 @@ pub trait Law: Send + Sync {
     fn states(&self) -> Vec<String> {
         Vec::new()
     }
-    /// What its observer finds, for blocks to read: names without that of the law (`rk.disturbance`, `fs.w`), and which of its states each
-    /// is, as they are foretold for its next sample.
+    /// The estimates of its observer, for blocks to read: names without that of the law (`rk.disturbance`, `fs.w`), and which of its states each
+    /// is, as predicted for its next sample.
     fn estimates(&self) -> Vec<(String, usize)> {
         let estimate = |(k, name): (usize, String)| Some((name.strip_prefix(ESTIMATE)?.to_string(), k));
         self.states().into_iter().enumerate().filter_map(estimate).collect()
     }
-    /// All that blocks may read of a law at its samples, by names without its own: what its observer finds, and what it last commanded.
+    /// All that blocks may read of a law at its samples, by names without its own: the estimates of its observer, and its last commands.
     fn exported(&self) -> Vec<(String, ExportedSignal)> {
         let commands = self.inputs().iter().enumerate();
         let commands = commands.map(|(k, input)| (format!("{input}.command"), ExportedSignal::Command(k)));
@@ -45,10 +45,10 @@ pub trait Law: Send + Sync {
     fn start(&self, _angles: &[f64], _speeds: &[f64], out: &mut [f64]) {
         out.fill(0.0);
     }
-    /// What of it computes: at every instant, or at the samples of a clock. `None` if a number overflows there, or the law is for
+    /// Its running part: at every instant, or at the samples of a clock. `None` if a number overflows there, or the law is for
     /// another sample time.
     fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>>;
-    /// What runs in a loop.
+    /// The running part in a loop.
     fn run(&self) -> LawRuntime {
         let Some(block) = self.block(self.clock()) else {
             unreachable!("a law is designed for its own clock");
@@ -63,7 +63,7 @@ pub trait Law: Send + Sync {
     fn friction_width(&self) -> Option<f64> {
         None
     }
-    /// The linear part: of a law that bends that at the design point, of a law with a clock that between its samples.
+    /// The linear part: of a nonlinear law that at the design point, of a law with a clock that between its samples.
     fn linear(&self) -> LinearLaw;
     /// The linear part at a sample time, `ξ⁺ = A ξ + Bφ φ + Bω ω + Bδ δ + Bτ τ`, `u = C ξ + …`, with the torques τ commanded, within
     /// the motors' torque limits, on average until the next sample; lag and rate limit are not in it. `None` if a number overflows
@@ -85,11 +85,11 @@ pub trait Law: Send + Sync {
             None => Some(self.linear()),
         }
     }
-    /// Of each command, then of each state, where it bends and where it jumps at the design point.
+    /// For each command, then for each state, its kinks and its jumps at the design point.
     fn kinks(&self) -> Kinks {
         Kinks::new()
     }
-    /// The same law, linearised on a side of where it bends; `None`: it is the same on all.
+    /// The same law, linearised on one side of its kinks; `None`: it is the same on all sides.
     fn on_side(&self, _side: &Side) -> Option<Arc<dyn Law>> {
         None
     }
@@ -97,7 +97,7 @@ pub trait Law: Send + Sync {
     fn sensors(&self) -> &[OutputSignal] {
         &[]
     }
-    /// The task whose answers its commands are at every instant, where its expressions can stand among those of the loop.
+    /// The task whose outputs its commands are at every instant, where its expressions can be part of those of the loop.
     fn task(&self) -> Option<&Arc<Task>> {
         None
     }
@@ -113,7 +113,7 @@ pub trait Law: Send + Sync {
     fn keeps(&self) -> Frozen {
         Frozen::Estimate
     }
-    /// What was designed, for a reader: everything that is known without the other controllers and without a run.
+    /// The design as a result: all that is known without the other controllers and without a run.
     fn describe(&self) -> Design;
 }
 
@@ -123,7 +123,7 @@ impl std::fmt::Debug for dyn Law {
     }
 }
 
-/// Where something stands that a sampled law tells.
+/// Location of a signal that a sampled law exports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ExportedSignal {
     /// Among its states, as they are at its next sample.
@@ -135,11 +135,11 @@ pub enum ExportedSignal {
 /// What stays as it was where a sample makes it no number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Frozen {
-    /// What is estimated.
+    /// An estimate.
     Estimate,
-    /// What a program commands, and what its blocks remember.
+    /// A command of a program, or a state of its blocks.
     Command,
-    /// What blocks answer and remember.
+    /// An output or a state of blocks.
     Outputs,
 }
 

@@ -38,22 +38,22 @@ pub enum SynthesisError {
         /// The output.
         output: String,
     },
-    /// An output that moves without inertia, for a law that asks for accelerations.
+    /// An output that moves without inertia, for a law that needs accelerations.
     #[error("`{output}` moves without inertia, so it has no acceleration that a motor acts on")]
     NoAcceleration {
         /// The output.
         output: String,
     },
-    /// The block of the full nonlinear model beside coordinates without inertia.
+    /// The block of the full nonlinear model in a model with coordinates without inertia.
     #[error(
-        "the block of the full nonlinear model knows accelerations alone, and there are none along {}",
+        "the block of the full nonlinear model uses accelerations only, and there are none for {}",
         list(coordinates)
     )]
     NoInertia {
         /// The coordinates.
         coordinates: Vec<String>,
     },
-    /// A sensor of an angle or a speed without the end that tells so.
+    /// A sensor of an angle or a speed whose name lacks the ending of its reading.
     #[error("`{signal}` measures no torque; write `{full}`")]
     SensorKind {
         /// As written.
@@ -62,7 +62,7 @@ pub enum SynthesisError {
         full: String,
     },
     /// A constraint torque or a net torque where only what follows from angles and speeds can be measured.
-    #[error("`{signal}` depends on the torques of the motors at once, so an observer cannot measure it")]
+    #[error("`{signal}` depends directly on the motor torques, so an observer cannot measure it")]
     NotASensor {
         /// The signal.
         signal: String,
@@ -74,18 +74,18 @@ pub enum SynthesisError {
         signal: String,
     },
     /// Dynamics for an output that has none.
-    #[error("`{output}` answers to the motors at once, so that `{key}` has no meaning for its channel")]
+    #[error("`{output}` follows the motors without delay, so `{key}` has no meaning for its channel")]
     NoDynamics {
         /// The output.
         output: String,
         /// The key.
         key: &'static str,
     },
-    /// The motors do not act on the acceleration or the torque that is asked.
+    /// The motors do not act on the required acceleration or torque.
     #[error(
         "the motors {} do not act on `{output}` directly{}",
         list(inputs),
-        degree.map_or(" nor in any other way".into(), |degree| format!(", but on its derivative number {degree} only"))
+        degree.map_or(" nor in any other way".into(), |degree| format!(", but only on its derivative of order {degree}"))
     )]
     NoDirectInput {
         /// The output.
@@ -108,12 +108,12 @@ pub enum SynthesisError {
         key: &'static str,
     },
     /// A key of the linear plant.
-    #[error("`{key}` is for constant gains; with `plant = \"nonlinear\"` an observer tells the loads")]
+    #[error("`{key}` is for constant gains; with `plant = \"nonlinear\"` an observer estimates the loads")]
     NeedsLinear {
         /// The key.
         key: &'static str,
     },
-    /// A wished pole that does not decay.
+    /// A requested pole that does not decay.
     #[error("a pole with the real part {real} does not decay")]
     UnstablePole {
         /// The real part, 1/s.
@@ -125,7 +125,7 @@ pub enum SynthesisError {
     /// The Riccati equation cannot be solved.
     #[error("{0}")]
     Riccati(#[from] regulator::RiccatiError),
-    /// The outputs cannot be held at any values.
+    /// No values of the outputs can be kept constant.
     #[error("{error}")]
     SteadyState {
         /// The outputs.
@@ -136,7 +136,7 @@ pub enum SynthesisError {
     /// Not as many outputs as inputs.
     #[error("{reason}")]
     NotSquare {
-        /// In words.
+        /// As text.
         reason: String,
         /// The outputs.
         outputs: Vec<String>,
@@ -165,7 +165,7 @@ pub enum SynthesisError {
         /// The name.
         name: String,
     },
-    /// A gain that no number holds.
+    /// A gain that is too large for a number.
     #[error("a gain is too large for a number")]
     TooLarge,
     /// A sample time that no controller has.
@@ -220,7 +220,7 @@ pub enum SynthesisError {
         key: &'static str,
     },
     /// Numbers of a sampled controller that are too large.
-    #[error("the controller cannot run at a sample time of {time} s: its numbers overflow in between")]
+    #[error("the controller cannot run at a sample time of {time} s: its numbers overflow within a sample")]
     SampledOverflow {
         /// s
         time: f64,
@@ -244,14 +244,14 @@ pub enum SynthesisError {
     ObserverPoles,
     /// Forces that law and observer would both cancel.
     #[error(
-        "the law cancels forces that the observer's linear model does not know (of joints, rest angles or friction); the \
-         observer would report them as disturbances, and they would be cancelled twice"
+        "the law cancels forces that the observer's linear model does not contain (of joints, rest angles or \
+         friction); the observer would report them as disturbances, and they would be cancelled twice"
     )]
     DoubleCancellation,
-    /// Torques that expressions give: the gain of the law knows them, the full model of an observer does not.
+    /// Torques that expressions give: the gain of the law includes them, the full model of an observer does not.
     #[error(
-        "the gain of the law knows the torques that expressions give ({}), linearised, and the full model of the observer does not know them: it \
-         would report them as disturbances, and they would be cancelled twice",
+        "the gain of the law includes the linearised torques that expressions give ({}), and the full model of the \
+         observer does not: it would report them as disturbances, and they would be cancelled twice",
         list(elements)
     )]
     LawDoubleCancellation {
@@ -266,34 +266,32 @@ pub enum SynthesisError {
         /// The method.
         method: String,
     },
-    /// An observer of a law that reads its sensors as they are.
+    /// An observer of a law that reads its sensors directly.
     #[error("the law `{law}` reads its sensors as they are, and has no observer")]
     NoObserver {
         /// The law.
         law: &'static str,
     },
     /// More than all of a disturbance.
-    #[error("`compensation` is {share}: more than all of a disturbance cannot be cancelled")]
+    #[error("`compensation` is {share}: a law cannot cancel more than the whole disturbance")]
     NotAShare {
-        /// What is given.
+        /// The given value.
         share: f64,
     },
     /// A number of positions that is none.
-    #[error("`schedule` is {points}: it is a number of positions, a whole one from 1 to 256")]
+    #[error("`schedule` is {points}: it must be a whole number of positions from 1 to 256")]
     SchedulePoints {
-        /// What is given.
+        /// The given value.
         points: f64,
     },
-    /// An output of which it is not known what it is at the operating point.
-    #[error(
-        "`{signal}` depends on the torques of the motors at once, so it is not known what it is at the operating point"
-    )]
+    /// An output whose value at the operating point is unknown.
+    #[error("`{signal}` depends directly on the motor torques, so its value at the operating point is unknown")]
     NotAtRest {
         /// The signal.
         signal: String,
     },
-    /// A law that cannot follow where the joints of its plant stand.
-    #[error("the law cannot follow where its joints stand: {reason}")]
+    /// A law that cannot follow the position of the joints of its plant.
+    #[error("the law cannot follow the position of its joints: {reason}")]
     NoSchedule {
         /// Why, as the end of a sentence.
         reason: String,
@@ -304,7 +302,7 @@ pub enum SynthesisError {
         /// The real part.
         real: f64,
     },
-    /// Two keys that say the same.
+    /// Two keys that set the same value.
     #[error("the channel of `{output}` has both `{}` and `{}`", keys[0], keys[1])]
     Contradiction {
         /// The output.
@@ -312,7 +310,7 @@ pub enum SynthesisError {
         /// The keys.
         keys: [&'static str; 2],
     },
-    /// The dynamics asked for a channel cannot be had.
+    /// The requested dynamics of a channel are impossible.
     #[error("the channel of `{output}`: {error}")]
     Compensation {
         /// The output.
@@ -327,10 +325,10 @@ pub enum SynthesisError {
         outputs: Vec<String>,
         /// The exact reason.
         error: Box<decoupling::NotDecouplable>,
-        /// What can be done instead, or why nothing can.
+        /// Alternatives, or why there are none.
         reasons: Vec<String>,
     },
-    /// Nothing decouples the outputs.
+    /// No feedback decouples the outputs.
     #[error("no feedback at all decouples the outputs {}: {}", list(outputs), reasons.join("; "))]
     Impossible {
         /// The outputs.
@@ -343,7 +341,7 @@ pub enum SynthesisError {
     Blocks(#[from] inversion::BlockError),
     /// The law would hide a motion that grows.
     #[error(
-        "the zero dynamics are unstable: while the outputs are held still, a motion grows with {} 1/s ({polynomial} = 0)",
+        "the zero dynamics are unstable: while the outputs are held constant, a motion grows with {} 1/s ({polynomial} = 0)",
         poles.iter().map(|pole| pole_text(*pole)).collect::<Vec<_>>().join(", ")
     )]
     UnstableZeros {
@@ -354,7 +352,7 @@ pub enum SynthesisError {
         /// The zeros that are not stable.
         poles: Vec<Pole>,
     },
-    /// The same input or output twice.
+    /// A duplicate input or output.
     #[error("`{name}` is used by two channels; every channel needs its own {what}")]
     Duplicate {
         /// The name.
@@ -364,7 +362,7 @@ pub enum SynthesisError {
     },
 }
 
-/// A complex number in words: `3`, `3 ± 4 j`.
+/// A complex number as text: `3`, `3 ± 4 j`.
 fn pole_text(Complex { re, im }: Pole) -> String {
     if im == 0.0 { format!("{re:.6}") } else { format!("{re:.6} ± {:.6} j", im.abs()) }
 }
@@ -381,12 +379,12 @@ fn unreached(names: &[String]) -> String {
     }
 }
 
-/// What to show and say beside a [`SynthesisError`].
+/// Label and help for a [`SynthesisError`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Advice {
     /// Words of the controller's table that are to blame.
     pub named: Vec<String>,
-    /// What is to be seen there.
+    /// The label there.
     pub label: &'static str,
     /// What to do.
     pub help: String,
@@ -410,8 +408,8 @@ impl SynthesisError {
             Self::NotReached { input, .. } => advice(
                 std::slice::from_ref(input),
                 "does not act on the output directly",
-                "choose a motor that acts on the output without a spring between, or give `inertia`; behind a spring \
-                 `decoupling`, `pole_placement` and `lqr` control it",
+                "choose a motor that acts on the output without a spring in between, or give `inertia`; behind a \
+                 spring use `decoupling`, `pole_placement` or `lqr`",
             ),
             Self::NotAnAngle { signal, example } => Advice {
                 named: vec![signal.clone()],
@@ -449,7 +447,7 @@ impl SynthesisError {
             Self::NoDirectInput { output, .. } => advice(
                 std::slice::from_ref(output),
                 "not reached directly",
-                "choose motors that act on it without a spring between, or use `law = \"decoupling\"`",
+                "choose motors that act on it without a spring in between, or use `law = \"decoupling\"`",
             ),
             Self::NoBlock { .. } => advice(&[], "this law", "design on the linear model: `plant = \"linear\"`"),
             Self::NeedsNonlinear { key } => Advice {
@@ -469,7 +467,7 @@ impl SynthesisError {
                 match error {
                     regulator::PlacementError::NotSelfConjugate { .. } => "write pairs: `\"-14 ± 14.3j\"`",
                     regulator::PlacementError::WrongNumber { .. } => {
-                        "give as many poles as states: two for each reduced coordinate; one for a charge that only counts, or for a coordinate without inertia; none for one that is both"
+                        "give as many poles as states: two for each reduced coordinate; one for a charge that acts on nothing, or for a coordinate without inertia; none for one that is both"
                     }
                     regulator::PlacementError::FixedModes { .. } => {
                         "add a motor that reaches them, or name them as poles"
@@ -486,9 +484,11 @@ impl SynthesisError {
                     _ => "choose other weights",
                 },
             ),
-            Self::SteadyState { outputs, .. } => {
-                advice(outputs, "cannot be held", "choose as many outputs as motors, and such that can be held at rest")
-            }
+            Self::SteadyState { outputs, .. } => advice(
+                outputs,
+                "cannot be held constant",
+                "choose as many outputs as motors, and outputs that the motors can hold constant",
+            ),
             Self::NotSquare { outputs, .. } => advice(outputs, "these outputs", "name as many outputs as motors"),
             Self::Planner { outputs, .. } => advice(outputs, "not invertible", "choose other outputs"),
             Self::NoWeight { name, states, inputs } => Advice {
@@ -540,7 +540,7 @@ impl SynthesisError {
                     observer::ObserverError::NotObservable { .. } | observer::ObserverError::NotDetectable { .. } => {
                         "add a sensor, or estimate fewer torques: `disturbances = [...]`"
                     }
-                    observer::ObserverError::WrongNumber { .. } => "give as many poles as said",
+                    observer::ObserverError::WrongNumber { .. } => "give as many poles as the message states",
                     observer::ObserverError::NotSelfConjugate { .. } => "write pairs: `\"-50 ± 10j\"`, for each sensor",
                     _ => "choose other sensors, poles or noises",
                 },
@@ -580,7 +580,7 @@ impl SynthesisError {
             Self::ObserverUnstable { .. } => advice(&[], "this observer", "choose poles with a negative real part"),
             Self::Contradiction { output, keys } => Advice {
                 named: vec![output.clone()],
-                label: "two wishes",
+                label: "conflicting keys",
                 help: format!("keep one of `{}` and `{}`", keys[0], keys[1]),
             },
             Self::Compensation { output, error } => Advice {
@@ -595,9 +595,11 @@ impl SynthesisError {
                     decoupling::CompensationError::NotPositive { .. } => "choose a value above zero".into(),
                 },
             },
-            Self::NotStatic { outputs, .. } => {
-                advice(outputs, "not decoupled", "set `feedback` as said, or choose other outputs or inputs")
-            }
+            Self::NotStatic { outputs, .. } => advice(
+                outputs,
+                "not decoupled",
+                "set `feedback` as the message states, or choose other outputs or inputs",
+            ),
             Self::Impossible { outputs, .. } => {
                 advice(outputs, "not independent", "choose other outputs or inputs; no controller can do this")
             }

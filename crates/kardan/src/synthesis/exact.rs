@@ -16,11 +16,11 @@ pub struct ExactLoop {
     pub units: Vec<String>,
     /// Number of the output that each reference is for.
     pub channels: Vec<usize>,
-    /// The polynomial of what goes on behind the outputs, where the law alone knows it (blocks).
+    /// The polynomial of the motion that no output shows, where the law alone knows it (blocks).
     pub behind: Option<Polynomial>,
     /// Whether the law inverts the plant, so that it cancels zeros.
     pub inverts: bool,
-    /// What the law does, before its gains are rounded; `None` if that is not known as a whole.
+    /// The exact law, before its gains are rounded; `None` if it is not known as a whole.
     pub law: Option<ExactLaw>,
 }
 
@@ -78,7 +78,7 @@ impl ExactLoop {
     }
 }
 
-/// An exact matrix with names, for a reader.
+/// An exact matrix with names, for reports.
 pub fn named(
     (name, title, unit): (&str, &str, &str),
     rows: &[String],
@@ -90,7 +90,7 @@ pub fn named(
     ExactMatrix { exact, ..rounded((name, title, unit), rows, columns, &matrix.to_f64()) }
 }
 
-/// A matrix of floating point with names, for a reader.
+/// A matrix of floating point with names, for reports.
 pub fn rounded(
     (name, title, unit): (&str, &str, &str),
     rows: &[String],

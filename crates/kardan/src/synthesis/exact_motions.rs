@@ -21,14 +21,14 @@ pub struct ExactMotions {
     pub matrix: Matrix<Rational>,
     /// A basis of what powers of F send to zero, columns over z: as many as eigenvalues exactly at zero.
     pub motions: Matrix<Rational>,
-    /// How many of these go on in the same way if the laws are sampled, whatever their clocks: of those the laws see nothing
+    /// How many of these are the same if the laws are sampled, whatever their clocks: the laws measure nothing of them
     /// that changes.
     pub sampled: usize,
     /// Whether all gains are those before rounding; if not, some are the fractions that their doubles are.
     pub before_rounding: bool,
-    /// Whether the laws are designed exactly, so that they leave at zero what is there.
+    /// Whether the laws are designed exactly, so that modes at zero stay at zero.
     pub designed: bool,
-    /// Whether no law commands anything along these motions: parts move on that nobody holds.
+    /// Whether no law commands anything along these motions: uncontrolled rigid-body modes.
     pub free: bool,
 }
 
@@ -38,8 +38,8 @@ impl ExactMotions {
         self.motions.columns()
     }
 
-    /// Whether the loop is stable, decided exactly for these gains; `None` above 32 states. What is at zero is free where no law commands
-    /// anything along it, or a design leaves it there, and at most an angle grows, at constant speed.
+    /// Whether the loop is stable, decided exactly for these gains; `None` above 32 states. A mode at zero is free where no law commands
+    /// it, or a design leaves it there, and at most an angle grows, at constant speed.
     pub fn stability(&self) -> Option<StabilityVerdict> {
         if self.matrix.rows() > MOST {
             return None;
@@ -49,7 +49,7 @@ impl ExactMotions {
             return Some(found);
         }
         for motion in found.border.iter_mut().filter(|motion| motion.frequency == 0.0) {
-            motion.free = (self.free || self.designed) && motion.growth <= 1;
+            motion.uncontrolled = (self.free || self.designed) && motion.growth_exponent <= 1;
         }
         Some(StabilityVerdict::exact(false, found.border))
     }
@@ -81,8 +81,8 @@ pub fn exact_motions(model: &LinearModel, lags: &[f64], laws: &[Arc<dyn Law>]) -
 
 /// The same of a loop as it runs: the parts of its laws first, in their order.
 ///
-/// Eigenvalues at zero are counted by ranks: a staircase of kernels over the rationals, after a rank modulo a prime has told
-/// that there are some. `None` if a part has a sample time, the plant is not known before rounding, something else than a damper holds a coordinate without
+/// Eigenvalues at zero are counted by ranks: a staircase of kernels over the rationals, after a rank modulo a prime has shown
+/// that there are some. `None` if a part has a sample time, the plant is not known before rounding, something else than a damper determines a coordinate without
 /// inertia, or a number is not finite.
 ///
 /// # Panics

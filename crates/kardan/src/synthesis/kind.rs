@@ -12,7 +12,7 @@ use crate::schema::Field;
 pub struct LawKind {
     /// The word after `law =`, and the name of the file here.
     pub keyword: &'static str,
-    /// What it does, in one sentence.
+    /// Summary in one sentence.
     pub summary: &'static str,
     /// Its keys besides `law`.
     pub fields: &'static [Field],
@@ -31,13 +31,13 @@ pub struct LawKind {
 }
 
 impl LawKind {
-    /// All references that the keys of a controller introduce: those of the law, and the signal that fades its commands.
+    /// All references that the keys of a controller introduce: those of the law, and its blending signal.
     pub fn all_references(&self, values: &Values) -> Vec<Reference> {
         (self.references)(values).into_iter().chain(fade(values)).collect()
     }
 }
 
-/// What a law is designed for.
+/// The design problem of a law.
 #[derive(Debug, Clone, Copy)]
 pub struct Request<'a> {
     /// Name of the controller in the model file.
@@ -46,6 +46,6 @@ pub struct Request<'a> {
     pub values: &'a Values,
     /// The model to design on.
     pub plant: &'a Plant,
-    /// Numbers of the shafts on which a disturbance torque is estimated, to be fed forward; empty if nobody estimates.
+    /// Numbers of the shafts on which a disturbance torque is estimated, to be fed forward; empty if no observer estimates.
     pub disturbances: &'a [usize],
 }

@@ -5,16 +5,16 @@ use kardan_rt::Health;
 use super::Clock;
 use crate::num::StateArchive;
 
-/// What of a law computes: code of `kardan-rt` with its numbers and its work space, made for every instant or for a sample time.
+/// The running part of a law: code of `kardan-rt` with its numbers and its work space, for every instant or for a sample time.
 pub trait Block: Send {
-    /// Commands in N m. Returns whether it has finite ones; if not, what it has written is of no use.
+    /// Commands in N m. Returns whether they are finite; if not, the written values are invalid.
     fn command(&mut self, observation: Observation<'_>, out: &mut [f64]) -> bool;
     /// The right side of its state equation, while its inputs apply these torques (N m): at every instant the rates of its states,
-    /// 1/s; at a sample time the states at the next sample. Returns whether it is finite; if not, what it has written is of no use.
+    /// 1/s; at a sample time the states at the next sample. Returns whether they are finite; if not, the written values are invalid.
     fn states(&mut self, _observation: Observation<'_>, _torques: &[f64], _out: &mut [f64]) -> bool {
         true
     }
-    /// What it remembers besides its states.
+    /// Its memory in addition to its states.
     fn archive_state(&mut self, _archive: &mut StateArchive<'_>) {}
     /// What went wrong at the last sample, and was dealt with in the block itself.
     fn health(&self) -> Health {
@@ -24,8 +24,8 @@ pub trait Block: Send {
 
 /// A designed law in the loop of a run. It has memory, and belongs to that run.
 ///
-/// Where the block has no finite answer, a law at every instant gives what is no number: the step of the run shrinks, or the run
-/// ends. A law with a clock commands and remembers what it did at the sample before, and says so in its [`health`](Self::health).
+/// Where the block has no finite result, a law at every instant returns NaN: the step of the run shrinks, or the run
+/// ends. A law with a clock repeats the commands and states of its last sample, and reports this in its [`health`](Self::health).
 pub struct LawRuntime {
     block: Box<dyn Block>,
     clock: Option<Clock>,
@@ -74,7 +74,7 @@ impl LawRuntime {
         }
     }
 
-    /// All that it remembers besides the states.
+    /// Its whole memory in addition to the states.
     pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         archive.numbers(&mut self.commands);
         archive.flag(&mut self.commands_frozen);
@@ -94,7 +94,7 @@ impl LawRuntime {
     }
 }
 
-/// What a law sees at one instant.
+/// The observation of a law at one instant.
 #[derive(Debug, Clone, Copy)]
 pub struct Observation<'a> {
     /// The time, s.
@@ -105,9 +105,9 @@ pub struct Observation<'a> {
     pub speeds: &'a [f64],
     /// Disturbance torques on the shafts of [`Request::disturbances`](super::Request::disturbances), N m.
     pub disturbances: &'a [f64],
-    /// What the scenario tells it, in the order of [`Law::references`](super::Law::references).
+    /// The references of the scenario, in the order of [`Law::references`](super::Law::references).
     pub references: &'a [f64],
-    /// What its sensors read, in the order of [`Law::sensors`](super::Law::sensors); in continuous time nothing, and sensors are ideal.
+    /// What its sensors read, in the order of [`Law::sensors`](super::Law::sensors); empty in continuous time, where sensors are ideal.
     pub readings: &'a [f64],
     /// Its own states.
     pub states: &'a [f64],
@@ -117,7 +117,7 @@ pub struct Observation<'a> {
 mod tests {
     use super::*;
 
-    /// Twice the reference; no answer where that is no number.
+    /// Doubles the reference; no result where that is not a number.
     struct Doubler;
 
     impl Block for Doubler {

@@ -50,7 +50,7 @@ pub(super) struct Linear {
     disturbances: usize,
     coordinates: Vec<usize>,
     shafts: usize,
-    /// A signal behind the others for each input, if the law's states are kept from winding up: see [`Self::against_windup`].
+    /// A signal after the others for each input, if the law has anti-windup: see [`Self::against_windup`].
     excess: usize,
     /// Torque limits of its inputs, if [`Self::against_windup`] knows them; else none.
     limits: Vec<Option<f64>>,
@@ -90,8 +90,8 @@ impl Linear {
         }
     }
 
-    /// Keeps the law's states from winding up while a motor is at its limit: the rates get `L e` more, where e is what the limits
-    /// leave of the command less the command. Within the limits nothing changes; while all motors are beyond them ξ
+    /// Prevents windup of the law's states while a motor is at its limit: the rates get an additional `L e`, where e is the limited
+    /// command minus the command. Within the limits e is zero; while all motors are at their limits ξ
     /// follows `A − L C`, whose eigenvalues all have the real part −β (Bass 1961).
     ///
     /// A law without states, without limits, or whose command does not show its states, stays as it is; so does one whose states
@@ -122,8 +122,8 @@ impl Linear {
             bounds.filter_map(|(input, limit)| Some(DataNumber::new(format!("{input} torque_limit"), (*limit)?))),
         );
         self.design.notes.push(
-            "the law's states do not wind up: `<motor>.excess` is what the torque limit leaves of the command, less the \
-             command, and moves them"
+            "anti-windup of the law's states: `<motor>.excess`, the command after the torque limit minus the command, \
+             acts on them"
                 .into(),
         );
         self
@@ -158,7 +158,7 @@ fn rests(a: &Matrix<f64>, gain: &Matrix<f64>, c: &Matrix<f64>, limits: &[Option<
 
 /// Motors of which all subsets are tried.
 const MOST_SUBSETS: usize = 10;
-/// Time constants of the fastest motion of A in which A − L C brings everything to rest.
+/// Time constants of the fastest motion of A in which A − L C brings all states to rest.
 const BASS: f64 = 2.0;
 
 /// L such that all eigenvalues of A − L C have the real part −β: with `(A + βI)ᵀ Z + Z (A + βI) = 2 Cᵀ C` it is `Z⁻¹ Cᵀ`. `None` if

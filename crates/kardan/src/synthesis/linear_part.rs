@@ -28,7 +28,7 @@ pub struct LinearLaw<S = f64> {
     pub references: Matrix<S>,
     /// Dρ, inputs × references.
     pub on_references: Matrix<S>,
-    /// How errors of the readings of [`Law::sensors`](super::Law::sensors) act on the states beside what follows from true angles and speeds, states ×
+    /// How errors of the readings of [`Law::sensors`](super::Law::sensors) act on the states in addition to true angles and speeds, states ×
     /// sensors.
     pub errors: Matrix<S>,
     /// How they act on the commands, inputs × sensors.
@@ -39,7 +39,7 @@ pub struct LinearLaw<S = f64> {
 }
 
 impl<S: Scalar> LinearLaw<S> {
-    /// A law without states that is told no disturbances.
+    /// A law without states and without disturbance inputs.
     pub fn gains(on_angles: Matrix<S>, on_speeds: Matrix<S>, on_references: Matrix<S>) -> Self {
         let (inputs, shafts) = (on_angles.rows(), on_angles.columns());
         Self {
@@ -155,7 +155,7 @@ impl LinearLaw {
         self.map(&mut |x| x.abs())
     }
 
-    /// The law with its states at a sample time, its signals held in between; `None` if a number overflows.
+    /// The law discretised at a sample time, with zero-order hold of its signals; `None` if a number overflows.
     pub(super) fn sampled(&self, period: f64) -> Option<Self> {
         if self.states.rows() == 0 {
             return Some(self.clone());
@@ -177,7 +177,7 @@ pub(super) fn sizes(matrix: &Matrix<f64>) -> Matrix<f64> {
     Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| matrix[(i, j)].abs())
 }
 
-/// Matrices with the same number of rows beside each other.
+/// Horizontal concatenation of matrices with the same number of rows.
 pub(super) fn side_by_side(parts: &[&Matrix<f64>]) -> Matrix<f64> {
     let rows = parts.first().map_or(0, |part| part.rows());
     let columns = parts.iter().map(|part| part.columns()).sum();

@@ -1,7 +1,7 @@
-//! Control laws: from a model and what is asked of it to gains that a `kardan-rt` block runs.
+//! Control laws: from a model and a specification to gains that a `kardan-rt` block runs.
 //!
-//! `law/` holds one file for each law and [`REGISTRY`], the one list of them; the parser of `[control.<name>]` tables, the
-//! manual and the tests read it. The other folders hold the theory that the laws share.
+//! `law/` contains one file for each law and [`REGISTRY`], the only list of them; the parser of `[control.<name>]` tables, the
+//! manual and the tests read it. The other folders contain the theory that the laws share.
 
 #[macro_use]
 mod keys;

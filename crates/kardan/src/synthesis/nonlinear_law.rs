@@ -105,7 +105,7 @@ impl<T: Float> Block for ComputedTorqueBlock<T> {
             references: &self.references,
             disturbances: &self.disturbances,
         };
-        // Where the tasks depend on each other there is no answer.
+        // Where the tasks depend on each other there is no result.
         let found = self.law().torques(now, &mut memory, &mut torques);
         T::widen(&torques, out);
         (self.memory, self.torques) = (memory, torques);
@@ -113,7 +113,7 @@ impl<T: Float> Block for ComputedTorqueBlock<T> {
     }
 }
 
-/// What a channel of a nonlinear law controls, before the model is tabulated.
+/// The controlled quantity of a channel of a nonlinear law, before the model is tabulated.
 pub(super) enum TaskSpec {
     Task(Task<f64>),
     /// The constraint torque that a sensor would measure.

@@ -1,4 +1,4 @@
-//! Words for messages that the folders of the theory share.
+//! Formatting for messages that the folders of the theory share.
 
 use crate::analysis::plain_combination;
 use crate::num::Rational;

@@ -1,4 +1,4 @@
-//! What laws with inputs and output channels have in common: reading their keys, the model they are for, disturbances, data.
+//! The common parts of laws with inputs and output channels: reading their keys, the model they are for, disturbances, data.
 
 use super::channels::{check_dynamics, compensation, once, reference};
 use super::counters::{ReducedStates, counters_of};
@@ -10,7 +10,7 @@ use crate::names::SignalName;
 use crate::num::{Matrix, Rational, rational_from_f64};
 use crate::schema::{Field, Kind};
 
-/// What laws command: the torque of a motor, the voltage of a source.
+/// The command of a law: the torque of a motor, the voltage of a source.
 pub(super) const ACTUATORS: &[&str] = &["motor", "voltage_source"];
 
 /// The motors of a law.
@@ -47,7 +47,7 @@ pub(super) fn references(values: &Values) -> Vec<Reference> {
     channels(values).filter_map(reference).collect()
 }
 
-/// A name for the reference of an output: `ref_rk`, and `ref_rk_phi` where `rk` alone would not tell.
+/// A name for the reference of an output: `ref_rk`, and `ref_rk_phi` where `rk` alone would be ambiguous.
 pub(super) fn reference_name(output: &str, outputs: &[String]) -> String {
     let element = SignalName::new(output).element;
     let is_only = outputs.iter().filter(|candidate| SignalName::new(candidate).element == element).count() == 1;
@@ -59,7 +59,7 @@ pub(super) fn paired_inputs(values: &Values) -> Vec<String> {
     channels(values).map(|channel| channel.word_or_default("input").to_string()).collect()
 }
 
-/// A channel for each output with an input of its own; nothing if there are not as many of both.
+/// A channel for each output with an input of its own; `None` if there are not as many of both.
 pub(super) fn paired_channels<C>(
     inputs: &[String],
     outputs: &[String],
@@ -94,7 +94,7 @@ pub(super) struct Task {
 
 impl Task {
     /// # Errors
-    /// If an output or a reference stands twice, or two keys contradict each other.
+    /// If an output or a reference is a duplicate, or two keys contradict each other.
     pub fn new(request: &Request<'_>) -> Result<Self, SynthesisError> {
         let (plant, values) = (request.plant, request.values);
         let (inputs, references) = (inputs(values), references(values));
@@ -120,7 +120,7 @@ impl Task {
         })
     }
 
-    /// Leaves out charges on which nothing depends, such as that through a source: they only count what has flowed, and no law holds them. Exact.
+    /// Leaves out charges on which nothing depends, such as that through a source: they are integrators without effect, and no law controls them. Exact.
     pub fn leave_counters(&mut self, plant: &Plant) {
         let reduction = ReducedStates::of(&counters_of(plant, &self.system), self.system.states.len());
         self.disturbance[0] = reduction.columns(&self.disturbance[0]);
@@ -128,7 +128,7 @@ impl Task {
         self.projection = reduction.columns(&self.projection);
     }
 
-    /// A gain over the states that are left, over `[q_r; q̇_r]`. Along what is left out it is exactly zero, which rounding does not change: sums of a
+    /// A gain over the remaining states, over `[q_r; q̇_r]`. Along the states that are left out it is exactly zero, which rounding does not change: sums of a
     /// few entries with the same last bit are exact.
     pub fn over_motions(&self, k: &Matrix<f64>) -> Matrix<f64> {
         let of_unit = |place: usize| self.projection.row(place).iter().filter(|x| !x.is_zero()).count() == 1;
@@ -181,7 +181,7 @@ impl Task {
 
 /// A number to bits of which 48 make the largest one.
 fn to_last_bit(x: f64, largest: f64) -> f64 {
-    // Twice the large number away and back: what is below its last bit is gone.
+    // Adding and subtracting twice the large number rounds off all that is below its last bit.
     let far = largest * 32.0;
     (x + far) - far
 }

@@ -20,21 +20,21 @@ use crate::results::ReadSignal;
 pub struct Plant {
     /// In explicit form.
     pub reduced: Reduced,
-    /// Where the design is made, and what holds it there.
+    /// The operating point of the design, and its equilibrium torques.
     pub point: OperatingPoint,
-    /// Where that is in words, and what of it is proven, where there is something to tell.
+    /// Description of that point, and what of it is proven, if there is a note.
     pub point_note: Option<String>,
-    /// Why nothing holds it there, where that is so.
+    /// Why no torques balance it there, if that is so.
     pub no_equilibrium: Option<String>,
     /// Linear there.
     pub linear: LinearModel,
-    /// The angles of all shafts there, rad, where rows that turn stand still in it as they are there: what a law is told is measured from them.
+    /// The angles of all shafts there, rad, where the linear model freezes rotating rows at their values there: the inputs of a law are measured from them.
     pub frozen: Option<Vec<f64>>,
     /// Kind and name of each element, for messages.
     pub elements: Vec<(String, String)>,
-    /// What signals are as they begin, by name.
+    /// Initial values of signals, by name.
     pub signals: BTreeMap<String, f64>,
-    /// What a law that follows its joints was designed to be at other positions.
+    /// The designs of a law that follows its joints at other positions.
     pub(super) schedule_cache: ScheduleCache,
 }
 
@@ -47,7 +47,7 @@ impl Plant {
         Self::at(reduced, OperatingPoint::relaxed(&position))
     }
 
-    /// The model at an operating point, under the torques that hold it there.
+    /// The model at an operating point, under its equilibrium torques.
     ///
     /// # Panics
     /// As [`Self::new`].
@@ -66,7 +66,7 @@ impl Plant {
         }
     }
 
-    /// The same, linear on a side of the kinks of its torques.
+    /// The same, linearised on one side of the kinks of its torques.
     #[must_use]
     pub fn on_side(&self, side: &Side) -> Self {
         if law_slopes_at(&self.reduced, &self.point).iter().all(|slopes| slopes.kinks.is_empty()) {
@@ -76,17 +76,17 @@ impl Plant {
         Self { linear: linearise_at(&self.reduced, &point), point, ..self.clone() }
     }
 
-    /// Whether its law is one around an operating point other than zero, or with torques that hold it there.
+    /// Whether its law is one around an operating point other than zero, or with equilibrium torques.
     pub fn is_moved(&self) -> bool {
         self.point.torques.is_some() || self.frozen.iter().flatten().any(|angle| *angle != 0.0)
     }
 
-    /// Where it is designed unless it is told otherwise, in words.
+    /// The default operating point of a design, as text.
     pub fn default_point(&self) -> &'static str {
         if self.frozen.is_some() { "the start of the run" } else { "zero angles" }
     }
 
-    /// Where it is linear, in words.
+    /// Where it is linear, as text.
     pub fn linear_where(&self) -> &'static str {
         if self.is_moved() { "linear, at the operating point" } else { "linear, at zero angles" }
     }
@@ -97,13 +97,13 @@ impl Plant {
         number.and_then(|number| self.point.torques.as_ref().map(|torques| torques[number])).unwrap_or(0.0)
     }
 
-    /// What the operating point leaves of the torque limit of an input's motor either way, N m; `None` if it has none.
+    /// The margin between the torque at the operating point and the torque limit of an input's motor in each direction, N m; `None` if it has none.
     pub fn torque_reserve(&self, input: usize) -> Option<f64> {
         let trim = self.point.torques.as_ref().map_or(0.0, |torques| torques[input].abs());
         self.torque_limit(input).map(|limit| limit - trim)
     }
 
-    /// The angles of all shafts at the operating point, rad; less those at zero coordinates where no rows stand still.
+    /// The angles of all shafts at the operating point, rad; less those at zero coordinates where no rows are frozen.
     pub fn angles_at_rest(&self) -> Vec<f64> {
         if let Some(angles) = &self.frozen {
             return angles.clone();
@@ -132,7 +132,7 @@ impl Plant {
         kinematics.speeds
     }
 
-    /// What a reading is at the operating point, less that at zero coordinates; `None` where it depends on torques at once.
+    /// The value of a reading at the operating point, less that at zero coordinates; `None` where it depends directly on torques.
     pub fn at_rest(&self, measured: &Measured) -> Option<f64> {
         let angles = self.angles_at_rest();
         match measured {
@@ -152,7 +152,7 @@ impl Plant {
         }
     }
 
-    /// An element for a reader: ``the harmonic drive `hd` ``.
+    /// An element as text: ``the harmonic drive `hd` ``.
     pub fn element(&self, name: &str) -> String {
         match self.elements.iter().find(|(_, candidate)| candidate == name) {
             Some((kind, _)) => format!("the {} `{name}`", kind.replace('_', " ")),
@@ -220,7 +220,7 @@ impl Plant {
         (0..r).chain(self.linear.moving().into_iter().map(|k| r + k)).collect()
     }
 
-    /// Refuses an output along a shaft that moves with coordinates without inertia, for what asks for accelerations.
+    /// Rejects an output along a shaft that moves with coordinates without inertia, for a law that needs accelerations.
     pub(super) fn check_accelerates(&self, shaft: usize, output: &str) -> Result<(), SynthesisError> {
         match self.linear.accelerates(shaft) {
             true => Ok(()),
@@ -288,7 +288,7 @@ impl Plant {
     /// The linear model as `ẋ = A x + B u`, `y = C x + D u` with `x = [q_r; q̇_r]` without rates of coordinates that have no inertia, exact.
     ///
     /// # Panics
-    /// If an input, or what an output names, is not there, or the inertia is singular beyond coordinates that dampers hold (the model checks this
+    /// If an input, or what an output names, does not exist, or the inertia is singular in more than coordinates that dampers determine (the model checks this
     /// before).
     pub fn system(&self, inputs: &[String], outputs: &[OutputSignal]) -> LinearSystem {
         self.explicit(&self.constrained(inputs), outputs)
@@ -307,7 +307,7 @@ impl Plant {
     /// The output of a name: `rk.phi`, `rk.w`, or a sensor with or without the end of its reading.
     ///
     /// # Errors
-    /// If a sensor that measures no torque stands without the end of its reading.
+    /// If the name of a sensor that measures no torque lacks the ending of its reading.
     ///
     /// # Panics
     /// If there is no such output (the model checks this before).
@@ -376,7 +376,7 @@ pub(super) fn output_shaft(signal: &str, shafts: &[String]) -> Result<usize, Syn
     })
 }
 
-/// `1/(c H⁻¹ cᵀ)`: the inertia that a torque along the output feels, kg m², exact.
+/// `1/(c H⁻¹ cᵀ)`: the effective inertia of a torque along the output, kg m², exact.
 ///
 /// For the flexspline of the steering system this is J̃_fs \[diss. (6.129)\].
 ///

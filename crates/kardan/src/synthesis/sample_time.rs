@@ -18,7 +18,7 @@ pub const LONGEST_DELAY: f64 = 10.0;
 /// When and in which arithmetic the controller with these keys runs; `None`: in continuous time.
 ///
 /// # Errors
-/// If the sample time or the delay is out of range, or other keys of sampling stand without a sample time.
+/// If the sample time or the delay is out of range, or other keys of sampling are given without a sample time.
 pub fn clock(values: &Values) -> Result<Option<Clock>, SynthesisError> {
     let allowed = SHORTEST_SAMPLE_TIME..=LONGEST_SAMPLE_TIME;
     let Some(period) = values.number("sample_time") else {

@@ -24,7 +24,7 @@ mod tests {
             (&[4, 0, 0, 0, 1], Stability::Unstable),
             (&[4, 0, 5, 0, 1], Stability::Marginal),
             (&[-4, 0, 3, 0, 1], Stability::Unstable),
-            // One root several times: a polynomial does not tell how many motions it has.
+            // A repeated root: a polynomial does not determine how many motions it has.
             (&[1, 0, 2, 0, 1], Stability::Undecided),
         ] {
             assert_eq!(stability(&p(coefficients)), expected, "{coefficients:?}");

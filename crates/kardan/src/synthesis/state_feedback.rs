@@ -11,7 +11,7 @@ use crate::results::{Design, ExactMatrix};
 /// disturbances leave no trace in the outputs at rest.
 ///
 /// # Errors
-/// If there are references and the outputs cannot be held at any values.
+/// If there are references and no values of the outputs can be kept constant.
 pub(super) fn state_feedback(
     request: &Request<'_>,
     task: &Task,

@@ -1,4 +1,4 @@
-//! A law that was designed on a part of the model: it is told the angles of that part, and knows nothing of the rest.
+//! A law that was designed on a submodel: its inputs are the angles of the submodel, and it does not know the rest.
 
 use std::sync::Arc;
 
@@ -14,11 +14,11 @@ use crate::results::Design;
 struct SubmodelLaw {
     law: Arc<dyn Law>,
     part: Part,
-    /// What the part leaves out, in words.
+    /// The elements that the part leaves out, as text.
     excluded: String,
 }
 
-/// Where the coordinates of a part are in the whole model.
+/// The locations of the coordinates of a part in the whole model.
 #[derive(Debug, Clone)]
 struct Part {
     /// Of all its coordinates.
@@ -29,7 +29,7 @@ struct Part {
     whole: usize,
 }
 
-/// A law of a part of a model as a law of the whole; `excluded` says what is left out.
+/// A law of a part of a model as a law of the whole; `excluded` names what is left out.
 ///
 /// # Panics
 /// If the part has a coordinate that the whole has not, or reduced coordinates of its own.
@@ -75,7 +75,7 @@ impl Part {
     }
 }
 
-/// A block that is told the angles of a part.
+/// A block whose inputs are the angles of a submodel.
 struct SubmodelBlock {
     block: Box<dyn Block>,
     part: Part,
@@ -188,7 +188,7 @@ impl Law for SubmodelLaw {
     fn describe(&self) -> Design {
         let mut design = self.law.describe();
         design.notes.push(format!(
-            "its design leaves out {}: what is proven of the loop holds without that; what it does to the rest is a load that nobody told the law of",
+            "its design leaves out {}: what is proven of the loop applies without that; its effect on the rest is a load that the law does not know",
             self.excluded
         ));
         design

@@ -1,4 +1,4 @@
-//! A task of blocks in a loop: what it answers are commands of motors, or signals for others.
+//! A task of blocks in a loop: its outputs are commands of motors, or signals for others.
 
 use std::sync::{Arc, OnceLock};
 
@@ -17,23 +17,23 @@ use crate::program::{Read, Task};
 use crate::reduce::Reduced;
 use crate::results::{ControllerData, DataMatrix, Design, Physical, ReadSignal};
 
-/// Where an input of a task comes from.
+/// The source of an input of a task.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Comes {
     Angle(usize),
     Speed(usize),
     /// The last good reading of a sensor.
     Reading(usize),
-    /// What it gives, a number or none.
+    /// Its output, a number or none.
     AsRead(usize),
     Reference(usize),
     Time,
 }
 
-/// What stands for a law where a task only answers.
+/// The name of the law where a task only has outputs.
 const BLOCKS: &str = "blocks";
 
-/// What an ideal sensor reads: rows over angles and speeds, and what it reads at zero angles; of a signal the reference that is told of it.
+/// What an ideal sensor reads: rows over angles and speeds, and its reading at zero angles; for a signal the reference that supplies it.
 #[derive(Debug, Clone, Default)]
 struct Ideal {
     angles: Vec<(usize, f64)>,
@@ -59,7 +59,7 @@ impl Ideal {
                 }
                 Self::of_rows([row, SparseRow::new()], offset)
             }
-            // Its spring and its damper read in a run; small motions see nothing of it. A signal is told.
+            // Its spring and its damper read it in a run; it has no effect on small motions. A signal is an input.
             Measured::ComplianceTorque(..)
             | Measured::ConstraintTorque(..)
             | Measured::NetTorque(_)
@@ -80,7 +80,7 @@ impl Ideal {
     }
 }
 
-/// A task as a law: its answers stand in the place of commands.
+/// A task as a law: its outputs take the place of commands.
 pub struct TaskLaw {
     task: Arc<Task>,
     law: &'static str,
@@ -92,13 +92,13 @@ pub struct TaskLaw {
     shafts: usize,
     clock: Option<Clock>,
     affine: bool,
-    /// Answers, then what is remembered next, from what is read, then what is remembered.
+    /// Outputs, then next states, from inputs, then states.
     plan: Arc<Plan>,
-    /// What is read, then what is remembered, where its linear part is taken; nothing: zero, and what is remembered behind the first samples there.
+    /// The inputs, then the states, of its linearisation; `None`: zero inputs, and the states after the first samples there.
     point: Option<Vec<f64>>,
-    /// What there is to tell of that point.
+    /// A note on that point.
     point_note: Option<String>,
-    /// The side on which it is linearised, where it bends.
+    /// The side of a kink on which it is linearised.
     side: Side,
     /// Slopes of some rows alone; `None`: of all.
     slopes_of_rows: Option<Vec<usize>>,
@@ -108,13 +108,13 @@ pub struct TaskLaw {
     exact_at_design_point: OnceLock<Option<Arc<LinearLaw<Rational>>>>,
 }
 
-/// States of a task up to which its slopes are looked for before rounding.
+/// Most states of a task whose slopes are computed before rounding.
 const MOST_EXACT: usize = 32;
 /// In how many directions places are left at which too many guards vanish.
 const DIRECTIONS: usize = 8;
 /// By how much values or slopes differ there that are not the same, relative to their size or to one.
 const ROUGH: f64 = 1e-5;
-/// What values that a task reads may be rounded by, relative.
+/// The relative rounding of values that a task reads.
 const ROUNDED: f64 = 4.0 * f64::EPSILON;
 
 /// The parts of a direction in which a place is left: no sum of these with fractions is zero, so that guards with these stay away from it.
@@ -122,7 +122,7 @@ fn probe_slope(k: usize) -> f64 {
     1.0 / (k as f64 + std::f64::consts::PI)
 }
 
-/// What a task reads and remembers at a place.
+/// Inputs and states of a task at a point.
 struct Inputs<'a> {
     law: &'a TaskLaw,
     symbols: &'a [Symbol],
@@ -148,7 +148,7 @@ impl Place for Inputs<'_> {
         Interval { low: value - half_width, high: value + half_width }
     }
 
-    /// Sensors move with what they measure, everything else by itself.
+    /// Sensors move with what they measure, all other signals by themselves.
     fn moves(&self, symbol: Symbol) -> SparseRow {
         let (law, Some(place)) = (self.law, self.place(symbol)) else { return SparseRow::new() };
         if !law.task.moving.contains(&symbol) {
@@ -240,7 +240,7 @@ impl TaskLaw {
         }
     }
 
-    /// The same, linearised on a side of where it bends.
+    /// The same, linearised on one side of its kinks.
     #[must_use]
     pub fn on(self, side: &Side) -> Self {
         Self {
@@ -252,13 +252,13 @@ impl TaskLaw {
         }
     }
 
-    /// The same with slopes of some rows alone, answers, then what is remembered; others are taken as zero.
+    /// The same with slopes of some rows only, outputs, then states; others are taken as zero.
     #[must_use]
     pub fn with_slopes_among(self, rows: &[usize]) -> Self {
         Self { slopes_of_rows: Some(rows.to_vec()), ..self }
     }
 
-    /// What it is on the sides of its design point, to first order: nothing where no guard vanishes there.
+    /// Its forms on the sides of its design point, to first order: empty where no guard vanishes there.
     fn sides(&self) -> &[SidesOf] {
         self.sides_at_design_point.get_or_init(|| self.sides_among(&self.all_rows(), &self.design_point()))
     }
@@ -267,7 +267,7 @@ impl TaskLaw {
         (0..self.outputs.len() + self.task.memory.len()).collect()
     }
 
-    /// The same of some answers, then numbers that are remembered, at a place.
+    /// The same of some outputs, then states, at a point.
     fn sides_among(&self, rows: &[usize], inputs: &[f64]) -> Vec<SidesOf> {
         let (mut graph, symbols) = (self.task.graph.clone(), self.task.inputs());
         let outputs = self.task.outputs();
@@ -279,7 +279,7 @@ impl TaskLaw {
         found
     }
 
-    /// Derivatives where no guard vanishes: of some answers and numbers that are remembered, by what is read or remembered.
+    /// Derivatives where no guard vanishes: of some outputs and states, with respect to inputs or states.
     fn plain_slopes(&self, rows: &[usize], inputs: &[f64], put: &mut dyn FnMut(usize, usize, f64)) {
         let (outputs, symbols) = (self.task.outputs(), self.task.inputs());
         let exprs: Vec<_> = rows.iter().map(|row| outputs[*row].1).collect();
@@ -288,19 +288,19 @@ impl TaskLaw {
         }
     }
 
-    /// A place just beside another one, in a direction in which this may be left.
+    /// A point next to another one, in a direction in which this may be left.
     fn beside(&self, inputs: &[f64], direction: Direction<'_>) -> Vec<f64> {
         let symbols = self.task.inputs();
         let place = Inputs { law: self, symbols: &symbols, values: inputs };
         symbols.iter().map(|symbol| place.beside(*symbol, direction)).collect()
     }
 
-    /// Which of some rows with many sides have other slopes beside a place, and which other values, in some directions.
+    /// Which of some rows with many sides have other slopes next to a point, and which other values, in some directions.
     fn rough_among(&self, rows: &[usize], inputs: &[f64]) -> [Vec<usize>; 2] {
         let columns = inputs.len();
         let beside: Vec<(Vec<f64>, Vec<f64>)> = (0..DIRECTIONS)
             .map(|number| {
-                // The side that is looked at, the opposite one, and others with signs in the order of a binary number.
+                // The selected side, the opposite one, and others with signs in the order of a binary number.
                 let sign = |k: usize| match number {
                     0 => 1.0,
                     1 => -1.0,
@@ -327,7 +327,7 @@ impl TaskLaw {
         [rest.into_iter().filter(|row| has_kink(row)).collect(), jumping]
     }
 
-    /// Of each answer, then of each number that is remembered, where it bends and where it jumps at a place.
+    /// For each output, then for each state, its kinks and its jumps at a point.
     fn kinks_among(&self, inputs: &[f64], sides: &[SidesOf]) -> Kinks {
         let mut out = vec![[Vec::new(), Vec::new()]; self.outputs.len() + self.task.memory.len()];
         for SidesOf { exprs, guards, sides, all } in sides {
@@ -347,7 +347,7 @@ impl TaskLaw {
         out
     }
 
-    /// The same with its linear part where a plant stands: it reads what is true there, and signals as they begin.
+    /// The same, linearised at the operating point of a plant: it reads the actual values there, and signals at their initial values.
     #[must_use]
     pub fn at_operating_point(mut self, plant: &Plant) -> Self {
         let (angles, speeds) = (plant.true_angles(), plant.speeds_at_rest());
@@ -365,17 +365,20 @@ impl TaskLaw {
         let beside = |(k, name): (usize, &String)| {
             let (commanded, trim) = (memory[self.plan.place(k)], plant.trim_torque(name));
             let unit = plant.effort_of(name).unit;
-            ((commanded - trim).abs() > SAME * trim.abs().max(1.0))
-                .then(|| format!("`{name}` is commanded {commanded:.6} {unit} there, and {trim:.6} {unit} hold it"))
+            ((commanded - trim).abs() > SAME * trim.abs().max(1.0)).then(|| {
+                format!(
+                    "the law commands `{name}` with {commanded:.6} {unit} there, and equilibrium needs {trim:.6} {unit}"
+                )
+            })
         };
         let beside: Vec<String> = self.outputs.iter().enumerate().filter_map(beside).collect();
         self.point_note = (!beside.is_empty())
-            .then(|| format!("The operating point is no rest of the loop itself: {}.", beside.join("; ")));
+            .then(|| format!("The operating point is not an equilibrium of the closed loop: {}.", beside.join("; ")));
         self.point = Some(point);
         self
     }
 
-    /// What it reads of a kind, as sensors without errors read.
+    /// Its inputs of a kind, as sensors without errors read them.
     fn value(&self, read: usize, observation: &Observation<'_>) -> f64 {
         match self.comes[read] {
             Comes::Angle(shaft) => observation.angles[shaft],
@@ -386,7 +389,7 @@ impl TaskLaw {
         }
     }
 
-    /// What is remembered behind the first samples, at which blocks find that there was none before, with this read.
+    /// The states after the first samples, at which blocks have no earlier one, with these inputs.
     fn settled(&self, read: &[f64]) -> Vec<f64> {
         let mut remembered: Vec<f64> = self.task.memory.iter().map(|entry| entry.start).collect();
         let mut memory = self.plan.memory();
@@ -401,7 +404,7 @@ impl TaskLaw {
         remembered
     }
 
-    /// Where its linear part is taken: its operating point, or everything that is read zero and all remembered as behind the first samples there.
+    /// The point of its linearisation: its operating point, or zero inputs and the states after the first samples there.
     fn design_point(&self) -> Vec<f64> {
         self.point.clone().unwrap_or_else(|| {
             let nothing = vec![0.0; self.comes.len()];
@@ -410,7 +413,7 @@ impl TaskLaw {
         })
     }
 
-    /// Slopes where what is read, then what is remembered, has these values.
+    /// Slopes at these inputs, then states.
     fn slopes_among(&self, inputs: &[f64], of_sides: &[SidesOf]) -> LinearLaw {
         let mut slopes = vec![vec![0.0; self.outputs.len() + self.task.memory.len()]; inputs.len()];
         let all = self.slopes_of_rows.clone().unwrap_or_else(|| self.all_rows());
@@ -441,7 +444,7 @@ impl TaskLaw {
         for ((row, expr), found) in plain.iter().zip(&exprs).zip(found) {
             for (column, slope) in &*found.slopes {
                 let rational = slope.as_ref().and_then(Surd::to_rational);
-                // What is not known on the way may not be in the derivative.
+                // An unknown intermediate value may not be in the derivative.
                 let from_graph = |graph: &mut Graph| {
                     let derivative = graph.derivative(*expr, symbols[*column]);
                     exactly(graph, &[derivative], &place).swap_remove(0)
@@ -471,10 +474,10 @@ impl TaskLaw {
         Some(Arc::new(is_small.then(|| self.exact_slopes_among(rows, inputs, of_sides))??))
     }
 
-    /// A law with these slopes, of each input over answers, then over what is remembered next.
+    /// A law with these slopes, of each input over outputs, then over next states.
     fn law_of<S: Scalar>(&self, slopes: &[Vec<S>]) -> LinearLaw<S> {
         let (outputs, states, reads) = (self.outputs.len(), self.task.memory.len(), self.comes.len());
-        // Rows of answers and of states over what is read of a kind.
+        // Rows of outputs and of states over the inputs of a kind.
         let over = |first: usize, rows: usize, columns: usize, of: &dyn Fn(usize) -> SparseRow| {
             let mut out = Matrix::<S>::zeros(rows, columns);
             for (k, slopes) in slopes[..reads].iter().enumerate() {
@@ -528,7 +531,7 @@ impl TaskLaw {
         }
     }
 
-    /// The task around what it sees there. Of all rows but these, answers, then what is remembered, kinks are not looked for.
+    /// The task around its inputs there. There is no search for kinks of rows other than these, outputs, then states.
     pub fn linearised(&self, observation: &Observation<'_>, rows: &[usize]) -> LinearTask {
         let inputs: Vec<f64> = (0..self.comes.len())
             .map(|k| self.value(k, observation))
@@ -569,7 +572,7 @@ impl TaskLaw {
 
 /// Part of a torque, or of 1 N m, that counts as none.
 const SAME: f64 = 1e-9;
-/// Samples behind which no block takes one as its first.
+/// Number of samples after which no block takes a sample as its first.
 const FIRST: usize = 2;
 
 /// A task at its samples, or at every instant.
@@ -580,13 +583,13 @@ struct TaskBlock<T> {
     comes: Vec<Comes>,
     ideal: Vec<Ideal>,
     memory: Vec<T>,
-    /// The last good answers, and what is remembered next.
+    /// The last valid outputs, and the next states.
     outputs: Vec<f64>,
     next: Vec<f64>,
     /// The last good readings; no numbers before the first.
     good: Vec<f64>,
     sampled: bool,
-    /// Answers and entries that were kept at the last sample.
+    /// Outputs and states of the last sample.
     frozen: usize,
     bad_readings: usize,
 }
@@ -611,7 +614,7 @@ impl<T: Float> TaskBlock<T> {
         }
         let first = self.comes.len();
         T::narrow(observation.states, &mut self.memory[first..]);
-        // What is no number is seen where it is used.
+        // A value that is not a number is detected where it is used.
         let _ = self.plan.block_of(&self.constants, &self.numbers).evaluate(&mut self.memory);
     }
 
@@ -628,7 +631,7 @@ impl<T: Float> Block for TaskBlock<T> {
             return out.iter().all(|x| x.is_finite());
         }
         self.bad_readings = observation.readings.iter().filter(|reading| !reading.is_finite()).count();
-        // What is no number is kept as it was, each for itself.
+        // A state that is not a number keeps its last value, each for itself.
         self.next.copy_from_slice(observation.states);
         self.frozen = 0;
         for k in 0..self.outputs.len() + self.next.len() {
@@ -702,7 +705,7 @@ impl Law for TaskLaw {
         !self.affine
     }
 
-    /// Slopes at its operating point; without one where everything that is read is zero, and all is remembered as behind the first samples there.
+    /// Slopes at its operating point; without one at zero inputs and the states after the first samples there.
     fn linear(&self) -> LinearLaw {
         let linear = || {
             let inputs = self.design_point();
@@ -791,16 +794,16 @@ impl Law for TaskLaw {
             notes.push(format!("Its blocks compute in this order: {}.", blocks.join(", ")));
         }
         notes.push(format!(
-            "A sample is {} operations on {} numbers that it remembers.",
+            "One sample takes {} operations on {} state variables.",
             self.plan.operations(),
             task.memory.len()
         ));
         if !self.affine {
             let place = match self.point {
-                Some(_) => "around what it reads at the operating point, with signals as they begin",
-                None => "where all that it reads is zero",
+                Some(_) => "at the operating point, with signals at their initial values",
+                None => "where all its inputs are zero",
             };
-            notes.push(format!("It bends: what is said of its loop is said of small motions {place}."));
+            notes.push(format!("Nonlinear law: the statements about its loop are those of its linearisation {place}."));
         }
         notes.extend(self.point_note.clone());
         Design {

@@ -5,7 +5,7 @@ use crate::analysis::LinearSystem;
 use crate::num::Polynomial;
 use crate::results::Pole;
 
-/// Refuses outputs whose zero dynamics grow: the law would hide a motion that nothing stops.
+/// Rejects outputs with unstable zero dynamics: the law would hide a motion that grows without bounds.
 ///
 /// Zeros on the imaginary axis pass; the design warns of them.
 pub(super) fn check_zeros(system: &LinearSystem, outputs: &[String]) -> Result<(), SynthesisError> {
@@ -20,7 +20,7 @@ pub(super) fn check_zeros(system: &LinearSystem, outputs: &[String]) -> Result<(
     check_stable(&polynomial, outputs)
 }
 
-/// Refuses a motion behind the outputs that grows.
+/// Rejects zero dynamics that grow.
 pub(super) fn check_stable(polynomial: &Polynomial, outputs: &[String]) -> Result<(), SynthesisError> {
     if stability(polynomial) != Stability::Unstable {
         return Ok(());
@@ -33,7 +33,7 @@ pub(super) fn check_stable(polynomial: &Polynomial, outputs: &[String]) -> Resul
     })
 }
 
-/// All roots of a polynomial, as often as they are, by size; conjugates beside each other.
+/// All roots of a polynomial, with multiplicity, by size; conjugates next to each other.
 pub fn roots(polynomial: &Polynomial) -> Vec<Pole> {
     let mut out = Pole::list(polynomial.roots());
     out.sort_by(|a, b| a.abs().total_cmp(&b.abs()).then(a.re.total_cmp(&b.re)).then(b.im.total_cmp(&a.im)));

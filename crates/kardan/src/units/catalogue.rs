@@ -104,7 +104,7 @@ pub(super) fn find_unit(name: &str) -> Option<(Exact, Dimension)> {
     Some((&exact(unit) * &Exact::from_integer(10).pow(power)?, unit.dimension))
 }
 
-/// Words that are written for a unit, and what to write.
+/// Common words for units, and the replacement.
 const MISSPELLED_UNITS: [(&[&str], &str); 6] = [
     (&["sec", "secs", "second", "seconds"], "did you mean `s`?"),
     (&["msec", "msecs", "millisecond", "milliseconds"], "did you mean `ms`?"),
@@ -114,7 +114,7 @@ const MISSPELLED_UNITS: [(&[&str], &str); 6] = [
     (&["degc", "°c", "celsius", "degcelsius"], "temperatures are in kelvin: 25 degrees Celsius are `298.15 K`"),
 ];
 
-/// What an unknown unit may have been meant to be.
+/// The suggestion for an unknown unit.
 pub(super) fn unit_help(name: &str) -> String {
     let lower = name.to_lowercase();
     if let Some((_, help)) = MISSPELLED_UNITS.iter().find(|(spellings, _)| spellings.contains(&lower.as_str())) {

@@ -1,6 +1,6 @@
 //! Kinds of quantities.
 
-/// What kind of quantity a number is: powers of the seven SI base units and, as a tag of its own, of the angle.
+/// The kind of quantity of a number: powers of the seven SI base units and, as a tag of its own, of the angle.
 ///
 /// Two dimensions match only if they are equal *including* the angle: `N m` is a torque, `N m/rad` a stiffness.
 ///
@@ -87,7 +87,7 @@ impl Dimension {
         Self { exponents: [kg, m, s, 0, 0, 0, 0], angle }
     }
 
-    /// The same quantity along masses where it is one of shafts: forces for torques, lengths for angles.
+    /// The translational counterpart of a rotational quantity: forces for torques, lengths for angles.
     ///
     /// ```
     /// use kardan::units::Dimension;
@@ -114,7 +114,7 @@ impl Dimension {
         Self { exponents: [kg, m, s, ampere, 0, 0, 0], angle: 0 }
     }
 
-    /// `self * other^power`, or nothing if an exponent leaves its range.
+    /// `self * other^power`, or `None` if an exponent leaves its range.
     pub(crate) fn times(&self, other: &Self, power: i32) -> Option<Self> {
         let add = |a: i8, b: i8| i8::try_from(i32::from(a) + i32::from(b) * power).ok();
         let mut product = Self { exponents: [0; 7], angle: add(self.angle, other.angle)? };

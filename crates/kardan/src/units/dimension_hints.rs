@@ -1,4 +1,4 @@
-//! Dimensions in words, and what to do about a wrong one.
+//! Names of dimensions, and the help for a wrong one.
 
 use super::{Dimension, parse_quantity, split_unit};
 
@@ -32,8 +32,8 @@ pub(super) static NAMED_DIMENSIONS: [NamedDimension; 30] = [
     named(Dimension::ACCELERATION, "acceleration", "m/s^2", "10 m/s^2"),
     named(Dimension::FORCE, "force", "N", "10 N"),
     named(Dimension::FORCE_RATE, "force rate", "N/s", "100 N/s"),
-    named(Dimension::LINEAR_STIFFNESS, "stiffness along masses", "N/m", "20 N/mm"),
-    named(Dimension::LINEAR_DAMPING, "damping along masses", "N s/m", "50 N s/m"),
+    named(Dimension::LINEAR_STIFFNESS, "translational stiffness", "N/m", "20 N/mm"),
+    named(Dimension::LINEAR_DAMPING, "translational damping", "N s/m", "50 N s/m"),
     named(Dimension::LENGTH_PER_ANGLE, "length per angle", "m/rad", "50 mm/rev"),
     named(Dimension::mechanical(1, 2, -1, 0), "angular momentum", "N m s", "2 N m s"),
     named(Dimension::mechanical(1, 1, -1, 0), "momentum", "N s", "2 N s"),
@@ -122,7 +122,7 @@ impl Dimension {
         }
     }
 
-    /// What to do about a text that was read with another dimension than this one.
+    /// The help for a text that was read with another dimension than this one.
     ///
     /// ```
     /// use kardan::units::Dimension;
@@ -165,7 +165,7 @@ impl Dimension {
             .collect();
         match (suggestions.is_empty(), bare) {
             (true, _) if text.split(|c: char| !c.is_alphanumeric()).any(|word| word == "t") => {
-                format!("write it like {}; `t` is a tonne here, and no time", self.example())
+                format!("write it like {}; `t` is a tonne here, not a time", self.example())
             }
             (true, _) => format!("write it like {}", self.example()),
             (false, true) => format!("write the unit too: {}", suggestions.join(" or ")),
@@ -174,7 +174,7 @@ impl Dimension {
     }
 }
 
-/// Whether the unit of a text counts what happens, or turns, in a minute.
+/// Whether the unit of a text counts events or turns per minute.
 fn per_minute(text: &str) -> bool {
     let unit = |text: &str| split_unit(text).map(|(_, size, _)| size);
     let (own, counted) = (unit(text), ["1 1/min", "1 rpm"].map(unit));

@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-/// What is wrong with the text of a quantity.
+/// An error in the text of a quantity.
 ///
 /// ```
 /// use kardan::units::parse_quantity;
@@ -17,9 +17,9 @@ pub struct UnitError {
     pub code: &'static str,
     /// Byte range within the text.
     pub span: Range<usize>,
-    /// What is wrong and why.
+    /// The error and its reason.
     pub message: String,
-    /// What to do.
+    /// The remedy.
     pub help: Option<String>,
 }
 

@@ -28,13 +28,13 @@ pub struct Exact {
     pub rational: RBig,
     /// The power of π.
     pub pi: i32,
-    /// How it follows from numbers with names, where equations in symbols are asked for; no part of the number.
+    /// How it is computed from named numbers, if symbolic equations are requested; not part of the number.
     symbolic: Option<Arc<InNames>>,
-    /// Whether it stands for a number that is no such one, or follows from one that does; no part of the number.
+    /// Whether it approximates a number of another form, or is computed from one that does; not part of the number.
     rounded: bool,
 }
 
-/// How a number follows from numbers with names.
+/// How a number is computed from named numbers.
 #[derive(Debug, Clone)]
 pub enum InNames {
     /// A number with a name.
@@ -159,7 +159,7 @@ impl Exact {
         }
     }
 
-    /// The quotient, or nothing for a division by zero.
+    /// The quotient, or `None` for a division by zero.
     ///
     /// ```
     /// use kardan::units::Exact;
@@ -170,7 +170,7 @@ impl Exact {
         divisor.recip().map(|recip| self * &recip)
     }
 
-    /// The reciprocal, or nothing for zero.
+    /// The reciprocal, or `None` for zero.
     ///
     /// ```
     /// use kardan::units::Exact;
@@ -201,7 +201,7 @@ impl Exact {
         sum.following([self, other], |[a, b]| InNames::Sum(a.clone(), b.clone()))
     }
 
-    /// The same number with a name: what is computed from it tells how.
+    /// The same number with a name: results computed from it record how.
     ///
     /// ```
     /// use kardan::units::{Exact, InNames};
@@ -214,18 +214,18 @@ impl Exact {
         Self { symbolic: Some(Arc::new(InNames::Name(name.into()))), ..self }
     }
 
-    /// How it follows from numbers with names, if one is in it.
+    /// How it is computed from named numbers, if it uses one.
     pub fn in_names(&self) -> Option<&InNames> {
         self.symbolic.as_deref()
     }
 
-    /// The same number in place of one that is no fraction times a power of π.
+    /// The same number as an approximation of one that is not a fraction times a power of π.
     #[must_use]
     pub(crate) fn rounded(self) -> Self {
         Self { rounded: true, ..self }
     }
 
-    /// Whether it stands for a number that is no fraction times a power of π (`sqrt(2)`), or follows from one that does.
+    /// Whether it approximates a number that is not a fraction times a power of π (`sqrt(2)`), or is computed from one that does.
     ///
     /// ```
     /// use kardan::units::parse_quantity;
@@ -236,7 +236,7 @@ impl Exact {
         self.rounded
     }
 
-    /// The same number as what follows from others.
+    /// The same number as computed from others.
     fn following<const N: usize>(self, from: [&Self; N], how: impl FnOnce([&Self; N]) -> InNames) -> Self {
         let rounded = self.rounded || from.iter().any(|one| one.rounded);
         let out = Self { rounded, ..self };
@@ -263,7 +263,7 @@ impl Exact {
         if self.pi == 0 { self.rational.clone() } else { RBig::try_from(self.to_f64()).unwrap_or(RBig::ZERO) }
     }
 
-    /// `self^power` for a number other than zero, or nothing if it grows out of bounds.
+    /// `self^power` for a number other than zero, or `None` if it exceeds the bounds.
     pub(super) fn pow(&self, power: i32) -> Option<Self> {
         let bits = self.rational.numerator().bit_len() + self.rational.denominator().bit_len();
         if bits.saturating_mul(power.unsigned_abs() as usize) > FACTOR_BITS_LIMIT {

@@ -1,4 +1,4 @@
-//! Units as the headers of measured tables write them.
+//! Units in the headers of measured tables.
 
 use kardan_tables::is_minus;
 
@@ -16,7 +16,7 @@ const UNIT_ALIASES: [(&[&str], &str); 8] = [
     (&["NM"], "N m"),
 ];
 
-/// What one of a unit is in SI units, and its dimension; nothing, `-` and `1` are the number 1.
+/// The SI value of a unit, and its dimension; nothing, `-` and `1` are the number 1.
 ///
 /// Besides all units of models it reads brackets around a unit, `r/min`, `RPM` and `Upm`, `sec`, and powers without their sign: `min-1`,
 /// `m/s2`.

@@ -1,9 +1,9 @@
-//! Quantities with units, kept exactly: `"130 kg mm^2"`, `"2 N m/deg"`, `"30 deg"`.
+//! Quantities with units, stored exactly: `"130 kg mm^2"`, `"2 N m/deg"`, `"30 deg"`.
 //!
-//! A decimal is a ratio of two integers and a turn is a multiple of π, so what the author of a model wrote reaches the
-//! equations without rounding: [`Exact`] is that number, [`Dimension`] says what kind of quantity it is, and
-//! [`parse_quantity`] reads both. The angle is a dimension of its own here, hence a stiffness in `N m` and a speed in
-//! `Hz` are mistakes and not silent factors of 2π.
+//! A decimal is a ratio of two integers and a turn is a multiple of π, so the numbers in a model reach the
+//! equations without rounding: [`Exact`] is that number, [`Dimension`] its kind of quantity, and
+//! [`parse_quantity`] reads both. The angle is a dimension of its own here, so a stiffness in `N m` and a speed in
+//! `Hz` are errors and not silent factors of 2π.
 
 mod catalogue;
 mod dimension;

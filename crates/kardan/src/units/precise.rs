@@ -6,7 +6,7 @@ use dashu_ratio::RBig;
 
 use super::Exact;
 
-/// Binary digits that are kept.
+/// Binary digits of precision.
 const DIGITS: isize = 256;
 /// Of these, those that a calculation of some steps may lose.
 const LOST: isize = 24;
@@ -25,7 +25,7 @@ pub(super) fn short(x: &RBig) -> RBig {
     RBig::from_parts(scaled / IBig::from(x.denominator().clone()), UBig::ONE << shift as usize)
 }
 
-/// Whether a number is not above what rounding makes of another one.
+/// Whether a number is at most the rounding error of another one.
 pub(super) fn is_noise_of(x: &RBig, of: &RBig) -> bool {
     let bound = of.clone().abs() / RBig::from(UBig::ONE << (DIGITS - LOST) as usize);
     x.clone().abs() < bound

@@ -11,11 +11,11 @@ pub(super) const TEXT_LIMIT: usize = 256;
 /// The longest text of a list of quantities, in bytes.
 const LIST_TEXT_LIMIT: usize = 16_384;
 
-/// Reads a number with its unit and gives it exactly, in SI units.
+/// Reads a number with its unit and returns it exactly, in SI units.
 ///
 /// The number is a decimal, a fraction `51/50`, or either with the factor `pi`. The unit is a product of factors:
-/// `N m s/rad` (a `/` divides by the one factor behind it), `N m/(rad/s)`, `kg·m²`, `rad s^-2`. After a `/` a further
-/// factor needs `*`, `/` or parentheses: `N m/rad s` is refused, for it could mean either of two things.
+/// `N m s/rad` (a `/` divides by the one factor after it), `N m/(rad/s)`, `kg·m²`, `rad s^-2`. After a `/` a further
+/// factor needs `*`, `/` or parentheses: `N m/rad s` is rejected as ambiguous.
 ///
 /// # Errors
 ///
@@ -151,7 +151,7 @@ pub(super) fn check_length(text: &str, limit: usize) -> Result<(), UnitError> {
     Ok(())
 }
 
-/// How a text becomes shorter: by what most of it is.
+/// The help for shortening a text: by its main content.
 fn shorter(text: &str, limit: usize) -> &'static str {
     let digits = text.split(|c: char| !c.is_ascii_digit()).map(str::len).max().unwrap_or_default();
     match () {
@@ -316,7 +316,7 @@ mod tests {
             ("5 lb", "unknown unit `lb` @ `lb` (write a mass in `kg` (1 lb = 0.45359237 kg), a force in `lbf`)"),
             (
                 "sin(1) N m",
-                "expected a number, found `s` @ `sin(1) N m` (no expression can stand here: write the number that it gives)",
+                "expected a number, found `s` @ `sin(1) N m` (no expression is allowed here: write its value)",
             ),
             ("5 kgmm", "unknown unit `kgmm` @ `kgmm` (put a space between two units: `kg mm`)"),
             ("5 Grad", "unknown unit `Grad` @ `Grad` (did you mean `deg` or `rad`?)"),

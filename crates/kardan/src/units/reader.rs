@@ -125,7 +125,7 @@ impl<'t> Reader<'t> {
         self.at = start;
         let message = format!("expected a number, found {}", self.found());
         let help = match expression {
-            true => "no expression can stand here: write the number that it gives",
+            true => "no expression is allowed here: write its value",
             false => "start with a number: \"0.05\", \"-1e-3\", \"51/50\" or \"pi/4\"",
         };
         UnitError::new("number::syntax", start..self.text.len().max(start), message).help(help)
@@ -185,7 +185,7 @@ impl<'t> Reader<'t> {
         Ok(Some(RBig::from_parts(IBig::from(numerator), denominator)))
     }
 
-    /// The exponent of ten behind `e`, or zero if none is there.
+    /// The exponent of ten after `e`, or zero if none is there.
     pub fn exponent(&mut self) -> Result<i64, UnitError> {
         let start = self.at;
         if !(self.eat('e') || self.eat('E')) {
@@ -207,7 +207,7 @@ impl<'t> Reader<'t> {
         }
     }
 
-    /// The unit behind a number, to the end of the text; nothing there is the unit 1.
+    /// The unit after a number, to the end of the text; an empty text is the unit 1.
     pub fn unit(&mut self) -> Result<(Exact, Dimension), UnitError> {
         self.spaces();
         if self.rest().is_empty() {
@@ -344,7 +344,7 @@ impl<'t> Reader<'t> {
         UnitError::new("number::syntax", self.here(), message).help(self.with_point())
     }
 
-    /// How the number that goes on here would be written: the last of its separators is its point if it comes once, and the digits behind
+    /// The intended spelling of the number that continues here: the last of its separators is its point if it comes once, and the digits behind
     /// may be thousands or not.
     fn with_point(&self) -> String {
         let is_part = |c: char| c.is_ascii_digit() || matches!(c, '.' | ',');

@@ -1,4 +1,4 @@
-//! Tolerances and confidence intervals behind a quantity: `"0.0081 N m s/rad ± 10 %"`, `"2 N m [1.8, 2.5] 95 %"`.
+//! Tolerances and confidence intervals after a quantity: `"0.0081 N m s/rad ± 10 %"`, `"2 N m [1.8, 2.5] 95 %"`.
 
 use std::ops::Range;
 
@@ -6,7 +6,7 @@ use super::quantity::{TEXT_LIMIT, check_length, check_range};
 use super::reader::Reader;
 use super::{Dimension, Exact, UnitError};
 
-/// How far a quantity may be from its nominal value, as written.
+/// The tolerance of a quantity, as written.
 ///
 /// ```
 /// use kardan::units::{Exact, Spread};
@@ -31,7 +31,7 @@ pub enum Spread {
 }
 
 impl Spread {
-    /// Lower and upper end for a nominal value. Fixed bounds stay where they are.
+    /// Lower and upper end for a nominal value. Fixed bounds do not move.
     pub fn limits_at(&self, nominal: &Exact) -> (Exact, Exact) {
         let width = match self {
             Self::Relative(fraction) if nominal.signum() < 0 => -&(nominal * fraction),
@@ -70,13 +70,13 @@ pub struct Tolerated {
     pub value: Exact,
     /// Its dimension.
     pub dimension: Dimension,
-    /// How far it may be from that.
+    /// Its tolerance.
     pub spread: Spread,
     /// The nominal value as written: `0.0081 N m s/rad`.
     pub text: String,
 }
 
-/// Where a text begins to speak of a tolerance, if it does: at `±`, `+-`, `+/-`, or at a `[` behind something.
+/// Where the tolerance of a text begins, if it has one: at `±`, `+-`, `+/-`, or at a `[` after other text.
 ///
 /// ```
 /// use kardan::units::tolerance_mark;
@@ -189,7 +189,7 @@ fn in_parentheses(text: &str, mark: Range<usize>) -> Result<Tolerated, UnitError
     let number = text[..start].trim_start().trim_start_matches('(').trim().to_string();
     left.spaces();
     if left.peek().is_some() {
-        return Err(malformed(left.here(), format!("expected `±` behind the number, found {}", left.found())));
+        return Err(malformed(left.here(), format!("expected `±` after the number, found {}", left.found())));
     }
     let mut reader = Reader { text, at: mark.end };
     reader.spaces();
@@ -201,7 +201,7 @@ fn in_parentheses(text: &str, mark: Range<usize>) -> Result<Tolerated, UnitError
     reader.spaces();
     let here = reader.here();
     if !reader.eat(')') {
-        let message = format!("expected `)` behind the tolerance, found {}", reader.found());
+        let message = format!("expected `)` after the tolerance, found {}", reader.found());
         return Err(malformed(if here.is_empty() { mark } else { here }, message));
     }
     let unit = text[reader.at..].trim();
@@ -228,7 +228,7 @@ fn interval(text: &str, mark: Range<usize>) -> Result<Tolerated, UnitError> {
         reader.spaces();
         let here = reader.here();
         if !reader.eat(close) {
-            let message = format!("expected `{close}` behind a bound, found {}", reader.found());
+            let message = format!("expected `{close}` after a bound, found {}", reader.found());
             let span = if here.is_empty() { mark.start..text.len() } else { here };
             return Err(UnitError::new("tolerance::syntax", span, message)
                 .help("write two numbers in the unit before the bracket: \"1 N m [0.9, 1.2]\""));
@@ -241,8 +241,8 @@ fn interval(text: &str, mark: Range<usize>) -> Result<Tolerated, UnitError> {
         Some(_) => {
             let start = reader.at;
             let followed = || {
-                UnitError::new("tolerance::syntax", start..text.trim_end().len(), "unexpected text behind the interval")
-                    .help("write the unit before the bracket, and behind it at most the confidence: \"1 N m [0.9, 1.2] 95 %\"")
+                UnitError::new("tolerance::syntax", start..text.trim_end().len(), "unexpected text after the interval")
+                    .help("write the unit before the bracket, and after it at most the confidence: \"1 N m [0.9, 1.2] 95 %\"")
             };
             let percent = reader.number().map_err(|_| followed())?;
             reader.spaces();
@@ -292,7 +292,7 @@ fn expect_end(reader: &mut Reader<'_>) -> Result<(), UnitError> {
         return Ok(());
     }
     let span = reader.at..reader.text.trim_end().len();
-    Err(UnitError::new("tolerance::syntax", span, "unexpected text behind the `%`").help(FORMS))
+    Err(UnitError::new("tolerance::syntax", span, "unexpected text after the `%`").help(FORMS))
 }
 
 fn expect_positive(size: &Exact, text: &str, span: Range<usize>) -> Result<(), UnitError> {
@@ -398,22 +398,22 @@ mod tests {
             ("1 N m ±", "number::syntax", "expected a number, found the end of the text"),
             ("1 N m ± %", "number::syntax", "expected a number, found `%`"),
             ("± 10 %", "tolerance::syntax", "there is no value before the tolerance"),
-            ("1 N m ± 10 % N m", "tolerance::syntax", "unexpected text behind the `%`"),
-            ("1 N m ± 10 %%", "tolerance::syntax", "unexpected text behind the `%`"),
+            ("1 N m ± 10 % N m", "tolerance::syntax", "unexpected text after the `%`"),
+            ("1 N m ± 10 %%", "tolerance::syntax", "unexpected text after the `%`"),
             ("1 N m ± 1 N m ± 2 N m", "unit::syntax", "expected a unit, found `±`"),
-            ("1 N m [0.9 1.2]", "tolerance::syntax", "expected `,` behind a bound, found `1`"),
-            ("1 N m [0.9, 1.2", "tolerance::syntax", "expected `]` behind a bound, found the end of the text"),
-            ("1 N m [0.9, 1.2, 3]", "tolerance::syntax", "expected `]` behind a bound, found `,`"),
-            ("1 N m [0.9 N m, 1.2 N m]", "tolerance::syntax", "expected `,` behind a bound, found `N`"),
-            ("1 [0.9, 1.2] N m", "tolerance::syntax", "unexpected text behind the interval"),
-            ("1 N m [0.9, 1.2] 95", "tolerance::syntax", "unexpected text behind the interval"),
+            ("1 N m [0.9 1.2]", "tolerance::syntax", "expected `,` after a bound, found `1`"),
+            ("1 N m [0.9, 1.2", "tolerance::syntax", "expected `]` after a bound, found the end of the text"),
+            ("1 N m [0.9, 1.2, 3]", "tolerance::syntax", "expected `]` after a bound, found `,`"),
+            ("1 N m [0.9 N m, 1.2 N m]", "tolerance::syntax", "expected `,` after a bound, found `N`"),
+            ("1 [0.9, 1.2] N m", "tolerance::syntax", "unexpected text after the interval"),
+            ("1 N m [0.9, 1.2] 95", "tolerance::syntax", "unexpected text after the interval"),
             ("1 N m [0.9, 1.2] 100 %", "tolerance::bounds", "a confidence lies between 0 % and 100 %, found 100 %"),
             ("1 N m [1.2, 0.9]", "tolerance::bounds", "the lower bound of [1.2, 0.9] lies above the upper one"),
             ("1 N m [2, 3]", "tolerance::bounds", "the value 1 N m lies outside [2, 3]"),
             ("1 N m [1, 1]", "tolerance::bounds", "the tolerance is zero"),
-            ("(1 N m ± 1)", "tolerance::syntax", "expected `±` behind the number, found `N`"),
-            ("(1 ± 1 N m)", "tolerance::syntax", "expected `)` behind the tolerance, found `N`"),
-            ("(1 ± 1", "tolerance::syntax", "expected `)` behind the tolerance, found the end of the text"),
+            ("(1 N m ± 1)", "tolerance::syntax", "expected `±` after the number, found `N`"),
+            ("(1 ± 1 N m)", "tolerance::syntax", "expected `)` after the tolerance, found `N`"),
+            ("(1 ± 1", "tolerance::syntax", "expected `)` after the tolerance, found the end of the text"),
             (
                 "1e308 N m ± 150 %",
                 "number::range",

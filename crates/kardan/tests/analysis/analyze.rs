@@ -321,12 +321,12 @@ fn a_charge_that_only_counts_is_distinguished_from_a_motion_that_is_not_reached(
     let counting = found.counting.unwrap();
     assert_eq!(counting.charges.len(), 1);
     assert!(counting.charges[0].ends_with(".q"), "{counting:?}");
-    assert!(counting.rest_controllable && counting.rest_observable, "{counting:?}");
+    assert!(counting.remaining_controllable && counting.remaining_observable, "{counting:?}");
     let alone = format!("{motor}[shaft.idle]\ninertia = \"1 kg m^2\"\n");
     assert_eq!(analyze(&alone, &settings).unwrap().counting, None);
     // A charge that an output shows is seen.
     let shown = AnalyzeSettings { outputs: vec!["rotor.phi".into(), "M.q".into()], ..AnalyzeSettings::default() };
     let found = analyze(motor, &shown).unwrap();
     assert!(found.structure.observable());
-    assert!(found.counting.is_some_and(|counting| counting.rest_controllable && !counting.rest_observable));
+    assert!(found.counting.is_some_and(|counting| counting.remaining_controllable && !counting.remaining_observable));
 }

@@ -169,12 +169,12 @@ fn every_changed_number_is_refused() {
             "/certificate/outputs",
             "/certificate/outputs/witness",
             "/certificate/outputs/rows",
-            "/certificate/unreached/action",
-            "/certificate/unreached/rows",
-            "/certificate/unseen/action",
-            "/certificate/unseen/rows",
-            "/certificate/reached",
-            "/certificate/seen",
+            "/certificate/uncontrollable_invariant/action",
+            "/certificate/uncontrollable_invariant/rows",
+            "/certificate/unobservable_invariant/action",
+            "/certificate/unobservable_invariant/rows",
+            "/certificate/controllability_minor",
+            "/certificate/observability_minor",
             "/certificate/pencil/E",
             "/certificate/pencil/A",
             "/certificate/pencil/B",
@@ -327,7 +327,9 @@ fn damaged_certificates_are_refused() {
                     if k + 1 < list.len() && list[k] != list[k + 1] {
                         list.swap(k, k + 1);
                         let refused = try_out(&forged);
-                        let ordered = ["/minor/", "/reached/", "/seen/"].iter().any(|part| path.contains(part));
+                        let ordered = ["/minor/", "/controllability_minor/", "/observability_minor/"]
+                            .iter()
+                            .any(|part| path.contains(part));
                         assert!(refused || !ordered, "{path} is exchanged in {text}");
                     }
                 }
@@ -397,7 +399,7 @@ fn the_documented_checker_confirms_and_refuses() {
             "/min_inputs".into(),
             "/min_outputs".into(),
             "/zeros/normal_rank".into(),
-            "/certificate/reached/value".into(),
+            "/certificate/controllability_minor/value".into(),
             "/certificate/pencil/A/0/2".into(),
             "/certificate/inputs/number".into(),
             "/factors/0/algebraic".into(),

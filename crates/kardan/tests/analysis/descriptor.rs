@@ -86,7 +86,7 @@ fn check(given: &LinearSystem) -> DecomposedDescriptor {
         let (whole, equivalent) = (transfer(given, &s), transfer(plain, &s));
         for (i, output) in given.outputs.iter().enumerate() {
             let kept = plain.outputs.iter().position(|other| other == output);
-            assert_eq!(kept.is_none(), found.excluded.contains(output));
+            assert_eq!(kept.is_none(), found.improper_outputs.contains(output));
             if let Some(kept) = kept {
                 assert_eq!(whole.row(i), equivalent.row(kept), "{output}");
             }
@@ -96,9 +96,9 @@ fn check(given: &LinearSystem) -> DecomposedDescriptor {
         let turned = if dual { given.transpose() } else { given.clone() };
         let kernel = kardan::num::echelon(&turned.e, &(0..n).collect::<Vec<_>>()).kernel();
         let impulses = exact_rank(&beside(&[&turned.e, &turned.a.multiply(&kernel), &turned.b]));
-        assert_eq!((side.missed_impulses, side.impulse), (n - impulses, impulses == n));
+        assert_eq!((side.impulse_defect, side.impulse), (n - impulses, impulses == n));
         let ends = exact_rank(&beside(&[&turned.e, &turned.b])) == n;
-        assert_eq!(side.missed_at_infinity == 0, ends);
+        assert_eq!(side.infinite_defect == 0, ends);
         assert_eq!(side.complete, side.finite.map(|finite| finite && ends));
     }
     apart
@@ -136,7 +136,7 @@ fn a_capacitor_at_a_source_has_no_state_space() {
     ]);
     let found = check(&given).found;
     assert_eq!((found.index, found.finite_eigenvalues), (2, 0));
-    assert_eq!(found.excluded, ["y1"]);
+    assert_eq!(found.improper_outputs, ["y1"]);
     let part = &found.polynomial_part[0];
     assert_eq!((part.output.as_str(), part.input.as_str(), part.polynomial.as_str()), ("y1", "u1", "3 s"));
     assert_eq!(found.orders_at_infinity, Some(vec![-1]));
@@ -158,7 +158,7 @@ fn a_constrained_mechanism_is_of_index_three() {
     let DecomposedDescriptor { found, equivalent } = check(&given);
     assert_eq!((found.index, found.finite_eigenvalues, found.infinite_blocks.as_slice()), (3, 2, [3].as_slice()));
     assert_eq!(structure(&equivalent).unwrap().invariant_factors, ["s^2 + 1"]);
-    assert_eq!(found.excluded, ["y2"]);
+    assert_eq!(found.improper_outputs, ["y2"]);
     // λ = −2 x₂'' with 3 x₂'' + 3 x₂ = u − w'' − 3 w: −2 s² w''/3 + …: the polynomial part is 2/3 s².
     let parts: Vec<_> =
         found.polynomial_part.iter().map(|part| (part.input.as_str(), part.polynomial.as_str())).collect();
@@ -171,7 +171,11 @@ fn a_constrained_mechanism_is_of_index_three() {
         ..given
     };
     let DecomposedDescriptor { found, equivalent } = check(&forced);
-    assert!(found.excluded.is_empty() && !found.controllability.impulse && found.controllability.finite == Some(true));
+    assert!(
+        found.improper_outputs.is_empty()
+            && !found.controllability.impulse
+            && found.controllability.finite == Some(true)
+    );
     assert_eq!(equivalent.d, Matrix::from_fn(2, 1, |i, _| q(["0", "-2/3"][i])));
 }
 

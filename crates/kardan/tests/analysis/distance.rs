@@ -56,7 +56,7 @@ fn rotated_systems_are_warned_of() {
             continue;
         }
         let near = found.matrix_distance.unwrap().controllability.unwrap();
-        assert!(near.below_last_digit && near.upper < 1e-13 && near.lower <= near.upper, "{near:?}");
+        assert!(near.within_data_uncertainty && near.upper < 1e-13 && near.lower <= near.upper, "{near:?}");
         let lost = system["lost"].as_f64().unwrap();
         assert!((near.eigenvalue.re - lost).abs() < 1e-9 && near.eigenvalue.im == 0.0, "{near:?}");
     }
@@ -158,13 +158,13 @@ fn the_last_digit_of_decimals_decides() {
         let found = analysis(&json!({"A": [[0, 1, 0], [-2, -3, 0], [0, 0, -5]], "B": b, "C": [[1, 0, 0.5]]}));
         found.matrix_distance.unwrap().controllability.unwrap()
     };
-    assert!(near(json!([0, 1, 0.04])).upper > 0.005 && !near(json!([0, 1, 0.04])).below_last_digit);
+    assert!(near(json!([0, 1, 0.04])).upper > 0.005 && !near(json!([0, 1, 0.04])).within_data_uncertainty);
     let warned = near(json!([0.0, 1.1, 0.02]));
-    assert!(warned.below_last_digit && warned.upper <= warned.last_digit, "{warned:?}");
-    assert!((warned.last_digit - 0.05f64.hypot(0.005)).abs() < 1e-12);
+    assert!(warned.within_data_uncertainty && warned.upper <= warned.data_uncertainty, "{warned:?}");
+    assert!((warned.data_uncertainty - 0.05f64.hypot(0.005)).abs() < 1e-12);
     assert!((warned.eigenvalue.re + 5.0).abs() < 1e-2 && warned.states[0].name == "x3");
     let exact = near(json!([0, "11/10", "1/50"]));
-    assert!(!exact.below_last_digit && exact.last_digit == 0.0);
+    assert!(!exact.within_data_uncertainty && exact.data_uncertainty == 0.0);
 }
 
 /// Above the states that are bounded from below the upper bound is still exhibited: a mode that the input reaches by 1e-7 in a system
@@ -238,7 +238,7 @@ fn distances_scale_exactly() {
     // The matrices of which the change was said to be of size zero.
     let small = analysis(&json!({"A": [["1e-165", 0], [0, "2e-165"]], "B": [["1e-165"], ["1e-165"]]}));
     let near = small.matrix_distance.unwrap().controllability.unwrap();
-    assert!(near.lower > 1e-166 && near.upper < 1e-165 && !near.below_last_digit, "{near:?}");
+    assert!(near.lower > 1e-166 && near.upper < 1e-165 && !near.within_data_uncertainty, "{near:?}");
     let large =
         analysis(&json!({"A": [["1e165", 0], [0, "2e165"]], "B": [["1e165"], ["1e165"]], "C": [["1e165", "3e165"]]}));
     let near = large.matrix_distance.unwrap();

@@ -76,7 +76,7 @@ to = "-2 N m"
 #[test]
 fn a_planetary_gear_with_three_encoders_has_its_row() {
     let parity = analyzed(PLANETARY, AnalyzeSettings::default());
-    assert!(parity.all_listed && parity.independent == 1 && parity.exact);
+    assert!(parity.exhaustive && parity.independent == 1 && parity.exact);
     let [residual] = &parity.residuals[..] else { panic!("{:?}", parity.residuals) };
     assert_eq!(written(&residual.terms), [("a", 0, "1"), ("b", 0, "7/3"), ("c", 0, "-10/3")]);
     assert!(residual.up_to_constant && residual.linearised_at.is_empty() && residual.unit == "rad");
@@ -86,7 +86,7 @@ fn a_planetary_gear_with_three_encoders_has_its_row() {
     for sensor in ["a", "b", "c"] {
         let found = verdict(&parity, sensor);
         // A turn of its constant cannot be told from how it was mounted.
-        assert!(found.shown && found.order == Some(0), "{found:?}");
+        assert!(found.detectable && found.order == Some(0), "{found:?}");
     }
     // On the columns of a run it vanishes to rounding.
     let study = study::run(PLANETARY, &study::Settings::default(), &Silent).unwrap();
@@ -108,11 +108,11 @@ fn thresholds_follow_from_noise_and_steps() {
     let close = |a: f64, b: f64| (a - b).abs() < 1e-9 * b;
     assert!(close(limit.noise, 2e-3) && close(limit.steps, 0.5e-3), "{limit:?}");
     assert!(close(limit.threshold, 0.5e-3 + 3.408_806_286_050_114_5 * 2e-3), "{limit:?}");
-    assert!(close(limit.detection_time, 3e-3) && limit.debounce == 3 && limit.different_times);
+    assert!(close(limit.detection_time, 3e-3) && limit.debounce == 3 && limit.multirate);
     // Beyond threshold and steps by the quantile 3.40293 of 0.001/3.
     let size = limit.threshold + limit.steps + 3.402_932_835_385_304_5 * 2e-3;
     let factors = [1.0, 7.0 / 3.0, 10.0 / 3.0];
-    for (found, factor) in limit.smallest.iter().zip(factors) {
+    for (found, factor) in limit.min_detectable.iter().zip(factors) {
         assert!((found - size / factor).abs() < 1e-9, "{limit:?}");
     }
 }
@@ -123,7 +123,7 @@ fn sensors_without_samples_have_one_time() {
     let at_once = PLANETARY.replace("sample_time = \"1 ms\"\nnoise = \"2 mrad\"\n", "");
     let parity = analyzed(&at_once, AnalyzeSettings::default());
     let limit = parity.residuals[0].threshold.as_ref().unwrap();
-    assert!(limit.sample_time == 0.0 && !limit.different_times, "{limit:?}");
+    assert!(limit.sample_time == 0.0 && !limit.multirate, "{limit:?}");
 }
 
 /// Alarms of white noise, drawn: no more than the rate that the threshold promises, and at the end of its promise (one sample: exactly).
@@ -198,8 +198,8 @@ fn residuals_in_time_have_thresholds_behind_their_filter() {
         assert!((limit.threshold / limit.noise - 6.310_699).abs() < 1e-5, "{}", limit.threshold / limit.noise);
         // A torque that is wrong by one moves it by 2/(τs + 1)², and by 99 % of that where (1 + x) e⁻ˣ = 0.01: x = 6.638.
         let size = (limit.threshold + 3.402_932_835_385_304_5 * limit.noise) / (2.0 * 0.99);
-        let share = limit.smallest[0] / size;
-        assert!(limit.smallest.len() == 1 && (0.99 - 1e-9..1.0 + 1e-9).contains(&share), "{limit:?}, {size}");
+        let share = limit.min_detectable[0] / size;
+        assert!(limit.min_detectable.len() == 1 && (0.99 - 1e-9..1.0 + 1e-9).contains(&share), "{limit:?}, {size}");
         if time > h {
             assert!(
                 (limit.detection_time - (6.638 * time + 3.0 * h)).abs() < 0.02 * limit.detection_time + h,
@@ -225,7 +225,7 @@ fn residuals_in_time_of_sensors_without_samples() {
     let limit = of(&format!("{plain}{law}")).expect("its steps");
     assert_eq!((limit.sample_time, limit.filter, limit.noise), (2e-3, Some(0.02), 0.0));
     // q² Σ |h| of the steps of one count: the size of the answer to any course of them.
-    assert!(limit.steps > 0.0 && limit.threshold == limit.steps && !limit.different_times, "{limit:?}");
+    assert!(limit.steps > 0.0 && limit.threshold == limit.steps && !limit.multirate, "{limit:?}");
     assert!(of(&plain).is_none());
 }
 
@@ -269,12 +269,12 @@ fn a_harmonic_drive_by_angles_and_by_speeds() {
     let mixed = outputs(source, &["wg.phi", "cs.phi", "fs.w"]);
     assert_eq!(mixed.residuals, []);
     let found = verdict(&mixed, "fs.w");
-    assert!(found.shown && found.order == Some(1), "{found:?}");
+    assert!(found.detectable && found.order == Some(1), "{found:?}");
     let mut relation = written(&found.relation);
     relation.sort();
     assert_eq!(relation, [("cs.phi", 1, "-51"), ("fs.w", 0, "50"), ("wg.phi", 1, "1")]);
     // An angle that reads another constant is told while it changes alone; a speed goes on.
-    assert_eq!((found.stays, verdict(&mixed, "wg.phi").stays), (Some(true), Some(false)));
+    assert_eq!((found.strongly_detectable, verdict(&mixed, "wg.phi").strongly_detectable), (Some(true), Some(false)));
 }
 
 /// The steering of the source: harmonic drive, joint, torsion bar; the driver is a disturbance.
@@ -327,7 +327,11 @@ fn the_steering_with_a_fourth_sensor() {
     assert_eq!(three.residuals, [], "three motions, three sensors");
     // The driver may do anything at the wheel, friction at the circular spline: the torque of either motor goes through both.
     assert_eq!(three.unknown, ["driver"]);
-    assert!(three.faults.iter().all(|one| one.shown && one.despite_friction.is_some()), "{:?}", three.faults);
+    assert!(
+        three.faults.iter().all(|one| one.detectable && one.detectable_despite_friction.is_some()),
+        "{:?}",
+        three.faults
+    );
     let four = outputs(STEERING, &["wg_encoder", "rk_encoder", "bar", "fs.phi"]);
     assert_eq!((four.independent, four.residuals.len()), (1, 1));
     let residual = &four.residuals[0];
@@ -379,22 +383,22 @@ fn a_chain_with_a_spring_in_time() {
     for fault in ["at_a", "at_b", "m"] {
         let found = verdict(&two, fault);
         // With the load unknown there is one relation: nothing can be told apart.
-        assert!(found.shown && found.order == Some(2) && found.same_as.len() == 2, "{found:?}");
+        assert!(found.detectable && found.order == Some(2) && found.not_isolable_from.len() == 2, "{found:?}");
         assert_eq!(
             written(&found.relation),
             [("at_a", 2, "1"), ("at_a", 0, "5"), ("at_b", 0, "-5"), ("m.tau", 0, "-1/2")]
         );
     }
     // An angle that is wrong by a constant bends the spring for good; so does a torque.
-    assert!(two.faults.iter().all(|one| one.stays == Some(true)), "{:?}", two.faults);
+    assert!(two.faults.iter().all(|one| one.strongly_detectable == Some(true)), "{:?}", two.faults);
     // The torque of the spring as well: twist = 10 (a − b) at once, and the faults come apart.
     let three = outputs(CHAIN, &["at_a", "at_b", "twist"]);
     assert_eq!(written(&three.residuals[0].terms), [("at_a", 0, "1"), ("at_b", 0, "-1"), ("twist", 0, "-1/10")]);
-    assert!(three.faults.iter().all(|one| one.shown && one.same_as.is_empty()), "{:?}", three.faults);
+    assert!(three.faults.iter().all(|one| one.detectable && one.not_isolable_from.is_empty()), "{:?}", three.faults);
     // One sensor: the load explains any course of b; of a alone the spring's torque is unknown.
     for sensor in ["at_a", "at_b"] {
         let one = outputs(CHAIN, &[sensor]);
-        assert!(one.faults.iter().all(|fault| !fault.shown), "{:?}", one.faults);
+        assert!(one.faults.iter().all(|fault| !fault.detectable), "{:?}", one.faults);
     }
 }
 
@@ -405,8 +409,8 @@ fn smallest_sets_are_those_whose_verdicts_are_good() {
     let parity = analyzed(CHAIN, AnalyzeSettings::default());
     assert_eq!(parity.sets[0].candidates, all);
     let good: [&dyn Fn(&Parity) -> bool; 3] =
-        [&|p| verdict(p, "m").shown, &|p| p.faults.iter().all(|one| one.shown), &|p| {
-            p.faults.iter().all(|one| one.shown && one.same_as.is_empty())
+        [&|p| verdict(p, "m").detectable, &|p| p.faults.iter().all(|one| one.detectable), &|p| {
+            p.faults.iter().all(|one| one.detectable && one.not_isolable_from.is_empty())
         }];
     for (sets, good) in parity.sets.iter().zip(good) {
         let reached: Vec<Vec<&str>> = (1u32..16)

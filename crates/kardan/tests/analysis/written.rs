@@ -40,7 +40,7 @@ fn two_bodies_are_typed_as_promised() {
     assert_eq!(all["zeros"], zeros);
     let degrees = json!({ "outputs": ["body_2.phi"], "inputs": ["motor_1"], "table": [[3]], "per_output": [3] });
     assert_eq!(all["relative_degrees"], degrees);
-    assert_eq!(all["class"]["assumptions"].as_array().unwrap().len(), 5);
+    assert_eq!(all["model_class"]["assumptions"].as_array().unwrap().len(), 5);
     assert!(all["modes"][1]["stored"].as_array().unwrap().iter().any(|one| one["energy"] == "potential"));
     assert_eq!(all["construction"]["input"], json!([["1", "0"], ["0", "1"]]));
     assert_eq!(all["construction"]["steps"][1]["column"], 1);
@@ -54,7 +54,7 @@ fn two_bodies_are_typed_as_promised() {
 
 #[test]
 fn what_never_arrives_and_what_is_not_finite_is_null() {
-    assert_eq!(written(&Analysis::default())["class"], Value::Null);
+    assert_eq!(written(&Analysis::default())["model_class"], Value::Null);
     let mut found = two_bodies();
     found.structure.relative_degrees = vec![vec![Some(2), Some(4)], vec![Some(1), None], vec![None; 2]];
     found.modes[1].eigenvalue = Pole::new(f64::NAN, f64::INFINITY);

@@ -124,7 +124,7 @@ pub fn at(run: &Run, name: &str, time: f64) -> f64 {
 
 /// The time of the first event with these words.
 pub fn time_of(run: &Run, what: &str) -> f64 {
-    let found = run.events.iter().find(|event| event.what == what);
+    let found = run.events.iter().find(|event| event.description == what);
     found.unwrap_or_else(|| panic!("no event {what:?} among {:?}", run.events)).time
 }
 

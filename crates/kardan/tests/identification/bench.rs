@@ -387,7 +387,7 @@ fn nonsense_is_explained() {
     };
     let plain = BenchSettings::default();
     for (source, message) in [
-        (with("\"wg.damping\" =", "\"wg.dampng\" ="), "a shaft has no number `dampng`"),
+        (with("\"wg.damping\" =", "\"wg.dampng\" ="), "a shaft has no numeric key `dampng`"),
         (with("\"wg.damping\" =", "\"gw.damping\" ="), "there is no element `gw`"),
         (with("\"wg.breakaway\" = \"0.054 N m\"", "\"wg.breakaway\" = \"-1 N m\""), "must be zero or more, found -1"),
         (with("\"wg.breakaway\" = \"0.054 N m\"", "\"wg.breakaway\" = \"1 rad\""), "expected a torque, found an angle"),
@@ -398,28 +398,31 @@ fn nonsense_is_explained() {
             "the plant with its true values",
         ),
         (with("wg = \"120 rad/s\", ", ""), "the coordinate `wg` has no speed limit"),
-        (with("wg = \"120 rad/s\", ", "gw = \"120 rad/s\", "), "there is no such shaft"),
+        (with("wg = \"120 rad/s\", ", "gw = \"120 rad/s\", "), "the model has no such shaft"),
         (with("levels = 8", "levels = 1"), "expected a whole number from 2 to 50"),
         (with("levels = 8", "speeds = { wg = [] }"), "a list needs at least one value"),
         (with("levels = 8", "speeds = { wg = [\"1 m\"] }"), "found a length"),
-        (with("levels = 8", "speeds = { gw = [\"1 rad/s\"] }"), "there is no such shaft"),
+        (with("levels = 8", "speeds = { gw = [\"1 rad/s\"] }"), "the model has no such shaft"),
         (with("levels = 8", "least_speed = { wg = \"-1 rad/s\" }"), "must not be negative"),
-        (with("levels = 8", "least_speed = { fs = \"7 rad/s\" }"), "only 0 keep the limits"),
-        (with("points = 24", "points = 900"), "only 48 keep the limits"),
+        (with("levels = 8", "least_speed = { fs = \"7 rad/s\" }"), "only 0 satisfy the limits"),
+        (with("points = 24", "points = 900"), "only 48 satisfy the limits"),
         (with("points = 24", "points = 2"), "so few points do not determine all"),
         (with("points = 24", "points = 24\nparameters = [\"wg.dampin\"]"), "no coefficient `wg.dampin`"),
-        (with("points = 24", "points = 24\nparameters = [\"wg.inertia\"]"), "can tell `wg.inertia` apart"),
+        (with("points = 24", "points = 24\nparameters = [\"wg.inertia\"]"), "can distinguish `wg.inertia`"),
         (with("points = 24", "points = 24\nsignals = [\"wg.psi\"]"), "there is no signal `wg.psi`"),
-        (with("points = 24", "points = 24\nduration = \"5 s\""), "and 5 s are allowed"),
+        (with("points = 24", "points = 24\nduration = \"5 s\""), "but the limit is 5 s"),
         (with("points = 24", "points = 24\nsample_time = \"1 s\""), "cannot sample every 1 s"),
         (with("points = 24", "points = 24\nspread = 1.5"), "let a value change its sign"),
         (with("points = 24", "points = 24\nbandwidth = \"1e9 rad/s\""), "cannot run every 0.001 s"),
         (
             with("plan = \"constant_speeds\"", "plan = \"multisine\"").replace("dwell = \"2 s\"", "dwell = \"1e6 s\""),
-            "and 600 s are allowed",
+            "but the limit is 600 s",
         ),
-        (free().replace("\"1.3 N m\"", "\"1e-6 N m\"").replace("\"8 N m\"", "\"1e-6 N m\""), "only 0 keep the limits"),
-        ("[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"1 N m s/rad\"\n".into(), "the motors cannot push"),
+        (
+            free().replace("\"1.3 N m\"", "\"1e-6 N m\"").replace("\"8 N m\"", "\"1e-6 N m\""),
+            "only 0 satisfy the limits",
+        ),
+        ("[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"1 N m s/rad\"\n".into(), "the motors cannot drive"),
     ] {
         let found = refused(&source, &plain);
         assert!(found.iter().any(|d| d.message.contains(message) && d.help.is_some()), "{message}: {found:#?}");
@@ -474,28 +477,34 @@ fn simulation_and_bench_side_by_side() {
         let [angle, torque] = &experiment.responses[..] else { panic!("two outputs") };
         assert_eq!((angle.signal.as_str(), torque.signal.as_str()), ("cs.phi", "hd.fs.tau"));
         let (other, size) = if k == 0 { (torque, 0.1) } else { (angle, 0.4) };
-        assert!(other.farthest.simulation < 1e-7 * size && other.settled.simulation.abs() < 1e-7 * size, "{other:?}");
-        assert!((angle.settled.simulation - if k == 0 { 0.4 } else { 0.0 }).abs() < 1e-6);
-        assert!((torque.settled.simulation - if k == 0 { 0.0 } else { 0.1 }).abs() < 1e-6);
+        assert!(
+            other.max_deviation.simulation < 1e-7 * size && other.steady_state.simulation.abs() < 1e-7 * size,
+            "{other:?}"
+        );
+        assert!((angle.steady_state.simulation - if k == 0 { 0.4 } else { 0.0 }).abs() < 1e-6);
+        assert!((torque.steady_state.simulation - if k == 0 { 0.0 } else { 0.1 }).abs() < 1e-6);
         // What no sensor tells apart is left of the friction of the flexspline, 0.0091 N m.
-        assert!((angle.settled.bench - angle.settled.simulation).abs() < 0.02 * 0.4, "{angle:?}");
-        assert!((torque.settled.bench - torque.settled.simulation).abs() < 0.03, "{torque:?}");
+        assert!((angle.steady_state.bench - angle.steady_state.simulation).abs() < 0.02 * 0.4, "{angle:?}");
+        assert!((torque.steady_state.bench - torque.steady_state.simulation).abs() < 0.03, "{torque:?}");
     }
     let torque = &found.experiments[0].responses[1];
-    let by = |what: &str| torque.differences.iter().find(|one| one.what.contains(what)).expect("it is told");
+    let by = |what: &str| torque.differences.iter().find(|one| one.source.contains(what)).expect("it is told");
     let both = by("compliance and delay");
     assert!(
-        torque.farthest.bench > 0.2
-            && both.added.unwrap() > 0.5 * torque.distance
-            && both.removed.unwrap() < 0.5 * torque.distance
+        torque.max_deviation.bench > 0.2
+            && both.added_to_simulation.unwrap() > 0.5 * torque.max_difference
+            && both.removed_from_bench.unwrap() < 0.5 * torque.max_difference
     );
-    assert!(by("Coulomb friction").added.unwrap() < 0.5 * both.added.unwrap());
+    assert!(by("Coulomb friction").added_to_simulation.unwrap() < 0.5 * both.added_to_simulation.unwrap());
     // The gear is not loaded, so that compliance alone makes nothing of it.
-    assert!(by("compliance of hd").added.unwrap() < 1e-5);
+    assert!(by("compliance of hd").added_to_simulation.unwrap() < 1e-5);
     let errors = |found: &kardan::results::ClosedLoop| {
         let torque = &found.experiments[1].responses[1];
-        let kind = torque.differences.iter().find(|one| one.what.starts_with("errors of the values"));
-        (kind.expect("it is told").added.unwrap(), (torque.settled.bench - torque.settled.simulation).abs())
+        let kind = torque.differences.iter().find(|one| one.source.starts_with("errors of the values"));
+        (
+            kind.expect("it is told").added_to_simulation.unwrap(),
+            (torque.steady_state.bench - torque.steady_state.simulation).abs(),
+        )
     };
     // Of the flexspline's damping the last digits are missing; the guesses of the file cost much.
     let rough = source().replace("duration = \"5 s\"", "duration = \"2 s\"");
@@ -524,7 +533,7 @@ fn a_bench_like_the_model_differs_by_the_controller_alone() {
         for name in ["cs.phi", "hd.fs.tau", "wg_motor.tau"] {
             assert_eq!(signal(&experiment.simulated, name), signal(run, name), "{name}");
         }
-        let fixed: Vec<&str> = experiment.responses[0].differences.iter().map(|one| one.what.as_str()).collect();
+        let fixed: Vec<&str> = experiment.responses[0].differences.iter().map(|one| one.source.as_str()).collect();
         assert_eq!(fixed, ["delay (sampling, computation, motors, sensors)", "Coulomb friction and stiction"]);
     }
     let none = short.replace("[control.drive", "[unknown.drive");

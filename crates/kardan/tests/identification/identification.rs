@@ -207,7 +207,7 @@ fn inertias_by_filtered_derivatives() {
     }
     assert!((found.scale - 1.0).abs() < 0.1, "{}", found.scale);
     assert!(found.tests.iter().all(|test| test.probability > 1e-4), "{:?}", found.tests);
-    assert!(found.windows.resting > 0 && found.windows.used > 100);
+    assert!(found.windows.sticking > 0 && found.windows.used > 100);
 }
 
 /// Intervals of 95 % cover the truth about as often: 60 logs, six parameters. The count of a binomial distribution with 360 trials
@@ -233,7 +233,7 @@ fn a_torque_that_nobody_measured() {
     let blind: String = log.lines().map(|line| line.rsplit_once(',').expect("columns").0.to_string() + "\n").collect();
     // What acts along it alone is lost by structure; the flexspline's damping and friction are seen through the other torque.
     let six = self::found(drive(), vec![blind.clone()], &settings(&SIX, "steady"));
-    assert_eq!(six.not_determined.by_structure.len(), 2, "{:?}", six.not_determined.by_structure);
+    assert_eq!(six.unidentifiable.structurally.len(), 2, "{:?}", six.unidentifiable.structurally);
     for name in ["cs.damping", "cs.friction"] {
         assert!(
             one(&six, name).standard_error.unwrap().is_infinite()
@@ -280,7 +280,7 @@ fn combinations_by_structure() {
     near(&whole, "b.damping", 0.9, 4.0);
     assert!(one(&whole, "b.inertia").standard_error.unwrap().is_infinite());
     assert_eq!(
-        whole.not_determined.by_structure,
+        whole.unidentifiable.structurally,
         ["b.inertia up by 1 and a.inertia down by 0.111111 give the same torques"]
     );
     // Constant speeds only: nothing accelerates.
@@ -292,7 +292,7 @@ fn combinations_by_structure() {
             })
             .collect::<String>();
     let steady = found(GEARS, vec![held], &asked("steady"));
-    assert_eq!(steady.not_determined.by_structure.len(), 2);
+    assert_eq!(steady.unidentifiable.structurally.len(), 2);
     assert!(one(&steady, "a.inertia").remark.contains("whatever is logged"));
     near(&steady, "b.damping", 0.9, 4.0);
 }
@@ -347,7 +347,7 @@ fn extra_terms_and_their_choice() {
     // Where neither is there, the plain model is, and the terms come out as nothing.
     let plain_log = shaft_log(12, |w, _| 0.02 * w + 0.3 * w.signum());
     let plain = found(SHAFT, vec![plain_log.clone()], &settings);
-    assert_eq!(plain.candidates.iter().find(|one| one.chosen).expect("one").name, "as asked, no extra terms");
+    assert_eq!(plain.candidates.iter().find(|one| one.chosen).expect("one").name, "as requested, no extra terms");
     near(&plain, "s.load_loss", 0.0, 4.0);
     // Named parameters leave out extra terms that are not named.
     settings.parameters = vec!["s.friction".into(), "s.damping".into()];
@@ -407,13 +407,14 @@ fn candidates_are_compared_alike() {
         all.iter().find(|one| one.name == name).unwrap_or_else(|| panic!("no {name} in {all:?}")).error.unwrap().mean
     };
     let all = compared(&plain, std::slice::from_ref(&log));
-    let whole = error(&all, "as asked, no extra terms");
+    let whole = error(&all, "as requested, no extra terms");
     assert!(error(&all, "without Coulomb friction") > 2.0 * whole && error(&all, "without damping") > 2.0 * whole);
     // What the file says of the inertia is fitted anyway.
     let other = compared(&plain.replace("0.01 kg m^2", "0.02 kg m^2"), std::slice::from_ref(&log));
     for one in &all {
-        let ratio =
-            error(&other, &one.name) / error(&other, "as asked, no extra terms") / (one.error.unwrap().mean / whole);
+        let ratio = error(&other, &one.name)
+            / error(&other, "as requested, no extra terms")
+            / (one.error.unwrap().mean / whole);
         assert!((ratio - 1.0).abs() < 0.02, "{}: {ratio}", one.name);
     }
     // Without friction there is no breakaway either.
@@ -547,14 +548,14 @@ fn the_time_is_found() {
         + &rows().map(|(t, rest)| format!("{};{rest}\n", t.parse::<f64>().expect("a time") * 1e3)).collect::<String>();
     let found_ms = found(plain, vec![in_ms], &IdentifySettings::default());
     near(&found_ms, "s.damping", 0.02, 4.0);
-    assert!((found_ms.logs[0].span.unwrap().until - 19.999).abs() < 1e-6);
+    assert!((found_ms.logs[0].span.unwrap().end - 19.999).abs() < 1e-6);
     let two: String = "Clock;t;s.w;m.tau;load.tau\n".to_string()
         + &rows()
             .map(|(t, rest)| format!("{t};{};{rest}\n", 7.0 * t.parse::<f64>().expect("a time")))
             .collect::<String>();
     let named = format!("[log.bench]\ntime = \"clock\"\n{plain}");
     let found_two = found(&named, vec![two], &IdentifySettings::default());
-    assert!((found_two.logs[0].span.unwrap().until - 19.999).abs() < 1e-6, "{:?}", found_two.logs[0].span);
+    assert!((found_two.logs[0].span.unwrap().end - 19.999).abs() < 1e-6, "{:?}", found_two.logs[0].span);
 }
 
 /// Outliers: squares follow them, the bisquare does not.
@@ -643,9 +644,9 @@ fn what_a_log_holds_is_reported_in_the_file() {
         .unwrap_or_else(|wrong| panic!("{}", plain(source, &wrong)));
     near(&found, "s.damping", 0.004, 4.0);
     near(&found, "s.friction", 0.2, 4.0);
-    assert!(one(&found, "s.damping").before.is_none());
+    assert!(one(&found, "s.damping").model_value.is_none());
     assert_eq!(found.logs.len(), 2);
-    assert!(found.windows.resting > 0);
+    assert!(found.windows.sticking > 0);
 }
 
 /// Gaps, a clock that jumps back, rows twice: told, and the rest is used; a slow channel need not be filled up.
@@ -733,7 +734,7 @@ fn nonsense_is_refused() {
     says(SHAFT, "time,m.tau\n0,1\n1,2\n", &plain_settings, &["degrees of freedom", "log"]);
     says(SHAFT, "time,s.w\n0,1\n1,2\n", &plain_settings, &["no torque"]);
     says(SHAFT, "time,s.w,m.tau,load.tau\ns,N m,N m,N m\n0,1,1,1\n1,2,2,2\n", &plain_settings, &["unit", "s.w"]);
-    says(SHAFT, "time,s.w,m.tau,load.tau\n0,1,1,1\n0.1,2,1,1\n", &plain_settings, &["too little", "window"]);
+    says(SHAFT, "time,s.w,m.tau,load.tau\n0,1,1,1\n0.1,2,1,1\n", &plain_settings, &["too few", "window"]);
     let ask = |names: &[&str]| IdentifySettings {
         parameters: names.iter().map(|name| name.to_string()).collect(),
         ..IdentifySettings::default()
@@ -758,7 +759,7 @@ fn nonsense_is_refused() {
     let unknown = refused(&two, vec![("c.csv", good.clone())], &plain_settings);
     assert!(unknown.contains("describes `c.csv`"), "{unknown}");
     let twice = refused(&two, vec![("a.csv", good.clone()), ("b.csv", good.clone())], &plain_settings);
-    assert!(twice.contains("in the logs twice"), "{twice}");
+    assert!(twice.contains("in two channels"), "{twice}");
     let differ = refused(
         SHAFT,
         vec![("a.csv", good.clone()), ("b.csv", "time,s.w,m.tau\n0,1,1\n1,2,1\n".into())],
@@ -843,7 +844,7 @@ fn the_verdict_names_damage_and_warnings() {
         let found = found(source, vec![rows.concat()], &IdentifySettings::default());
         let Verdict { sound, text: verdict } = found.verdict();
         let json = kardan::export::identification_json(&found);
-        assert!(json.contains(&format!("\"sound\":{sound}")), "{json}");
+        assert!(json.contains(&format!("\"reliable\":{sound}")), "{json}");
         (sound, verdict)
     };
     assert!(verdict(rows(4000)).0);
@@ -860,7 +861,7 @@ fn the_verdict_names_damage_and_warnings() {
         (cut, "from a log that is damaged (log-0.csv"),
         (odd, "1 row is left out"),
         (back, "the clock of log-0.csv jumps back once"),
-        (still, "stands still or is missing in 1 rows"),
+        (still, "does not advance or is missing in 1 rows"),
     ] {
         let (sound, verdict) = verdict(rows);
         assert!(!sound && verdict.contains(said), "{said}: {verdict}");

@@ -105,7 +105,7 @@ fn an_offset_of_a_torque_sensor() {
     // Both at once act alike here, and that is told.
     let both = source + "[[identification.extra]]\nkind = \"sense\"\nfriction = \"s\"\n";
     let found = self::found(&both, &[log(2, |at| plain_torque(at) + 0.04)], false);
-    let reported = found.not_determined.by_data.join("; ");
+    let reported = found.unidentifiable.practically.join("; ");
     assert!(reported.contains("m.offset") && reported.contains("s.friction_sense"), "{reported}");
 }
 
@@ -148,7 +148,11 @@ fn friction_of_each_log() {
     // Of one log there is nothing to compare: that is said, and the rest is found.
     let alone = self::found(&source, &logs[..1], false);
     near(&alone, "s.friction", 0.25);
-    assert!(alone.notes.iter().any(|note| note.contains("no two logs turned the same way")), "{:?}", alone.notes);
+    assert!(
+        alone.notes.iter().any(|note| note.contains("no two logs have the same direction of rotation")),
+        "{:?}",
+        alone.notes
+    );
 }
 
 /// Two shafts of 0.01 and 0.02 kg m² with a spring between, whose torque is a function of twist and twist rate; both angles and torques.
@@ -187,7 +191,7 @@ fn the_width_of_a_backlash() {
     near(&found, "k.backlash_torque", stiffness * half);
     near(&found, "k.backlash", 2.0 * half);
     assert_eq!(one(&found.parameters, "k.backlash").unit, "rad");
-    assert!(found.windows.resting > 0, "in the backlash nothing is told");
+    assert!(found.windows.sticking > 0, "in the backlash nothing is told");
 }
 
 /// Hysteresis of a spring, in loops that are run through, is friction along it: its torque differs by twice that between the two ways.
@@ -211,7 +215,7 @@ fn suggested(source: &str, logs: &[String]) -> (Identification, Suggestions) {
 fn nothing_is_suggested_where_nothing_is_missing() {
     for seed in 100..110 {
         let (found, suggestions) = suggested(SHAFT, &[log(seed, plain_torque)]);
-        assert_eq!(suggestions.accepted, Vec::<String>::new(), "{seed}: {suggestions:?}");
+        assert_eq!(suggestions.selected_terms, Vec::<String>::new(), "{seed}: {suggestions:?}");
         assert_eq!(suggestions.text, "");
         assert_eq!(found.tests, suggestions.tests, "{seed}");
         assert_eq!(found.validation, suggestions.validation, "{seed}");
@@ -237,11 +241,11 @@ fn what_is_there_is_suggested() {
     for (name, torque, seeds) in cases {
         let logs = logs_of(&|at, seed| plain_torque(at) + torque(at, seed), seeds);
         let (found, suggestions) = suggested(SHAFT, &logs);
-        assert_eq!(suggestions.accepted, [name], "{suggestions:?}");
+        assert_eq!(suggestions.selected_terms, [name], "{suggestions:?}");
         assert_eq!(suggestions.failed_tests(), 0, "{name}: {:?}", suggestions.tests);
         let cross_validated = |of: &[kardan::results::Validation]| of[0].cross_validated.unwrap();
         assert!(cross_validated(&suggestions.validation) < cross_validated(&found.validation), "{name}");
-        let accepted = suggestions.tried.iter().find(|one| one.accepted).expect("one is taken");
+        let accepted = suggestions.tested_terms.iter().find(|one| one.selected).expect("one is taken");
         assert!(
             accepted.gain.unwrap() > 2.0 * accepted.gain_spread.unwrap() && accepted.probability.unwrap() < 1e-3,
             "{accepted:?}"
@@ -259,9 +263,9 @@ fn the_ripple_of_the_bench() {
     let bench = study::prepare_bench(&study::Project::open(source), &study::BenchSettings::default()).unwrap();
     let text = String::from_utf8(kardan::export::csv(&bench.log(0, &mut |_| None))).unwrap();
     let (_, suggestions) = suggested(source, &[text]);
-    let mut accepted = suggestions.accepted.clone();
+    let mut accepted = suggestions.selected_terms.clone();
     accepted.sort();
-    assert_eq!(accepted, ["cs.cogging_18", "fs.cogging_18"], "{:?}", suggestions.tried);
+    assert_eq!(accepted, ["cs.cogging_18", "fs.cogging_18"], "{:?}", suggestions.tested_terms);
     assert_eq!(suggestions.failed_tests(), 0, "{:?}", suggestions.tests);
     for (name, truth) in [
         ("cs.cogging_18_sin", -0.02),
@@ -279,9 +283,9 @@ fn the_ripple_of_the_bench() {
 #[test]
 fn terms_that_look_the_same_are_reported() {
     let (_, suggestions) = suggested(SHAFT, &[log(31, |at| plain_torque(at) + 0.05)]);
-    assert_eq!(suggestions.accepted, ["s.friction_sense"]);
-    let other = suggestions.tried.iter().find(|one| one.term == "m.offset").expect("it was tried");
-    assert!(!other.accepted && other.verdict.contains("the same torques as s.friction_sense"), "{other:?}");
+    assert_eq!(suggestions.selected_terms, ["s.friction_sense"]);
+    let other = suggestions.tested_terms.iter().find(|one| one.term == "m.offset").expect("it was tried");
+    assert!(!other.selected && other.verdict.contains("the same torques as s.friction_sense"), "{other:?}");
 }
 
 /// What is held out does not enter: whatever stands in a fold, the predictions of that fold stay the same to the last bit.
@@ -354,7 +358,7 @@ fn terms_that_cannot_be_are_refused() {
     for (keys, words) in [
         ("kind = \"sense\"", &["needs `friction`"][..]),
         ("kind = \"offset\"", &["needs `torque`", "whose torque was measured"]),
-        ("kind = \"offset\"; torque = \"m\"; friction = \"s\"", &["has no `friction`", "does nothing here"]),
+        ("kind = \"offset\"; torque = \"m\"; friction = \"s\"", &["has no `friction`", "has no effect here"]),
         ("kind = \"sense\"; friction = \"s\"; order = 3", &["has no `order`"]),
         ("kind = \"load\"; friction = \"s\"", &["needs `torque`"]),
         ("kind = \"cogging\"; friction = \"s\"", &["needs `order`", "order = 6"]),
@@ -375,7 +379,7 @@ fn terms_that_cannot_be_are_refused() {
     // Without the angle nothing goes with it.
     let speeds = "time,s.w,m.tau\ns,rad/s,N m\n0,1,1\n0.001,1,1\n";
     let text = refused(&extra("kind = \"cogging\"; friction = \"s\"; order = 6"), speeds);
-    assert!(text.contains("goes with the angle of `s`") && text.contains("no angle is in the logs"), "{text}");
+    assert!(text.contains("depends on the angle of `s`") && text.contains("no angle is in the logs"), "{text}");
     // Whoever asks for a parameter of such a term without it is told which one.
     let asked = format!("[identification]\nparameters = [\"s.friction_sense\"]\n{SHAFT}");
     assert!(refused(&asked, &whole).contains("kind = \"sense\""));
@@ -503,7 +507,7 @@ fn a_file_that_would_be_wrong_is_not_written() {
     let reported = study::write_values(&source, &before).expect_err("more than it breaks away at");
     let text = plain(&source, &reported);
     assert!(
-        text.contains("with what was found the file would have a mistake: ") && text.contains("breakaway"),
+        text.contains("the identified values would make the file invalid: ") && text.contains("breakaway"),
         "{text}"
     );
     assert!(reported.iter().all(|one| one.labels.is_empty() && one.help.is_some()), "{reported:?}");
@@ -512,7 +516,7 @@ fn a_file_that_would_be_wrong_is_not_written() {
     near(&before, "s.friction", -0.05);
     let (text, left) =
         study::write_values(&source, &before).unwrap_or_else(|reported| panic!("{}", plain(&source, &reported)));
-    assert_eq!(left, ["s.friction: the value found is below zero, which the file cannot hold"]);
+    assert_eq!(left, ["s.friction: the identified value is below zero, which the file cannot represent"]);
     assert!(text.contains("friction = \"0.3 N m\""), "{text}");
     // Mistakes that were there before are told at their places.
     let wrong = format!("{source}[motor.other]\nshaft = \"t\"\n");
@@ -531,7 +535,7 @@ fn suggested_terms_are_written() {
     for (name, torque, write_values) in cases {
         let logs = [log(51, |at| plain_torque(at) + torque(at))];
         let (found, suggestions) = suggested(SHAFT, &logs);
-        assert_eq!(suggestions.accepted, [name], "{suggestions:?}");
+        assert_eq!(suggestions.selected_terms, [name], "{suggestions:?}");
         let (text, _) = study::write_values(SHAFT, &found).unwrap();
         assert!(text.contains(write_values), "{text}");
         let again = self::found(&text, &logs, false);
@@ -554,7 +558,7 @@ fn plays_and_losses_are_suggested() {
     let (stiffness, half) = (100.0, 0.002_f64);
     let spring = |twist: f64, _| if twist.abs() > half { stiffness * (twist - half.copysign(twist)) } else { 0.0 };
     let (_, suggestions) = suggested(SPRING, &[spring_log(spring)]);
-    assert_eq!(suggestions.accepted.first().map(String::as_str), Some("k.backlash_torque"), "{suggestions:?}");
+    assert_eq!(suggestions.selected_terms.first().map(String::as_str), Some("k.backlash_torque"), "{suggestions:?}");
     let [width, error] = {
         let one = one(&suggestions.parameters, "k.backlash");
         [one.value.unwrap(), one.standard_error.unwrap()]

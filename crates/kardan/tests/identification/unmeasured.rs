@@ -180,11 +180,7 @@ fn play_that_the_file_does_not_know_is_reported() {
     let channels = [("a.phi", 0.0, 3e-4, 1.0), ("b.phi", 0.0, 3e-5, 1.0), ("m.tau", 2e-3, 0.0, 1.0)];
     let found = found(&model(""), &[log(&run, &channels, 5)], &["b.inertia", "b.damping"]);
     let warned = found.warnings.join("; ");
-    assert!(
-        warned.contains("there is play") && warned.contains("--parameters g.backlash"),
-        "{warned} {:?}",
-        found.notes
-    );
+    assert!(warned.contains(": backlash;") && warned.contains("--parameters g.backlash"), "{warned} {:?}", found.notes);
     let width = warned.split("backlash = \"").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
     assert!((width.parse::<f64>().unwrap() / 0.1 - 1.0).abs() < 0.1, "{width}");
 }
@@ -266,7 +262,7 @@ fn messages_are_true() {
     let normal = |loss: &str| {
         let settings = IdentifySettings { loss: Some(loss.into()), ..dynamic(&["l.damping", "l.inertia"]) };
         let found = tried(&geared("10", ""), std::slice::from_ref(&outliers), &settings).unwrap();
-        found.tests.iter().find(|test| test.what == "normal").unwrap().meaning.clone()
+        found.tests.iter().find(|test| test.hypothesis == "normal").unwrap().if_rejected.clone()
     };
     assert!(!normal("huber").contains("try the loss huber"));
     // What is not tried is said, and which orders are.
@@ -274,8 +270,8 @@ fn messages_are_true() {
     let found = tried(&geared("10", ""), &[text], &settings).unwrap();
     let suggestions = found.suggestions.unwrap();
     assert!(
-        suggestions.not_tried.iter().any(|one| one.contains("load") && one.contains('l')),
+        suggestions.untested_terms.iter().any(|one| one.contains("load") && one.contains('l')),
         "{:?}",
-        suggestions.not_tried
+        suggestions.untested_terms
     );
 }

@@ -47,18 +47,18 @@ fn kinks_are_named_where_they_stand() {
         (
             surface("car.s - abs(50 mm * cos(a.phi)) - 15 cm"),
             "abs(50 mm * cos(a.phi))",
-            "`abs` bends where this is zero",
+            "`abs` has a kink where this is zero",
         ),
         (
             surface("car.s - max(50 mm * cos(a.phi), abs(-1 mm)) - 15 cm"),
             "max(50 mm * cos(a.phi), abs(-1 mm))",
-            "`max` bends where both are equal",
+            "`max` has a kink where both are equal",
         ),
-        (offset("1 deg * abs(sin(2 pi t / 1 s))"), "abs(sin(2 pi t / 1 s))", "`abs` bends where this is zero"),
+        (offset("1 deg * abs(sin(2 pi t / 1 s))"), "abs(sin(2 pi t / 1 s))", "`abs` has a kink where this is zero"),
         (
             offset("1 deg * if(t > 1 s, 1, 2) + abs(-1 deg)"),
             "if(t > 1 s, 1, 2)",
-            "`if` may bend or jump where the comparison changes",
+            "`if` may have a kink or a jump where the comparison changes",
         ),
     ] {
         let [code, _, found, beneath, _] = only(&source);
@@ -100,7 +100,7 @@ fn both_sides_of_a_kink_are_analysed() {
             value.re * value.re + value.im * value.im
         };
         let there = found.opposite_side.expect("a kink");
-        ([there.own, there.side], [squared(&found.modes), squared(&there.modes)])
+        ([there.reference_side, there.side], [squared(&found.modes), squared(&there.modes)])
     };
     // abs(w) sign(w) is smooth; -phi and phi are one place.
     let one =
@@ -123,7 +123,7 @@ fn both_sides_of_a_kink_are_analysed() {
     assert_eq!(wrong.len(), 1, "{wrong:?}");
     let [code, message, under, ..] = reported(&source, &wrong[0]);
     let expected =
-        "`l` has no slope at the operating point, so the model has no linear one there: it jumps where `a.phi` = 0";
+        "`l` has no slope at the operating point, so the model has no linearisation there: it jumps where `a.phi` = 0";
     assert_eq!((code.as_str(), message.as_str(), under), ("analysis::slope", expected, format!("\"{jump}\"")));
 }
 
@@ -172,7 +172,7 @@ fn the_ground_stands_still_everywhere() {
         assert_eq!(([code, message], under.as_str()), (expected, "\"ground\""), "{found:?}");
     }
     let still = |row: &str| only(&format!("{SHAFT}[constraint.c]\nrates = {{ {row} }}\n"));
-    assert_eq!(still("ground = 1")[1], "`rates` of constraint `c`: it names nothing that moves");
+    assert_eq!(still("ground = 1")[1], "`rates` of constraint `c`: it names nothing that can move");
     right(&format!(
         "{SHAFT}[brake.x]\nshaft = \"a\"\ntorque = \"1 N m\"\n[end_stop.y]\nshaft_1 = \"ground\"\nshaft_2 = \"a\"\nlower = \"-1 rad\"\n"
     ));
@@ -248,7 +248,7 @@ fn a_point_beyond_a_stop_is_reported() {
         let found = analyze(&source, &AnalyzeSettings::default(), &Silent).unwrap_or_else(|wrong| panic!("{wrong:?}"));
         found.notes.into_iter().filter(|note| note.contains("beyond")).collect::<Vec<_>>()
     };
-    let reported = "the operating point lies 0.174533 rad beyond the stop of `s`: the model cannot be there, it is looked at as if that were open";
+    let reported = "the operating point lies 0.174533 rad beyond the stop of `s`: the model cannot be there; the analysis treats the stop as open";
     assert_eq!(noted("20 deg"), [reported]);
     assert!(noted("10 deg").is_empty() && noted("-1 rad").is_empty());
 }
@@ -288,7 +288,7 @@ fn parameters_follow_and_shares_have_units() {
     let [code, message, ..] = only(&with("b = \"a\"", "b"));
     assert_eq!([code.as_str(), &message], ["unit::unknown", "parameter `b`: there is no parameter and no unit `a`"]);
     let [code, message, ..] = only(&with("b = \"b\"", "1 kg m^2 * b / b"));
-    assert_eq!([code.as_str(), &message], ["parameter::circle", "parameter `b` follows from itself: b from b"]);
+    assert_eq!([code.as_str(), &message], ["parameter::circle", "parameter `b` depends on itself: b from b"]);
     let pair = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\n";
     let gear =
         |value: &str| format!("{pair}[gear.g]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nratio = 2\nefficiency = {value}\n");
@@ -313,7 +313,7 @@ fn expressions_show_what_is_missing() {
     let [_, message, ..] = inertia("1 kg m^2 / ");
     assert_eq!(message, "`inertia` of shaft `a`: expected a unit, found the end of the text");
     let [.., help] = inertia("2 kg m^2 * t");
-    assert_eq!(help, "write it like \"130 kg mm^2\"; `t` is a tonne here, and no time");
+    assert_eq!(help, "write it like \"130 kg mm^2\"; `t` is a tonne here, not a time");
     let [.., help] = inertia("2 kg m");
     assert_eq!(help, "write it like \"130 kg mm^2\"");
     let [_, message, .., help] = only(&law("1 N m * sin(2 pi 50 t)"));

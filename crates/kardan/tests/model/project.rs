@@ -267,7 +267,7 @@ fn the_manual_says_what_keys_hold() {
     let text = model::manual_of("lock").expect("an element");
     assert!(text.contains("engaged (expression of a number, required)"), "{text}");
     let brake = model::manual_of("brake").expect("an element");
-    assert!(brake.contains("torque (expression of N m; along masses N, required)"), "{brake}");
+    assert!(brake.contains("torque (expression of N m; for masses N, required)"), "{brake}");
 }
 
 /// Equations have nothing of the controllers, so none is designed for them: where a design fails they are written all the same, and where it does not they

@@ -145,10 +145,10 @@ pub(super) fn symbolic(text: &str) -> SymbolicEquations {
 /// Letters by the numbers of the values that they stand for, then those that stand for formulas.
 pub(super) fn letters(found: &SymbolicEquations, numbers: &HashMap<String, f64>, point: &mut Point<'_>) {
     for one in &found.values {
-        let number = numbers.get(&one.of).copied().unwrap_or(one.value);
+        let number = numbers.get(&one.name).copied().unwrap_or(one.value);
         point.values.insert(one.symbol.text.clone(), number);
     }
-    for one in found.letters.iter().filter(|one| !one.symbol.text.starts_with("T_")) {
+    for one in found.intermediate_symbols.iter().filter(|one| !one.symbol.text.starts_with("T_")) {
         let number = value(&one.formula.text, point);
         point.values.insert(one.symbol.text.clone(), number);
     }
@@ -188,7 +188,7 @@ fn compare(model: &str, points: usize) {
         letters(&found, &numbers, &mut point);
         let accelerations: Vec<f64> = (0..n).map(|_| random.between(-2.0, 2.0)).collect();
         kinematics(&found, reduced, &work, &accelerations, &mut point);
-        for one in found.letters.iter().filter(|one| one.symbol.text.starts_with("T_")) {
+        for one in found.intermediate_symbols.iter().filter(|one| one.symbol.text.starts_with("T_")) {
             let torque = value(&one.formula.text, &point);
             point.values.insert(one.symbol.text.clone(), torque);
         }
@@ -215,7 +215,7 @@ fn kinematics(found: &SymbolicEquations, reduced: &Reduced, work: &Work, acceler
         let exact = [work.kinematics.angles[shaft], work.kinematics.speeds[shaft], acceleration];
         for (order, expected) in exact.into_iter().enumerate() {
             let symbol = format!("{name}{}", "'".repeat(order));
-            let own = found.dependents.iter().find(|one| one.symbol.text == symbol);
+            let own = found.dependent_coordinates.iter().find(|one| one.symbol.text == symbol);
             // Without a line of its own an acceleration is the same sum as the speed.
             if let Some(own) = own {
                 close(value(&own.formula.text, point), expected, expected.abs(), &symbol);
@@ -545,7 +545,7 @@ fn eq_6_117_to_6_120_of_the_source() {
         }
         // Speeds of what follows (6.108), for the senses of friction.
         for (name, speed) in [("wg'", -i * wfs + c / r * j * wcj), ("cs'", c / r * wcj)] {
-            close(of(&found.dependents, name, &point), speed, speed.abs(), name);
+            close(of(&found.dependent_coordinates, name, &point), speed, speed.abs(), name);
             point.values.insert(name.into(), speed);
         }
         let turn = c * (c * c - 1.0) * (2.0 * cj).sin();
@@ -585,7 +585,10 @@ fn the_steering_system_is_written_as_in_the_source() {
     let lines = |list: &[SymbolicFormula]| -> Vec<String> {
         list.iter().map(|one| format!("{} = {}", one.symbol.text, one.formula.text)).collect()
     };
-    assert_eq!(lines(&found.letters), ["C_cardan = cos(beta)", "R_cardan = sin(cj)^2 + C_cardan^2*cos(cj)^2"],);
+    assert_eq!(
+        lines(&found.intermediate_symbols),
+        ["C_cardan = cos(beta)", "R_cardan = sin(cj)^2 + C_cardan^2*cos(cj)^2"],
+    );
     assert_eq!(
         lines(&found.inertia),
         [
@@ -646,7 +649,7 @@ Values
   m       m             20 kg
   r       r             0.1 m
 
-Coordinates that follow
+Dependent coordinates
   cabin   = r*drum
   cabin'  = r*drum'
   cabin'' = r*drum''
@@ -664,7 +667,7 @@ Not in the equations, as their value is zero: idle
 "
     );
     let refused = project.symbolic_text(EquationsForm::Plan).unwrap_err();
-    assert_eq!(refused[0].message, "a plan is made for numbers, not for symbols");
+    assert_eq!(refused[0].message, "a plan needs numbers, not symbols");
     let broken = Project::open("[shaft.axle]\ninertia = \"2 kg\"\n");
     assert_eq!(broken.symbolic_equations().unwrap_err()[0].code, "unit::dimension");
 }

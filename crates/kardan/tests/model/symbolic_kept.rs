@@ -209,7 +209,7 @@ fn put(
         point.values.insert(multiplier_constraints.multiplier.text.clone(), -given.frictions[first + k]);
     }
     let exact = plan.at(&given);
-    for one in &found.dependents {
+    for one in &found.dependent_coordinates {
         let name = &one.symbol.text;
         let formula = value(&one.formula.text, point);
         if let Some(expected) = point.values.get(name) {
@@ -237,7 +237,7 @@ fn check(found: &SymbolicEquations, reduced: &Reduced, given: &Given, exact: &Nu
         (0..count * r)
             .map(|k| {
                 let constraint = &found.multiplier_constraints[k / r];
-                of(&constraint.row, &format!("A[{}, {}]", word(&constraint.of), word(&names[k % r])), point)
+                of(&constraint.row, &format!("A[{}, {}]", word(&constraint.element), word(&names[k % r])), point)
             })
             .collect(),
         (0..count * r)
@@ -281,12 +281,12 @@ fn check(found: &SymbolicEquations, reduced: &Reduced, given: &Given, exact: &Nu
     assert_eq!(found.constraint_torques.len(), exact.constraint_torques.len());
     for (one, expected) in found.constraint_torques.iter().zip(&exact.constraint_torques) {
         let mut values = point.values.clone();
-        let accelerations = found.dependents.iter().filter(|one| one.symbol.text.ends_with("''"));
+        let accelerations = found.dependent_coordinates.iter().filter(|one| one.symbol.text.ends_with("''"));
         for one in accelerations {
             values.insert(one.symbol.text.clone(), value(&one.formula.text, point));
         }
         // Without a line of its own an acceleration is the same sum as the speed.
-        for one in found.dependents.iter().filter(|one| one.symbol.text.ends_with('\'')) {
+        for one in found.dependent_coordinates.iter().filter(|one| one.symbol.text.ends_with('\'')) {
             let name = format!("{}'", one.symbol.text);
             let as_speeds = |k: usize| format!("{}'", word(&names[k]));
             let mut turned = Point { values: point.values.clone(), functions: point.functions };
@@ -310,7 +310,7 @@ fn symbolic_force(found: &SymbolicEquations, names: &[String], given: &Given, po
                 of(&found.damping, &symbol, point) * given.speed[j]
             })
             .sum();
-        let left = [&found.velocity, &found.stiffness, &found.friction, &found.unilateral];
+        let left = [&found.velocity, &found.stiffness, &found.friction, &found.unilateral_forces];
         let left: f64 = left.map(|list| of(list, &names[i], point)).iter().sum();
         of(&found.input, &names[i], point) - damping - left
     };
@@ -603,7 +603,7 @@ fn eq_4_4_of_the_source_is_the_unicycle() {
         let rows: Vec<f64> = (0..8)
             .map(|k| {
                 let constraint = &found.multiplier_constraints[k / 4];
-                of(&constraint.row, &format!("A[{}, {}]", constraint.of, names[k % 4]), &point)
+                of(&constraint.row, &format!("A[{}, {}]", constraint.element, names[k % 4]), &point)
             })
             .collect();
         let force: Vec<f64> = (0..4)
@@ -680,7 +680,7 @@ fn what_is_named_is_reported() {
         let found = symbolic(&format!("[model]\ncoordinates = {coordinates:?}\n{source}"));
         for name in ["c", "k", "part", "most"] {
             let value =
-                found.values.iter().find(|value| value.of == name).unwrap_or_else(|| panic!("{name} has no value"));
+                found.values.iter().find(|value| value.name == name).unwrap_or_else(|| panic!("{name} has no value"));
             assert_eq!(
                 value.value,
                 match name {
@@ -694,7 +694,7 @@ fn what_is_named_is_reported() {
         let torques =
             found.constraint_torques.iter().map(|torque| torque.formula.text.as_str()).collect::<Vec<_>>().concat();
         for name in ["in", "ring", "out"].map(|name| format!("{name}''")) {
-            let is_told = found.dependents.iter().any(|one| one.symbol.text == name);
+            let is_told = found.dependent_coordinates.iter().any(|one| one.symbol.text == name);
             assert!(
                 !torques.contains(&name) || is_told || coordinates.iter().any(|own| format!("{own}''") == name),
                 "{name}"

@@ -166,7 +166,7 @@ fn a_run_may_begin_at_an_equilibrium() {
     let refused = check(&falling);
     assert!(
         refused.iter().any(|reported| reported.code == "scenario::equilibrium"
-            && reported.message.contains("-19.62 N act wherever it is")),
+            && reported.message.contains("-19.62 N act on `body` at every position")),
         "{refused:?}"
     );
 }
@@ -180,18 +180,18 @@ fn no_equilibrium_is_reported() {
         wrong[0].message.clone()
     };
     let message = refused("-3 N m");
-    assert_eq!(message, "there is no equilibrium: along `arm` -3 N m act wherever it is");
+    assert_eq!(message, "there is no equilibrium: -3 N m act on `arm` at every position");
     // No number of the graph: a table at a place, a cosine of a number; rates are zero.
     let spun = "[table.tb]\npoints = { x = [\"0 rad/s\", \"5 rad/s\"], value = [\"1 N m\", \"2 N m\"] }\n";
     let source = format!("{}{spun}", PENDULUM.replace("-18 N m * sin(arm.phi)", "tb(arm.w)"));
     let wrong = analyze(&source, &AnalyzeSettings::default(), &Silent).unwrap_err();
-    assert_eq!(wrong[0].message, "there is no equilibrium: along `arm` 1 N m act wherever it is");
+    assert_eq!(wrong[0].message, "there is no equilibrium: 1 N m act on `arm` at every position");
     let message = refused("cos(1) * 2 N m");
-    assert!(message.starts_with("there is no equilibrium: along `arm` 1.0806046117362"), "{message}");
+    assert!(message.starts_with("there is no equilibrium: 1.0806046117362"), "{message}");
     let message = refused("-2 N m + sin(arm.phi) * 1 N m");
     assert!(
         message.starts_with(
-            "no equilibrium was found from 25 starts within a turn (that there is none is not proven); at best 1.0"
+            "no equilibrium was found from 25 starts within a turn (that there is none is not proven); the smallest residual is 1.0"
         ),
         "{message}"
     );
@@ -221,7 +221,7 @@ fn equilibria_are_reported_as_what_they_are() {
     let every = "no torque depends on the position, so that every one is an equilibrium";
     assert_eq!(reported("0 N m * arm.phi", ""), [format!("the run begins at arm.phi = 0.000000 deg; {every}")]);
     // -phi^3 is isolated at zero, but its derivative vanishes there.
-    let flat = "the run begins at arm.phi = 0.000000 deg, where no torque is left; that there is exactly one nearby is not proven, as the \
+    let flat = "the run begins at arm.phi = 0.000000 deg, where no residual torque remains; that there is exactly one nearby is not proven, as the \
                 derivative of the torques is singular there, or nearly";
     assert_eq!(reported("-1 N m * (arm.phi)^3", ""), [flat]);
     let one = "the run begins at the equilibrium arm.phi = 0.000000 deg, proven: there is exactly one within 1e-12 of it, relative to a radian or \

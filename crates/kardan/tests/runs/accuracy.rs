@@ -35,7 +35,7 @@ fn the_estimate_is_near_the_error() {
             let study = study(model, tolerance, method, false);
             for (run, exact) in study.runs.iter().zip(&exact.runs) {
                 let found = run.accuracy.as_ref().expect("an estimate");
-                assert_eq!((found.tolerance, found.looser), (tolerance, 10.0 * tolerance));
+                assert_eq!((found.tolerance, found.comparison_tolerance), (tolerance, 10.0 * tolerance));
                 assert!(found.same_events || tolerance > 1e-7, "{model} {}: other events", run.name);
                 for worst in &found.errors {
                     let error = difference(run, exact, &worst.signal);
@@ -70,7 +70,7 @@ fn tolerances_below_rounding_are_reported_and_cost_little() {
             let reported = format!("{model} {}, {method:?}", tight.name);
             let (few, many) = (usual.effort.steps, tight.effort.steps);
             assert!(many < 20 * few, "{reported}: {few}, {many} steps");
-            let said = tight.notes.iter().any(|note| note.contains("below what double precision gives"));
+            let said = tight.notes.iter().any(|note| note.contains("below double precision"));
             assert!(model != "sia-steering" || said && tight.effort.rounding > 1.0, "{reported}: {:?}", tight.notes);
             assert!(!usual.notes.iter().any(|note| note.contains("double precision")), "{reported}: {:?}", usual.notes);
             for signal in tight.series.signals.iter().filter(|signal| signal.name.ends_with(".phi")) {
@@ -90,7 +90,7 @@ fn the_estimate_holds_below_rounding() {
     let rounded = study("sia-steering", 1e-13, Method::Dop853, false);
     for (run, exact) in rounded.runs.iter().zip(&exact.runs) {
         let found = run.accuracy.as_ref().expect("an estimate");
-        assert!(found.rounded, "{}: {}", run.name, run.effort.rounding);
+        assert!(found.limited_by_rounding, "{}: {}", run.name, run.effort.rounding);
         for worst in &found.errors {
             let error = difference(run, exact, &worst.signal);
             assert!(error <= worst.error, "{}: {worst:?}, error {error:e}", run.name);
@@ -106,7 +106,7 @@ fn the_estimate_holds_where_samples_make_the_steps() {
     let exact = study_of(source, &variants, 1e-13, Method::Taylor, true);
     for (run, exact) in study_of(source, &variants, 1e-10, Method::Taylor, false).runs.iter().zip(&exact.runs) {
         let found = run.accuracy.as_ref().expect("an estimate");
-        assert!(found.rounded && found.undecided.is_none(), "{}: {found:?}", run.name);
+        assert!(found.limited_by_rounding && found.quantisation_ambiguity.is_none(), "{}: {found:?}", run.name);
         for worst in &found.errors {
             let error = difference(run, exact, &worst.signal);
             assert!(error <= worst.error, "{}: {worst:?}, error {error:e}", run.name);
@@ -170,16 +170,21 @@ fn an_undecided_count_is_in_the_estimate() {
         let found = run.accuracy.as_ref().expect("an estimate");
         for worst in &found.errors {
             let error = difference(&run, &exact, &worst.signal);
-            assert!(error <= worst.error, "{part}: {worst:?}, error {error:e}, {:?}", found.undecided);
+            assert!(error <= worst.error, "{part}: {worst:?}, error {error:e}, {:?}", found.quantisation_ambiguity);
         }
         let reported = found.errors.iter().find(|worst| worst.unit == Physical::Angle).expect("an angle").error;
         let error = difference(&run, &exact, "arm.phi");
         if part.abs() > 100.0 {
-            assert!(found.undecided.is_none() && reported < 1e-5, "{part}: {reported:e}, {:?}", found.undecided);
+            assert!(
+                found.quantisation_ambiguity.is_none() && reported < 1e-5,
+                "{part}: {reported:e}, {:?}",
+                found.quantisation_ambiguity
+            );
         } else if (0.0..=1.0).contains(&part) {
             // One count is 0.6 N m for 50 ms and more.
             assert!(error > 1e-5, "{part}: the counts are the same, {error:e}");
-            mistaken += usize::from(found.undecided.as_ref().is_some_and(|first| first.sensor == "encoder"));
+            mistaken +=
+                usize::from(found.quantisation_ambiguity.as_ref().is_some_and(|first| first.sensor == "encoder"));
         }
     }
     assert_eq!(mistaken, 3);

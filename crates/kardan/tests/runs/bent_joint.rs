@@ -89,7 +89,7 @@ fn a_linear_observer_is_reported_before_any_run() {
     let design = designed(&bent("20", linear));
     let loop_along_path = design.loop_along_path.as_ref().expect("a bent joint");
     assert_eq!(
-        (loop_along_path.coordinates.as_str(), loop_along_path.positions, loop_along_path.stable),
+        (loop_along_path.rotated_coordinates.as_str(), loop_along_path.positions, loop_along_path.stable),
         ("rk and cj", 24, true)
     );
     let Verdict { sound: good, text: words } = design.verdict();
@@ -235,7 +235,7 @@ shaft = \"rk\"
         assert!(run.series.signals.iter().all(|signal| signal.values.iter().all(|x| x.is_finite())));
         let felt = largest(&run, "driver.tau");
         assert!(!fault.is_empty() || felt < 0.25, "{precision}: {felt}");
-        let reported = run.events.iter().any(|event| event.what.contains("encoder gives no number"));
+        let reported = run.events.iter().any(|event| event.description.contains("encoder outputs no number"));
         assert_eq!(reported, !fault.is_empty(), "{:?}", run.events);
     }
 }

@@ -388,7 +388,7 @@ until = \"0.7 s\"
         assert_eq!(at(&run, "lost", t), f64::from(u8::from(alarm)), "at {t} s");
     }
     assert!(at(&run, "m.tau", 0.0) == 0.0 && at(&run, "m.tau", 0.02) > 1.0);
-    let reported = "The blocks at 0.01 s: in 20 of 101 samples a reading was no number, and the last good one was held";
+    let reported = "The blocks at 0.01 s: in 20 of 101 samples a reading was not a number, and the controller used the last valid one";
     assert!(run.notes.iter().any(|note| note.starts_with(reported)), "{:?}", run.notes);
     assert!(run.notes.iter().all(|note| !note.contains("estimate")), "{:?}", run.notes);
 }
@@ -433,21 +433,21 @@ fn errors_of_blocks_are_reported() {
     let cases = [
         (
             "[block.a]\nkind = \"gain\"\ninput = \"b\"\ngain = 2\nunit = \"rad\"\nsample_time = \"1 ms\"\n[block.b]\nkind = \"gain\"\ninput = \"a\"\ngain = 1\nsample_time = \"1 ms\"\n",
-            "blocks follow from each other at the same sample: a from b from a",
+            "blocks depend on each other at the same sample: a from b from a",
         ),
         (
             "[block.a]\nkind = \"gain\"\ninput = \"y\"\ngain = 2\nunit = \"rad\"\nsample_time = \"1 ms\"\n\
              [signal.y]\nkind = \"expression\"\nvalue = \"z + 1 rad * b\"\n[signal.z]\nkind = \"expression\"\nvalue = \"a * 0.5\"\n\
              [block.b]\nkind = \"gain\"\ninput = \"3 * u\"\ngain = 1\nsample_time = \"1 ms\"\n",
-            "blocks follow from each other at the same sample: a from y from z from a",
+            "blocks depend on each other at the same sample: a from y from z from a",
         ),
         (
             "[block.a]\nkind = \"gain\"\ninput = \"a\"\ngain = 2\nsample_time = \"1 ms\"\n",
-            "`input` of block `a`: `a` follows from itself, so its unit is not known",
+            "`input` of block `a`: `a` depends on itself, so its unit is unknown",
         ),
         (
             "[block.a]\nkind = \"gain\"\ninput = \"u\"\ngain = 2\nsample_time = \"1 ms\"\n[block.b]\nkind = \"gain\"\ninput = \"a\"\ngain = 1\nsample_time = \"2 ms\"\n",
-            "block `b` computes every 0.002 s and reads `a`, which does every 0.001 s",
+            "block `b` computes every 0.002 s and reads `a`, which computes every 0.001 s",
         ),
         (
             "[block.a]\nkind = \"saturation\"\ninput = \"u\"\nlow = 2\nhigh = 1\n",
@@ -500,7 +500,7 @@ fn errors_of_blocks_are_reported() {
         ),
         (
             "[sensor.n]\nmeasures = \"net_torque\"\nshaft = \"arm\"\n[signal.s]\nkind = \"expression\"\nvalue = \"2 * n\"\n[torque.x]\nshaft = \"arm\"\nlaw = \"s\"\n",
-            "`law` of torque `x`: the signal `s` names what moves, a sensor or a block, so it is no function of time",
+            "`law` of torque `x`: the signal `s` depends on coordinates, a sensor or a block, so it is not a function of time",
         ),
         (
             "[control.c]\nlaw = \"program\"\ncommands = { m = \"1 N m\" }\n",
@@ -630,7 +630,7 @@ fn told_of_machine(first: &str, second: &str) -> Vec<String> {
 /// transfer functions that grow without end too.
 #[test]
 fn monitors_that_have_no_effect_are_reported() {
-    const NEVER: &str = "`residual` can never be beyond `threshold`";
+    const NEVER: &str = "`residual` can never exceed `threshold`";
     let monitor = |keys: &str| {
         beside(&format!(
             "[block.w]\nkind = \"monitor\"\n{keys}\nsample_time = \"1 ms\"\n\
@@ -652,7 +652,7 @@ fn monitors_that_have_no_effect_are_reported() {
         ("residual = \"sat\"\nthreshold = \"3 rad\"", NEVER),
         ("residual = \"sat\"\nthreshold = \"2 rad\"", NEVER),
         ("residual = \"sat\"\nthreshold = \"1.9 rad\"", ""),
-        ("residual = \"abs(arm.phi) + 2 rad\"\nthreshold = \"1 rad\"", "`residual` is always beyond `threshold`"),
+        ("residual = \"abs(arm.phi) + 2 rad\"\nthreshold = \"1 rad\"", "`residual` always exceeds `threshold`"),
         ("residual = \"min(1 rad, max(-1 rad, arm.phi))\"\nthreshold = \"2 rad\"", NEVER),
         ("residual = \"if(arm.phi > 0 rad, 1, 0)\"\nthreshold = 1.5", NEVER),
         ("residual = \"sin(arm.phi)\"\nthreshold = 1.5", NEVER),
@@ -721,7 +721,7 @@ fn transitions_that_overlap_are_reported() {
     for (first, second) in apart {
         assert_eq!(told_of_machine(first, second), Vec::<String>::new(), "{first} | {second}");
     }
-    let both = "block `mode`: the ways from `calm` to `wild` and to `off` are both open where";
+    let both = "block `mode`: the transitions from `calm` to `wild` and to `off` are both enabled where";
     let end = ": the first in the list is taken";
     let overlap = [
         ("lost", "mode.since > 0.2 s", "`lost` = 1, `mode.since` = 1 s"),
@@ -740,13 +740,17 @@ fn transitions_that_overlap_are_reported() {
         (
             "u > 1 and u < 0",
             "lost",
-            "block `mode`: `when` of the way from `calm` to `wild` never holds, so it is never taken",
+            "block `mode`: `when` of the transition from `calm` to `wild` is never true, so it is never taken",
         ),
-        ("lost", "mode.since < 0 s", "block `mode`: no way leads from `calm`, where it starts, to its state `off`"),
+        (
+            "lost",
+            "mode.since < 0 s",
+            "block `mode`: no transitions lead from its initial state `calm` to its state `off`",
+        ),
         (
             "sin(arm.phi) > 2",
             "u > 1",
-            "block `mode`: whether the ways from `calm` to `wild` and to `off` are ever open at once is not decided, as they compare more than sums of signals times constants: where both are, the first in the list is taken",
+            "block `mode`: it is not decided whether the transitions from `calm` to `wild` and to `off` are ever enabled together, as they compare more than sums of signals times constants: where both are, the first in the list is taken",
         ),
     ] {
         let reported = told_of_machine(first, second);

@@ -100,11 +100,11 @@ fn a_source_has_a_limit() {
     near(at(&run, "rotor.phi", 0.2), 1.0, 1e-3, "it arrives");
     // What it limits is a voltage, wherever that is told.
     let left = "V leaves its voltage limit";
-    assert!(run.events.iter().any(|event| event.what == left), "{:?}", run.events);
+    assert!(run.events.iter().any(|event| event.description == left), "{:?}", run.events);
     let requirement = "[[requirement]]\nsignal = \"V.command\"\nmeasure = \"time_at_limit\"\nbelow = \"1 ms\"\n";
     let run = by(&format!("{source}{requirement}"), Method::Automatic);
     assert_eq!(run.requirements[0].text, "time of V at its voltage limit < 0.001 s");
-    let until = run.events.iter().find(|event| event.what == left).expect("it leaves").time;
+    let until = run.events.iter().find(|event| event.description == left).expect("it leaves").time;
     near(run.requirements[0].measured.expect("measured"), until, 1e-12, "time at the limit");
 }
 
@@ -170,7 +170,7 @@ fn events_set_a_current_source() {
     );
     assert!(reported(source.replace("at = \"1 s\"", "at = \"0 s\"").replace("over = \"500 ms\"\n", "")).is_empty());
     let given = reported(source.replacen("to = \"n\"", "to = \"n\"\ncurrent = \"1 A\"", 1));
-    assert!(given.iter().any(|one| one.contains("the current of `I` is what its `current` says")), "{given:?}");
+    assert!(given.iter().any(|one| one.contains("the `current` of `I` prescribes its current")), "{given:?}");
     let dimension = reported(source.replace("\"2 A\"", "\"2 V\""));
     assert!(dimension.iter().any(|one| one.starts_with("unit::dimension")), "{dimension:?}");
 }
@@ -199,7 +199,7 @@ fn a_current_jumps_where_nothing_has_an_inductance() {
     }
     let inductor = "[inductor.L]\nfrom = \"n\"\nto = \"ground\"\ninductance = \"1 mH\"\n[scenario]";
     let diagnostics = Project::open(source.replace("[scenario]", inductor)).diagnostics().to_vec();
-    let said = "it jumps by -1 A at 0.05 s, which takes an infinite voltage of an inductance";
+    let said = "it jumps by -1 A at 0.05 s, which needs an infinite voltage of an inductance";
     assert!(diagnostics.iter().any(|one| one.message.contains(said)), "{diagnostics:?}");
 }
 
@@ -357,7 +357,7 @@ fn a_flat_trajectory_of_a_motor_with_inductance() {
         .design(&DesignSettings::default(), &Silent)
         .unwrap_or_else(|reported| panic!("{reported:?}"));
     assert!(design.flatness.is_some_and(|found| found.flat));
-    assert_eq!((design.states.len(), design.counters.len()), (3, 1), "{:?}", design.states);
+    assert_eq!((design.states.len(), design.integrals_without_effect.len()), (3, 1), "{:?}", design.states);
 }
 
 /// A charge that only counts is a pole exactly at zero which is told in words, whatever found the gains; a capacitor's charge is a state, and
@@ -373,10 +373,14 @@ fn charges_that_only_count_are_reported() {
         let design = Project::open(&source)
             .design(&DesignSettings::default(), &Silent)
             .unwrap_or_else(|reported| panic!("{reported:?}"));
-        assert!(matches!(design.counters.as_slice(), [one] if one.ends_with(".q")), "{law}: {:?}", design.counters);
+        assert!(
+            matches!(design.integrals_without_effect.as_slice(), [one] if one.ends_with(".q")),
+            "{law}: {:?}",
+            design.integrals_without_effect
+        );
         assert!(design.closed_loop_poles.iter().all(|pole| pole.re < 0.0), "{law}: {:?}", design.closed_loop_poles);
         let margins = design.margins.as_ref().expect("margins");
-        assert!(margins.only_count && margins.free_poles == 1, "{law}: {}", margins.verdict);
+        assert!(margins.uncontrolled_are_integrals && margins.uncontrolled_poles == 1, "{law}: {}", margins.verdict);
     }
     let beside = "[voltage_source.U]\nfrom = \"ground\"\nto = \"x\"\n[inductor.L]\nfrom = \"x\"\nto = \"y\"\ninductance = \"1 mH\"\n\
                   [resistor.R]\nfrom = \"y\"\nto = \"z\"\nresistance = \"3 Ohm\"\n[capacitor.C]\nfrom = \"z\"\nto = \"ground\"\ncapacitance = \"0.5 mF\"\n";

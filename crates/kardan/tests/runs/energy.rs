@@ -44,7 +44,7 @@ fn a_run_ends_at_a_singular_place() {
         let run = Project::open(slider_crank(50)).run(&settings, &study::Silent).expect("a run").runs.remove(0);
         let Outcome::Failed { time, cause } = &run.outcome else { panic!("{method:?}: {:?}", run.outcome) };
         assert!((time - expected).abs() < 1e-5, "{method:?}: {time} {expected}");
-        assert!(cause.contains("`rod` constrains nothing at this place"), "{cause}");
+        assert!(cause.contains("`rod` constrains no motion in this position"), "{cause}");
     }
     let run = run(&slider_crank(150));
     assert!((run.energy.exchanged - 4.5).abs() < 1e-12, "{:?}", run.energy);
@@ -67,7 +67,10 @@ fn rows_that_become_dependent_end_a_run() {
     };
     let run = run_of(&source("0.1 m", "20 s"));
     let Outcome::Failed { time, cause } = &run.outcome else { panic!("{:?}", run.outcome) };
-    assert!(*time < 1.0 && cause.contains("the constraints `a`, `b` become dependent at this place"), "{time} {cause}");
+    assert!(
+        *time < 1.0 && cause.contains("the constraints `a`, `b` become dependent in this position"),
+        "{time} {cause}"
+    );
     let last = |name: &str| *crate::common::signal(&run, name).last().expect("rows");
     assert!(last("crank.phi") < std::f64::consts::FRAC_PI_2 && (last("crank.phi") - last("rod.phi")).abs() < 1e-9);
     // Near such a place a run goes on.

@@ -37,7 +37,7 @@ fn a_motor_that_gives_a_part_of_its_torque() {
             // Work of the motor is the energy of the wheel.
             assert!(run.energy.residual.abs() < 1e-10, "{kind}: {:?}", run.energy);
             let times: Vec<f64> =
-                run.events.iter().filter(|event| event.what.starts_with("m ")).map(|event| event.time).collect();
+                run.events.iter().filter(|event| event.description.starts_with("m ")).map(|event| event.time).collect();
             assert_eq!(times, [1.0, 2.0]);
         });
     }
@@ -144,7 +144,11 @@ fn a_lost_sensor_is_held_by_all_but_monitors() {
             (at(&lost, "alarm", 0.051) - 0.0).abs() < 1e-12 && (at(&lost, "alarm", 0.054) - 1.0).abs() < 1e-12,
             "{law}"
         );
-        assert!(lost.notes.iter().any(|note| note.contains("the last good one was held")), "{:?}", lost.notes);
+        assert!(
+            lost.notes.iter().any(|note| note.contains("the controller used the last valid one")),
+            "{:?}",
+            lost.notes
+        );
     }
 }
 
@@ -201,11 +205,7 @@ fn a_program_without_a_number_is_reported() {
              commands = {{ m = \"1 N m * ln(a.phi / (1 rad) - 0.1)\" }}\nsample_time = \"1 ms\"\n{delay}[scenario]\nduration = \"0.02 s\"\n"
         );
         let run = run_by(&source, Method::Taylor, Some(1e-9));
-        assert!(
-            run.notes.iter().any(|note| note.contains("something that is answered or remembered was no number")),
-            "{:?}",
-            run.notes
-        );
+        assert!(run.notes.iter().any(|note| note.contains("an output or a state was not a number")), "{:?}", run.notes);
         assert!(run.notes.iter().all(|note| !note.contains("estimate")), "{:?}", run.notes);
     }
 }
@@ -288,7 +288,7 @@ fn faults_that_cannot_be() {
         ("sensor = \"m\"\nat = \"1 s\"", "no controller reads a sensor `m`", "sensors are read by"),
         ("motor = \"m\"\nkind = \"lost\"\nat = \"1 s\"", "a motor cannot be `lost`", "choose one of"),
         ("motor = \"m\"\nsensor = \"s\"\nat = \"1 s\"", "it names `sensor`, `motor`", "for each"),
-        ("at = \"1 s\"", "nothing is named that fails", "motor"),
+        ("at = \"1 s\"", "it names no failing part", "motor"),
         ("motor = \"m\"\nkind = \"reduced\"\nat = \"1 s\"", "`reduced` needs the key `by`", "by = "),
         ("motor = \"m\"\nkind = \"reduced\"\nby = 1.5\nat = \"1 s\"", "leaves all of it", "below one"),
         ("motor = \"m\"\nkind = \"braking\"\nat = \"1 s\"", "`braking` needs the key `by`", "`by = \""),
@@ -301,7 +301,7 @@ fn faults_that_cannot_be() {
         ),
         ("sensor = \"enc\"\nkind = \"noise\"\nby = \"-1 rad\"\nat = \"1 s\"", "must be more than zero", "above zero"),
         ("motor = \"m\"\nkind = \"braking\"\nby = \"1 N m\"\nat = \"1 s\"", "expected", "unit"),
-        ("motor = \"m\"\nby = 2\nat = \"1 s\"", "`by` says nothing for `dead`", "remove"),
+        ("motor = \"m\"\nby = 2\nat = \"1 s\"", "`by` has no meaning for `dead`", "remove"),
         ("motor = \"m\"\nkind = \"undervoltage\"\nby = 0.5\nat = \"1 s\"", "no limit", "torque_limit"),
         ("motor = \"m\"\nat = \"2 s\"\nuntil = \"1 s\"", "before it begins", "until"),
     ];
@@ -374,9 +374,9 @@ fn a_bar_that_breaks() {
         }
         assert!((run.energy.dissipated - 15.0 * twist * twist).abs() < 1e-9, "{:?}", run.energy);
         assert!(run.energy.residual.abs() < 1e-10, "{:?}", run.energy);
-        let reported = run.events.iter().find(|event| event.what.starts_with("bar breaks")).expect("an event");
+        let reported = run.events.iter().find(|event| event.description.starts_with("bar breaks")).expect("an event");
         assert!(
-            reported.time == 0.77 && reported.what.contains(&format!("{:.6} J", 15.0 * twist * twist)),
+            reported.time == 0.77 && reported.description.contains(&format!("{:.6} J", 15.0 * twist * twist)),
             "{reported:?}"
         );
     });
@@ -463,7 +463,7 @@ fn what_cannot_break() {
         (&bare, "element = \"bar\"\nkind = \"jump\"\nby = \"1 N m\"\nat = \"1 s\"", "expected an angle", "deg"),
         (&bare, "element = \"bar\"\nat = \"1 s\"\nuntil = \"1.5 s\"", "stays broken", "remove `until`"),
         (&bare, "element = \"bar\"\nkind = \"dead\"\nat = \"1 s\"", "an element cannot be `dead`", "broken"),
-        (&play, "element = \"bar\"\nat = \"1 s\"", "has play", "backlash"),
+        (&play, "element = \"bar\"\nat = \"1 s\"", "has backlash", "backlash"),
         (&rubs, "element = \"bar\"\nat = \"1 s\"", "Coulomb friction", "of its own"),
     ];
     for (source, keys, message, help) in cases {

@@ -679,7 +679,11 @@ fn equal_breakaway_is_coulomb_friction() {
     let same = "breakaway = \"0.06 N m\"\nstribeck_speed = \"1 rad/s\"";
     let (with, without) = (pulled(same, &events), pulled("", &events));
     assert_eq!((&with.series, &with.events), (&without.series, &without.events));
-    assert!(with.events.iter().filter(|event| event.what.starts_with("a slips")).count() >= 2, "{:?}", with.events);
+    assert!(
+        with.events.iter().filter(|event| event.description.starts_with("a slips")).count() >= 2,
+        "{:?}",
+        with.events
+    );
 }
 
 /// Pulled through a spring at constant speed below v_s, the mass jerks: every rest ends with the spring at the breakaway torque.
@@ -708,8 +712,9 @@ fn a_pulled_mass_jerks() {
         initial = { "drive.w" = "0.02 rad/s" }
     "#);
     balanced(&run);
-    let breaks: Vec<f64> = run.events.iter().filter(|e| e.what == "mass slips forward").map(|e| e.time).collect();
-    let rests = run.events.iter().filter(|e| e.what == "mass sticks").count();
+    let breaks: Vec<f64> =
+        run.events.iter().filter(|e| e.description == "mass slips forward").map(|e| e.time).collect();
+    let rests = run.events.iter().filter(|e| e.description == "mass sticks").count();
     assert!(breaks.len() >= 4 && rests >= breaks.len() - 1, "{:?}", run.events);
     // k v t = c_b for the first time; the drive of 1e6 kg m² keeps its speed to 1e-6.
     assert!((breaks[0] - 0.5).abs() < 1e-5, "{}", breaks[0]);
@@ -724,8 +729,9 @@ fn a_pulled_mass_jerks() {
 
 /// Events of a run without what the scenario does.
 fn changes(run: &Run) -> Vec<(f64, String)> {
-    let happened = run.events.iter().filter(|event| event.what.contains("slips") || event.what.contains("sticks"));
-    happened.map(|event| (event.time, event.what.clone())).collect()
+    let happened =
+        run.events.iter().filter(|event| event.description.contains("slips") || event.description.contains("sticks"));
+    happened.map(|event| (event.time, event.description.clone())).collect()
 }
 
 fn near(value: f64, expected: f64, relative: f64) {
@@ -976,7 +982,7 @@ fn three_frictions_along_two_coordinates_come_to_rest() {
         assert!(most > 0.1, "{shaft} has moved: {most}");
         assert!(last(&format!("{shaft}.friction")).abs() <= limit, "{shaft}");
     }
-    let sticks = run.events.iter().filter_map(|event| event.what.strip_suffix(" sticks"));
+    let sticks = run.events.iter().filter_map(|event| event.description.strip_suffix(" sticks"));
     assert_eq!(sticks.collect::<Vec<_>>(), ["cs", "fs", "wg"]);
     let [wg, cs, fs] = ["wg", "cs", "fs"].map(|shaft| last(&format!("{shaft}.friction")));
     near(wg - fs / 50.0, 0.01, 1e-9);

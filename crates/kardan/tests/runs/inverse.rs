@@ -64,7 +64,7 @@ fn a_motion_that_is_all_prescribed_meets_losses_and_stops() {
     let study = Project::open(&locked).run(&runs_only(), &Silent).expect("it is a model");
     let Outcome::Failed { time, cause } = &study.runs[0].outcome else { panic!("it is locked") };
     assert!((time - 1.1).abs() < 1e-9, "{time}");
-    assert!(cause.contains("`l` holds what `pm` prescribes, and not the same way"), "{cause}");
+    assert!(cause.contains("`l` constrains a motion that `pm` prescribes, and contradicts it"), "{cause}");
     assert!(study.runs[0].warnings.is_empty(), "{:?}", study.runs[0].warnings);
 }
 
@@ -73,12 +73,12 @@ fn a_motion_that_is_all_prescribed_meets_losses_and_stops() {
 fn where_all_is_prescribed_nothing_is_analysed() {
     for motion in ["angle = \"1 rad * sin(2 pi t / 1 s)\"", "speed = \"1 rad/s * cos(2 pi t / 1 s)\""] {
         let model = all_prescribed(motion, "[motor.m]\nshaft = \"b\"\n");
-        let said = "nothing is free to move: all motion follows from what `pm` prescribes";
+        let said = "no free motion remains: `pm` prescribes all motion";
         let project = Project::open(&model);
         assert!(project.diagnostics().is_empty(), "{:?}", project.diagnostics());
-        let found = project.analyze(&AnalyzeSettings::default(), &Silent).expect_err("nothing is free");
+        let found = project.analyze(&AnalyzeSettings::default(), &Silent).expect_err("no free motion");
         assert_eq!(found[0].message, said);
-        let found = project.design(&DesignSettings::default(), &Silent).expect_err("nothing is free");
+        let found = project.design(&DesignSettings::default(), &Silent).expect_err("no free motion");
         assert_eq!(found[0].message, said);
         let controlled =
             model + "[control.c]\nlaw = \"pole_placement\"\ninputs = [\"m\"]\npoles = [\"-1 1/s\", \"-2 1/s\"]\n";

@@ -99,7 +99,8 @@ fn prescribed_chain_follows_masing() {
             for (i, (_, c)) in chain.elements.iter().enumerate() {
                 let begins = (chain.angle(*c) / top).asin() / std::f64::consts::TAU;
                 close(time_of(&run, &format!("e{i} slips forward")), begins, 1e-9, "begins");
-                let slips = run.events.iter().filter(|event| event.what.starts_with(&format!("e{i} slips"))).count();
+                let slips =
+                    run.events.iter().filter(|event| event.description.starts_with(&format!("e{i} slips"))).count();
                 assert_eq!(slips, 5, "{:?}", run.events);
             }
         }

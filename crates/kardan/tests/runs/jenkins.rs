@@ -76,7 +76,7 @@ fn loop_takes_its_area_each_cycle() {
         // Of the energy of the body: the loss itself is 1e-8 of it.
         assert!(run.energy.residual.abs() <= 1e-8 * 0.5 * inertia * (omega * amplitude).powi(2), "{:?}", run.energy);
         sticks_or_slips(&run, 1, c);
-        let slips = run.events.iter().filter(|event| event.what.starts_with("f1 slips")).count();
+        let slips = run.events.iter().filter(|event| event.description.starts_with("f1 slips")).count();
         assert_eq!(slips, 10, "twice each cycle: {:?}", run.events);
     }
 }
@@ -163,10 +163,10 @@ fn what_jumps_is_refused() {
         assert!(errors[0].help.is_some() && !errors[0].labels.is_empty());
     };
     refused("[motor.push]\nshaft = \"m1\"\n", &["`m1`", "`f1`", "`push`", "jump"]);
-    refused(&scenario(1.0, 10, "\"a.phi\" = \"0.1 rad\""), &["2.000000", "`f1`", "holds 1.0"]);
+    refused(&scenario(1.0, 10, "\"a.phi\" = \"0.1 rad\""), &["2.000000", "`f1`", "sticks up to 1.0"]);
     refused(
         "[spring_damper.d]\nshaft_1 = \"m1\"\ndamping = \"1 N m s/rad\"\n",
-        &["`m1`", "the friction of `f1` and the damping of `d` act along it together"],
+        &["`m1`", "the friction of `f1` and the damping of `d` both act on it"],
     );
     let falls = "[shaft.n]\n[spring_damper.t]\nshaft_1 = \"a\"\nshaft_2 = \"n\"\nstiffness = \"1 N m/rad\"\n\
         [spring_damper.g]\nshaft_1 = \"n\"\nfriction = \"1 N m\"\nbreakaway = \"2 N m\"\nstribeck_speed = \"1 rad/s\"\n";
@@ -177,5 +177,5 @@ fn what_jumps_is_refused() {
     refused(series, &["`g`, `h`", "slip against each other without a spring"]);
     let relaxes = "[shaft.n]\n[spring_damper.t]\nshaft_1 = \"m1\"\nshaft_2 = \"n\"\nstiffness = \"1 N m/rad\"\n\
         [spring_damper.d]\nshaft_1 = \"n\"\ndamping = \"1 N m s/rad\"\n";
-    refused(relaxes, &["`f1`", "to what a damper holds"]);
+    refused(relaxes, &["`f1`", "with a damper"]);
 }

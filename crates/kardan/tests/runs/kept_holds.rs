@@ -93,7 +93,7 @@ fn a_moving_wall_gives_a_blow() {
         let source = source.replace("MOVES", moves);
         for method in METHODS {
             let (run, what) = (by(&source, method), format!("{method:?} {moves}"));
-            let hit = run.events.iter().find(|event| event.what.starts_with("hit meets")).expect("a blow");
+            let hit = run.events.iter().find(|event| event.description.starts_with("hit meets")).expect("a blow");
             near(hit.time, hits, 1e-9, &what);
             near(at(&run, "ball.v", 0.5), after, 1e-8, &what);
             near(run.energy.dissipated, 0.5 * 0.75 * (0.3 - speed) * (0.3 - speed), 1e-8, &what);
@@ -185,7 +185,7 @@ fn what_cannot_both_hold_is_named() {
         study::run(source, &runs_only(), &Silent).unwrap_or_else(|reported| panic!("{reported:?}")).runs.remove(0);
     let Outcome::Failed { time, cause } = &reported.outcome else { panic!("{:?}", reported.outcome) };
     assert!(
-        (time - 0.5).abs() < 1e-9 && cause.contains("`drive`, `joined`, `wall` hold one motion rigidly"),
+        (time - 0.5).abs() < 1e-9 && cause.contains("`drive`, `joined`, `wall` constrain one motion rigidly"),
         "{cause}"
     );
     assert_eq!(reported.series.time.len(), 51);

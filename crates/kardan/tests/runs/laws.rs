@@ -198,14 +198,14 @@ fn a_run_shows_which_tables_it_left() {
                   law = \"left(2 * a.phi) + short(a.phi, t)\"\n[scenario]\nduration = \"1 s\"\noutput_step = \"10 ms\"\n\
                   initial = { \"a.w\" = \"5 rad/s\" }\n";
     let found = kardan::study::run(source, &kardan::study::Settings::default(), &kardan::study::Silent).expect("a run");
-    let reported: Vec<&String> = found.runs[0].notes.iter().filter(|note| note.contains("was left")).collect();
+    let reported: Vec<&String> = found.runs[0].notes.iter().filter(|note| note.contains("outside its range")).collect();
     // Of 2 φ = 10 rad/s · t the row after 0.1 s is the first beyond 1 rad, and at the end 10 rad are asked.
     let words = [
-        "`left` was left in `two`, from 0.110000 s on: at 1.000000 s it was asked 9.000000 rad above its last point at 1.000000 rad, \
-         where the value of that point holds",
+        "`two` read table `left` outside its range from 0.110000 s on: at 1.000000 s by 9.000000 rad above its last point at 1.000000 rad, \
+         where the value of that point is used",
     ];
     let short = [
-        "`short` was left along y in `two`, from 0.510000 s on: at 1.000000 s it was asked 0.500000 s above its last point at 0.500000 s",
+        "`two` read table `short` outside its range along y from 0.510000 s on: at 1.000000 s by 0.500000 s above its last point at 0.500000 s",
     ];
     assert_eq!(reported.len(), 2, "{reported:?}");
     for (note, words) in reported.iter().zip([words, short]) {
@@ -217,23 +217,23 @@ fn a_run_shows_which_tables_it_left() {
                    [torque.e]\nshaft = \"a\"\nlaw = \"map(a.w, 2 + t / 1 s)\"\n[scenario]\nduration = \"1 s\"\ninitial = { \"a.w\" = \"15 rad/s\" }\n";
     let found =
         kardan::study::run(surface, &kardan::study::Settings::default(), &kardan::study::Silent).expect("a run");
-    let reported: Vec<&String> = found.runs[0].notes.iter().filter(|note| note.contains("was left")).collect();
-    let end = "where it goes on straight (largest of all rows)";
+    let reported: Vec<&String> = found.runs[0].notes.iter().filter(|note| note.contains("outside its range")).collect();
+    let end = "where it is extrapolated linearly (largest of all rows)";
     assert_eq!(
         reported,
         [
             &format!(
-                "table `map` was left along x in `e`, from 0.000000 s on: at 0.000000 s it was asked 5.000000 rad/s above its last point at 10.000000 rad/s, {end}"
+                "`e` read table `map` outside its range along x from 0.000000 s on: at 0.000000 s by 5.000000 rad/s above its last point at 10.000000 rad/s, {end}"
             ),
             &format!(
-                "table `map` was left along y in `e`, from 0.000000 s on: at 1.000000 s it was asked 2.000000 above its last point at 1.000000, {end}"
+                "`e` read table `map` outside its range along y from 0.000000 s on: at 1.000000 s by 2.000000 above its last point at 1.000000, {end}"
             ),
         ]
     );
     // Within its points nothing is told.
     let slow = source.replace("\"5 rad/s\"", "\"0.5 rad/s\"").replace("\"0.5 s\"", "\"1 s\"");
     let found = kardan::study::run(&slow, &kardan::study::Settings::default(), &kardan::study::Silent).expect("a run");
-    assert!(found.runs[0].notes.iter().all(|note| !note.contains("was left")));
+    assert!(found.runs[0].notes.iter().all(|note| !note.contains("outside its range")));
 }
 
 /// Tables that blocks and signals read beyond their points are told too, also where a sensor is what they are read at; those of lanes are not.
@@ -247,7 +247,7 @@ fn tables_that_blocks_leave_are_reported() {
         );
         let found = kardan::study::run(&source, &kardan::study::Settings::default(), &kardan::study::Silent);
         let notes = found.expect("a run").runs.remove(0).notes;
-        notes.into_iter().filter(|note| note.contains("was left")).collect::<Vec<_>>()
+        notes.into_iter().filter(|note| note.contains("outside its range")).collect::<Vec<_>>()
     };
     let block = "[block.l]\nkind = \"table\"\ntable = \"tb\"\nsample_time = \"10 ms\"\ninput = ";
     let signal = "[signal.s]\nkind = \"expression\"\nvalue = ";
@@ -262,11 +262,10 @@ fn tables_that_blocks_leave_are_reported() {
         (format!("{signal}\"tb(a.phi + t * 0.5 rad/s)\""), "s", 0.5),
     ] {
         let reported = run(&rest);
-        let end = format!(
-            "it was asked {by:.6} rad above its last point at 1.000000 rad, where the value of that point holds"
-        );
+        let end =
+            format!("s by {by:.6} rad above its last point at 1.000000 rad, where the value of that point is used");
         assert!(
-            reported.len() == 1 && reported[0].contains(&format!("table `tb` was left in `{who}`")),
+            reported.len() == 1 && reported[0].contains(&format!("`{who}` read table `tb` outside its range")),
             "{rest}: {reported:?}"
         );
         assert!(reported[0].contains(&end), "{rest}: {reported:?}");
@@ -288,9 +287,9 @@ fn a_law_without_a_value_ends_the_run_by_name() {
         let run = project.run(&settings, &Silent).unwrap_or_else(|why| panic!("{why:?}")).runs.remove(0);
         let Outcome::Failed { time, cause } = &run.outcome else { panic!("{:?}", run.outcome) };
         assert!((time - 0.5).abs() < 1e-3, "{method:?}: {cause}");
-        let named = cause.contains("square_root") && cause.contains("it has no value there");
+        let named = cause.contains("square_root") && cause.contains("it is undefined there");
         let other =
-            ["a function has no value there", "changes at an infinite rate"].iter().any(|words| cause.contains(words));
+            ["a function is undefined there", "changes at an infinite rate"].iter().any(|words| cause.contains(words));
         assert!(named || other, "{method:?}: {cause}");
         assert!(!(named && cause.contains("the inertia becomes singular")), "{method:?}: {cause}");
     }

@@ -184,7 +184,10 @@ fn what_alternates_without_an_event_is_named() {
                  initial = { \"a.w\" = \"2 rad/s\" }\n";
     let run = run(model, &Limited { steps: 1_000_000, asked: None });
     if let Outcome::Failed { cause, .. } = &run.outcome {
-        assert!(cause.contains("what holds `e1` is at its limit to the last digits, left and taken again"), "{cause}");
+        assert!(
+            cause.contains("the contact state of `e1` switches repeatedly at its limit, to the last digits"),
+            "{cause}"
+        );
     }
 }
 

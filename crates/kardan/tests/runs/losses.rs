@@ -156,12 +156,12 @@ fn a_loss_map_that_is_left_is_reported() {
     };
     let acceleration = (1.0 - 0.1) / (0.3 + 0.5 / 16.0);
     let reported = |run: &kardan::results::Run| run.notes.iter().find(|note| note.contains("table `map`")).cloned();
-    let by = "was left in `gear`, from";
+    let by = "`gear` read table `map` outside its range from";
     for (argument, unit, last, largest) in
         [("speed", "rad/s", 1.0, 2.0 * acceleration), ("load", "N m", 0.05, 0.5 / 16.0 * acceleration)]
     {
         let note = reported(&run(argument, unit, last)).expect("a note");
-        let asked = format!("it was asked {:.6} {unit} above its last point at {last:.6} {unit}", largest - last);
+        let asked = format!("s by {:.6} {unit} above its last point at {last:.6} {unit}", largest - last);
         assert!(note.contains(by) && note.contains(&asked), "{note}: {asked}");
         assert_eq!(reported(&run(argument, unit, 2.0 * largest)), None);
     }
@@ -332,21 +332,25 @@ fn teeth_that_jam_are_reported() {
     };
     // No motion fits: it stops at once, with all its energy, and holds.
     let run = only(&heavy("0 N m", "4 N m"));
-    assert!(run.events[0].what.starts_with("gear jams: its load drives it"), "{:?}", run.events);
+    assert!(run.events[0].description.starts_with("gear jams: its load drives it"), "{:?}", run.events);
     assert!(signal(&run, "motor.w")[1..].iter().all(|speed| *speed == 0.0));
     let energy = 0.5 * (0.3 + 50.0 / 16.0) * 25.0;
     assert!((run.energy.dissipated - energy).abs() < 1e-9 * energy, "{:?}", run.energy);
     // A motor that drives, and is then turned off: it jams where the load begins to push.
     let run = only(&heavy("8 N m * cos(2 pi * 0.5 Hz * t)", "0 N m"));
-    let jam = run.events.iter().find(|event| event.what.starts_with("gear jams")).expect("it jams");
+    let jam = run.events.iter().find(|event| event.description.starts_with("gear jams")).expect("it jams");
     assert!((jam.time - 0.5).abs() < 1e-6, "{jam:?}");
     // 5 rad/s, and 8 N m on J₁ + J₂/(i² η) for a quarter of a period.
     let speed = 5.0 + 8.0 / (0.3 + 50.0 / 16.0 / 0.4) / std::f64::consts::PI;
     let energy = 0.5 * (0.3 + 50.0 / 16.0) * speed * speed;
-    assert!(jam.what.ends_with(&format!("the blow takes {energy:.6} J")), "{} {energy}", jam.what);
+    assert!(jam.description.ends_with(&format!("the impact dissipates {energy:.6} J")), "{} {energy}", jam.description);
     let run = tried(&heavy("8 N m", "0 N m"));
     assert_eq!(run.outcome, Outcome::Completed);
-    assert!(run.events.iter().any(|event| event.what.contains("two motions go on from here")), "{:?}", run.events);
+    assert!(
+        run.events.iter().any(|event| event.description.contains("two motions are possible from here")),
+        "{:?}",
+        run.events
+    );
     let a = 8.0 / (0.3 + 50.0 / 16.0 / 0.4);
     assert!((at(&run, "motor.w", 2.0) - 5.0 - 2.0 * a).abs() < 1e-9);
 }
@@ -362,7 +366,7 @@ fn two_motions_are_reported_from_their_beginning() {
     let reported: Vec<f64> = run
         .events
         .iter()
-        .filter(|event| event.what.contains("two motions go on from here"))
+        .filter(|event| event.description.contains("two motions are possible from here"))
         .map(|event| event.time)
         .collect();
     assert!(reported.len() == 1 && (reported[0] - 1.0 / (1.6 * influence)).abs() < 1e-12, "{:?}", run.events);
@@ -383,8 +387,8 @@ fn what_holds_with_a_bounded_torque_gives_no_impulse_where_teeth_jam() {
     let clutch = "[clutch.e]\ntorque = \"0.3 N m\"";
     for speed in [2.0, 3.0, 1.5] {
         let run = only(&model(clutch, speed));
-        let jam = run.events.iter().find(|event| event.what.starts_with("g jams")).expect("it jams");
-        assert!(jam.time == 0.0 && jam.what.ends_with("the blow takes 0.650000 J"), "{jam:?}");
+        let jam = run.events.iter().find(|event| event.description.starts_with("g jams")).expect("it jams");
+        assert!(jam.time == 0.0 && jam.description.ends_with("the impact dissipates 0.650000 J"), "{jam:?}");
         for time in [0.0, 0.5, 1.0] {
             assert!((at(&run, "f.w", time) - (speed - 0.3 * time)).abs() < 1e-9, "{speed} {}", at(&run, "f.w", time));
         }
@@ -393,8 +397,8 @@ fn what_holds_with_a_bounded_torque_gives_no_impulse_where_teeth_jam() {
         assert!((run.energy.dissipated - 0.65 - slipped).abs() < 1e-9, "{:?}", run.energy);
     }
     let run = only(&model("[lock.e]\nengaged = \"1\"", 2.0));
-    let jam = run.events.iter().find(|event| event.what.starts_with("g jams")).expect("it jams");
-    assert!(jam.what.ends_with("the blow takes 2.650000 J"), "{jam:?}");
+    let jam = run.events.iter().find(|event| event.description.starts_with("g jams")).expect("it jams");
+    assert!(jam.description.ends_with("the impact dissipates 2.650000 J"), "{jam:?}");
     assert_eq!(at(&run, "f.w", 1.0), 0.0);
 }
 
@@ -406,7 +410,7 @@ fn a_clutch_that_slips_where_teeth_with_play_jam_keeps_its_energy() {
          ratio = 0.5\nefficiency = 0.9\nefficiency_back = -5\nbacklash = \"0.05 rad\"\n[clutch.e]\nshaft_1 = \"f\"\nshaft_2 = \"c\"\ntorque = \"0.3 N m\"\n\
          [torque.x]\nshaft = \"c\"\nlaw = \"3 N m*sin(7*t/(1 s))\"\n[scenario]\nduration = \"1 s\"\noutput_step = \"1 ms\"\ninitial = { \"f.w\" = \"0.4 rad/s\" }\n",
     );
-    assert!(run.events.iter().any(|event| event.what.starts_with("g jams")), "{:?}", run.events);
+    assert!(run.events.iter().any(|event| event.description.starts_with("g jams")), "{:?}", run.events);
     // 0.3 N m on 1 kg m² change its speed by 3e-4 rad/s a row at most.
     assert!(signal(&run, "f.w").windows(2).all(|pair| (pair[1] - pair[0]).abs() < 3.001e-4));
     assert!(run.warnings.is_empty(), "{:?}", run.warnings);
@@ -423,7 +427,7 @@ fn a_blow_that_passes_teeth_is_reported() {
         )
     };
     let reported = |run: &Run| {
-        run.notes.iter().any(|note| note.starts_with("A rigid blow has passed the teeth of `worm` without their loss"))
+        run.notes.iter().any(|note| note.starts_with("A rigid impact passed through the gear `worm` without gear loss"))
     };
     let run = tried(&model("restitution = 0"));
     assert!(reported(&run), "{:?}", run.notes);

@@ -288,7 +288,7 @@ fn a_run_that_ends_between_the_cones_passes_nothing() {
         // Straight on at 20 m/s, with the rear axle 1.5 m behind.
         let early = study(&model(1.2)).runs.remove(0);
         assert!(room(&early).is_none() && !early.requirements[0].passed, "{:?}", early.requirements);
-        let reported = format!("its rear axle comes to x = 22.5 m and the last cones stand at x = {end:.1} m");
+        let reported = format!("its rear axle reaches x = 22.5 m and the last cones are at x = {end:.1} m");
         let found =
             early.notes.iter().find(|note| note.contains(&reported)).unwrap_or_else(|| panic!("{:?}", early.notes));
         assert!(found.contains("lengthen `duration` of the manoeuvre `change`"), "{found}");
@@ -363,7 +363,7 @@ fn a_manoeuvre_that_nothing_follows_is_reported() {
             project.diagnostics().iter().filter(|one| one.code == "manoeuvre::unfollowed").cloned().collect();
         all.into_iter().map(|one| (one.message, one.help.unwrap_or_default())).collect::<Vec<_>>()
     };
-    let message = "manoeuvre `turn`: nothing follows the signal `steer` that it makes, so every run of it is one in which nobody steers";
+    let message = "manoeuvre `turn`: the model does not use its signal `steer`, so no run of it has steering";
     let torque = "[torque.push]\nshaft = \"wheel\"\nlaw = \"2 N m/rad * ";
     let other = ROBOT.replace("angle = \"steer\"", "angle = \"20 deg\"");
     // What a signal that nothing reads makes of it moves nothing.

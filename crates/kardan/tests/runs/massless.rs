@@ -273,16 +273,16 @@ fn what_nothing_holds_is_refused_by_name() {
         assert!(errors[0].help.is_some() && !errors[0].labels.is_empty());
     };
     let soft = "stiffness = \"1 N m/rad\"";
-    refused("", &["`m`", "nothing at all acts along `m`"]);
-    refused("[motor.push]\nshaft = \"m\"\n", &["`m`", "nothing at all resists `push`", "endlessly fast"]);
+    refused("", &["`m`", "nothing acts on `m`"]);
+    refused("[motor.push]\nshaft = \"m\"\n", &["`m`", "nothing resists `push`", "infinitely fast"]);
     refused(
         &(spring("s", "a", "m", soft) + "[motor.push]\nshaft = \"m\"\n"),
-        &["`m`", "springs alone resist `push`", "jump"],
+        &["`m`", "only springs resist `push`", "jump"],
     );
     refused(
         &(spring("s", "a", "m", soft)
             + "[spring_damper.f]\nshaft_1 = \"m\"\nfriction = \"1 N m\"\ndamping = \"1 N m s/rad\"\n"),
-        &["`m`", "the friction of `f` and the damping of `f` act along it together"],
+        &["`m`", "the friction of `f` and the damping of `f` both act on it"],
     );
     refused(
         &(spring("s", "a", "m", "damping = \"1 N m s/rad\"") + &scenario(1.0, "\"m.w\" = \"1 rad/s\"")),

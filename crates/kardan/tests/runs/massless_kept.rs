@@ -229,12 +229,12 @@ fn what_takes_part_in_a_kept_row_is_refused() {
         [constraint.along]\nrates = { x = 1, wheel = \"-0.3 m * cos(h.phi)\" }\n";
     // The heading has no inertia: springs hold it, or a damper does.
     let held = "[spring_damper.s]\nshaft_1 = \"h\"\nshaft_2 = \"wheel\"\nstiffness = \"1 N m/rad\"\n";
-    refused(&(wheel.to_string() + held), &["`h`", "beside `along` it is not followed"]);
+    refused(&(wheel.to_string() + held), &["`h`", "cannot be simulated with `along`"]);
     let damped = held.replace("stiffness = \"1 N m/rad\"", "damping = \"1 N m s/rad\"");
-    refused(&(wheel.to_string() + &damped), &["`h`", "beside `along` it is not followed"]);
+    refused(&(wheel.to_string() + &damped), &["`h`", "cannot be simulated with `along`"]);
     let driven = "[shaft.p]\n[shaft.b]\ninertia = \"1 kg m^2\"\n[prescribed_motion.drive]\nshaft = \"p\"\nspeed = \"1 rad/s\"\n\
         [spring_damper.d]\nshaft_1 = \"p\"\nshaft_2 = \"b\"\ndamping = \"1 N m s/rad\"\n";
-    refused(driven, &["`p`", "beside `drive` it is not followed"]);
+    refused(driven, &["`p`", "cannot be simulated with `drive`"]);
     // What helps is said, and helps: an angle takes no inertia.
     let found = Project::open(driven).diagnostics().to_vec();
     assert!(

@@ -91,7 +91,7 @@ fn time_at_a_limit_is_that_of_the_torque_asked() {
     let expected = [(1.0, 2.0), (4.0, 6.0)];
     assert_eq!(motor_load.at_torque_limit.len(), 2, "{:?}", motor_load.at_torque_limit);
     for (found, expected) in motor_load.at_torque_limit.iter().zip(expected) {
-        assert!((found.from - expected.0).abs() < 1e-9 && (found.until - expected.1).abs() < 1e-9, "{found:?}");
+        assert!((found.start - expected.0).abs() < 1e-9 && (found.end - expected.1).abs() < 1e-9, "{found:?}");
     }
     let [whole, window, ..] = &run.requirements[..] else { panic!("{:?}", run.requirements) };
     assert!(whole.passed && (whole.measured.unwrap() - 3.0).abs() < 1e-9 && whole.unit == "s", "{whole:?}");
@@ -114,7 +114,7 @@ fn what_is_asked_by_a_function_of_time_comes_to_the_limit() {
         let run = study::run(&source, &settings, &Silent).unwrap_or_else(|why| panic!("{why:?}")).runs.remove(0);
         let [at] = &run.motor_loads[0].at_torque_limit[..] else { panic!("{:?}", run.motor_loads) };
         let sixth = std::f64::consts::FRAC_PI_6;
-        assert!((at.from - sixth).abs() < 1e-9 && (at.until - 5.0 * sixth).abs() < 1e-9, "{at:?}");
+        assert!((at.start - sixth).abs() < 1e-9 && (at.end - 5.0 * sixth).abs() < 1e-9, "{at:?}");
         let largest = run.series.signal("m.tau").unwrap().values.iter().fold(0.0f64, |most, x| most.max(*x));
         assert!((largest - 1.0).abs() < 1e-12, "{largest}");
     }
@@ -164,8 +164,9 @@ fn a_design_whose_motors_saturate_in_the_scenario_says_so() {
     let own = run.motor_loads.iter().find(|found| found.motor == "wg_motor").unwrap();
     assert_eq!(own.at_torque_limit, motor_load.motor_load.at_torque_limit);
     assert!(
-        run.notes.iter().any(|note| note.contains("wg_motor is at its torque limit")
-            && note.contains("does not do what its design says"))
+        run.notes.iter().any(
+            |note| note.contains("wg_motor is at its torque limit") && note.contains("does not behave as designed")
+        )
     );
 }
 

@@ -23,7 +23,7 @@ fn near(value: f64, expected: f64, tolerance: f64, what: &str) {
 /// Times at which something meets something.
 fn blows(run: &Run, name: &str) -> Vec<f64> {
     let meets = format!("{name} meets");
-    run.events.iter().filter(|event| event.what.starts_with(&meets)).map(|event| event.time).collect()
+    run.events.iter().filter(|event| event.description.starts_with(&meets)).map(|event| event.time).collect()
 }
 
 fn scenario(duration: &str, initial: &str) -> String {
@@ -116,7 +116,7 @@ fn a_soft_harmonic_drive_swings_behind_its_play() {
         let run = by(&source, method);
         let what = format!("{method:?}");
         let touched: Vec<f64> =
-            run.events.iter().filter(|event| event.what == "hd is touched").map(|event| event.time).collect();
+            run.events.iter().filter(|event| event.description == "hd is touched").map(|event| event.time).collect();
         let omega = f64::sqrt(200.0 / 2500.0 / 5e-4);
         near(touched[0], 0.25, 1e-9, &what);
         near(touched[1], 0.25 + std::f64::consts::PI / omega + 0.5, 1e-8, &what);

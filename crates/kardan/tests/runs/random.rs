@@ -224,7 +224,7 @@ fn wrong_with(seed: u64, source: &str) -> Option<String> {
     let run = study.runs.remove(0);
     // What is prescribed may drive into what is rigid, through the one element that it meets.
     let contradicts = source.contains("[prescribed_motion.")
-        && matches!(&run.outcome, Outcome::Failed { cause, .. } if cause.contains("hold one motion rigidly") && cause.contains("`meets`"));
+        && matches!(&run.outcome, Outcome::Failed { cause, .. } if cause.contains("constrain one motion rigidly") && cause.contains("`meets`"));
     if contradicts && std::env::var("KARDAN_MODELS").is_ok() {
         eprintln!("{seed} ends: {:?}", run.outcome);
     }

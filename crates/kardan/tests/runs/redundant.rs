@@ -157,7 +157,11 @@ fn a_row_of_speeds_that_follows_is_kept_once() {
         // All that moves the mass: the rack, and the row beside it.
         close(at(&found, "p.x.f", time) + at(&found, "r.x.f", time), 0.1 / 1.26, 1e-12, "forces on the mass");
     }
-    assert!(found.notes.iter().any(|note| note.contains("`g`, `p`, `r` hold the same motion")), "{:?}", found.notes);
+    assert!(
+        found.notes.iter().any(|note| note.contains("`g`, `p`, `r` restrict the same motion")),
+        "{:?}",
+        found.notes
+    );
     let reported = |rates: &str| {
         let found = study::check(&source(rates));
         found.into_iter().find(|one| one.severity == Severity::Error).map(|one| (one.code, one.message))

@@ -46,27 +46,27 @@ fn rows_are_what_their_faults_do() {
     let free = row(&table, &[]);
     assert_eq!((free.verdict, free.command.as_str()), (SafetyVerdict::NoAlarm, "kardan run wheel.toml"));
     let offset = row(&table, &["offset"]);
-    assert!((offset.detected_after.unwrap() - 0.04).abs() < 1e-9, "{offset:?}");
+    assert!((offset.detection_time.unwrap() - 0.04).abs() < 1e-9, "{offset:?}");
     assert!((offset.reaction[0].after - 0.04).abs() < 1e-9 && offset.reaction[0].state == "off", "{offset:?}");
-    assert!(offset.detection_uncertainty.is_some_and(|to| to < 1.1e-4), "rows lie close behind a fault: {offset:?}");
+    assert!(offset.detection_resolution.is_some_and(|to| to < 1.1e-4), "rows lie close behind a fault: {offset:?}");
     assert_eq!((offset.verdict, offset.effects[0].measured), (SafetyVerdict::Detected, Some(0.0)));
     assert_eq!(offset.command, "kardan run wheel.toml --fault offset");
     // The next sample comes 5 ms after it: too late by 3 ms, and harmless.
     let later = row(&table, &["later"]);
-    assert!((later.detected_after.unwrap() - 0.045).abs() < 2e-3, "{later:?}");
+    assert!((later.detection_time.unwrap() - 0.045).abs() < 2e-3, "{later:?}");
     assert_eq!(later.verdict, SafetyVerdict::LateHarmless);
     assert_eq!(
-        (row(&table, &["little"]).verdict, row(&table, &["little"]).detected_after),
+        (row(&table, &["little"]).verdict, row(&table, &["little"]).detection_time),
         (SafetyVerdict::Harmless, None)
     );
     let dead = row(&table, &["dead"]);
     assert!((dead.effects[0].measured.unwrap() - 0.2).abs() < 1e-12, "{dead:?}");
-    assert_eq!((dead.verdict, dead.worst, dead.begins), (SafetyVerdict::Harmful, Some(0), Some(0.5)));
+    assert_eq!((dead.verdict, dead.worst, dead.fault_time), (SafetyVerdict::Harmful, Some(0), Some(0.5)));
     assert!(!table.passes() && table.failing().count() == 1);
     let differ = table.monitors.iter().find(|one| one.name == "differ").unwrap();
     assert_eq!((differ.raised_by.len(), differ.false_alarms.len()), (2, 0), "{differ:?}");
     assert!(
-        table.notes.iter().any(|note| note == "Monitor `deaf`: no fault of this list ever raises it."),
+        table.notes.iter().any(|note| note == "Monitor `deaf`: no fault of this list raises it."),
         "{:?}",
         table.notes
     );
@@ -98,7 +98,7 @@ fn a_row_is_the_run_of_its_command() {
         assert_eq!(row.effects[0].measured, Some(most), "{}", row.command);
         let alarms = with.series.signal("differ").unwrap().values.iter().zip(&with.series.time);
         let first = alarms.into_iter().find(|(alarm, _)| **alarm > 0.5).map(|(_, time)| time - 0.5);
-        assert_eq!(row.detected_after, first, "{}", row.command);
+        assert_eq!(row.detection_time, first, "{}", row.command);
         let push = if row.values[0].value == "4 N m" { 4.0 } else { 8.0 };
         let expected = if row.faults.contains(&"dead".to_string()) { 0.1 * push / 2.0 } else { 0.0 };
         assert!((most - expected).abs() < 1e-12, "{}: {most}", row.command);
@@ -118,14 +118,14 @@ fn false_alarms() {
     let free = row(&table, &[]);
     assert_eq!(free.verdict, SafetyVerdict::FalseAlarm);
     // 1 + 2 t rad/s.
-    assert!((free.detected_after.unwrap() - 0.25).abs() < 2.1e-3, "{free:?}");
+    assert!((free.detection_time.unwrap() - 0.25).abs() < 2.1e-3, "{free:?}");
     let offset = row(&table, &["offset"]);
     assert!(
-        offset.detected_after.is_none()
+        offset.detection_time.is_none()
             && offset.note.as_ref().is_some_and(|note| note.contains("before the fault begins"))
     );
-    assert!(table.notes.iter().any(|note| note.contains("No fault of this list ever makes")), "{:?}", table.notes);
-    assert!(table.notes.iter().any(|note| note.contains("holds without a fault in")), "{:?}", table.notes);
+    assert!(table.notes.iter().any(|note| note.contains("No fault of this list makes")), "{:?}", table.notes);
+    assert!(table.notes.iter().any(|note| note.contains("is true without a fault in")), "{:?}", table.notes);
 }
 
 /// A value that the model cannot take makes rows that say so, and the others are there.
@@ -158,11 +158,11 @@ fn pairs_that_cannot_be() {
 fn what_cannot_be_asked() {
     let cases = [
         ("[safety]\nfaults = [\"dad\"]\ndetected = \"differ\"\n", "there is no fault `dad`", "did you mean `dead`?"),
-        ("[safety]\nfaults = []\ndetected = \"differ\"\n", "empty list", "leave it out"),
+        ("[safety]\nfaults = []\ndetected = \"differ\"\n", "empty list", "omit it"),
         ("[safety]\ndetected = \"difer\"\n", "no signal", "differ"),
         ("[safety]\ndetected = \"one.phi - two.phi\"\n", "not a condition", "compare it"),
         ("[safety]\ndetected = \"differ\"\nreaction = \"differ\"\n", "no state machine `differ`", "mode"),
-        ("[safety]\nwithin = \"1 s\"\n", "`within` says nothing without `detected`", "add"),
+        ("[safety]\nwithin = \"1 s\"\n", "`within` has no effect without `detected`", "add"),
         ("[safety]\ndetected = \"differ\"\nvariants = [\"x\"]\n", "no variant `x`", "leave this key out"),
         ("[safety]\ndetected = \"differ\"\nvalues = { pusch = \"1 N m\" }\n", "no such parameter", "push"),
         ("[safety]\ndetected = \"differ\"\nvalues = { push = [\"1 rad\"] }\n", "expected a torque", "N m"),
@@ -179,7 +179,7 @@ fn what_cannot_be_asked() {
         ),
         (
             "[safety]\n[[safety.effect]]\nname = \"x\"\nsignal = \"a.phi\"\nabove = \"2 deg\"\nbelow = \"1 deg\"\n",
-            "nothing is above",
+            "no value is above",
             "less",
         ),
     ];

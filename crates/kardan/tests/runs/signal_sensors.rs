@@ -189,12 +189,12 @@ fn what_is_no_signal_is_refused() {
         (
             "[block.late]\nkind = \"delay\"\ninput = \"power\"\nsample_time = \"1 ms\"\n",
             "late",
-            "which no sensor measures",
+            "so no sensor can measure it",
         ),
         (
             "[block.own]\nkind = \"delay\"\nunit = \"W\"\ninput = \"meter\"\nsample_time = \"1 ms\"\n",
             "own",
-            "which no sensor measures",
+            "so no sensor can measure it",
         ),
         (
             "[sensor.my-own]\nmeasures = \"signal\"\nsignal = \"power\"\n[block.b]\nkind = \"gain\"\ngain = 1\ninput = \"my-own\"\nsample_time = \"1 ms\"\n",

@@ -107,7 +107,7 @@ fn the_phase_of_a_chirp_is_the_integral_of_its_frequency() {
 fn pulses_step_at_their_exact_times() {
     for method in METHODS {
         let run = by(&oscillator(true, PULSES, "knocks", "2 s"), method, 1e-10);
-        let found: Vec<(f64, &str)> = run.events.iter().map(|event| (event.time, event.what.as_str())).collect();
+        let found: Vec<(f64, &str)> = run.events.iter().map(|event| (event.time, event.description.as_str())).collect();
         let mut expected = Vec::new();
         for begin in [0.1, 0.4, 0.7, 1.0] {
             expected.push((begin, "knocks steps to 5 N m"));
@@ -387,7 +387,7 @@ fn a_reference_is_reported_of_a_signal_that_does_not_fit() {
         ),
         (
             "kind = \"expression\"\nvalue = \"2 * arm.w\"\n",
-            "control `c`: `wish` should be an angle, and the block answers an angular velocity",
+            "control `c`: `wish` should be an angle, but the block outputs an angular velocity",
         ),
         (
             "kind = \"expression\"\nvalue = \"pull * 1 rad / 1 N m\"\n",

@@ -201,9 +201,9 @@ fn others_run_one_by_one() {
     for (text, why) in [
         (initial, "`scenario.initial.b.w` reaches more than inertias"),
         (follows, "`m` reaches more than inertias"),
-        (limited, "a limit of torque is met by more than steps and samples"),
-        (rate, "a motor has a limit of rate"),
-        (read, "a figure or a requirement reads what lanes do not tell"),
+        (limited, "a torque limit applies to a ramp, a time function or a law without sample time"),
+        (rate, "a motor has a rate limit"),
+        (read, "a figure or a requirement reads a signal that SIMD lanes do not compute"),
         (events, "figures or requirements count events"),
     ] {
         let project = Project::open(text.as_str());
@@ -216,7 +216,10 @@ fn others_run_one_by_one() {
             found.compared
         );
         let said = said.0.into_inner().unwrap();
-        assert!(said.len() == 1 && said[0].starts_with("runs go one by one") && said[0].contains(why), "{said:?}");
+        assert!(
+            said.len() == 1 && said[0].starts_with("kardan runs samples one by one") && said[0].contains(why),
+            "{said:?}"
+        );
     }
 }
 

@@ -126,7 +126,7 @@ fn what_follows_may_be_given_in_circuits_and_beside_constraints() {
     let held = shafts(&["a", "b"]) + "[constraint.h]\ncoefficients = { b = 1 }\noffset = \"20 deg\"\n";
     is_at(&begins(&held, "\"b.phi\" = \"20 deg\", \"b.w\" = \"0 rad/s\""), &[("b.phi", 20.0 * DEGREE)]);
     let message = reported(&held, "\"b.w\" = \"1 rad/s\"");
-    assert!(message.contains("the constraints of the model hold it at 0 rad/s"), "{message}");
+    assert!(message.contains("the constraints of the model fix it at 0 rad/s"), "{message}");
 }
 
 fn wrong(source: &str) -> Vec<kardan::diagnostics::Diagnostic> {

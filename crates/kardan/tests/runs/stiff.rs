@@ -196,7 +196,7 @@ fn stiff_runs_of_random_models_are_those_of_the_reference() {
         assert_eq!((&one.outcome, &other.outcome), (&Outcome::Completed, &Outcome::Completed), "{seed}\n{source}");
         let worst = worst(&one, &other);
         assert!(worst < 1e-6, "{seed}: {worst:e}\n{source}");
-        let named = |run: &Run| run.events.iter().map(|event| event.what.clone()).collect::<Vec<_>>();
+        let named = |run: &Run| run.events.iter().map(|event| event.description.clone()).collect::<Vec<_>>();
         assert_eq!(named(&one), named(&other), "{seed}\n{source}");
         steps[0] += one.effort.steps;
         steps[1] += other.effort.steps;

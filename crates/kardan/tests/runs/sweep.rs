@@ -87,7 +87,7 @@ fn where_it_fails_is_the_closed_form() {
     let [rule] = &found.requirements[0].rules[..] else { panic!("{:?}", found.requirements[0].rules) };
     let all = rows.iter().filter(|row| row.values[0] > 2.0).count() as f64;
     let failed = rule.failed;
-    assert_eq!((rule.inside, rule.covers), (failed, 1.0));
+    assert_eq!((rule.inside, rule.coverage), (failed, 1.0));
     // Each is counted by lot: within five standard deviations of half of them.
     assert!((failed as f64 - 0.5 * all).abs() < 2.5 * all.sqrt(), "{failed} of {all}");
     // Halfway between neighbours it has as few digits as lie between them.
@@ -98,7 +98,7 @@ fn where_it_fails_is_the_closed_form() {
     assert!(
         (kardan_rt::functions::powi(rule.interval[0], failed as i32) - 0.025).abs() < 1e-9 && rule.interval[1] == 1.0
     );
-    assert!(found.notes.iter().any(|note| note.contains("one half of the samples")), "{:?}", found.notes);
+    assert!(found.notes.iter().any(|note| note.contains("a random half of the samples")), "{:?}", found.notes);
 }
 
 /// A row is the run of its values, to the last bit; its file gives it back.
@@ -279,7 +279,7 @@ fn keys_without_a_tolerance_are_reported() {
         ("fault.weak.by", "\"0.5 ± 10 %\""),
         ("b.damping", "\"0 N m s/rad ± 1 N m s/rad\""),
         ("a.damping", "\"0 N m s/rad ± 1 N m s/rad\""),
-        ("b.inertia", "follows from `2 * k`"),
+        ("b.inertia", "is computed from `2 * k`"),
         ("b.inertai", "there is no parameter"),
     ] {
         let text = format!("{model}[[sweep.vary]]\nparameter = \"{name}\"\nfrom = 0\nto = 1\n");
@@ -298,7 +298,7 @@ fn a_tolerance_with_a_confidence_is_normal() {
     let project = Project::open(MODEL.replace("\"4 N m\"", shown).replace(" ± 10 %", ""));
     assert!(project.diagnostics().is_empty(), "{:?}", project.diagnostics());
     let plan = project.sweep_plan(&of(20)).unwrap();
-    assert!(plan.head.varied[0].distribution.starts_with("normal in halves, peak 1,"), "{:?}", plan.head.varied);
+    assert!(plan.head.varied[0].distribution.starts_with("split normal, peak 1,"), "{:?}", plan.head.varied);
     let even = Project::open(MODEL.replace("\"4 N m\"", "\"1 N m [0.9, 1.1] 95 %\"").replace(" ± 10 %", ""));
     let plan = even.sweep_plan(&of(20)).unwrap();
     assert!(plan.head.varied[0].distribution.starts_with("normal, mean 1,"), "{:?}", plan.head.varied);
@@ -327,7 +327,7 @@ fn nothing_is_compared_of_nothing() {
         let run = Settings { method: Method::Automatic, ..Settings::default() };
         let (_, found) = swept(&Project::open(text), &SweepSettings { run, ..of(8) });
         assert!(found.compared.is_some());
-        found.notes.into_iter().find(|one| one.contains("side by side"))
+        found.notes.into_iter().find(|one| one.contains("SIMD ensemble"))
     };
     assert!(note(MODEL).is_some_and(|note| note.contains("differ") && !note.contains("0.0e0")));
     assert_eq!(note(MODEL.split("[[requirement]]").next().unwrap()), None);
@@ -446,11 +446,11 @@ lists = { wn = [\"5 rad/s\", \"20 rad/s\", \"30 rad/s\"], unit = [\"0.8 kg m^2\"
     for (run, row) in study.runs.iter().zip(&rows) {
         assert_eq!(run.figures[0].value, Some(row.figures[0]));
     }
-    let reported: Vec<&String> = found.notes.iter().filter(|note| note.contains("stands in laws alone")).collect();
+    let reported: Vec<&String> = found.notes.iter().filter(|note| note.contains("occurs in laws only")).collect();
     assert_eq!(
         reported,
         [
-            "`wn` stands in laws alone (`control.hold`): they are designed anew for each sample, with its value and else those in the file."
+            "`wn` occurs in laws only (`control.hold`): kardan redesigns them for each sample, with its value and otherwise the values in the file."
         ]
     );
 }
@@ -543,7 +543,7 @@ fn uneven_intervals_have_their_stated_coverage() {
     let deviation = |far: f64| far / 1.644_853_626_951_472_2;
     let reported = &found.varied[0].distribution;
     assert!(
-        reported.contains("normal in halves, peak 2") && reported.contains(&format!("{:.4}", deviation(0.4))[..5]),
+        reported.contains("split normal, peak 2") && reported.contains(&format!("{:.4}", deviation(0.4))[..5]),
         "{reported}"
     );
 }

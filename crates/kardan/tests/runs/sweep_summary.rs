@@ -151,19 +151,19 @@ fn an_identification_is_drawn() {
     for (text, file, reported) in [
         (&all, written.as_str(), "`lost.damping` has no standard deviation"),
         (&text, "{\"names\": [\"s.inertia\"], \"covariance\": [[1]]}", "it has no `s.damping`"),
-        (&text, "nothing", "it is no JSON"),
+        (&text, "nothing", "it is not valid JSON"),
         (&text, "{}", "it has no list `names`"),
         (&text, "{\"correlation\": {\"names\": []}}", "no rows of numbers"),
-        (&all, "{\"names\": [], \"covariance\": []}", "`names` are none"),
-        (&all, "{\"correlation\": {\"names\": [], \"values\": []}, \"parameters\": []}", "`names` are none"),
+        (&all, "{\"names\": [], \"covariance\": []}", "`names` are empty"),
+        (&all, "{\"correlation\": {\"names\": [], \"values\": []}, \"parameters\": []}", "`names` are empty"),
         (
             &text,
             "{\"names\": [\"s.inertia\", \"s.damping\", \"s.inertia\"], \"covariance\": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}",
-            "`s.inertia` twice",
+            "`s.inertia` more than once",
         ),
         (&all, "{\"names\": [\"s.inertia\", \"s.damping\"], \"covariance\": [[1, 0]]}", "not square"),
         (&all, "{\"names\": [\"s.inertia\", \"s.damping\"], \"covariance\": [[1, 0], [0]]}", "not square"),
-        (&all, "{\"names\": [\"s.inertia\", \"s.damping\"], \"covariance\": [[1, 2], [2, 1]]}", "below zero"),
+        (&all, "{\"names\": [\"s.inertia\", \"s.damping\"], \"covariance\": [[1, 2], [2, 1]]}", "negative variance"),
         (&all, "{\"names\": [\"s.inertia\", \"s.damping\"], \"covariance\": [[1, 0.5], [0.4, 1]]}", "not symmetric"),
         (
             &all,
@@ -278,14 +278,17 @@ points = \"saltelli\"
     }
     assert_eq!(values.indices.len(), 2);
     // The regression beside it explains what is straight: less than the whole.
-    assert!(values.shares.len() == 2 && values.explained.is_some_and(|part| part > 0.8 && part < 1.0));
+    assert!(values.shares.len() == 2 && values.r_squared.is_some_and(|part| part > 0.8 && part < 1.0));
     // Effects of paths: that of the torque is the range 4 N m times T/J, for some J.
     let paths = Project::open(text.replace("saltelli", "morris"));
     let (_, found) = swept(&paths, &asked(60, SweepGoal::Samples), &[]);
     let torque =
         found.requirements[0].measured.effects.iter().find(|one| one.parameter == "scenario.event.1.to").unwrap();
     assert!((0.4 / 3.0..0.4).contains(&torque.mean) && torque.size == torque.mean && torque.count == 20, "{torque:?}");
-    assert!(found.requirements[0].probability.is_none() && found.notes.iter().any(|note| note.contains("no draw")));
+    assert!(
+        found.requirements[0].probability.is_none()
+            && found.notes.iter().any(|note| note.contains("not drawn at random"))
+    );
 }
 
 /// Of x + y + z the parts of the variance are (2 + 2ρ)/(3 + 2ρ) of x and y together and 1/(3 + 2ρ) of z, alone and in all.
@@ -321,20 +324,20 @@ fn samples_end_when_they_are_enough() {
     let project = project(&text);
     let until = asked(1500, SweepGoal::Until(0.05));
     let (rows, found) = always_the_same(&project, &until);
-    let seen = found.until.clone().unwrap();
-    assert!(seen.reached && found.missing == 0 && (128..900).contains(&seen.samples), "{seen:?}");
+    let seen = found.stopping_rule.clone().unwrap();
+    assert!(seen.converged && found.missing == 0 && (128..900).contains(&seen.samples), "{seen:?}");
     assert_eq!((found.rows, rows.len() as u64), (seen.samples, seen.samples));
     let [low, high] = found.requirements[0].interval.unwrap();
     // P(Z < 1.5).
     assert!(0.5 * (high - low) <= 0.05 && low <= 0.933_192_8 && 0.933_192_8 <= high);
-    assert!(seen.confidence > 0.99 && found.notes.iter().any(|note| note.contains("looks at most, planned before")));
+    assert!(seen.confidence > 0.99 && found.notes.iter().any(|note| note.contains("analyses in advance")));
     // The same identity: rows of one are rows of the other.
     let all = project.sweep_plan(&asked(1500, SweepGoal::Samples)).unwrap();
     assert!(rows.iter().all(|row| row.values == all.values(row.sample)));
     assert_eq!(all.head.identity, project.sweep_plan(&until).unwrap().head.identity);
     // Rows behind the end change nothing.
     let (_, whole) = swept(&project, &asked(1500, SweepGoal::Samples), &rows);
-    assert_eq!((whole.rows, whole.until), (1500, None));
+    assert_eq!((whole.rows, whole.stopping_rule), (1500, None));
     let (blocks, all_rows) = (whole.rows, swept(&project, &asked(1500, SweepGoal::Samples), &[]).0);
     let known: Vec<SweepRow> = all_rows.into_values().flatten().collect();
     let (made, again) = swept(&project, &until, &known);
@@ -379,9 +382,9 @@ fn worst_cases_are_found() {
     let worst = found.worst.unwrap();
     assert!(worst.fails && (worst.margin.unwrap() + 0.001).abs() < 1e-6, "{worst:?}");
     assert!((worst.values[0].value - 0.3).abs() < 1e-3 && (worst.values[1].value - 0.7).abs() < 1e-3);
-    assert!(worst.before.unwrap() > worst.margin.unwrap() && rows.len() == 600);
+    assert!(worst.margin_before_search.unwrap() > worst.margin.unwrap() && rows.len() == 600);
     assert_eq!(rows[worst.sample as usize].measured[0], worst.measured.unwrap());
-    assert!(found.requirements.is_empty() && found.notes.iter().any(|note| note.contains("no proof")));
+    assert!(found.requirements.is_empty() && found.notes.iter().any(|note| note.contains("without proof")));
     let (_, found) = swept(&project, &asked(400, SweepGoal::Worst("f < 0.99".into())), &[]);
     let worst = found.worst.unwrap();
     // At the corner (1, 0) it is 0.49 + 0.49.
@@ -396,7 +399,7 @@ fn worst_cases_are_found() {
     let (rows, found) = always_the_same(&project, &asked(200, SweepGoal::Worst("2".into())));
     let worst = found.worst.unwrap();
     assert!(
-        (worst.margin.unwrap() - 0.009).abs() < 1e-12 && worst.variant == "far" && worst.explored <= 200,
+        (worst.margin.unwrap() - 0.009).abs() < 1e-12 && worst.variant == "far" && worst.exploration_samples <= 200,
         "{worst:?}"
     );
     assert!(found.variants == ["near", "far"] && rows.len() == 400 && found.missing == 0);
@@ -415,7 +418,7 @@ fn rare_failures_have_their_probability() {
         rare.interval.is_some_and(|[low, high]| low <= exact && exact <= high)
     };
     assert!(holds(&rare, 3.167e-5), "{rare:?}");
-    assert!(rare.levels.len() >= 4 && rare.deviation.unwrap() < 0.8 && rare.deviation <= rare.deviation_most);
+    assert!(rare.levels.len() >= 4 && rare.deviation.unwrap() < 0.8 && rare.deviation <= rare.deviation_upper_bound);
     assert_eq!(
         (found.missing, found.rows, rows.len() as u64),
         (0, 300 + 270 * (rare.levels.len() as u64 - 1), found.rows)
@@ -456,12 +459,12 @@ fn nonsense_is_refused() {
         (refused(100, &["a"], worst("")), "there is no requirement ``"),
         (refused(100, &["a"], worst("<")), "several requirements have `<`"),
         (refused(100, &["a"], worst("2")), "has no magnitude"),
-        (refused(100, &["a"], worst("3")), "none of a variant"),
-        (refused(50, &["a"], SweepGoal::Rare("1".into())), "less than 200"),
+        (refused(100, &["a"], worst("3")), "applies to no chosen variant"),
+        (refused(50, &["a"], SweepGoal::Rare("1".into())), "fewer than 200"),
         (refused(100, &["a"], SweepGoal::Until(0.0)), "between 1e-5 and 0.5"),
         (refused(100, &["a"], SweepGoal::Until(f64::NAN)), "between 1e-5 and 0.5"),
         (refused(0, &["a"], worst("1")), "0 samples"),
-        (refused(u64::MAX, &["a"], SweepGoal::Rare("1".into())), "there can be"),
+        (refused(u64::MAX, &["a"], SweepGoal::Rare("1".into())), "the allowed number is 1 to"),
     ] {
         assert!(found.contains(reported), "{found}: {reported}");
     }

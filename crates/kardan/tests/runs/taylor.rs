@@ -53,7 +53,7 @@ fn the_same_motion_and_the_same_events() {
             assert_eq!((&one.outcome, &other.outcome), (&Outcome::Completed, &Outcome::Completed), "{what}");
             assert_eq!(one.events.len(), other.events.len(), "{what}");
             for (a, b) in one.events.iter().zip(&other.events) {
-                assert_eq!(a.what, b.what, "{what} at {} {}", a.time, b.time);
+                assert_eq!(a.description, b.description, "{what} at {} {}", a.time, b.time);
                 assert!((a.time - b.time).abs() < 1e-5, "{what}: {a:?} {b:?}");
             }
             for physical in [Physical::Angle, Physical::Speed, Physical::Charge, Physical::Current] {

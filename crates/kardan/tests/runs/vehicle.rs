@@ -334,7 +334,10 @@ fn a_car_that_slides_sideways_is_reported() {
     let first = (0..way.len()).find(|row| way[*row] > 1.1 * 25.0).expect("it gains speed");
     assert!(note.starts_with(&format!("`car` slides sideways from {:.4} s on", spins.series.time[first])), "{note}");
     let most = way.iter().copied().fold(0.0, f64::max);
-    assert!(note.contains(&format!("at up to {most:.4} m/s with 25.0000 m/s along itself")), "{note}");
+    assert!(
+        note.contains(&format!("at a total speed of up to {most:.4} m/s with 25.0000 m/s along its longitudinal axis")),
+        "{note}"
+    );
     let holds = ran(0.8);
     assert!(holds.notes.iter().all(|note| !note.contains("sideways")), "{:?}", holds.notes);
 }

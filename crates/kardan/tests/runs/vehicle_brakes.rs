@@ -443,5 +443,5 @@ fn braking_that_the_car_does_not_follow_is_reported() {
         reported
     };
     assert_eq!(reported("braking"), [""; 0]);
-    assert_eq!(reported("100 N"), ["manoeuvre `halt`: nothing follows the signal `braking` that it makes"]);
+    assert_eq!(reported("100 N"), ["manoeuvre `halt`: the model does not use its signal `braking`"]);
 }

@@ -20,7 +20,7 @@ fn run(name: &str, time: Vec<f64>, values: Vec<f64>) -> Run {
         }],
         series: Series { time, signals: vec![signal] },
         energy: Energy { input: 3.0, stored: 1.0, dissipated: 2.0, residual: 1e-12, exchanged: 3.0 },
-        events: vec![Event { time: 0.5, what: "rk sticks".into() }],
+        events: vec![Event { time: 0.5, description: "rk sticks".into() }],
         outcome: Outcome::Completed,
         requirements: vec![RequirementResult {
             text,
@@ -82,7 +82,7 @@ fn a_study_has_the_promised_shape() {
     let figure = object!({ "name": "peak", "text": "max rk.phi", "value": 0.25, "unit": "rad", "display": null });
     assert_eq!(first["figures"][0], figure);
     assert_eq!(all["figures"], Value::Null);
-    assert_eq!(first["events"][0], object!({ "time": 0.5, "what": "rk sticks" }));
+    assert_eq!(first["events"][0], object!({ "time": 0.5, "description": "rk sticks" }));
     assert_eq!(all["variants"][1]["files"], object!([]));
 }
 
@@ -112,7 +112,7 @@ fn an_error_names_the_place_of_every_diagnostic() {
         Diagnostic::warning("file::odd", "odd"),
     ];
     let all = read(&json_error("2 mistakes", "a = 1\nb = kq\n", &list));
-    let expected = object!({ "schema": "kardan/1", "error": { "message": "2 mistakes", "diagnostics": [
+    let expected = object!({ "schema": "kardan/2", "error": { "message": "2 mistakes", "diagnostics": [
         { "severity": "error", "code": "unit::unknown", "message": "unknown unit", "line": 2, "column": 4, "help": "use kg" },
         { "severity": "warning", "code": "file::odd", "message": "odd", "line": null, "column": null, "help": null },
     ] } });

@@ -30,8 +30,8 @@ fn a_lost_encoder() {
     assert_eq!(run.outcome, Outcome::Completed);
     assert!(run.series.signals.iter().all(|signal| signal.values.iter().all(|x| x.is_finite())));
     assert!(largest(&run, "wg_motor.tau") <= 1.3 && largest(&run, "rk_motor.tau") <= 60.0);
-    let reported = |what: &str| run.events.iter().find(|event| event.what == what).map(|event| event.time);
-    assert_eq!(reported("wg_encoder gives no number any more"), Some(0.2));
+    let reported = |what: &str| run.events.iter().find(|event| event.description == what).map(|event| event.time);
+    assert_eq!(reported("wg_encoder outputs no number any more"), Some(0.2));
     assert_eq!(reported("wg_encoder works again"), Some(0.22));
     let note = run.notes.iter().find(|note| note.contains("no number")).expect("told");
     assert!(note.contains("column") && note.contains("in 20 of 15") && note.contains("first at 0.2"), "{note}");
@@ -56,7 +56,7 @@ fn a_stuck_sensor() {
     let run = variant(&fault("sensor = \"bar.tau\"\nkind = \"stuck\"\nat = \"0.15 s\"\nuntil = \"0.16 s\""), "rack");
     assert_eq!(run.outcome, Outcome::Completed);
     assert!(!run.notes.iter().any(|note| note.contains("no number")), "{:?}", run.notes);
-    assert!(run.events.iter().any(|event| event.what == "bar.tau goes on giving its last reading"));
+    assert!(run.events.iter().any(|event| event.description == "bar.tau keeps its last reading"));
     assert_ne!(signal(&run, "wg_motor.command"), signal(&variant(ecu(), "rack"), "wg_motor.command"));
 }
 

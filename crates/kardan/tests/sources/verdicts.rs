@@ -25,7 +25,12 @@ use Evidence::{Certificate, Description, Open, Test};
 /// Evidence, and parts of texts that it stands behind.
 const LISTED: &[(Evidence, &[&str])] = &[
     (
-        Certificate(&["reached", "seen", "unreached", "unseen"]),
+        Certificate(&[
+            "controllability_minor",
+            "observability_minor",
+            "uncontrollable_invariant",
+            "unobservable_invariant",
+        ]),
         &[
             "rank {n} of {n}: a minor does not vanish modulo a prime; proven",
             "a minor does not vanish modulo a prime, and {} never reached; proven",
@@ -51,10 +56,10 @@ const LISTED: &[(Evidence, &[&str])] = &[
             "{what}; proven",
         ],
     ),
-    (Certificate(&["proven"]), &["Every answer is proven over the rationals."]),
+    (Certificate(&["proven"]), &["Every result is proven over the rationals."]),
     (
         Certificate(&["matrix_distance"]),
-        &["The smaller number is proven for all changes", "rely on it only if the numbers are meant exactly"],
+        &["The smaller number is a proven lower bound", "rely on the result only if the numbers are exact"],
     ),
     (
         Test("kardan/tests/analysis/constraints.rs", "no_prime_and_no_point_is_known_before"),
@@ -62,7 +67,7 @@ const LISTED: &[(Evidence, &[&str])] = &[
     ),
     (
         Test("kardan/tests/analysis/constraints.rs", "functions_that_are_not_rational_are_not_guessed_at"),
-        &["the derivatives of its coefficients are equal crosswise, exactly"],
+        &["the cross derivatives of its coefficients are equal, exactly"],
     ),
     (
         Test("kardan/tests/analysis/box_proof.rs", "a_loss_in_the_box_is_never_overlooked"),
@@ -130,9 +135,9 @@ const LISTED: &[(Evidence, &[&str])] = &[
         Test("kardan/tests/model/torque_laws.rs", "equilibria_are_reported_as_what_they_are"),
         &[
             "proven: there is exactly one within",
-            "proven: no torque is left, exactly",
+            "proven: the residual torque is exactly zero",
             "{}, {by}; {proven}{local}",
-            "{what} {}, {by}{standing}; {proven}",
+            "{what} {}, {by}{at_rest_text}; {proven}",
             "the run tells which, and what of it is proven",
         ],
     ),
@@ -147,15 +152,15 @@ const LISTED: &[(Evidence, &[&str])] = &[
             "no proof",
             "neither proven nor found",
             "Not everything could be proven",
-            "which is not attempted",
+            "and is not attempted",
             "was rounded to",
             "exact answers of larger systems would take too long",
-            "too large to be taken apart exactly",
+            "too large for an exact decomposition",
             "which is exact to first order only",
             "wrong with a probability",
-            "What is not called proven was computed modulo primes",
+            "Results not marked as proven are computed modulo random primes",
             "the proof is for this controller alone",
-            "what is proven of the loop holds",
+            "what is proven of the loop applies",
             "the exact loop is as said, the one that runs",
             "what is designed and proven is about small motions",
             "what is decided exactly is so of the rounded rows",
@@ -184,7 +189,7 @@ const LISTED: &[(Evidence, &[&str])] = &[
             "its exact ratio would have",
             "have exact breakpoints",
             "steps at exact times",
-            "the structure is exact all the same",
+            "the structure is still exact",
             "exactly",
             "decided and designed exactly on the linear model",
             "the exactly sampled plant",

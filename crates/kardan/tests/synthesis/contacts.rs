@@ -13,7 +13,7 @@ fn designed(source: &str) -> Design {
 fn same(found: &[ChannelMargin], expected: &[ChannelMargin]) {
     assert_eq!(found.len(), expected.len());
     for (one, other) in found.iter().zip(expected) {
-        assert_eq!((&one.name, one.reading), (&other.name, other.reading));
+        assert_eq!((&one.name, one.is_sensor), (&other.name, other.is_sensor));
         for (one, other) in [
             (one.disk, other.disk),
             (one.phase, other.phase),
@@ -75,13 +75,17 @@ fn margins_in_contact_are_those_without_backlash() {
         assert_eq!((found.stable, found.flank.as_str()), (reference.stable, "either"));
         same(&found.channels, &reference.channels);
         close(
-            found.together.as_ref().expect("both").disk[0],
-            reference.together.expect("both").disk[0],
+            found.multiloop.as_ref().expect("both").disk[0],
+            reference.multiloop.expect("both").disk[0],
             1e-6,
             "both at once",
         );
     }
-    assert!(margins.verdict.contains("All this is with `mesh1`, `mesh2` open (backlash)."), "{}", margins.verdict);
+    assert!(
+        margins.verdict.contains("All results above are with `mesh1`, `mesh2` open (backlash)."),
+        "{}",
+        margins.verdict
+    );
     // With teeth open all is as without what stands behind them.
     let all = contact(&design, &["mesh1", "mesh2"]);
     assert!((all.channels[0].disk - margins.channels[0].disk).abs() > 1e-3, "contact changes the margins");

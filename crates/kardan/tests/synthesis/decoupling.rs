@@ -110,7 +110,7 @@ fn harmonic_drive_spring_as_in_the_source() {
     let system = &quotient.system;
     let z = "wg.phi - 51 rk.phi + 50 fs.phi".to_string();
     assert_eq!(system.states, ["rk.phi", &z, "wg.w", "rk.w", "fs.w"]);
-    assert_eq!(quotient.definitions, [Definition { state: z.clone(), is: z }]);
+    assert_eq!(quotient.definitions, [Definition { state: z.clone(), expression: z }]);
     assert_eq!(quotient.hidden, polynomial(&[0, 1]));
     is_golden(&system.a, &rows(&golden["A5"]), "A5");
     is_golden(&system.b, &rows(&golden["B5"]), "B5");
@@ -783,7 +783,7 @@ fn long_combinations_get_short_names() {
     let quotient = observable_quotient(&system, &[]);
     assert_eq!(quotient.system.states, ["z2"]);
     let expression = "10 shaft_0.phi + 11 shaft_1.phi + 12 shaft_2.phi + 13 shaft_3.phi + 14 shaft_4.phi + 15 z1";
-    assert_eq!(quotient.definitions, [Definition { state: "z2".into(), is: expression.into() }]);
+    assert_eq!(quotient.definitions, [Definition { state: "z2".into(), expression: expression.into() }]);
     assert_eq!(quotient.hidden, polynomial(&[0, 0, 0, 0, 0, 1]));
     // A preferred row is taken as it points, in smallest whole numbers.
     let row: Vec<Rational> = (0..n).map(|j| frac(-10 - j as i64, 7)).collect();
@@ -810,7 +810,7 @@ fn polynomials_of_channels() {
     assert_eq!(poles(&[], 0).unwrap(), polynomial(&[1]));
     assert_eq!(poles(&[(-1, 0)], 2).unwrap_err(), CompensationError::Count { degree: 2, poles: 1 });
     let alone = poles(&[(-1, 2), (-1, 2)], 2).unwrap_err();
-    assert_eq!(alone.to_string(), "the pole -1 + 2 j stands without its conjugate");
+    assert_eq!(alone.to_string(), "the conjugate of the pole -1 + 2 j is missing");
     assert!(matches!(poles(&[(0, 0)], 1), Err(CompensationError::NotStable { .. })));
     let wrong =
         Compensation::SecondOrder { natural_frequency: int(20), damping_ratio: int(0) }.polynomial(2).unwrap_err();

@@ -768,7 +768,7 @@ fn no_channel_of_the_linear_loops_moves_another() {
             let rms = found.rms.unwrap();
             println!("{what}: peak {peak:.2e}, rms {rms:.2e}");
             assert_eq!(found.failure, None, "{what}");
-            assert!(if found.own { peak > 0.04 } else { peak < 1e-9 }, "{what}: {peak}");
+            assert!(if found.same_channel { peak > 0.04 } else { peak < 1e-9 }, "{what}: {peak}");
             assert!(rms <= peak);
         }
     }
@@ -1043,7 +1043,7 @@ fn observers_that_cannot_be_designed() {
     let cases: &[((&str, &str), &str, &[&str])] = &[
         ((poles, ""), "control::design", &["observer needs `poles`", "kalman"]),
         ((poles, "poles = [200, -210, -220]\n"), "control::design", &["real part 200", "negative real part"]),
-        ((poles, "poles = [-200, -210]\n"), "control::design", &["2 poles", "3 (for every sensor alike)", "8 (for"]),
+        ((poles, "poles = [-200, -210]\n"), "control::design", &["2 poles", "3 (the same for every sensor)", "8 (for"]),
         ((poles, "poles = [\"-200 + 3j\", -210, -220]\n"), "control::design", &["-200 + 3j", "self-conjugate"]),
         ((poles, "poles = [-1e120, -2e120, -3e120]\n"), "number::range", &["`observed`", "too large"]),
         ((poles, "method = \"kalmann\"\n"), "choice::unknown", &["`kalmann`", "kalman"]),
@@ -1060,13 +1060,13 @@ fn observers_that_cannot_be_designed() {
         (
             (sensors, "sensors = [\"wg.phi\", \"rk.phi\", \"fs_torque\"]\n"),
             "control::design",
-            &["`fs_torque.tau` depends on the torques of the motors at once"],
+            &["`fs_torque.tau` depends directly on the motor torques"],
         ),
         ((sensors, "sensors = [\"wg.phi\", \"wg.phi\"]\n"), "name::duplicate", &["`wg.phi`", "twice"]),
         ((sensors, "sensors = [\"wg.phi\", \"rk.ph\"]\n"), "name::unknown", &["`rk.ph`", "`rk.phi`"]),
         ((disturbances, "disturbances = [\"wg\", \"rt\"]\n"), "control::design", &["no shaft `rt`"]),
         ((disturbances, "disturbances = [\"wg\", \"wg\"]\n"), "name::duplicate", &["`wg`", "twice"]),
-        ((disturbances, "disturbances = []\n"), "control::design", &["2 (for every sensor alike) or 6 (for"]),
+        ((disturbances, "disturbances = []\n"), "control::design", &["2 (the same for every sensor) or 6 (for"]),
     ];
     for ((from, to), code, words) in cases {
         let text = changed("harmonic-drive-spring", &[(from, to)]);

@@ -125,7 +125,11 @@ fn an_analysis_stands_at_an_equilibrium_on_the_rod() {
     poles.sort_by(f64::total_cmp);
     close(poles[0], wanted[0], 1e-9);
     close(poles[1], wanted[1], 1e-9);
-    assert!(found.notes.iter().any(|note| note.contains("held by constant torques: m = ")), "{:?}", found.notes);
+    assert!(
+        found.notes.iter().any(|note| note.contains("constant torques balance the operating point: m = ")),
+        "{:?}",
+        found.notes
+    );
 }
 
 const BLADE: &str = "[model]\nname = \"blade\"\n[mass.x]\nmass = \"2 kg\"\n[mass.y]\nmass = \"2 kg\"\n[shaft.th]\ninertia = \"0.5 kg m^2\"\n\
@@ -217,9 +221,9 @@ fn what_has_no_linear_model_there_is_reported() {
         + "[[control.c.channels]]\noutput = \"crank.phi\"\ninput = \"m\"\nreference = \"ref\"\npoles = [-5, -6]\n";
     let reported = refused(&full);
     assert!(
-        reported
-            .iter()
-            .any(|one| one.message.contains("does not know constraints that are not solved for a coordinate: `rod`")),
+        reported.iter().any(|one| one
+            .message
+            .contains("does not support constraints that are not solved for a coordinate: `rod`")),
         "{reported:?}"
     );
     // A crank of 10 cm with a rod of 30 cm ends at 40 cm.
@@ -265,7 +269,11 @@ fn named_points_of_an_analysis_are_met() {
         let (slope, bend) = (x / root, 1.0 / root.powi(3));
         let rate = (20.0 * bend / (2.0 * (1.0 + slope * slope))).sqrt();
         close(found.modes[0].eigenvalue.im.abs(), rate, 1e-9);
-        assert!(found.notes.iter().any(|note| note.contains("held by constant torques: f = ")), "{:?}", found.notes);
+        assert!(
+            found.notes.iter().any(|note| note.contains("constant torques balance the operating point: f = ")),
+            "{:?}",
+            found.notes
+        );
     }
     let all = format!("{BLADE}[analysis]\nat = {{ \"th.phi\" = \"0 deg\", \"x.s\" = \"1 m\", \"y.s\" = \"2 m\" }}\n");
     assert!(Project::open(&all).analyze(&AnalyzeSettings::default(), &Silent).is_ok());
@@ -281,15 +289,15 @@ fn what_stands_still_and_what_is_not_met_is_reported() {
                [[control.c.channels]]\noutput = \"a.phi\"\nreference = \"ref\"\n";
     let (_, warnings) = kardan::study::prepare(&format!("{law}{chain}"));
     assert!(
-        warnings.iter().any(|one| one.message.contains("knows the motion of `hand` as if it stood still")),
+        warnings.iter().any(|one| one.message.contains("treats the prescribed motion of `hand` as constant")),
         "{warnings:?}"
     );
     let found = Project::open(chain).analyze(&AnalyzeSettings::default(), &Silent).expect("an analysis");
-    assert!(found.notes.iter().any(|note| note.contains("`hand`: a motion that is prescribed stands still there")));
+    assert!(found.notes.iter().any(|note| note.contains("`hand`: a prescribed motion is constant there")));
     let far = format!("{LIFT}{HOLD}{CHANNEL}").replace("\"crank.phi\" = \"30 deg\"", "\"slide.s\" = \"0.5 m\"");
     let reported = refused(&far);
     let text = reported.iter().map(|one| one.message.clone()).collect::<Vec<_>>().join("\n");
-    assert!(text.contains("no position was found that `rod` allows: it is off by 0.1"), "{text}");
+    assert!(text.contains("no position was found that satisfies `rod`: the smallest error is 0.1"), "{text}");
 }
 
 /// A loop that flies apart beside a kept row ends the run with words.

@@ -131,13 +131,13 @@ fn torques_of_the_harmonic_drive() {
         let text = reported.sentences.join(" ");
         assert!(
             text.contains(
-                "2 combinations of the constant torques T_wg, T_cs and T_fs can be told: \
+                "2 combinations of the constant torques T_wg, T_cs and T_fs can be observed: \
              T_wg - 1/50 T_fs and T_cs + 51/50 T_fs."
             ),
             "{text}"
         );
-        assert!(text.contains("T_wg : T_cs : T_fs = 1 : -51 : 50 cannot be told from no torque."), "{text}");
-        assert!(text.contains("Measuring any one of T_wg, T_cs and T_fs as well makes the others known."), "{text}");
+        assert!(text.contains("T_wg : T_cs : T_fs = 1 : -51 : 50 cannot be distinguished from zero torque."), "{text}");
+        assert!(text.contains("Measuring any one of T_wg, T_cs and T_fs as well determines the others."), "{text}");
         assert!(text.contains("T_wg = (T_wg - 1/50 T_fs) + 1/50 T_fs."), "{text}");
         assert!(text.contains("T_cs = (T_cs + 51/50 T_fs) - 51/50 T_fs."), "{text}");
         println!("{}", reported.sentences.join("\n"));
@@ -286,17 +286,17 @@ fn torques_that_hide() {
     assert_eq!(reported.hidden_motions, ["x3", "x4"]);
     let text = reported.sentences.join(" ");
     assert!(
-        text.contains("With y1 one combination of the constant torques a, b and c can be told: a + 2 b."),
+        text.contains("With y1 one combination of the constant torques a, b and c can be observed: a + 2 b."),
         "{text}"
     );
-    assert!(text.contains("Measuring a and c, or b and c as well makes the others known."), "{text}");
-    assert!(text.contains("c cannot be told from no torque."), "{text}");
-    assert!(text.contains("Even with all torques known x3 shows in no sensor."), "{text}");
+    assert!(text.contains("Measuring a and c, or b and c as well determines the others."), "{text}");
+    assert!(text.contains("c cannot be distinguished from zero torque."), "{text}");
+    assert!(text.contains("Even with all torques known no sensor shows x3."), "{text}");
     let blind = LinearSystem { c: Matrix::zeros(1, 4), ..bodies };
     let reported = distinguishable(&blind, &w, &names(&["a", "b", "c"])).unwrap();
     assert_eq!((reported.independent, reported.rank), (0, 0));
     assert!(
-        reported.sentences[0].contains("With y1 nothing can be told about the constant torques a, b and c."),
+        reported.sentences[0].contains("With y1 no combination of the constant torques a, b and c can be observed."),
         "{:?}",
         reported.sentences
     );

@@ -56,7 +56,7 @@ fn the_poles_are_those_asked_for_at_the_point() {
     close(poles[1], -7.0, 1e-9);
     // m g l sin φ holds it.
     assert!(
-        reported(&design.notes, "arm.phi = 60.000000 deg, held by drive = 34.641016 N m; proven"),
+        reported(&design.notes, "arm.phi = 60.000000 deg, balanced by drive = 34.641016 N m; proven"),
         "{:?}",
         design.notes
     );
@@ -69,7 +69,7 @@ fn the_poles_are_those_asked_for_at_the_point() {
     let zero = designed(&pendulum(GRAVITY, "")).expect("a design");
     close(gain(&zero)[0], 35.0 * INERTIA - LOAD, 1e-12);
     assert!(
-        reported(&zero.notes, "at rest without torques of motors; proven: no torque is left, exactly"),
+        reported(&zero.notes, "at rest without torques of motors; proven: the residual torque is exactly zero"),
         "{:?}",
         zero.notes
     );
@@ -201,9 +201,9 @@ fn a_program_is_looked_at_in_motion() {
     refused(&held, "control::point", &["no steady motion was found"]);
     let begins = car("at = { \"car.v\" = \"10 m/s\" }\n") + "start = \"operating_point\"\n";
     refused(&begins, "control::point", &["a run begins there at rest"]);
-    refused(&car("at = \"t = 3 s\"\n"), "control::point", &["`t` = 3 s lies behind the end of the run"]);
+    refused(&car("at = \"t = 3 s\"\n"), "control::point", &["`t` = 3 s is after the end of the run"]);
     let mixed = pendulum(GRAVITY, "at = { \"arm.w\" = \"1 rad/s\" }\n");
-    refused(&mixed, "control::point", &["a law of this kind is designed where the model is at rest"]);
+    refused(&mixed, "control::point", &["kardan designs a law of this kind at an equilibrium"]);
 }
 
 /// Where a torque has a kink at the operating point, everything is about one side of it, and the opposite one stands beside it: `τ = −40 |sin φ|` is a
@@ -216,7 +216,7 @@ fn both_sides_of_a_kink_are_given() {
     assert_eq!(design.margins.as_ref().and_then(|found| found.stable), Some(true));
     // J s² + 24 s + (30 − 40) on the other side: a root to the right.
     let opposite = design.opposite_side.as_ref().expect("a kink");
-    assert_eq!([&opposite.own, &opposite.side], ["`sin(arm.phi)` > 0", "`sin(arm.phi)` < 0"]);
+    assert_eq!([&opposite.reference_side, &opposite.side], ["`sin(arm.phi)` > 0", "`sin(arm.phi)` < 0"]);
     assert_eq!(opposite.margins.stable, Some(false));
     let unstable = "on the side where `sin(arm.phi)` < 0 the loop is unstable";
     assert!(reported(&design.warnings, unstable), "{:?}", design.warnings);
@@ -309,7 +309,7 @@ fn slopes_beside_many_conditions_are_exact() {
     let (product, sum) = (design("0.001 * held * arm.phi / (1 rad)"), design("0.001 * held"));
     assert_eq!((blocks(&product).as_str(), blocks(&sum).as_str()), ("`ref`", "`ref`, `slow`"));
     // With one clock there are margins of the reading, and frequency responses.
-    assert!(product.margins.expect("margins").channels.iter().any(|channel| channel.reading));
+    assert!(product.margins.expect("margins").channels.iter().any(|channel| channel.is_sensor));
 }
 
 #[test]
@@ -318,7 +318,7 @@ fn points_that_nothing_holds_and_kinks_are_reported() {
     refused(
         &pendulum("-100 N m * sin(arm.phi)", AT_60),
         "control::point",
-        &["`drive` would have to hold 86.602540 N m", "60 N m"],
+        &["`drive` would have to give 86.602540 N m", "60 N m"],
     );
     // A torque on a shaft that the motor does not reach.
     let more = "[shaft.free]\ninertia = \"1 kg m^2\"\n[torque.push]\nshaft = \"free\"\nlaw = \"2 N m * cos(free.phi)\"\n\
@@ -330,7 +330,7 @@ fn points_that_nothing_holds_and_kinks_are_reported() {
     let (_, warnings) = study::prepare(&poles(pendulum(GRAVITY, "") + more));
     let warning = warnings.iter().find(|one| one.code == "control::point").expect("a warning");
     assert!(
-        warning.to_string().contains("zero angles, where the model does not rest: along `free` 2.000000 N m"),
+        warning.to_string().contains("zero angles, which is no equilibrium of the model: 2.000000 N m on `free`"),
         "{warning}"
     );
     // No kink where it is elsewhere or where both sides agree.
@@ -351,7 +351,7 @@ fn points_that_nothing_holds_and_kinks_are_reported() {
         let slope = "`gravity` has no slope at the operating point";
         refused(&pendulum(&format!("-4 N m * {law}"), &at), "control::slope", &[slope, "its slope is infinite"]);
     }
-    refused(&pendulum("-4 N m / (arm.phi)", ""), "control::slope", &["its value is no number"]);
+    refused(&pendulum("-4 N m / (arm.phi)", ""), "control::slope", &["its value is not a number"]);
     let jump = "-4 N m * sign(arm.phi)";
     refused(&pendulum(jump, ""), "control::slope", &["it jumps where `arm.phi` = 0"]);
     // An analysis refuses it the same way.

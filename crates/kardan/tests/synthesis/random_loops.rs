@@ -486,9 +486,9 @@ impl Found {
             self.unstable += 1;
             return;
         }
-        let (sweep, motor) = (swept(&of), margins.channels.iter().find(|one| !one.reading).expect("a motor"));
+        let (sweep, motor) = (swept(&of), margins.channels.iter().find(|one| !one.is_sensor).expect("a motor"));
         let mut all = differences(motor, &sweep, 1e-6);
-        let reading = margins.channels.iter().find(|one| one.reading).expect("a reading");
+        let reading = margins.channels.iter().find(|one| one.is_sensor).expect("a reading");
         // One motor and one reading: the loop is the same wherever it is opened.
         let same = Swept { gain: motor.gain, phase: motor.phase, disk: motor.disk };
         all.extend(differences(reading, &same, 1e-6).into_iter().map(|one| format!("reading {one}")));

@@ -466,9 +466,12 @@ fn references_are_reached() {
     // A speed cannot be held through a spring to the ground; both ends of one shaft are never different.
     let m = |rows: &[&[i64]]| integers(rows);
     let spring = LinearSystem::state_space(m(&[&[0, 1], &[-4, -1]]), m(&[&[0], &[1]]), m(&[&[0, 1]]));
-    assert_eq!(steady_state(&spring), Err(SteadyStateError::Zero { unheld: "y1 is zero at every rest".into() }));
+    assert_eq!(steady_state(&spring), Err(SteadyStateError::Zero { unheld: "y1 is zero at every equilibrium".into() }));
     let same = LinearSystem::state_space(m(&[&[0, 1], &[-4, -1]]), m(&[&[0, 1], &[1, 1]]), m(&[&[1, 0], &[2, 0]]));
-    assert_eq!(steady_state(&same), Err(SteadyStateError::Zero { unheld: "y1 - 1/2 y2 is zero at every rest".into() }));
+    assert_eq!(
+        steady_state(&same),
+        Err(SteadyStateError::Zero { unheld: "y1 - 1/2 y2 is zero at every equilibrium".into() })
+    );
     let idle = LinearSystem::state_space(m(&[&[0]]), m(&[&[0]]), m(&[&[1]]));
     assert_eq!(steady_state(&idle), Err(SteadyStateError::Zero { unheld: "x1 never changes".into() }));
     let wide = LinearSystem::state_space(m(&[&[0]]), m(&[&[1, 1]]), m(&[&[1]]));

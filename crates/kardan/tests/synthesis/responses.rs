@@ -194,7 +194,11 @@ fn what_a_design_shows_is_one_loop() {
         }
         // |σ(S) − σ(T)| ≤ 1, as S + T = I.
         let of = |function, readings| {
-            found.sensitivities.iter().find(|one| (one.function, one.readings) == (function, readings)).expect("shown")
+            found
+                .sensitivities
+                .iter()
+                .find(|one| (one.function, one.at_sensors) == (function, readings))
+                .expect("shown")
         };
         for readings in [false, true] {
             let (s, t) = (of(LoopFunction::S, readings), of(LoopFunction::T, readings));

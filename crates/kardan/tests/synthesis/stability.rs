@@ -45,7 +45,7 @@ fn equal_resonances_in_a_row_grow_and_beside_each_other_do_not() {
     assert!(found.rates.is_empty() && found.gain_margin.is_none() && found.channels.is_empty());
     let found = margins(&program(RESONATORS, "0 N m/rad*a.phi", ""));
     let border: Vec<(f64, usize, usize)> =
-        found.stability.border.iter().map(|motion| (motion.frequency, motion.poles, motion.growth)).collect();
+        found.stability.border.iter().map(|motion| (motion.frequency, motion.poles, motion.growth_exponent)).collect();
     assert_eq!((found.stability.word, border), (Stability::Marginal, vec![(1.0, 4, 0)]));
     assert!(found.verdict.contains("marginal") && !found.verdict.contains("UNSTABLE"));
     let detuned = RESONATORS.replacen("1 N m/rad", "4 N m/rad", 1);
@@ -98,7 +98,11 @@ fn growth_below_rounding_refuses_no_run() {
     let source = program(shafts, "-0.2 N m s/rad*a.w", "sample_time = \"0.1 s\"");
     let found = margins(&source);
     assert_eq!(found.stability.word, Stability::Unstable);
-    assert!(matches!(found.zero_pole_evidence, kardan::results::ZeroPoleEvidence::ToRounding(_)), "{}", found.verdict);
+    assert!(
+        matches!(found.uncontrolled_poles_method, kardan::results::ZeroPoleEvidence::ToRounding(_)),
+        "{}",
+        found.verdict
+    );
     let settings = kardan::study::Settings { runs_only: true, ..kardan::study::Settings::default() };
     let ran = kardan::project::Project::open(&*source).run(&settings, &kardan::study::Silent);
     assert!(ran.is_ok(), "{ran:?}");

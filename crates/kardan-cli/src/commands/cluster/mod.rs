@@ -1,9 +1,9 @@
-//! `kardan sweep --on`: the shards of a sweep as a job of something that runs jobs, followed until all are there, and merged.
+//! `kardan sweep --on`: the shards of a sweep as a job of a scheduler, followed until all are done, and merged.
 //!
-//! All that is known between two commands stands in the folder: `jobs.txt` (what is swept, in how many shards, and the jobs that were submitted),
+//! The folder stores all state between two commands: `jobs.txt` (the sweep, the number of shards, and the submitted jobs),
 //! `shard.sh` (runs one shard), `job.sh` or `job.yaml` (runs many, made from a template), `parts/I` (the rows of a shard, and its manifest when it is
-//! done), `logs/I.log`. A shard is done when its manifest is there, whatever a queue says of it. What is there before a command that goes on is read:
-//! a shard whose manifest or rows are damaged or gone is not done.
+//! done), `logs/I.log`. A shard is done when its manifest exists, whatever a queue reports. A command that resumes reads the existing files:
+//! a shard whose manifest or rows are damaged or missing is not done.
 
 mod queue;
 mod record;
@@ -38,19 +38,19 @@ use crate::stop;
 
 /// What runs one shard.
 const SHARD: &str = include_str!("templates/shard.sh");
-/// Samples of a shard, if nobody says how many shards there are.
+/// Samples of a shard, if `--shards` is not given.
 const SAMPLES: u64 = 1000;
-/// The record of what was submitted.
+/// The record of the submitted jobs.
 const RECORD: &str = "jobs.txt";
 /// The ends of names of logs: of the shard itself, and of queues.
 const LOGS: [&str; 3] = ["log", "slurm", "hq"];
-/// Between two looks at signals and at processes of our own.
+/// Polling interval of signals and of kardan's own processes.
 const SLICE: Duration = Duration::from_millis(20);
-/// Between two looks at the folder and the queue: at first, and at most.
+/// Polling interval of the folder and the queue: initial and largest.
 const POLL_INTERVALS: (Duration, Duration) = (Duration::from_millis(200), Duration::from_secs(10));
-/// Looks at a queue that does not answer, one after the other, before that is an error.
+/// Consecutive polls of a queue without an answer before kardan reports an error.
 const SILENCE: u32 = 30;
-/// How long processes of our own have to end when they are told to.
+/// Time that kardan's own processes have to end after a signal.
 const GRACE: Duration = Duration::from_secs(4);
 
 /// `kardan sweep template`.
@@ -70,7 +70,7 @@ pub fn sweep(args: &SweepArgs, target: Target, quiet: bool) -> Result<u8, Failur
     if args.on.dry_run {
         let (path, text) = work.write_job(&missing)?;
         print(&text)?;
-        work.message(&format!("wrote {}; nothing is submitted: `{}` does", path.display(), work.by_hand(&path)));
+        work.message(&format!("wrote {}; not submitted: run `{}` to submit it", path.display(), work.by_hand(&path)));
         return Ok(DONE);
     }
     if let Some(job) = work.jobs.last().cloned().filter(|_| !missing.is_empty()) {
@@ -85,7 +85,7 @@ pub fn sweep(args: &SweepArgs, target: Target, quiet: bool) -> Result<u8, Failur
         if again > 0 {
             let (which, why) = (ranges(&missing), work.why(missing[0]));
             work.message(&format!(
-                "{} of {} shards have failed ({which}; {why}): submitted again, {again} of {tries}",
+                "{} of {} shards have failed ({which}; {why}): resubmitted, {again} of {tries}",
                 missing.len(),
                 work.shards
             ));
@@ -116,20 +116,20 @@ struct Work<'a> {
     /// Name and text of the template.
     template: (String, String),
     shards: u64,
-    /// What is swept, in words.
+    /// Description of the sweep.
     identity: String,
     /// Jobs in the queue that were submitted from this folder.
     jobs: Vec<String>,
-    /// Nobody else fills the folder.
+    /// Lock: no other sweep writes to the folder.
     lock: Option<Lock>,
 }
 
 impl<'a> Work<'a> {
-    /// Looks at everything that can be wrong before something is submitted, and writes what runs a shard.
+    /// Checks for all possible errors before submitting, and writes the script that runs a shard.
     fn prepare(args: &'a SweepArgs, queue: &'static Queue, quiet: bool) -> Result<Self, Failure> {
         let model = args.model.clone().unwrap_or_default();
         if model.as_os_str() == "-" {
-            let message = "`--on` cannot give the model of the standard input to its shards";
+            let message = "`--on` cannot pass a model from standard input to its shards";
             return Err(Diagnostic::error("sweep::on", message)
                 .help("write it to a file that all machines see")
                 .into());
@@ -149,7 +149,7 @@ impl<'a> Work<'a> {
         let shards = args.on.shards.unwrap_or(default_shards.min(plan.blocks()).min(MOST_SHARDS));
         if shards > plan.blocks() {
             let message = format!(
-                "{shards} shards: {} samples are {} blocks, and {} shards would have none",
+                "{shards} shards: {} samples are only {} blocks; {} shards would have none",
                 plan.head.samples,
                 plan.blocks(),
                 shards - plan.blocks()
@@ -160,19 +160,17 @@ impl<'a> Work<'a> {
         let identity = plan.head.identity.replace('\n', " ");
         let mut work =
             Work { args, queue, quiet, model, out, template, shards, identity, jobs: Vec::new(), lock: None };
-        // All words are known and all paths can be told, before a file is written.
+        // All template words and paths are checked before a file is written.
         let job = fill(&work.template.0, &work.template.1, &work.values(&[1])?)?;
         if queue.name == "kubernetes" && job.contains("mountPath: \"/\"") {
-            let message = format!(
-                "model and `{}` have no folder above them but `/`, which no volume can take",
-                work.out.display()
-            );
+            let message =
+                format!("model and `{}` share no folder but `/`, which no volume can mount", work.out.display());
             let help = "put the model and the folder of `--out` into one folder, that of the claim";
             return Err(Diagnostic::error("sweep::on", message).help(help).into());
         }
         work.lock = Some(prepared_folder(&work.out, None)?);
         work.take_up((&project, &plan))?;
-        // From here on what is there is of this sweep.
+        // From here on all files are of this sweep.
         work.record()?;
         for folder in ["parts", "logs"] {
             prepare_folder_in(&work.out, folder)?;
@@ -187,25 +185,24 @@ impl<'a> Work<'a> {
         Ok(work)
     }
 
-    /// What the folder tells of the commands before; a folder with another sweep, or with files of somebody else, is refused.
+    /// Reads the state of earlier commands from the folder; rejects a folder with another sweep, or with foreign files.
     fn take_up(&mut self, (project, plan): (&Project, &SweepPlan)) -> Result<(), Diagnostic> {
         let (path, shown) = (self.out.join(RECORD), self.out.display());
         let rows = files_of_rows(&self.out);
         if !rows.is_empty() && !self.args.force {
-            let message = format!("the folder `{shown}` holds rows of a sweep already");
-            let help =
-                "they were made without `--on`: replace them with `--force`, or name another folder with --out DIR";
+            let message = format!("the folder `{shown}` already contains rows of a sweep");
+            let help = "they come from a sweep without `--on`: replace them with `--force`, or name another folder with --out DIR";
             return Err(Diagnostic::error("output::folder", message).help(help));
         }
         let refusal = |what: String, help: &str| {
-            let message = format!("`{}` cannot be gone on with: {what}", path.display());
+            let message = format!("kardan cannot resume `{}`: {what}", path.display());
             Err(Diagnostic::error("sweep::resume", message).help(help))
         };
         let record = match files::read(&path) {
             Ok(bytes) => match Record::read(&bytes) {
                 Ok(record) => record,
                 Err(why) => {
-                    let help = "kardan has not written it, or it was damaged: name another folder with --out DIR, or, if it is of this sweep, remove it and go on with `--resume`";
+                    let help = "kardan did not write it, or it is damaged: name another folder with --out DIR, or, if it is of this sweep, remove it and continue with `--resume`";
                     return refusal(why, help);
                 }
             },
@@ -215,30 +212,30 @@ impl<'a> Work<'a> {
         if self.args.force {
             return self.start_anew(record.shards);
         }
-        // A job that was written only has left nothing.
+        // A job that was written but not submitted leaves no state.
         if record.jobs.is_empty() && !begun {
             return Ok(());
         }
         if !self.args.resume {
-            let message = format!("the folder `{shown}` holds rows of a sweep already");
-            let help = "go on with `--resume`, replace them with `--force`, or name another folder with --out DIR";
+            let message = format!("the folder `{shown}` already contains rows of a sweep");
+            let help = "continue with `--resume`, replace them with `--force`, or name another folder with --out DIR";
             return Err(Diagnostic::error("output::folder", message).help(help));
         }
         if record.sweep != self.identity {
-            let help = "run with the model and the options that made it, or start anew with `--force`";
+            let help = "run with its original model and options, or restart with `--force`";
             let was = stored_model(&self.out, &record.sweep);
             let difference = project.sweep_mismatch(&self.identity, &record.sweep, was.as_deref());
             return refusal(format!("it is of another sweep: {difference}"), help);
         }
         if self.args.on.shards.is_some_and(|requested| requested != record.shards) {
-            let help = "leave `--shards` out to go on with those, or start anew with `--force`";
-            return refusal(format!("its sweep is in {} shards, not {}", record.shards, self.shards), help);
+            let help = "omit `--shards` to continue with those, or restart with `--force`";
+            return refusal(format!("its sweep has {} shards, not {}", record.shards, self.shards), help);
         }
         (self.shards, self.jobs) = (record.shards, record.jobs);
         Ok(())
     }
 
-    /// A folder without a record: nothing of a job is there, or what is there is to be gone on with.
+    /// A folder without a record: it contains no job files, or those of a job to resume.
     fn without_record(&mut self, plan: &SweepPlan) -> Result<(), Diagnostic> {
         if self.args.resume {
             let parts = fs::read_dir(self.out.join("parts")).into_iter().flatten().filter_map(Result::ok);
@@ -251,20 +248,20 @@ impl<'a> Work<'a> {
         let names = ["shard.sh", self.queue.file, "parts", "logs"];
         if let Some(found) = names.map(|name| self.out.join(name)).iter().find(|path| path.symlink_metadata().is_ok()) {
             let message = format!(
-                "`{}` is in the way: no `{RECORD}` in `{}` says that kardan has written it",
+                "`{}` is in the way: no `{RECORD}` in `{}` shows that kardan wrote it",
                 found.display(),
                 self.out.display()
             );
             let help =
-                "move it away, or name another folder with --out DIR; if it is of this sweep, go on with `--resume`";
+                "move it away, or name another folder with --out DIR; if it is of this sweep, continue with `--resume`";
             return Err(Diagnostic::error("output::foreign", message).help(help));
         }
         if self.args.force { self.start_anew(0) } else { Ok(()) }
     }
 
-    /// Removes what is there of a sweep before this one, in so many shards: files that kardan has written, and the folders that are empty then.
+    /// Removes the files of an earlier sweep with this number of shards: files that kardan wrote, and folders that become empty.
     fn start_anew(&self, shards: u64) -> Result<(), Diagnostic> {
-        let why = "it is of a sweep before this one";
+        let why = "it is of an earlier sweep";
         ["parts", "logs"].iter().try_for_each(|name| stays(&self.out, &self.out.join(name)))?;
         let mut files = own_files(&self.out)?;
         let mut locks = Vec::new();
@@ -281,20 +278,20 @@ impl<'a> Work<'a> {
         locks.into_iter().for_each(Lock::remove);
         let parts = (1..=shards).map(|number| self.part(number));
         for folder in parts.chain(["parts", "logs"].map(|name| self.out.join(name))) {
-            // One with files of somebody else stays.
+            // A folder with foreign files stays.
             let _ = fs::remove_dir(folder);
         }
         Ok(())
     }
 
-    /// Takes the manifests of shards away that are not whole: of which rows or the manifest are damaged or gone. They are computed again.
+    /// Removes the manifests of incomplete shards, whose rows or manifest are damaged or missing. kardan recomputes them.
     fn undo_damaged(&self, (project, plan): (&Project, &SweepPlan)) -> Result<(), Diagnostic> {
         for number in self.all() {
             let (part, shard) = (self.part(number), self.shard(number));
             let manifest = path_of_manifest(&part, shard);
             if manifest.symlink_metadata().is_ok() && !is_whole(project, plan, &part, shard) {
                 note(&format!(
-                    "shard {number}: manifest or rows in `{}` are damaged or gone: it runs again",
+                    "shard {number}: manifest or rows in `{}` are damaged or missing: it runs again",
                     part.display()
                 ));
                 removed(&manifest, "the shard is not done")?;
@@ -312,7 +309,7 @@ impl<'a> Work<'a> {
         Shard { number, of: self.shards }
     }
 
-    /// What a shard and its queue say.
+    /// The logs of a shard and its queue.
     fn logs_of(&self, number: u64) -> Vec<PathBuf> {
         LOGS.iter().map(|end| self.out.join("logs").join(format!("{number}.{end}"))).collect()
     }
@@ -330,7 +327,7 @@ impl<'a> Work<'a> {
         self.out.join("parts").join(number.to_string())
     }
 
-    /// Those of the shards that are not done.
+    /// The shards that are not done.
     fn missing(&self, shards: &[u64]) -> Vec<u64> {
         let done = |number: u64| path_of_manifest(&self.part(number), self.shard(number)).is_file();
         shards.iter().copied().filter(|number| !done(*number)).collect()
@@ -342,7 +339,7 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// What the words of a template stand for, in a job that runs these shards.
+    /// Values of the words of a template, in a job that runs these shards.
     fn values(&self, shards: &[u64]) -> Result<Vec<(&'static str, String)>, Diagnostic> {
         let text = |path: &Path| match path.to_str() {
             Some(text) if !text.contains(|c: char| c.is_control()) => Ok(text.to_owned()),
@@ -382,7 +379,7 @@ impl<'a> Work<'a> {
         ])
     }
 
-    /// The folder above model and results as a word of a script; for Kubernetes one that YAML and a shell read alike.
+    /// The folder above model and results as a word of a script; for Kubernetes one that YAML and a shell read the same way.
     fn quoted_root(&self, root: &str) -> Result<String, Diagnostic> {
         if self.queue.name != "kubernetes" {
             return Ok(quoted_for_shell(root));
@@ -391,7 +388,7 @@ impl<'a> Work<'a> {
             (false, _) => Ok(format!("\"{root}\"")),
             (true, false) => Ok(format!("'{root}'")),
             (true, true) => {
-                let message = format!("`{root}` has quotes that YAML and a shell do not read alike");
+                let message = format!("`{root}` has quotes that YAML and a shell read differently");
                 Err(Diagnostic::error("sweep::on", message).help("give that folder another name"))
             }
         }
@@ -413,7 +410,7 @@ impl<'a> Work<'a> {
         format!("kardan-{}-{:08x}-{}", stem.trim_matches('-'), sum >> 32, self.jobs.len() + 1)
     }
 
-    /// What a shard is run with, for a shell.
+    /// Command of a shard, for a shell.
     fn arguments(&self, model: &str) -> String {
         let mut parts = vec!["sweep".to_string(), model.to_string()];
         let mut add =
@@ -447,9 +444,10 @@ impl<'a> Work<'a> {
     fn run(&mut self, shards: &[u64]) -> Result<(), Diagnostic> {
         let (path, text) = self.write_job(shards)?;
         if let Some(program) = self.queue.missing(&text) {
-            let message = format!("`{program}` is not there: `{}` is written, not submitted", path.display());
+            let message =
+                format!("`{program}` is not installed: kardan wrote `{}` but did not submit it", path.display());
             let help = format!(
-                "install {}; or submit it elsewhere with `{}`, and when its shards have ended give the same command with `--resume`",
+                "install {}; or submit it elsewhere with `{}`, and repeat the command with `--resume` when its shards have ended",
                 self.queue.install,
                 self.by_hand(&path)
             );
@@ -476,17 +474,17 @@ impl<'a> Work<'a> {
         self.follow(shards, &mut || self.queue.contains(&job), false)
     }
 
-    /// Follows the job of a command before, if it is still in this queue.
+    /// Follows the job of an earlier command, if it is still in this queue.
     fn go_on(&self, job: &str, missing: &[u64]) -> Result<(), Diagnostic> {
         let Some(job) = job.strip_prefix(self.queue.name).and_then(|job| job.strip_prefix(' ')) else { return Ok(()) };
         if self.queue.missing("").is_some() || self.queue.contains(job) == Ok(false) {
             return Ok(());
         }
-        self.message(&format!("job {job} of {} is followed, {} shards are missing", self.queue.name, missing.len()));
+        self.message(&format!("kardan follows job {job} of {}, {} shards are missing", self.queue.name, missing.len()));
         self.follow(missing, &mut || self.queue.contains(job), false)
     }
 
-    /// Waits until all of the shards are done or their job is over; says how far it is.
+    /// Waits until all of the shards are done or their job has ended; reports progress.
     fn follow(
         &self,
         shards: &[u64],
@@ -506,7 +504,7 @@ impl<'a> Work<'a> {
                 thread::sleep(SLICE);
                 continue;
             }
-            // The queue is asked before the folder, so that no shard ends between the two.
+            // The queue is polled before the folder, so that no shard ends between the two.
             let is_running = if own { Ok(true) } else { runs() };
             let missing = self.missing(shards).len();
             if missing != reported {
@@ -524,11 +522,11 @@ impl<'a> Work<'a> {
                 Err(why) => {
                     silent += 1;
                     if silent == 1 {
-                        self.message(&format!("{} does not answer ({why}): asked again", self.queue.name));
+                        self.message(&format!("{} does not answer ({why}): kardan retries", self.queue.name));
                     }
                     if silent > SILENCE {
-                        let message = format!("{} does not answer any more: {why}", self.queue.name);
-                        let help = "its jobs are left as they are; the same command with `--resume` follows them";
+                        let message = format!("{} no longer answers: {why}", self.queue.name);
+                        let help = "its jobs continue; the same command with `--resume` follows them";
                         return Err(Diagnostic::error("sweep::queue", message).help(help));
                     }
                 }
@@ -546,7 +544,9 @@ impl<'a> Work<'a> {
                 "job {job} stays in the queue (`{} {job}` ends it); the same command with `--resume` follows it",
                 self.queue.cancel
             ),
-            _ => "its processes are told to end; the same command with `--resume` goes on with what is missing".into(),
+            _ => {
+                "kardan stops its processes; the same command with `--resume` continues with the missing shards".into()
+            }
         };
         Diagnostic::error("sweep::left", format!("{missing} of {} shards are missing", self.shards)).help(help)
     }
@@ -558,18 +558,18 @@ impl<'a> Work<'a> {
             let _ = write!(message, "; shard {number}: {}", self.why(*number));
         });
         Diagnostic::error("sweep::shards", message).help(format!(
-            "their last words are in `{}`; when that is put right, the same command with `--resume` runs them again, and the others stay as they are",
+            "their last messages are in `{}`; after fixing the cause, the same command with `--resume` reruns only them",
             self.out.join("logs").display()
         ))
     }
 
-    /// Why a shard is not done, as far as its log tells.
+    /// Why a shard is not done, as far as its log shows.
     fn why(&self, number: u64) -> String {
         let logs = self.logs_of(number);
         let read = |path: &PathBuf| files::read(path).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
         let error_line = logs.iter().filter_map(|path| read(path).ok()).find_map(|text| {
             let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
-            // The first error, which may go on in lines of its own.
+            // The first error, which may have further lines.
             let mut rest = lines.clone().skip_while(|line| !line.starts_with("× "));
             let error = rest.next().map(|first| {
                 let more = rest.map_while(|line| line.strip_prefix("│ "));
@@ -580,21 +580,21 @@ impl<'a> Work<'a> {
                 .map(|error_line| error_line.chars().take(300).collect())
         });
         error_line.unwrap_or_else(|| match logs[0].exists() {
-            true => "it ended without a word: killed, or never through".into(),
-            false => "it has not begun".into(),
+            true => "it ended without a message: killed or not finished".into(),
+            false => "it has not started".into(),
         })
     }
 }
 
-/// An empty file is told by what a template needs, not a model.
+/// An empty file gets a message about templates, not about models.
 fn empty(diagnostic: Diagnostic) -> Diagnostic {
     match diagnostic.code {
-        "file::empty" => diagnostic.help("begin with a template of kardan: `kardan sweep template slurm` prints one"),
+        "file::empty" => diagnostic.help("start from kardan's template: `kardan sweep template slurm` prints one"),
         _ => diagnostic,
     }
 }
 
-/// Shards that run at a time on this machine.
+/// Shards that run at the same time on this machine.
 fn processes(args: &SweepArgs, shards: u64) -> u64 {
     let cores = thread::available_parallelism().map_or(1, |cores| cores.get() as u64);
     (cores / threads(args)).clamp(1, shards.max(1))
@@ -605,7 +605,7 @@ fn threads(args: &SweepArgs) -> u64 {
     args.threads.unwrap_or(1)
 }
 
-/// Starts a script in a group of its own: signals of the terminal come to it through us.
+/// Starts a script in its own process group: kardan forwards signals of the terminal to it.
 fn started(path: &Path) -> std::io::Result<Child> {
     let mut command = Command::new("sh");
     command.arg(path).stdin(Stdio::null()).stdout(Stdio::null());
@@ -614,7 +614,7 @@ fn started(path: &Path) -> std::io::Result<Child> {
     command.spawn()
 }
 
-/// Ends a script with all that it has started: politely, so that shards keep their blocks.
+/// Ends a script and all its processes with SIGTERM, so that shards write their blocks.
 fn end(child: &mut Child) {
     let group = format!("-{}", child.id());
     let _ = Command::new("kill").args(["-TERM", "--", &group]).stdin(Stdio::null()).stderr(Stdio::null()).status();

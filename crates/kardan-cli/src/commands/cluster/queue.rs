@@ -1,4 +1,4 @@
-//! What each target is: its template, how a job is submitted, and whether it is still there.
+//! The schedulers: the template of each, how kardan submits a job, and whether the job is still in the queue.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -8,21 +8,21 @@ use kardan::diagnostics::Diagnostic;
 use crate::args::Target;
 use crate::output::reason;
 
-/// How a target is spoken to.
+/// The interface to a scheduler.
 pub struct Queue {
     pub name: &'static str,
     pub template: &'static str,
     /// How the job is called in the folder.
     pub file: &'static str,
-    /// Programs that must be there.
+    /// Programs that must be installed.
     pub needs: &'static [&'static str],
     /// How to get them.
     pub install: &'static str,
-    /// Submits the file that comes behind it; empty: the job is a script that runs until all shards have ended.
+    /// Command that submits the file appended to it; empty: the job is a script that runs until all shards have ended.
     pub submit: &'static [&'static str],
-    /// Ends the job whose number comes behind it.
+    /// Command that ends the job whose number is appended to it.
     pub cancel: &'static str,
-    /// Whether it runs a shard that failed again by itself, as often as `{{retries}}`.
+    /// Whether it reruns a failed shard by itself, as often as `{{retries}}`.
     pub retries_itself: bool,
 }
 
@@ -88,13 +88,13 @@ impl Queue {
         }
     }
 
-    /// A program that is needed and not there; one's own script needs what it names.
+    /// A required program that is missing; a custom script requires the programs that it names.
     pub fn missing(&self, script: &str) -> Option<&'static str> {
         let needed = |program: &&&str| !self.submit.is_empty() || **program == "sh" || script.contains(**program);
         self.needs.iter().filter(needed).find(|program| !exists(program)).copied()
     }
 
-    /// How one submits by hand.
+    /// The command to submit by hand.
     pub fn by_hand(&self, file: &str) -> String {
         match self.submit {
             [] => format!("sh {file}"),
@@ -106,9 +106,9 @@ impl Queue {
     pub fn submit(&self, file: &Path) -> Result<String, Diagnostic> {
         let shown = file.display();
         let refused = |why: String| {
-            let message = format!("`{}` has not taken `{shown}`: {why}", self.submit.join(" "));
+            let message = format!("`{}` rejected `{shown}`: {why}", self.submit.join(" "));
             Diagnostic::error("sweep::submit", message)
-                .help("put that right and give the same command with `--resume`; `--template` changes the job")
+                .help("fix this and repeat the command with `--resume`; `--template` changes the job")
         };
         let mut command: Vec<&str> = self.submit.to_vec();
         let file = file.to_string_lossy();
@@ -117,15 +117,15 @@ impl Queue {
         // `41;cluster` of Slurm.
         let number = reply.lines().last().unwrap_or_default().split(';').next().unwrap_or_default().trim();
         match number.is_empty() || number.contains(char::is_whitespace) {
-            true => Err(refused(format!("it answers `{}`, which is no number of a job", reply.trim()))),
+            true => Err(refused(format!("it answers `{}`, which is not a job number", reply.trim()))),
             false => Ok(number.into()),
         }
     }
 
-    /// Whether a job is still in the queue; why that is not known, else.
+    /// Whether a job is still in the queue, or why that is not known.
     pub fn contains(&self, job: &str) -> Result<bool, String> {
         match self.name {
-            // Of those of the user, since one that has gone would be an error by its number.
+            // Among the jobs of the user, since a query by the number of an ended job would fail.
             "slurm" => {
                 Ok(answer(&["squeue", "--me", "--noheader", "--format=%F"])?.lines().any(|line| line.trim() == job))
             }
@@ -143,7 +143,7 @@ impl Queue {
     }
 }
 
-/// What a program prints; what it says where it fails.
+/// The output of a program, or its error message if it fails.
 fn answer(command: &[&str]) -> Result<String, String> {
     let output =
         Command::new(command[0]).args(&command[1..]).stdin(Stdio::null()).output().map_err(|error| reason(&error))?;
@@ -152,7 +152,7 @@ fn answer(command: &[&str]) -> Result<String, String> {
         true => Ok(text(&output.stdout)),
         false => match text(&output.stderr) {
             stderr_text if stderr_text.is_empty() => Err(format!("it ends with {}", output.status)),
-            // The first lines tell; some programs add where in their code that was.
+            // The first lines explain the error; some programs add the location in their code.
             stderr_text => Err(stderr_text
                 .lines()
                 .map(str::trim)

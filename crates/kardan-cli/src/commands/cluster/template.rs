@@ -2,13 +2,13 @@
 
 use kardan::diagnostics::{Diagnostic, nearest};
 
-/// What words in double braces stand for.
+/// The values of words in double braces.
 pub type Values<'a> = [(&'a str, String)];
 
 /// The text with all words replaced.
 ///
 /// # Errors
-/// A word that there is not, or braces that do not close, with their line in `name`.
+/// An unknown word, or braces that do not close, with their line in `name`.
 pub fn fill(name: &str, text: &str, values: &Values<'_>) -> Result<String, Diagnostic> {
     let (mut out, mut rest) = (String::with_capacity(text.len()), text);
     let known = || values.iter().map(|(word, _)| *word);
@@ -35,19 +35,19 @@ pub fn fill(name: &str, text: &str, values: &Values<'_>) -> Result<String, Diagn
     Ok(out)
 }
 
-/// Whether the template names what no job does without: the command of a shard, and which shards.
+/// Whether the template has the words that every job needs: the command of a shard, and which shards.
 ///
 /// # Errors
-/// What is missing.
+/// The missing words.
 pub fn check(name: &str, text: &str) -> Result<(), Diagnostic> {
     let has = |word: &str| text.split("{{").skip(1).any(|rest| rest.split("}}").next().map(str::trim) == Some(word));
     let missing = match (has("shard"), has("array") || has("list")) {
-        (false, _) => "`{{shard}}`, the command that runs a shard whose number comes behind it",
-        (true, false) => "`{{array}}` or `{{list}}`, the numbers of the shards that are to run: 1-3,7 or 1 2 3 7",
+        (false, _) => "`{{shard}}`, the command that runs a shard, followed by its number",
+        (true, false) => "`{{array}}` or `{{list}}`, the numbers of the shards to run: 1-3,7 or 1 2 3 7",
         (true, true) => return Ok(()),
     };
     let message = format!("the template `{name}` has no {missing}");
-    let help = "begin with a template of kardan: `kardan sweep template slurm` prints one";
+    let help = "start from kardan's template: `kardan sweep template slurm` prints one";
     Err(Diagnostic::error("sweep::template", message).help(help))
 }
 

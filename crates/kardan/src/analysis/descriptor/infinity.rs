@@ -1,4 +1,4 @@
-//! What inputs reach and outputs show of the modes at infinity.
+//! Controllable and observable modes at infinity.
 
 use super::separation::{Separation, beside, kernel};
 use crate::analysis::system::LinearSystem;
@@ -6,7 +6,7 @@ pub(super) use crate::analysis::system::Side;
 use crate::num::{Matrix, Rational, exact_rank};
 use crate::results::DescriptorVerdicts;
 
-/// `finite`: whether all finite modes are met. What is said of inputs is said of outputs for the transposed system.
+/// `finite`: whether all finite modes are reached. For outputs use the transposed system.
 pub(super) fn verdicts(
     system: &LinearSystem,
     apart: &Separation,
@@ -26,8 +26,8 @@ pub(super) fn verdicts(
         finite,
         impulse: missed_impulses == 0,
         complete: finite.map(|finite| finite && missed_at_infinity == 0),
-        missed_impulses,
-        missed_at_infinity,
+        impulse_defect: missed_impulses,
+        infinite_defect: missed_at_infinity,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Systems `E ẋ = A x + B u`, `y = C x + D u` with a singular E, exact.
 //!
-//! Where det(sE − A) is not zero for all s, the pencil comes apart: with `M = (s₀E − A)⁻¹E` for some regular s₀ the kernel of
-//! `M^ν` holds what belongs to infinite eigenvalues, its image what belongs to finite ones (Wong 1974). In these coordinates
+//! Where det(sE − A) is not zero for all s, the pencil separates: with `M = (s₀E − A)⁻¹E` for some regular s₀ the kernel of
+//! `M^ν` is the part of infinite eigenvalues, its image that of finite ones (Wong 1974). In these coordinates
 //! `ż = J z + B₁u` and `N ẇ = w + B₂u` with a nilpotent N, so `w = −Σ Nⁱ B₂ u⁽ⁱ⁾`: the transfer matrix is
 //! `C₁ (sI − J)⁻¹ B₁ + D − Σ C₂ Nⁱ B₂ sⁱ`.
 
@@ -20,10 +20,10 @@ use crate::results::{Definition, DescriptorSystem, ImproperEntry, PolynomialRoot
 use infinity::{Side, verdicts};
 use separation::{NotSeparated, Separation};
 
-/// More states of a descriptor system are not taken apart.
+/// Descriptor systems with more states are not separated.
 pub const MOST_VARIABLES: usize = 200;
 
-/// Why a descriptor system is not taken apart.
+/// Why a descriptor system is not separated.
 #[derive(Debug, Clone, PartialEq)]
 pub enum DescriptorError {
     /// det(sE − A) is zero for all s.
@@ -37,7 +37,7 @@ pub enum DescriptorError {
 /// A descriptor system, and the state space that it is equivalent to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DecomposedDescriptor {
-    /// What is found.
+    /// The result.
     pub found: DescriptorSystem,
     /// `ż = J z + B u`, `y = C z + D u` for the outputs that respond to no derivative of an input; E is the identity.
     pub equivalent: LinearSystem,
@@ -96,7 +96,7 @@ pub fn descriptor(system: &LinearSystem) -> Result<DecomposedDescriptor, Descrip
         controllability: verdicts(system, &apart, Side::Inputs, finite(|found| found.controllability())),
         observability: verdicts(system, &apart, Side::Outputs, finite(|found| found.observability())),
         definitions,
-        excluded: excluded.collect(),
+        improper_outputs: excluded.collect(),
         polynomial_part,
         normal_rank,
         zeros,
@@ -126,7 +126,7 @@ fn named(reading: &Matrix<Rational>, variables: &[String]) -> (Vec<String>, Vec<
             _ => {
                 let free = (k + 1..).map(|number| format!("z{number}")).find(|name| !variables.contains(name));
                 let state = free.unwrap_or_default();
-                definitions.push(Definition { state: state.clone(), is: plain_combination(&terms) });
+                definitions.push(Definition { state: state.clone(), expression: plain_combination(&terms) });
                 state
             }
         }

@@ -5,12 +5,12 @@ use dashu_int::ops::BitTest;
 use crate::analysis::system::LinearSystem;
 use crate::num::{Matrix, Rational, echelon, exact_rank};
 
-/// Bits of all numbers times bits of a mean row, of the given pencil: beyond it not even one inverse is taken.
+/// Bits of all numbers times bits of a mean row, of the given pencil: above this limit not even one inverse is computed.
 const MAX_PENCIL_BITS: usize = 20_000_000_000;
 /// Bits of all numbers of `(s₀E − A)⁻¹E` times its order.
 const MOST_WORK: usize = 50_000_000;
 
-/// Why a pencil is not parted.
+/// Why a pencil is not separated.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum NotSeparated {
     /// Its determinant is zero for all s.
@@ -184,7 +184,7 @@ fn column_basis(matrix: &Matrix<Rational>) -> Matrix<Rational> {
     Matrix::from_fn(rows.columns(), form.rank(), |i, j| form.form[(j, i)].clone())
 }
 
-/// Matrices beside each other.
+/// Horizontal concatenation of matrices.
 pub(super) fn beside(first: &Matrix<Rational>, other: &Matrix<Rational>) -> Matrix<Rational> {
     let width = first.columns();
     Matrix::from_fn(first.rows(), width + other.columns(), |i, j| match j.checked_sub(width) {

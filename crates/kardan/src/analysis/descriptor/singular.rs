@@ -1,9 +1,9 @@
-//! Why a pencil is singular: equations that say nothing together.
+//! Why a pencil is singular: dependent equations.
 
 use super::separation::{left_kernel, pencil_at};
 use crate::num::{Matrix, Polynomial, Rational, Scalar};
 
-/// Most numbers of an unknown combination that are looked for.
+/// Most numbers of an unknown combination in the search.
 const MOST_UNKNOWN: usize = 400;
 
 /// A pencil sE − A whose determinant is zero for all s.

@@ -13,16 +13,16 @@ const MOST_WORK: usize = 1_600_000_000;
 const MOST_TESTS: usize = 60_000;
 /// A singular value decomposition takes as long as so many decompositions of Cholesky.
 const OF_SINGULAR_VALUES: usize = 20;
-/// What is tried first, as a share of what is known from above, ...
+/// The first trial, as a share of the upper bound, ...
 const FIRST: f64 = 0.5;
-/// ... what then where that holds, ...
+/// ... the second trial if the first succeeds, ...
 const CLOSE: f64 = 0.905;
-/// ... and what where it does not.
+/// ... and if it fails.
 const LOW: f64 = 0.1;
 /// Squares are split no deeper: their corners are exact.
 const DEEPEST: u32 = 50;
 
-/// What `σ_min([A − λI, B])` is not below, for all λ; 0 if nothing is proven. `upper` is its least value known.
+/// A lower bound of `σ_min([A − λI, B])` for all λ; 0 if none is proven. `upper` is its least value known.
 ///
 /// Outside the disc of radius `‖A‖ + upper` the value exceeds `upper`. Inside, for Im λ ≥ 0 (the matrices are real), squares are
 /// split until each of them is proven, or the work is spent.
@@ -35,7 +35,7 @@ pub(super) fn proven(pair: &ScaledPair, upper: f64) -> f64 {
     }
 }
 
-/// Which values are known of a corner: squares of σ_min that it has at least, and that could not be shown.
+/// The results at a corner: proven lower bounds of the square of σ_min, and values that could not be proven.
 #[derive(Debug, Clone, Copy)]
 struct Corner {
     certified: f64,
@@ -50,14 +50,14 @@ struct Square {
     y: i64,
 }
 
-/// The upper half-plane with what is known of it.
+/// The upper half-plane with the results for it.
 struct Plane<'a> {
     pair: &'a ScaledPair,
     /// `A Aᵀ + B Bᵀ`.
     gram: Mat<f64>,
     /// Frobenius norms of A and of `[A, B]`, rounded up.
     norms: [f64; 2],
-    /// A power of two beyond the disc.
+    /// A power of two outside the disc.
     side: f64,
     corners: HashMap<(i64, i64), Corner>,
     spent: usize,
@@ -72,7 +72,7 @@ impl<'a> Plane<'a> {
         let product = |one: &[f64], other: &[f64]| one.iter().zip(other).map(|(x, y)| x * y).sum::<f64>();
         let gram =
             Mat::from_fn(n, n, |i, j| product(pair.a.row(i), pair.a.row(j)) + product(pair.b.row(i), pair.b.row(j)));
-        // Twice the norm: the least value known is not above the norm of [A, B].
+        // Double the norm: the least value known is not above the norm of [A, B].
         let side = exp2(log2(2.0 * norms[1]).ceil()).max(f64::MIN_POSITIVE);
         Self { pair, gram, norms, side, corners: HashMap::new(), spent: 0 }
     }
@@ -169,7 +169,7 @@ impl<'a> Plane<'a> {
     }
 }
 
-/// What the smallest singular value of `[A − λI, B]` is not below.
+/// A lower bound of the smallest singular value of `[A − λI, B]`.
 ///
 /// For computed factors, `σ_min(M) ≥ σ_min(U) σ_min(S) σ_min(V) − ‖M − U S Vᴴ‖` (Weyl); how far U and V are from
 /// orthonormal and the products from M is computed, with the rounding of each inner product of length k at most

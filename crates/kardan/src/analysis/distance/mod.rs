@@ -1,17 +1,17 @@
-//! How far given matrices are from a system that is not controllable (observable): bounds from both sides.
+//! The distance of given matrices to the nearest uncontrollable (unobservable) system: bounds from both sides.
 //!
 //! The distance is `min ‖[ΔA, ΔB]‖` over all changes after which some mode is not reached; it equals the least of
 //! `σ_min([A − λI, B])` over all complex λ for complex changes (Eising 1984), and is not smaller for real ones.
 //!
 //! **From above** a real change is exhibited: with rows `Yᵀ` from singular vectors and any M, the change
 //! `Δ = −Y (YᵀY)⁻¹ [YᵀA − M Yᵀ, YᵀB]` makes `Yᵀ (A + ΔA) = M Yᵀ` and `Yᵀ (B + ΔB) = 0` hold exactly, over the rationals.
-//! **From below** squares of the complex plane are split until what is proven at their corners covers them, for half of the
+//! **From below** squares of the complex plane are split until the proofs at their corners cover them, for half of the
 //! least value known, then for nine tenths; `lower.rs` has the inequality and counts the rounding. That works up to about 50
-//! full states; beyond, the work that is spent may end with a tenth or nothing, and above [`MOST_FROM_BELOW`] it is not tried.
+//! full states; for more, the work limit may end the search with a tenth or no bound, and above [`MOST_FROM_BELOW`] it is not tried.
 
 //!
 //! Both are found for the matrices times a power of two that brings their largest entry near one: `σ_min` and the changes scale with them, and
-//! no square is beyond floating point.
+//! no square overflows floating point.
 
 mod lower;
 mod smallest;
@@ -28,7 +28,7 @@ use crate::results::{Complex, Invariant, MatrixDistance, NamedShare};
 pub use smallest::MOST_FROM_BELOW;
 use smallest::{ScaledPair, Smallest, left_eigenvectors, smallest};
 
-/// More states are not looked at.
+/// Systems with more states are not examined.
 pub const MOST_STATES: usize = 200;
 /// Local minima that are followed to their end.
 const FOLLOWED: usize = 6;
@@ -41,7 +41,7 @@ const STEPS_OF_MANY: usize = 3;
 /// The distance of a system from the nearest one that is not controllable, or with [`Side::Outputs`] not observable.
 ///
 /// With an E other than the identity it is that of `E⁻¹A` and `E⁻¹B`. `None` without inputs (outputs), for more than
-/// [`MOST_STATES`] states, a singular E, or a distance beyond floating point. Both bounds scale exactly with powers of two of the matrices.
+/// [`MOST_STATES`] states, a singular E, or a distance outside the range of floating point. Both bounds scale exactly with powers of two of the matrices.
 ///
 /// ```
 /// use kardan::analysis::{LinearSystem, Side, distance_of_matrices};
@@ -110,7 +110,7 @@ fn minima(pair: &ScaledPair, mut all: Vec<Smallest>) -> Option<Vec<Smallest>> {
     (!followed.is_empty()).then_some(followed)
 }
 
-/// With the left vector kept, the best λ is its Rayleigh quotient; with λ kept, the best vector is the singular one. The
+/// With the left vector fixed, the best λ is its Rayleigh quotient; with λ fixed, the best vector is the singular one. The
 /// value falls in every step.
 fn follow(pair: &ScaledPair, mut one: Smallest, steps: usize) -> Smallest {
     for _ in 0..steps {
@@ -192,8 +192,8 @@ impl Change {
             change_of_a: change(0, n),
             change_of_b: change(n, n + pair.b.columns()),
             proof: Invariant { rows: texts(&self.rows), action: texts(&action) },
-            last_digit: 0.0,
-            below_last_digit: false,
+            data_uncertainty: 0.0,
+            within_data_uncertainty: false,
         }
     }
 }

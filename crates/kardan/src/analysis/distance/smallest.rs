@@ -41,7 +41,7 @@ pub(super) fn pencil(pair: &ScaledPair, at: c64) -> Mat<c64> {
     })
 }
 
-/// For more states nothing is proven from below, and only the eigenvalues that look worst are followed.
+/// For more states there is no proof from below, and only the apparently worst eigenvalues are followed.
 pub const MOST_FROM_BELOW: usize = 80;
 /// Steps of inverse iteration.
 const ITERATIONS: usize = 4;
@@ -77,7 +77,7 @@ fn by_iteration(pair: &ScaledPair, at: c64) -> Option<Smallest> {
     value.is_finite().then_some(Smallest { at, value, left })
 }
 
-/// The left eigenvectors of A to eigenvalues with imaginary part ≥ 0, with what B makes of them.
+/// The left eigenvectors of A to eigenvalues with imaginary part ≥ 0, with their products with B.
 pub(super) fn left_eigenvectors(pair: &ScaledPair) -> Option<Vec<Smallest>> {
     let (n, m) = (pair.a.rows(), pair.b.columns());
     let transposed = Mat::from_fn(n, n, |i, j| pair.a[(j, i)]);

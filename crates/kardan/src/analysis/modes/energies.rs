@@ -1,4 +1,4 @@
-//! Where the energies of a mode are, element by element.
+//! Distribution of the energies of a mode over the elements.
 
 use faer::c64;
 

@@ -21,16 +21,16 @@ use shape::{largest, normalised, root, row_dot, shape, sorted};
 
 /// All modes of `λ²H_r + λD_r + S_r`, by size of λ, conjugate pairs once.
 ///
-/// Every eigenvalue is listed as often as it is a root, so that the modes stand for 2 · degrees_of_freedom roots, pairs for two. The
+/// Every eigenvalue is listed as often as it is a root, so that the modes represent 2 · degrees_of_freedom roots, pairs represent two. The
 /// shape runs over all shafts, `K v`, with largest entry 1. Shares of stored energy: kinetic `½ J |λ aᵀv|²` and potential
 /// `½ s |aᵀv|²`, for λ = 0 the kinetic energy of a motion with the speeds v; they sum to one, terms of one element
 /// together. Shares of the loss: `d |λ aᵀv|²`, none for λ = 0 or without damping. Where negative coefficients make a total
-/// vanish (a body that falls from a negative spring keeps the energy zero) there are no shares.
+/// vanish (a body that falls from a negative spring has the constant energy zero) there are no shares.
 ///
 /// Method: coordinates in which the inertia is the identity; rigid motions (`S_r v = 0`, exact if no stiffness is negative)
 /// are split off, each with a root λ = 0 and, where they meet no damping (`D_r v = 0`, exact), with a second one, so that
 /// double roots do not spread as rounding would have them; then QR iteration of the balanced first-order form, or
-/// the symmetric eigenvalue problem if nothing is damped (`faer`). Backward stable: the relative residual of each mode is a
+/// the symmetric eigenvalue problem without damping (`faer`). Backward stable: the relative residual of each mode is a
 /// few hundred ulp. Cost: that of the eigenvalue problem of order 2 · degrees_of_freedom with vectors.
 ///
 /// `None` if `H_r` is not positive definite, a number is not finite or the iteration fails. The fields `factor`,
@@ -62,10 +62,10 @@ pub fn modes(system: &ConstrainedSystem, reduction: &Reduction) -> Option<Vec<Mo
 }
 
 /// The modes of a mechanical system with the eigenvalues of its exact factors, each as often as it is one: 2 · degrees_of_freedom roots
-/// altogether, whatever rounding makes of multiple ones.
+/// altogether, even if rounding splits multiple ones.
 ///
-/// Shapes and energies are those of [`modes`]: of the null vectors of `λ²H_r + λD_r + S_r`, as many independent ones as the
-/// factor says, repeated where an eigenvalue has fewer of them than its multiplicity. `factor`, `controllable` and
+/// Shapes and energies are those of [`modes`]: of the null vectors of `λ²H_r + λD_r + S_r`, as many independent ones as the factor has,
+/// repeated where an eigenvalue has fewer of them than its multiplicity. `factor`, `controllable` and
 /// `observable` are those of the factor. Roots of factors that are not written out come from [`modes`]. `None` if these are
 /// needed and there are none.
 ///
@@ -120,7 +120,7 @@ pub fn exact_modes_beside(
 
 /// The modes of `E ẋ = A x` with the eigenvalues of the exact factors, each as often as it is one: n roots altogether.
 ///
-/// Shapes are those of [`modes_of_pencil`], as many independent ones as the factor says. Roots of factors that are not
+/// Shapes are those of [`modes_of_pencil`], as many independent ones as the factor has. Roots of factors that are not
 /// written out come from there. `None` if these are needed and there are none.
 ///
 /// ```
@@ -162,7 +162,7 @@ pub fn exact_modes_of_pencil(system: &LinearSystem, factors: &[Factor]) -> Optio
 }
 
 /// Modes with the roots of the factors as eigenvalues, `count` roots altogether; `at` gives modes of independent vectors to
-/// an eigenvalue, as many as it is asked for or none, and `floating` all modes as floating point has them.
+/// an eigenvalue, as many as requested or none, and `floating` all modes as floating point has them.
 fn with_exact_values(
     count: usize,
     factors: &[Factor],
@@ -183,14 +183,14 @@ fn with_exact_values(
                 factor: factor.polynomial.clone(),
                 controllable: factor.input_defect == 0,
                 observable: factor.output_defect == 0,
-                // Without a vector nothing is said but the eigenvalue.
+                // Without a vector only the eigenvalue is given.
                 ..found.get(k % found.len().max(1)).cloned().unwrap_or_else(|| root(c64::new(pole.re, pole.im)))
             };
             out.extend((0..factor.algebraic).map(mode));
         }
     }
     if exact_poles.len() < count {
-        // What is left belongs to the factors that are not written out.
+        // The remaining ones belong to the factors that are not written out.
         let open: Vec<&Factor> = factors.iter().filter(|factor| factor.roots.is_empty()).collect();
         let of_open = |mode: Mode| Mode {
             factor: match open[..] {
@@ -206,10 +206,10 @@ fn with_exact_values(
     Some(sorted(out))
 }
 
-/// The modes that are left when for each known root the nearest one is taken out of `count` roots; `None` if the modes do not
-/// stand for that many.
+/// The remaining modes when for each known root the nearest one is removed from `count` roots; `None` if the modes do not
+/// represent that many.
 ///
-/// Where one root of a pair is taken out, the pair is what rounding has made of two real roots.
+/// If one root of a pair is removed, rounding has merged two real roots into the pair.
 fn remaining_modes(modes: Vec<Mode>, exact_poles: &[Pole], count: usize) -> Option<Vec<Mode>> {
     let both = |(k, mode): (usize, &Mode)| {
         let Complex { re, im } = mode.eigenvalue;
@@ -244,7 +244,7 @@ fn remaining_modes(modes: Vec<Mode>, exact_poles: &[Pole], count: usize) -> Opti
 /// The mode of a motion that is known: all shafts move as `v e^{λt}`, with `motion` = v (real and imaginary part for each
 /// shaft) and the shares of the energies as in [`modes`].
 ///
-/// Of a motion that stands still (`v = 0`) nothing is said but its eigenvalue.
+/// Of a zero motion (`v = 0`) only the eigenvalue is given.
 ///
 /// # Panics
 /// If there is not one entry for each shaft.
@@ -289,7 +289,7 @@ mod tests {
     use super::*;
     use crate::num::Random;
 
-    /// What is left beside known roots stands for the others, whatever rounding has made of them.
+    /// The modes other than known roots represent the other roots, with any rounding.
     #[test]
     fn known_roots_are_taken_out() {
         let mode = |re: f64, im: f64| root(c64::new(re, im));

@@ -96,7 +96,7 @@ pub(super) fn quadratic_null_vectors(
 /// Gaussian elimination with row exchanges of a matrix whose entries lie within `band` of the diagonal; a pivot that
 /// vanishes is taken as the rounding unit. Cost O(n · band²).
 pub(super) fn solve_banded(n: usize, band: usize, entry: impl Fn(usize, usize) -> c64, mut x: Vec<c64>) -> Vec<c64> {
-    // Row i holds the columns from i − band to i + 2 band.
+    // Row i contains the columns from i − band to i + 2 band.
     let width = 3 * band + 1;
     let mut rows = vec![c64::ZERO; n * width];
     let at = |i: usize, j: usize| i * width + j + band - i;

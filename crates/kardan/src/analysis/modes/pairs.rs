@@ -1,4 +1,4 @@
-//! Eigenvalues with their eigenvectors, in floating point.
+//! Eigenvalues and eigenvectors in floating point.
 
 use std::collections::BTreeSet;
 
@@ -80,7 +80,7 @@ pub(super) type Vectors = [Mat<f64>; 2]; // real and imaginary parts
 /// Eigenvalues, their vectors, and the numbers of those without a vector.
 pub(super) type ExactPairs = (Vec<c64>, Vectors, BTreeSet<usize>);
 
-/// Without damping: `−λ²` are the eigenvalues of S beyond the `rigid_count` rigid motions.
+/// Without damping: `−λ²` are the eigenvalues of S other than those of the `rigid_count` rigid motions.
 pub(super) fn undamped_pairs(s: &Mat<f64>, rigid_count: usize) -> Option<ExactPairs> {
     let (r, flexible) = (s.nrows(), s.nrows() - rigid_count);
     if flexible == 0 {
@@ -104,7 +104,7 @@ pub(super) fn undamped_pairs(s: &Mat<f64>, rigid_count: usize) -> Option<ExactPa
     Some((values, [real, imaginary], BTreeSet::new()))
 }
 
-/// First-order form with the states `ω y` (motions beyond the rigid ones) and all speeds but those of free rigid motions,
+/// First-order form with the states `ω y` (motions other than the rigid ones) and all speeds but those of free rigid motions,
 /// which are constant.
 pub(super) fn damped_pairs(d: &Mat<f64>, s: &Mat<f64>, free: usize, rigid_count: usize) -> Option<ExactPairs> {
     let r = s.nrows();
@@ -122,7 +122,7 @@ pub(super) fn damped_pairs(d: &Mat<f64>, s: &Mat<f64>, free: usize, rigid_count:
             a[(angles + i - free, angles + j - free)] = -d[(i, j)];
         }
     }
-    // A vector without entries stands for none.
+    // A vector without entries means none.
     let pairs = state_pairs(&a, |_, _, _| Some(Vec::new()))?;
     let unsolved: BTreeSet<usize> = (0..pairs.len()).filter(|&k| pairs[k].vector.is_empty()).collect();
     // λ times the motion, which needs no division by a small λ.

@@ -1,4 +1,4 @@
-//! Motions that stretch no spring, exactly.
+//! Rigid-body modes (motions that stretch no spring), exactly.
 
 use faer::c64;
 
@@ -77,7 +77,7 @@ pub(super) fn transposed(rows: &[SparseRow], columns: usize) -> Vec<SparseRow> {
     out
 }
 
-/// Up to this number of rigid motions those without damping are told apart exactly.
+/// Up to this number of rigid motions those without damping are identified exactly.
 const EXACT_RIGID_UP_TO: usize = 60;
 
 pub(super) fn dense(row: &SparseRow, length: usize) -> Vec<c64> {

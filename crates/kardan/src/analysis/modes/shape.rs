@@ -9,7 +9,7 @@ pub(super) fn root(value: c64) -> Mode {
     Mode {
         eigenvalue: Complex::new(value.re, value.im),
         natural_frequency: size,
-        // Not −0 where nothing is damped.
+        // Not −0 without damping.
         damping_ratio: if size > 0.0 { 0.0 - value.re / size } else { 1.0 },
         ..Mode::default()
     }

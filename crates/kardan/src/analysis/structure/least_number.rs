@@ -14,7 +14,7 @@ use crate::results::{Count, Minor};
 /// With `force = Some((r, true))` the witness acts as forces on r degrees of freedom; with `false` (the dual system) as
 /// sensors of their positions.
 ///
-/// `stated` is the image that the minor is about; should nothing be found modulo its prime, others of `spare` follow.
+/// `stated` is the image that the minor is about; if the search fails modulo its prime, others of `spare` follow.
 pub(super) fn count(
     images: &mut Images<'_>,
     first: &Image,
@@ -39,7 +39,7 @@ pub(super) fn count(
     })
 }
 
-/// An input matrix of whole numbers with m columns that reaches everything, and its minor.
+/// An input matrix of whole numbers with m columns that reaches all states, and its minor.
 fn witness(image: &Image, m: usize, force: Option<(usize, bool)>) -> Option<(Vec<Vec<i64>>, Minor)> {
     let (field, n) = (&image.field, image.g.rows);
     let mut random = Random::new(5);

@@ -23,7 +23,7 @@ impl InvariantRows {
     }
 }
 
-/// What primes have shown is not so over the rationals.
+/// A result modulo primes is wrong over the rationals.
 pub(super) struct ModularMismatch;
 
 /// Y and M, found modulo primes, checked exactly; `None` if the fractions are too large.

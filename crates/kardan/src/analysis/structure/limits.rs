@@ -1,4 +1,4 @@
-//! How much work is done for one answer.
+//! How much work is done for one result.
 
 use kardan_rt::functions::powi;
 
@@ -8,22 +8,22 @@ const MOST_PRIMES: usize = 700;
 /// Least of the numbers of primes that are tried for one number of a large system.
 const FEW_PRIMES: usize = 24;
 
-/// Most primes for one number where a proof is asked for.
+/// Most primes for one number where a proof is requested.
 const PRIMES_FOR_PROOF: usize = 20_000;
 
-/// Primes that are looked at where inputs do not reach all.
+/// Primes that are tried where inputs do not reach all.
 pub(super) const RANK_TRIALS: usize = 3;
 
-/// Most numbers in one proof by exact rows, where speed is asked for.
+/// Most numbers in one proof by exact rows, where speed is requested.
 pub(super) const MOST_NUMBERS: usize = 20_000;
 
-/// How much work is done for one answer.
+/// How much work is done for one result.
 pub(super) struct Limits {
     /// Most primes.
     pub primes: usize,
     /// Most numbers in exact rows.
     pub numbers: usize,
-    /// How many images are looked at where inputs do not reach all.
+    /// How many images are tried where inputs do not reach all.
     pub trials: usize,
 }
 

@@ -1,4 +1,4 @@
-//! The structure of a linear system: what inputs reach and outputs show, eigenvalues and zeros with their multiplicities.
+//! The structure of a linear system: controllable and observable part, eigenvalues and zeros with their multiplicities.
 
 mod error;
 mod fractions;
@@ -34,10 +34,10 @@ use statements::Statements;
 /// Ranks are found modulo random primes near 2⁶⁰. That they are not smaller is proven by a minor that does not vanish
 /// modulo the prime; that they are not larger by left vectors that no input reaches, found modulo several primes, brought
 /// back to fractions and checked exactly. Polynomials are brought back in the same way and confirmed modulo a further
-/// prime; `certificate.statements` says what is proven and `certificate.failure_probability` bounds the rest.
+/// prime; `certificate.statements` lists what is proven and `certificate.failure_probability` bounds the rest.
 /// [`certified_structure`] leaves no rest.
 ///
-/// The bound holds for every system, also for one that was written to mislead: the primes that it is about are others each
+/// The bound is valid for every system, also for an adversarial one: its primes are others each
 /// time ([`Primes::unforeseen`]), and appear nowhere in the result. The primes in the certificate, whose minors are proofs
 /// with any prime, follow from the numbers of the system.
 ///
@@ -69,15 +69,15 @@ pub fn structure(system: &LinearSystem) -> Result<Structure, StructureError> {
     decide(system, None)
 }
 
-/// The same as [`structure`], every answer proven over the rationals: `certificate.proven` is true and the probability of
+/// The same as [`structure`], every result proven over the rationals: `certificate.proven` is true and the probability of
 /// failure zero.
 ///
 /// The polynomials, multiplicities, defects, zeros and relative degrees follow from the same computation modulo so many
-/// primes that numbers below a bound of Hadamard's kind must be what they look like; `analysis/certified.rs` holds the
+/// primes that numbers below a bound of Hadamard's kind are determined; `analysis/certified.rs` has the
 /// argument. For n states with numbers of b bits that takes about `n (b + 1) / 60` primes for systems without a double
 /// eigenvalue; for eigenvalues with several eigenvectors, roots of a factor of degree d, about d times as many. `progress`
-/// hears the fraction done. Should the number of primes needed be beyond reach, `certificate.proven` is false and a
-/// statement says what is open and why.
+/// receives the fraction done. If the number of primes needed is too large, `certificate.proven` is false and a
+/// statement names what is open and why.
 ///
 /// ```
 /// use kardan::analysis::{LinearSystem, certified_structure};
@@ -102,14 +102,14 @@ pub fn certified_structure(system: &LinearSystem, progress: &dyn Fn(f64)) -> Res
     decide(system, Some(progress))
 }
 
-/// With `certify` everything is proven, and it hears the fraction done.
+/// With `certify` all is proven, and the function receives the fraction done.
 fn decide(system: &LinearSystem, certify: Option<&dyn Fn(f64)>) -> Result<Structure, StructureError> {
     let seed = fingerprint(system);
     let limits = Limits::new(system.states.len(), certify.is_some());
     decide_modulo(system, certify, [Primes::unforeseen(seed), Primes::new(seed)], &limits)
 }
 
-/// `drawn` are the primes that decide what is not proven; with `own`, which follow from the system, all is proven that the
+/// `drawn` are the primes that decide unproven results; with `own`, which follow from the system, all is proven that the
 /// certificate shows.
 fn decide_modulo(
     system: &LinearSystem,
@@ -132,7 +132,7 @@ fn decide_modulo(
     describe_ranks(&ranks, undecided, limits, &mut statements);
     let facts = certify.and_then(|progress| prove_all(system, &ranks, &mut own, progress, &mut statements));
 
-    // What is not proven is found modulo random primes.
+    // Unproven results come from random primes.
     let from_facts = facts.as_ref().and_then(certified::Facts::spectrum);
     let proven = from_facts.is_some();
     let spectrum = from_facts.unwrap_or_else(|| spectrum(&mut images, first, reached, dual_first, observable, limits));
@@ -203,7 +203,7 @@ fn describe_ranks(ranks: &Ranks, undecided: [bool; 2], limits: &Limits, statemen
     }
 }
 
-/// Proves what ranks leave open; if that cannot be done, a statement says why.
+/// Proves what ranks leave open; if that cannot be done, a statement gives the reason.
 fn prove_all(
     system: &LinearSystem,
     ranks: &Ranks,
@@ -228,7 +228,7 @@ pub fn state_modular(system: &LinearSystem, certificate: &mut Certificate, whats
     certificate.statements.extend(statements.list);
 }
 
-/// What is proven and by what; `primes` are those of the proofs of [`certified`].
+/// The proofs and their methods; `primes` are those of the proofs of [`certified`].
 fn certificate(
     system: &LinearSystem,
     statements: Statements,
@@ -250,10 +250,10 @@ fn certificate(
         pencil: pencil(system),
         inputs,
         outputs,
-        unreached: ranks.unreached.map(InvariantRows::into_fractions),
-        unobservable: ranks.unobservable.map(InvariantRows::into_fractions),
-        reached: Some(reached),
-        observable: Some(observable),
+        uncontrollable_invariant: ranks.unreached.map(InvariantRows::into_fractions),
+        unobservable_invariant: ranks.unobservable.map(InvariantRows::into_fractions),
+        controllability_minor: Some(reached),
+        observability_minor: Some(observable),
         stability: StabilityProofs::default(),
     }
 }
@@ -332,7 +332,7 @@ mod tests {
 
     fn silent(_: f64) {}
 
-    /// The very primes that the analysis will draw divide the entries: it goes on to further ones.
+    /// The very primes that the analysis will draw divide the entries: it takes further ones.
     #[test]
     fn the_primes_in_use_do_not_mislead() {
         for count in [1, RANK_TRIALS, 2 * RANK_TRIALS, 20] {
@@ -364,7 +364,7 @@ mod tests {
         }
     }
 
-    /// Where a proof is asked for and not found, there is no verdict.
+    /// Where a proof is requested and not found, there is no verdict.
     #[test]
     fn what_is_not_proven_is_not_decided() {
         // The vector that is not reached has 200 digits, and one prime is allowed.
@@ -386,7 +386,7 @@ mod tests {
         assert!(!found.certificate.proven);
         let statements = found.certificate.statements.join("\n");
         assert!(statements.contains("controllability rank: not decided; it is at least 1 of 2"), "{statements}");
-        // Where no proof was asked for, it is told with its probability.
+        // Where no proof was requested, the statement has its probability.
         let fast = decide_modulo(&system, None, both(), &limits(false)).unwrap();
         assert_eq!((fast.undecided, fast.controllability()), (Undecided::default(), Some(false)));
         assert!(fast.certificate.failure_probability > 0.0 && fast.certificate.failure_probability < 1e-6);
@@ -395,7 +395,7 @@ mod tests {
         assert!(certified_structure(&system, &silent).unwrap().certificate.proven);
     }
 
-    /// Equal systems have equal fingerprints, others do not: signs, places and the matrix that an entry stands in count.
+    /// Equal systems have equal fingerprints, others do not: signs, places and the matrix of an entry count.
     #[test]
     fn fingerprints_distinguish_systems() {
         let system = misleading(&[7]);

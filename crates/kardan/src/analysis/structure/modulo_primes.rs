@@ -1,4 +1,4 @@
-//! What is found modulo random primes where no proof is asked for: factors and zeros.
+//! Computation modulo random primes where no proof is requested: factors and zeros.
 
 use super::limits::Limits;
 use super::ranks::Reach;
@@ -11,7 +11,7 @@ use crate::num::modular_polynomial::product;
 use crate::num::{ModularMatrix, Polynomial, Residue, reachable};
 use crate::results::Zeros;
 
-/// Factors with their roots, invariant factors in words, and the smallest invariant factor.
+/// Factors with their roots, invariant factors as text, and the smallest invariant factor.
 pub(super) fn spectrum(
     images: &mut Images<'_>,
     first: &Image,

@@ -1,4 +1,4 @@
-//! What inputs reach and outputs show: ranks modulo primes, and left vectors that prove them.
+//! The controllable and the observable part: ranks modulo primes, and left vectors that prove them.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::analysis::images::{Image, Images};
 use crate::num::{PrimeField, Primes, Span, exact_rank, reachable};
 use crate::results::{Minor, MinorColumn};
 
-/// What is reached and seen modulo one prime.
+/// The controllable and the observable part modulo one prime.
 #[derive(Clone)]
 pub(super) struct Look {
     pub image: Arc<Image>,
@@ -40,7 +40,7 @@ impl Look {
                 break;
             }
         }
-        best.expect("one look at least")
+        best.expect("at least one prime")
     }
 
     fn is_full(&self) -> bool {
@@ -51,7 +51,7 @@ impl Look {
         self.reached.rank + self.observable.rank
     }
 
-    /// Whether no rank is below that of another look.
+    /// Whether no rank is below that of another prime.
     fn reaches(&self, other: &Self) -> bool {
         self.reached.rank >= other.reached.rank && self.observable.rank >= other.observable.rank
     }
@@ -75,7 +75,7 @@ impl Reach {
     }
 }
 
-/// The minor that shows the rank of what is spanned.
+/// The minor that shows the rank of the span.
 pub(super) fn minor(field: &PrimeField, columns: Vec<(usize, usize)>, span: &Span) -> Minor {
     let mut rows = span.pivots.clone();
     rows.sort_unstable();
@@ -147,7 +147,7 @@ impl Ranks {
             {
                 return Ok(Self { found, stated, unreached, unobservable });
             }
-            // What was seen modulo these primes is not so.
+            // The result modulo these primes is wrong.
             images.forget(trials);
             dual_images.forget(trials);
         }

@@ -1,4 +1,4 @@
-//! Relative degrees: how many integrators stand between an input and an output.
+//! Relative degrees: how many integrators are between an input and an output.
 
 use super::fractions::multiply_sparse;
 use crate::analysis::LinearSystem;

@@ -1,22 +1,22 @@
-//! What is proven and what is only very probable, in sentences.
+//! Statements on which results are proven and which are only very probable.
 
 use crate::analysis::{LinearSystem, certified};
 use crate::num::PrimeField;
 use crate::results::Count;
 
-/// Collects what is proven and what is only very probable.
+/// Collects the proven and the only very probable results.
 pub(super) struct Statements {
     pub list: Vec<String>,
-    /// How many of them hold only with high probability.
+    /// How many of them are true only with high probability.
     pub open: usize,
-    /// What one of those may be wrong with.
+    /// The error probability of one of those.
     each: f64,
 }
 
 impl Statements {
-    /// Every claim holds unless a prime that was drawn divides one of a few whole numbers other than zero. With minors of S
+    /// Every claim is true unless a random prime divides one of a few whole numbers other than zero. With minors of S
     /// of at most H bits (see the bound in [`certified`]) these are: a minor of the block matrix of all [E, −A, B], n H bits;
-    /// for the invariant factors of the system, of what is not reached and of what is not seen, and for the zeros, minors for
+    /// for the invariant factors of the system, of its uncontrollable and unobservable part, and for the zeros, minors for
     /// the nullities, 2 n (H + n) bits, and leading coefficients of gcds of minors, n H bits, each; the discriminant of the
     /// square-free part, 2 n (H + 2 n) bits; numerators of differences between a coefficient and the candidates for it,
     /// 100 (H + n) bits. For each claim that is less than 32 (size + 4) (H + size) bits altogether.
@@ -27,7 +27,7 @@ impl Statements {
         Self { list: Vec::new(), open: 0, each: (bad / PrimeField::CHOICES).min(1.0) }
     }
 
-    /// A claim that holds modulo random primes.
+    /// A claim that is true modulo random primes.
     pub fn modular(&mut self, what: &str) {
         self.open += 1;
         self.list.push(format!("{what}: modulo random primes; wrong with a probability below {:.0e}", self.each));

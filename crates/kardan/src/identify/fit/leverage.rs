@@ -1,14 +1,14 @@
-//! What single samples weigh in a fit.
+//! Leverage of single samples in a fit.
 
 use crate::num::{Cholesky, Matrix, dot};
 
-/// Part of the errors below which what a fit leaves of them is rounding.
+/// Fraction of the errors below which their residual after a fit is rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// What samples weigh in a fit: residuals are smaller than errors where a sample has much to say.
+/// Leverage of samples in a fit: residuals are smaller than errors where a sample has high leverage.
 ///
 /// With `B = (XᵀX)⁻¹` the residuals of a sample with rows Xₛ have the covariance `I − XₛBXₛᵀ = LLᵀ` for errors of size one; `L⁻¹e` has
-/// the size of the errors. A variance that is summed from these is as sure as one of `(tr K)²/tr K²` samples, where
+/// the size of the errors. A variance summed from these has the certainty of one of `(tr K)²/tr K²` samples, where
 /// `K = δ_st ‖v_s‖² − u_sᵀBu_t`, `v_s = L⁻ᵀXₛB_j`, `u_s = Xₛᵀv_s` for the value j \[Bell, McCaffrey 2002\].
 pub(super) struct Leverage<'a> {
     bread: &'a Matrix<f64>,
@@ -20,13 +20,13 @@ pub(super) struct Leverage<'a> {
     u: Vec<f64>,
     /// For each value: Σ K_ss, Σ K_ss² − (uᵀBu)², and Σ u uᵀ.
     sums: Vec<(f64, f64, Matrix<f64>)>,
-    /// For each value: Σ ‖v_s‖², of which Σ K_ss is what the fit has left.
+    /// For each value: Σ ‖v_s‖², of which Σ K_ss is the residual part after the fit.
     sizes: Vec<f64>,
     samples: usize,
 }
 
 impl<'a> Leverage<'a> {
-    /// For samples of so many rows.
+    /// For samples with this number of rows.
     pub fn new(rows: usize, bread: &'a Matrix<f64>) -> Self {
         let p = bread.rows();
         Self {
@@ -42,7 +42,7 @@ impl<'a> Leverage<'a> {
         }
     }
 
-    /// Takes the rows of a sample; its residuals become of the size of the errors, where the fit does not hang on this sample alone.
+    /// Takes the rows of a sample; its residuals become of the size of the errors, unless the fit depends on this sample only.
     pub fn add(&mut self, x: &[f64], residual: &mut [f64]) {
         let (r, p) = (residual.len(), self.bread.rows());
         for i in 0..r {
@@ -80,9 +80,9 @@ impl<'a> Leverage<'a> {
         }
     }
 
-    /// Degrees of freedom of each value; NaN where the fit leaves nothing of the errors but rounding.
+    /// Degrees of freedom of each value; NaN if the residuals are only rounding.
     ///
-    /// K is symmetric of the order of the samples, so `(tr K)²` is at most their number times `tr K²`: what says more is rounding too.
+    /// K is symmetric of the order of the samples, so `(tr K)²` is at most their number times `tr K²`: a larger value is rounding too.
     pub fn degrees_of_freedom(&self) -> Vec<f64> {
         let p = self.bread.rows();
         let of = |((diagonal, square, all), size): (&(f64, f64, Matrix<f64>), &f64)| {

@@ -1,4 +1,4 @@
-//! Parameters from samples: weighted, robust, bounded; and what is left over, judged.
+//! Parameters from samples: weighted, robust, bounded; with tests of the residuals.
 
 mod leverage;
 mod options;
@@ -27,7 +27,7 @@ use whitened::{Whitened, factor};
 pub struct Fit {
     /// Values.
     pub values: Vec<f64>,
-    /// Standard errors: infinite of what is not determined, NaN at a bound, zero of a Stribeck speed that is given.
+    /// Standard errors: infinite for undetermined values, NaN at a bound, zero for a given Stribeck speed.
     pub standard_errors: Vec<f64>,
     /// Correlations of the errors.
     pub correlation: Matrix<f64>,
@@ -35,7 +35,7 @@ pub struct Fit {
     pub covariance: Matrix<f64>,
     /// Combinations of the columns that the samples do not determine.
     pub undetermined: Vec<Vec<f64>>,
-    /// Columns whose values stand at their bound, zero.
+    /// Columns whose values are at their bound, zero.
     pub bounded: Vec<usize>,
     /// Largest over smallest singular value, columns scaled to one.
     pub condition: f64,
@@ -43,11 +43,11 @@ pub struct Fit {
     pub scale: f64,
     /// Samples less the rank for each of their rows.
     pub freedom: usize,
-    /// Degrees of freedom of Student's distribution for each value: fewer than `freedom` where few samples tell it. NaN at a bound.
+    /// Degrees of freedom of Student's distribution for each value: fewer than `freedom` where few samples determine it. NaN at a bound.
     pub degrees_of_freedom: Vec<f64>,
     /// Factor of each sample under the robust loss.
     pub weights: Vec<f64>,
-    /// Lags over which errors were taken as correlated; 0: as independent.
+    /// Lags over which the fit treats errors as correlated; 0: as independent.
     pub lags: usize,
     /// Extra columns whose Stribeck speed lies at an end of the speeds measured.
     pub at_end: Vec<usize>,
@@ -60,10 +60,10 @@ pub struct Fit {
 
 /// Rounds of reweighting.
 const ROUNDS: usize = 50;
-/// Rounds in which errors of the motion are taken out, and the change in standard errors that ends them.
+/// Rounds of correction of the errors of the motion, and the change in standard errors that ends them.
 const CORRECTIONS: usize = 20;
 const SETTLED: f64 = 1e-3;
-/// Times that the covariance of the rows is taken anew, and samples for each column that it needs.
+/// Number of re-estimations of the covariance of the rows, and samples for each column that it needs.
 const REWEIGHTED: usize = 3;
 const ROWS_PER_COLUMN: usize = 2;
 
@@ -72,16 +72,16 @@ const ROWS_PER_COLUMN: usize = 2;
 /// Minimises `Σ ρ(‖L⁻¹(y − Xθ)‖)` with `L Lᵀ` the covariance of each sample's rows: QR decompositions of the weighted rows, repeated
 /// with the weights of a robust loss; Stribeck speeds by a search in one variable at a time, as all others enter linearly (variable
 /// projection). The covariance between rows is then taken from the residuals. Standard errors allow for errors that differ in size from
-/// sample to sample, with the degrees of freedom that go with them \[Bell, McCaffrey 2002\]; where samples follow each other and what
-/// is left of them is correlated (Ljung, Box), for that too \[Newey, West 1987\].
+/// sample to sample, with the degrees of freedom that go with them \[Bell, McCaffrey 2002\]; where samples are consecutive and their
+/// residuals are correlated (Ljung, Box), for that too \[Newey, West 1987\].
 ///
-/// Rows on which no measured torque acts cannot tell how large their coefficients are: see [`Samples`] with errors, whose motion is
-/// corrected at each solution, until it stays.
+/// Rows without a measured torque cannot determine the magnitude of their coefficients: see [`Samples`] with errors, whose motion is
+/// corrected at each solution until convergence.
 pub fn fit(samples: &Samples, chosen: &[usize], options: &FitOptions) -> Option<Fit> {
     if samples.errors.is_none() {
         return linear(samples, chosen, options, REWEIGHTED);
     }
-    // Weights that depend on what is sought come last.
+    // Weights that depend on the unknowns come last.
     let mut found = linear(samples, chosen, options, 0)?;
     for _ in 0..CORRECTIONS {
         let Some(corrected) = found.corrected(samples) else { break };
@@ -134,7 +134,7 @@ fn linear(samples: &Samples, chosen: &[usize], options: &FitOptions, reweighted:
             }
         }
     }
-    // What is left of the rows need not be as the sensors say: their covariance from the residuals \[Zellner 1962\].
+    // Residuals of the rows need not match the sensor noise: their covariance comes from the residuals \[Zellner 1962\].
     let scale = scale(&data, &solution, &shapes, &weights);
     let mut rows = Vec::new();
     while data.rows > 1 && rows.len() < reweighted && data.len() > ROWS_PER_COLUMN * data.columns {
@@ -173,7 +173,7 @@ impl Fit {
     }
 
     /// Probability that values as far from zero as these together, or farther, are found if all of them are zero \[Wald 1943\], by
-    /// Fisher's distribution; `None` where one of them is not determined, or stands at a bound.
+    /// Fisher's distribution; `None` where one of them is not determined, or is at a bound.
     pub fn joint_tail(&self, values: &[usize]) -> Option<f64> {
         let count = values.len();
         let freedom = values.iter().map(|&k| self.degrees_of_freedom[k]).fold(f64::INFINITY, f64::min);
@@ -194,12 +194,12 @@ impl Fit {
         fisher_tail((count as f64, freedom), dot(&own, &solved) / count as f64)
     }
 
-    /// The samples with the errors of the motion taken out that rows without a measured torque tell; none where that needs nothing.
+    /// The samples corrected by the errors of the motion that rows without a measured torque yield; none if no correction is needed.
     fn corrected(&self, samples: &Samples) -> Option<Samples> {
         samples.corrected(&self.values, &|sample, row| samples.y(sample)[row] - self.prediction(samples, sample, row))
     }
 
-    /// What the fit predicts of a row of a sample, N m.
+    /// Prediction of the fit for a row of a sample, N m.
     pub fn prediction(&self, samples: &Samples, sample: usize, row: usize) -> f64 {
         let (p, w) = (self.columns, self.columns - samples.extras);
         let x = &samples.x(sample)[row * p..(row + 1) * p];
@@ -209,8 +209,8 @@ impl Fit {
     }
 }
 
-/// Predictions of each row of each sample chosen by a fit that has not seen its fold; folds by `fold` of each, from 0 on. `None`
-/// where a fold leaves nothing to fit.
+/// Predictions of each row of each sample chosen by a fit without its fold; folds by `fold` of each, from 0 on. `None`
+/// if a fold leaves no samples to fit.
 pub fn cross_validate(samples: &Samples, chosen: &[usize], folds: &[usize], options: &FitOptions) -> Option<Vec<f64>> {
     let count = folds.iter().max().map_or(0, |most| most + 1);
     let mut out = vec![f64::NAN; chosen.len() * samples.rows];

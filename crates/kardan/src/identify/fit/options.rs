@@ -2,19 +2,19 @@
 
 use kardan_rt::functions::exp;
 
-/// How residuals count.
+/// The loss function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Loss {
     /// Squares.
     #[default]
     Squares,
-    /// Squares, from 1.345 standard deviations on their size alone \[Huber 1964\].
+    /// Squares up to 1.345 standard deviations, linear beyond \[Huber 1964\].
     Huber,
-    /// Tukey's bisquare: nothing beyond 4.685 standard deviations; begins where Huber's ends.
+    /// Tukey's bisquare: zero weight beyond 4.685 standard deviations; starts from Huber's solution.
     Bisquare,
 }
 
-/// What friction is more at low speed, over the speed by the Stribeck speed x.
+/// The excess friction at low speed, over the ratio x of speed and Stribeck speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Shape {
     /// `exp(−x²)`
@@ -22,7 +22,7 @@ pub enum Shape {
     Gaussian,
     /// `exp(−x)`
     Exponential,
-    /// `e x exp(−x)`: nothing at rest, most at the Stribeck speed.
+    /// `e x exp(−x)`: zero at rest, largest at the Stribeck speed.
     Peak,
 }
 
@@ -49,7 +49,7 @@ impl Shape {
 /// How samples are fitted.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FitOptions {
-    /// How residuals count.
+    /// The loss function.
     pub loss: Loss,
     /// Columns whose values may not be below zero.
     pub nonnegative: Vec<bool>,
@@ -57,6 +57,6 @@ pub struct FitOptions {
     pub shapes: Vec<Option<Shape>>,
     /// Stribeck speeds that are known, rad/s.
     pub speeds: Vec<Option<f64>>,
-    /// Whether the samples follow each other in time so closely that what is left of one tells of the next.
+    /// Whether the samples follow each other so closely in time that their residuals may be correlated.
     pub serial: bool,
 }

@@ -1,4 +1,4 @@
-//! What is left over, judged.
+//! Tests of the residuals.
 
 use kardan_rt::functions::{powf, powi};
 
@@ -8,16 +8,16 @@ use super::whitened::Whitened;
 use crate::identify::Samples;
 use crate::identify::distribution::{chi_squared_tail, fisher_tail, student_tails};
 
-/// A test of what is left.
+/// A test of the residuals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Test {
-    /// What is tested.
+    /// The tested property.
     pub what: TestKind,
-    /// Probability that it looks as it does, or worse, if all is well.
+    /// Probability of this deviation, or a larger one, if the model is correct.
     pub probability: f64,
 }
 
-/// What residuals are tested for.
+/// Tested properties of residuals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TestKind {
     /// Their mean is zero (row of the balance).
@@ -30,10 +30,10 @@ pub enum TestKind {
     Speed(usize),
 }
 
-/// Bins of the test for what depends on a speed.
+/// Bins of the test for dependence on a speed.
 const BINS: usize = 10;
 
-/// Tests of the residuals of a fit on the samples that it was made of.
+/// Tests of the residuals of a fit on its own samples.
 pub fn residual_tests(samples: &Samples, chosen: &[usize], fit: &Fit) -> Vec<Test> {
     let corrected = fit.corrected(samples);
     let mut data = Whitened::new(corrected.as_ref().unwrap_or(samples), chosen);

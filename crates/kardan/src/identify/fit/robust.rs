@@ -27,7 +27,7 @@ pub(super) fn robust_weights(
         (0..data.len()).map(|sample| size(data, sample, &solution.values, shapes, &mut work)).collect();
     let mut sorted = sizes.clone();
     sorted.sort_by(f64::total_cmp);
-    // The median of the size of so many normal numbers.
+    // The median of the root mean square of this number of normal variables.
     let usual = chi_squared_median_ratio(data.rows as f64).sqrt();
     let scale = sorted[sorted.len() / 2] / usual;
     let weight = |size: f64| {

@@ -1,11 +1,11 @@
-//! Residuals that follow each other in time.
+//! Serial correlation of residuals.
 
 use super::Shape;
 use super::whitened::Whitened;
 use crate::identify::distribution::chi_squared_tail;
 use crate::num::{Matrix, dot};
 
-/// Residuals of standard size, a series for each row of a sample; those without weight are left out.
+/// Residuals of standard size, a series for each row of a sample; those without weight are omitted.
 pub(super) fn series(
     data: &Whitened,
     values: &[f64],
@@ -24,7 +24,7 @@ pub(super) fn series(
 /// Lags of the test for serial correlation.
 const TEST_LAGS: usize = 10;
 
-/// Probability under independence that residuals are correlated as they are, or more \[Ljung, Box 1978\].
+/// Probability under independence of this correlation of residuals, or a larger one \[Ljung, Box 1978\].
 pub(super) fn serial_test(series: &[Vec<f64>]) -> Option<f64> {
     let mut sum = 0.0;
     let mut freedom = 0;

@@ -9,7 +9,7 @@ use crate::num::dot;
 pub(super) struct Solution {
     /// Of all columns.
     pub values: Vec<f64>,
-    /// Columns that do not stand at a bound.
+    /// Columns that are not at a bound.
     pub free: Vec<usize>,
     /// Of these.
     pub estimate: Estimate,
@@ -32,7 +32,7 @@ impl Solution {
         Some(Self { values, free, estimate })
     }
 
-    /// Columns that stand at their bound.
+    /// Columns at their bound.
     pub fn bounded(&self) -> Vec<usize> {
         (0..self.values.len()).filter(|k| !self.free.contains(k)).collect()
     }

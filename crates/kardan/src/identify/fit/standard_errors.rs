@@ -13,7 +13,7 @@ use crate::num::Matrix;
 
 /// Errors of the values of the columns, then of the Stribeck speeds.
 pub(super) struct StandardErrors {
-    /// Infinite of what is not determined, NaN at a bound, zero of a Stribeck speed that is given.
+    /// Infinite for undetermined values, NaN at a bound, zero for a given Stribeck speed.
     pub each: Vec<f64>,
     pub correlation: Matrix<f64>,
     pub covariance: Matrix<f64>,
@@ -21,7 +21,7 @@ pub(super) struct StandardErrors {
     pub degrees_of_freedom: Vec<f64>,
     /// Samples less the rank for each of their rows.
     pub freedom: usize,
-    /// Lags over which errors were taken as correlated.
+    /// Lags over which the fit treats errors as correlated.
     pub lags: usize,
 }
 
@@ -31,7 +31,7 @@ struct Linearised<'a> {
     solution: &'a Solution,
     shapes: &'a [Option<(f64, Shape)>],
     weights: &'a [f64],
-    /// Extra columns whose Stribeck speeds are not known.
+    /// Extra columns with unknown Stribeck speeds.
     searched: Vec<usize>,
 }
 
@@ -80,7 +80,7 @@ impl Linearised<'_> {
         out
     }
 
-    /// What each sample adds to the normal equations, and the degrees of freedom of each column: errors may differ in size
+    /// Contribution of each sample to the normal equations, and the degrees of freedom of each column: errors may differ in size
     /// from sample to sample. `bread`: the inverse of the normal matrix.
     fn scores(&self, bread: &Matrix<f64>) -> (Vec<f64>, Vec<f64>) {
         let (data, all, r) = (self.data, self.columns(), self.data.rows);
@@ -106,7 +106,7 @@ impl Linearised<'_> {
     }
 }
 
-/// Standard errors of a solution, and how sure they are.
+/// Standard errors of a solution, and their degrees of freedom.
 pub(super) fn standard_errors(
     data: &Whitened,
     solution: &Solution,
@@ -131,7 +131,7 @@ pub(super) fn standard_errors(
     };
     let bread = &linear.cofactor;
     let (scores, degrees_of_freedom) = linearised.scores(bread);
-    // What each score moves: their sum of squares has no negative eigenvalue, however badly the columns are told apart.
+    // Influence of each score: their sum of squares has no negative eigenvalue, however collinear the columns are.
     let mut moves = vec![0.0; scores.len()];
     for (own, score) in moves.chunks_exact_mut(all.max(1)).zip(scores.chunks_exact(all.max(1))) {
         own.iter_mut().enumerate().for_each(|(i, x)| *x = (0..all).map(|k| bread[(i, k)] * score[k]).sum());

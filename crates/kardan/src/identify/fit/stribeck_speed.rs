@@ -11,7 +11,7 @@ const BRACKETS: usize = 24;
 
 const SECTIONS: usize = 40;
 
-/// The Stribeck speed of one extra column that leaves least, between the lowest and the highest speed; whether it is at an end.
+/// The Stribeck speed of one extra column with the smallest residual, between the lowest and the highest speed; whether it is at an end.
 pub(super) fn search(
     data: &Whitened,
     extra: usize,

@@ -22,7 +22,7 @@ pub(super) fn factor(covariance: &[f64], rows: usize) -> Vec<f64> {
     out
 }
 
-/// `L⁻¹ X` in place, X with so many rows and columns.
+/// `L⁻¹ X` in place, X with this number of rows and columns.
 fn forward(lower: &[f64], rows: usize, columns: usize, x: &mut [f64]) {
     for i in 0..rows {
         for j in 0..i {
@@ -69,12 +69,12 @@ impl Whitened {
         self.data.chunks_exact_mut(size).for_each(|own| forward(lower, self.rows, self.columns + 1, own));
     }
 
-    /// How many samples there are.
+    /// Number of samples.
     pub fn len(&self) -> usize {
         self.data.len() / (self.rows * (self.columns + 1)).max(1)
     }
 
-    /// A row, and its right-hand side behind it.
+    /// A row, followed by its right-hand side.
     pub fn row(&self, sample: usize, row: usize) -> &[f64] {
         let at = (sample * self.rows + row) * (self.columns + 1);
         &self.data[at..at + self.columns + 1]

@@ -1,4 +1,4 @@
-//! Functions of time that events of the scenario make.
+//! Functions of time defined by events of the scenario.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::simulate::{Profile, SignalEvent};
 use crate::units::Dimension;
 
 impl Functions<'_, '_> {
-    /// The function that events set, which must not jump once the run has begun; zero without events. What is wrong with an event itself is told
+    /// The function that events set, which must not jump after the start of the run; zero without events. Errors in an event itself are reported
     /// with the scenario.
     pub(crate) fn of_events(
         &mut self,
@@ -35,16 +35,14 @@ impl Functions<'_, '_> {
         let jumps = |at: f64| inductance && at > 0.0 && pieces.value(at) != pieces.value_before(at);
         for (table, event) in found.iter().filter(|(_, event)| event.over == 0.0 && jumps(event.at)) {
             let message = format!(
-                "`{signal}` would jump from {} to {} {} at {} s: what is prescribed must not jump, as an inductance would take an infinite voltage",
+                "`{signal}` would jump from {} to {} {} at {} s: a prescribed signal must not jump, as an inductance would need an infinite voltage",
                 pieces.value_before(event.at),
                 event.to,
                 dimension.si(),
                 event.at
             );
             let diagnostic = Diagnostic::error("motion::jump", message).at(TableReader::place(table, "to"), "jumps");
-            out.push(
-                diagnostic.help("let it change over a time: `over = \"1 ms\"`; only at the begin, at 0 s, it may step"),
-            );
+            out.push(diagnostic.help("give the change a duration: `over = \"1 ms\"`; a step is allowed only at 0 s"));
         }
         let mut graph = Graph::default();
         let time = graph.new_symbol("t".into(), Dimension::TIME);
@@ -53,7 +51,7 @@ impl Functions<'_, '_> {
         OfTime::new(graph, time, vec![(symbol, part)], symbol, dimension)
     }
 
-    /// An event without mistakes.
+    /// An event without errors.
     fn event(&self, table: &Table, dimension: Dimension) -> Option<SignalEvent> {
         let number = |key: &str, expected: (Dimension, Sign)| {
             let scalar = match table.values.get(key) {

@@ -1,4 +1,4 @@
-//! Expressions of what moves: torques as laws.
+//! Expressions of coordinates: torques as laws.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::num::Rational;
 use crate::units::{Dimension, Exact, Expression, UnitError};
 
 impl Functions<'_, '_> {
-    /// A formula of a dimension, with names that it alone has; nothing if it has a mistake, which was told.
+    /// A formula of a dimension, with local names; `None` if it has an error, which was reported.
     pub(crate) fn formula(
         &mut self,
         expression: &Expression,
@@ -33,8 +33,8 @@ impl Functions<'_, '_> {
                 let at = place.part(expression.text(), 0..expression.text().len());
                 let unit = found.si();
                 let help = format!(
-                    "divide it by what it is measured in, `(...) / (1 {unit})`, or compare it with a threshold: \
-                     `if(... > 1 {unit}, 1, 0)`"
+                    "divide it by its unit, `(...) / (1 {unit})`, or compare it with a threshold: `if(... > 1 {unit}, \
+                     1, 0)`"
                 );
                 out.push(Diagnostic::error("unit::dimension", message).at(at, found.noun()).help(help));
                 None
@@ -48,9 +48,11 @@ impl Functions<'_, '_> {
                 };
                 let signs = expression.signs_of(&rate);
                 if let Some((span, _)) = signs.into_iter().find(|(_, of)| self.jumps_where(&formula, of)) {
-                    let message =
-                        format!("{what}: it jumps where this speed changes its sign, which no step can follow to rest");
-                    let help = "what rubs is `friction` of a shaft, a mass or a spring_damper: it holds at rest";
+                    let message = format!(
+                        "{what}: it jumps where this speed changes its sign, so the integrator cannot step to rest"
+                    );
+                    let help =
+                        "model Coulomb friction by `friction` of a shaft, a mass or a spring_damper: it sticks at rest";
                     let at = place.part(expression.text(), span);
                     out.push(Diagnostic::warning("law::jump", message).at(at, "jumps").help(help));
                 }
@@ -59,7 +61,7 @@ impl Functions<'_, '_> {
             Ok(found) => {
                 let message = format!("{what}: expected {}, found {}", expected.noun(), found.noun());
                 let at = place.part(expression.text(), 0..expression.text().len());
-                let help = format!("it should come out in a unit such as {}", expected.example());
+                let help = format!("the result needs a unit such as {}", expected.example());
                 out.push(Diagnostic::error("unit::dimension", message).at(at, found.noun()).help(help));
                 None
             }
@@ -70,7 +72,7 @@ impl Functions<'_, '_> {
         }
     }
 
-    /// A formula of whatever dimension it comes out in; nothing if it has a mistake, which was told.
+    /// A formula of any dimension; `None` if it has an error, which was reported.
     pub(super) fn formula_of_any(
         &mut self,
         expression: &Expression,
@@ -91,13 +93,13 @@ impl Functions<'_, '_> {
         }
     }
 
-    /// Whether a name is that of a block, or of an answer of one, where none answers because of a mistake in one of them, which was told.
+    /// Whether a name is that of a block, or of a block output, when none has outputs because of a reported error in one of them.
     fn is_of_broken_block(&self, name: &str) -> bool {
         let head = SignalName::new(name).element;
         self.broken_blocks && (self.document.blocks.has(head) || self.document.blocks.has(name))
     }
 
-    /// What the names of a formula stand for; unknown ones are left out. Nothing if one of them has a mistake, which was told.
+    /// The meanings of the names of a formula; unknown ones are omitted. `None` if one of them has a reported error.
     fn meanings(
         &mut self,
         expression: &Expression,
@@ -144,8 +146,8 @@ impl Functions<'_, '_> {
         Some(names)
     }
 
-    /// A formula of an element that is put together of others, which laws share; nothing in the first place if it is none, in the second if it has
-    /// a mistake, which was told.
+    /// A formula of a composite element, shared by laws; the outer option is `None` if it is not one, the inner if it has
+    /// an error, which was reported.
     fn shared(&mut self, name: &str, place: &Place, out: &mut Vec<Diagnostic>) -> Option<Option<Arc<Formula>>> {
         let signal = self.document.signals.get(name)?;
         let head = SignalName::new(name).element;
@@ -154,9 +156,9 @@ impl Functions<'_, '_> {
         let formula = signal.formula.as_ref()?;
         let what = format!("signal `{}`", shortened(name));
         if let Some(first) = self.open.iter().position(|open| *open == name) {
-            let message = format!("{what}: it follows from itself: {}", circle(&self.open[first..]));
-            let help = "let one of them follow from something else, such as a state or a block with a `sample_time`";
-            out.push(Diagnostic::error("signal::circle", message).at(place.clone(), "in a circle").help(help));
+            let message = format!("{what}: it depends on itself: {}", circle(&self.open[first..]));
+            let help = "make one of them depend on something else, such as a state or a block with a `sample_time`";
+            out.push(Diagnostic::error("signal::circle", message).at(place.clone(), "circular").help(help));
             return Some(None);
         }
         self.open.push(&signal.name);
@@ -165,7 +167,7 @@ impl Functions<'_, '_> {
         Some(found.map(|(formula, _)| Arc::new(formula)))
     }
 
-    /// What a formula comes out in.
+    /// The dimension of a formula.
     fn dimension_of(&self, formula: &Formula) -> Result<Dimension, UnitError> {
         self.formula_expr(formula, &mut Graph::default()).map(|(_, dimension)| dimension)
     }
@@ -190,7 +192,7 @@ impl Functions<'_, '_> {
         graph.lowered(&formula.expression, &mut named)
     }
 
-    /// Whether a formula jumps where a part of it vanishes; where that part is no sum of its names with numbers, it may.
+    /// Whether a formula jumps where a part of it vanishes; if that part is not a linear combination of its names, it may.
     fn jumps_where(&self, formula: &Formula, part: &Expression) -> bool {
         let mut graph = Graph::default();
         let of = Formula { expression: part.clone(), ..formula.clone() };
@@ -199,7 +201,7 @@ impl Functions<'_, '_> {
         let solved = graph.symbols(&[part]).into_iter().find_map(|symbol| {
             let slope = graph.derivative(part, symbol);
             let slope = graph.number_of(slope).cloned().filter(|slope| !slope.is_zero())?;
-            // At part = 0 the symbol is what it is less part / slope.
+            // At part = 0 the symbol equals its value minus part / slope.
             let own = graph.of_symbol(symbol)?;
             Some((symbol, graph.sum(Rational::ZERO, &[(own, Rational::ONE), (part, -(Rational::ONE / slope))])))
         });
@@ -226,7 +228,7 @@ impl Functions<'_, '_> {
         (place, what): (&Place, &str),
     ) -> Diagnostic {
         let name = text.get(error.span.clone()).unwrap_or_default().trim_matches('\'').to_string();
-        if error.message.starts_with("there is no parameter") && !error.message.contains("behind a number") {
+        if error.message.starts_with("there is no parameter") && !error.message.contains("follow a number") {
             error.code = "name::unknown";
             error.message = format!("`{}` is no angle or speed, no parameter and no signal", shortened(&name));
             let motions: Vec<[String; 2]> = own_names.into_iter().chain(self.reader.all_motions()).collect();
@@ -241,7 +243,7 @@ impl Functions<'_, '_> {
                 |other: &&str| other.contains('-') && other.contains(name.as_str()) && text.contains(*other);
             error.help = Some(match near {
                 _ if let Some(whole) = own().chain(signals.clone()).chain(parameters.clone()).find(split_name) => {
-                    format!("a name with `-` stands in quotes: `'{whole}'`")
+                    format!("quote a name with `-`: `'{whole}'`")
                 }
                 Some(near) if near.contains('-') => format!("did you mean `'{near}'`?"),
                 Some(near) => format!("did you mean `{near}`?"),
@@ -257,12 +259,13 @@ impl Functions<'_, '_> {
     }
 }
 
-/// A signal that a law cannot read: it is a formula of what moves.
+/// A signal that a law cannot read: it is a formula of coordinates.
 fn no_function(name: &str, expression: &Expression, (place, what): (&Place, &str)) -> Diagnostic {
     let span = expression.place_of(name).unwrap_or(0..expression.text().len());
-    let message =
-        format!("{what}: the signal `{name}` names what moves, a sensor or a block, so it is no function of time");
+    let message = format!(
+        "{what}: the signal `{name}` depends on coordinates, a sensor or a block, so it is not a function of time"
+    );
     Diagnostic::error("signal::moves", message)
-        .at(place.part(expression.text(), span), "no function of time")
+        .at(place.part(expression.text(), span), "not a function of time")
         .help("write its formula here, or let a block with a `sample_time` read it: `kind = \"hold\"`")
 }

@@ -21,12 +21,12 @@ const MOST_POINTS: usize = 10_000;
 struct Columns {
     values: Vec<Vec<Rational>>,
     dimensions: Vec<Dimension>,
-    /// Whether the points stand in any order.
+    /// Whether the points may be in any order.
     sorted: bool,
 }
 
 impl<'a> Functions<'a, '_> {
-    /// A table by its name; nothing in the second place if it has a mistake, which was told, and in the first if there is none.
+    /// A table by its name; the outer option is `None` if it does not exist, the inner if it has a reported error.
     pub(super) fn table(&mut self, name: &str, out: &mut Vec<Diagnostic>) -> Option<Option<Arc<Lookup>>> {
         let document = self.document;
         let (name, table) = document.tables.get(name)?;
@@ -38,7 +38,7 @@ impl<'a> Functions<'a, '_> {
         Some(made)
     }
 
-    /// Looks at all tables, also those that nothing calls.
+    /// Checks all tables, including uncalled ones.
     pub(crate) fn check_tables(&mut self, out: &mut Vec<Diagnostic>) {
         let document = self.document;
         for (name, _) in &document.tables {
@@ -58,7 +58,7 @@ impl<'a> Functions<'a, '_> {
                     table,
                     "points",
                     format!("{what}: there are points and a file"),
-                    "take out one of the two",
+                    "remove one of the two",
                     out,
                 );
             }
@@ -164,7 +164,7 @@ fn of_file(bytes: Arc<[u8]>, values: &Values) -> Result<Columns, Refusal> {
         None => (0..group.channels.len()).collect(),
     };
     if !(2..=3).contains(&columns.len()) {
-        let message = format!("{} columns are no curve and no surface", columns.len());
+        let message = format!("{} columns are neither a curve nor a surface", columns.len());
         let help = format!("name two or three by `columns`, the value last; there are {}", names());
         return Err(refusal(if values.has("columns") { "columns" } else { "file" }, message, help));
     }
@@ -196,12 +196,12 @@ fn of_file(bytes: Arc<[u8]>, values: &Values) -> Result<Columns, Refusal> {
             }
         }
         if found[0].len() > MOST_POINTS {
-            return Err(refusal("file", format!("more than {MOST_POINTS} rows"), "thin it out"));
+            return Err(refusal("file", format!("more than {MOST_POINTS} rows"), "reduce the number of rows"));
         }
     }
     if !log.damage().is_empty() {
         let message = format!("not every row could be read: {}", log.notes().join("; "));
-        return Err(refusal("file", message, "put the row right, or take it out"));
+        return Err(refusal("file", message, "correct or remove the row"));
     }
     Ok(Columns {
         values: found,
@@ -221,16 +221,16 @@ fn through(columns: Columns, cubic: bool, beyond: Beyond) -> Result<Lookup, (Str
         Some(k) => {
             let [before, after] = [k, k + 1].map(|k| rational_to_f64(&list[k]));
             let message = format!("{what} does not rise: {after} after {before} (point {})", k + 2);
-            Err((message, "sort the points, and keep one for each place"))
+            Err((message, "sort the points, with one for each position"))
         }
         None => Ok(()),
     };
-    let failed = || ("the points give no table".to_string(), "check their numbers");
+    let failed = || ("the points do not form a table".to_string(), "check their numbers");
     if let [x] = &values[..] {
         if x.len() != value.len() {
             return Err((
-                format!("{} places and {} values are no points", x.len(), value.len()),
-                "give one value for each place",
+                format!("{} positions and {} values do not form points", x.len(), value.len()),
+                "give one value for each position",
             ));
         }
         let points: Vec<_> = x.iter().cloned().zip(value).collect();
@@ -250,7 +250,7 @@ fn through(columns: Columns, cubic: bool, beyond: Beyond) -> Result<Lookup, (Str
             list.dedup();
         }
         if points.len() != value.len() {
-            return Err(("a place of the grid has two values".into(), "keep one row for each point of the grid"));
+            return Err(("a point of the grid has two values".into(), "keep one row for each point of the grid"));
         }
         let grid = y.iter().flat_map(|y| x.iter().map(move |x| (y.clone(), x.clone())));
         let missing: Vec<_> = grid.filter(|place| !points.contains_key(place)).collect();
@@ -262,7 +262,7 @@ fn through(columns: Columns, cubic: bool, beyond: Beyond) -> Result<Lookup, (Str
             let [x, y] = [at(x, &dimensions[0]), at(y, &dimensions[1])];
             let more = match missing.len() {
                 1 => String::new(),
-                count => format!(", and at {} more places", count - 1),
+                count => format!(", and at {} more points", count - 1),
             };
             let message = format!("the grid has no value where the first column is {x} and the second {y}{more}");
             return Err((message, "give one row for each point of the grid"));
@@ -271,7 +271,7 @@ fn through(columns: Columns, cubic: bool, beyond: Beyond) -> Result<Lookup, (Str
     };
     if x.len() * y.len() != value.len() {
         let message = format!(
-            "a grid of {} places along x and {} along y needs {} values, there are {}",
+            "a grid of {} points along x and {} along y needs {} values, there are {}",
             x.len(),
             y.len(),
             x.len() * y.len(),

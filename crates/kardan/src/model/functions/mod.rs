@@ -20,11 +20,11 @@ use crate::schema::{Field, Kind, Placed, Scalar, Table, Value};
 use crate::signal::{MOST_BREAKPOINTS, Refused, SignalWriter};
 use crate::units::{Dimension, Expression, UnitError};
 
-/// Times at which a function is looked at before a run, besides its breakpoints, and breakpoints that are.
+/// Number of times at which a function is sampled before a run besides its breakpoints, and of breakpoints sampled.
 const SCAN_POINTS: u32 = 64;
 const MOST_SCAN_POINTS: usize = 1000;
 
-/// The functions of time of a document in the making.
+/// The functions of time of a document under construction.
 pub(crate) struct Functions<'a, 'd> {
     reader: &'a TableReader<'d>,
     document: &'a Document,
@@ -34,17 +34,17 @@ pub(crate) struct Functions<'a, 'd> {
     time: Expr,
     parts: Vec<(Expr, Arc<Part>)>,
     room: usize,
-    /// What was made, nothing of a signal with a mistake.
+    /// The functions made; `None` for a signal with an error.
     made: BTreeMap<&'a str, Option<(Expr, Dimension)>>,
-    /// Signals that were asked for as functions of their own.
+    /// Signals that were requested as separate functions.
     functions: HashMap<String, Arc<OfTime>>,
-    /// Formulas that wait for others.
+    /// Formulas that depend on unfinished ones.
     open: Vec<&'a str>,
-    /// What blocks and formulas of signals answer.
+    /// The outputs of blocks and formulas of signals.
     pub(in crate::model) blocks: BTreeMap<String, Dimension>,
-    /// Whether there are none because of a mistake in one of them, which was told.
+    /// Whether there are none because of a reported error in one of them.
     pub(in crate::model) broken_blocks: bool,
-    /// Tables that were made, nothing of one with a mistake.
+    /// The tables made; `None` for one with an error.
     tables: BTreeMap<&'a str, Option<Arc<Lookup>>>,
 }
 
@@ -108,21 +108,21 @@ impl<'a, 'd> Functions<'a, 'd> {
         let at = place.part(expression.text(), 0..expression.text().len());
         if !expected.is_like(&found) {
             let message = format!("{what}: expected {}, found {}", expected.noun(), found.noun());
-            let help = format!("it should come out in a unit such as {}", expected.example());
+            let help = format!("the result needs a unit such as {}", expected.example());
             out.push(Diagnostic::error("unit::dimension", message).at(at, found.noun()).help(help));
             return None;
         }
         let function = self.function_of(value, expected)?;
         if let Some((time, value)) = self.not_finite(&function) {
             let message = format!("{what} is {value} at {time} s");
-            let help = "a source needs a finite value all the time: look at divisions, roots, logarithms and exponents";
+            let help = "a source needs a finite value at all times: check divisions, roots, logarithms and exponents";
             out.push(Diagnostic::error("signal::not-finite", message).at(at, "no finite number").help(help));
             return None;
         }
         Some(function)
     }
 
-    /// A time at which a function is no finite number, and what it is there.
+    /// A time at which a function is not finite, and its value there.
     fn not_finite(&self, function: &OfTime) -> Option<(f64, f64)> {
         let evenly = (0..=SCAN_POINTS).map(|k| self.horizon * f64::from(k) / f64::from(SCAN_POINTS));
         let starts = function.parts().flat_map(|part| part.pieces.starts()).copied().take(MOST_SCAN_POINTS);
@@ -130,7 +130,7 @@ impl<'a, 'd> Functions<'a, 'd> {
         all.find(|(_, value)| !value.is_finite())
     }
 
-    /// What the names in an expression stand for; nothing if one of them has a mistake, which was told. Unknown ones are left out.
+    /// The meanings of the names in an expression; `None` if one of them has a reported error. Unknown ones are omitted.
     fn names(
         &mut self,
         expression: &Expression,
@@ -143,11 +143,12 @@ impl<'a, 'd> Functions<'a, 'd> {
                 Named::Varying(self.time, Dimension::TIME)
             } else if self.document.moves(name) {
                 let span = expression.place_of(name).unwrap_or(0..expression.text().len());
-                let message =
-                    format!("{what}: `{name}` names what moves, a sensor or a block, so it is no function of time");
+                let message = format!(
+                    "{what}: `{name}` depends on coordinates, a sensor or a block, so it is not a function of time"
+                );
                 let at = place.part(expression.text(), span);
-                let diagnostic = Diagnostic::error("signal::moves", message).at(at, "no function of time");
-                out.push(diagnostic.help("a `reference` of a law, a torque as a law and a `law = \"program\"` take what a block answers by its name"));
+                let diagnostic = Diagnostic::error("signal::moves", message).at(at, "not a function of time");
+                out.push(diagnostic.help("a `reference` of a law, a torque as a law and a `law = \"program\"` use the output of a block by its name"));
                 return None;
             } else if self.document.signals.has(name) {
                 let (value, dimension) = self.signal(name, out)?;
@@ -170,11 +171,11 @@ impl<'a, 'd> Functions<'a, 'd> {
         Some(names)
     }
 
-    /// A mistake in an expression, at its place.
+    /// An error in an expression, at its place.
     fn diagnostic(&self, mut error: UnitError, text: &str, (place, what): (&Place, &str)) -> Diagnostic {
         let at = place.part(text, error.span.clone());
         let name = text.get(error.span.clone()).unwrap_or_default().trim_matches('\'');
-        if error.message.starts_with("there is no parameter") && !error.message.contains("behind a number") {
+        if error.message.starts_with("there is no parameter") && !error.message.contains("follow a number") {
             error.code = "name::unknown";
             error.message = format!("there is no parameter or signal `{}`", shortened(name));
             let signals = self.document.signals.iter().map(|signal| signal.name.as_str());
@@ -183,7 +184,7 @@ impl<'a, 'd> Functions<'a, 'd> {
             error.help = Some(match nearest(name, readable_names()) {
                 Some(near) => format!("did you mean `{near}`?"),
                 None if name.contains('.') => {
-                    "a function of time names the time `t`, parameters and signals, nothing that moves".into()
+                    "a function of time may name the time `t`, parameters and signals, but no coordinates".into()
                 }
                 None => format!(
                     "declare it by `[signal.{}]` or under `[parameters]`; there are {}",
@@ -196,7 +197,7 @@ impl<'a, 'd> Functions<'a, 'd> {
         Diagnostic { help: error.help, ..diagnostic }
     }
 
-    /// The function of time of a signal of that name, which there is; nothing if it has a mistake, which was told.
+    /// The function of time of a signal of that name, which there is; `None` if it has an error, which was reported.
     pub(crate) fn of_time_named(&mut self, name: &str, out: &mut Vec<Diagnostic>) -> Option<Arc<OfTime>> {
         let (value, dimension) = self.signal(name, out)?;
         if let Some(cached) = self.functions.get(name) {
@@ -207,11 +208,11 @@ impl<'a, 'd> Functions<'a, 'd> {
         Some(function)
     }
 
-    /// An expression of the time as a function of its own, with what it needs alone.
+    /// An expression of the time as a separate function, with only its own dependencies.
     pub(super) fn function_of(&self, value: Expr, dimension: Dimension) -> Option<OfTime> {
         let (graph, new) = self.graph.extract(&[self.time, value]);
         let own = |expr: Expr| new.binary_search_by_key(&expr, |(old, _)| *old).ok().map(|place| new[place].1);
-        // Parts stand in the order of their symbols.
+        // Parts are in the order of their symbols.
         let part = |(old, own): &(Expr, Expr)| {
             let place = self.parts.binary_search_by_key(old, |(symbol, _)| *symbol).ok()?;
             Some((*own, Arc::clone(&self.parts[place].1)))
@@ -220,12 +221,12 @@ impl<'a, 'd> Functions<'a, 'd> {
         OfTime::new(graph, own(self.time)?, parts, own(value)?, dimension)
     }
 
-    /// A table of that name; nothing if there is none, or it has a mistake, which was told.
+    /// A table of that name; `None` if there is none, or it has an error, which was reported.
     pub(crate) fn table_of(&mut self, name: &str, out: &mut Vec<Diagnostic>) -> Option<Arc<Lookup>> {
         self.table(name, out).flatten()
     }
 
-    /// A signal of that name, which there is; nothing if it has a mistake, which was told. Those that it names are made before it.
+    /// A signal of that name, which there is; `None` if it has an error, which was reported. Those that it names are made before it.
     pub(crate) fn signal(&mut self, name: &str, out: &mut Vec<Diagnostic>) -> Option<(Expr, Dimension)> {
         let document = self.document;
         if let Some(made) = self.made.get(name) {
@@ -246,13 +247,13 @@ impl<'a, 'd> Functions<'a, 'd> {
                     Some(&first) => {
                         let names: Vec<&str> = open[first..].iter().map(|(signal, _)| signal.name.as_str()).collect();
                         let what = format!("signal `{}`", shortened(&signal.name));
-                        let message = format!("{what}: `{}` follows from itself: {}", next.name, circle(&names));
+                        let message = format!("{what}: `{}` depends on itself: {}", next.name, circle(&names));
                         let place = match signal.table.values.get("value") {
                             Some(Placed { value: Value::Word(text), place }) => place.part(text, 0..text.len()),
                             _ => signal.place.clone(),
                         };
-                        let diagnostic = Diagnostic::error("signal::circle", message).at(place, "in a circle");
-                        out.push(diagnostic.help("write one of them without the others"));
+                        let diagnostic = Diagnostic::error("signal::circle", message).at(place, "circular");
+                        out.push(diagnostic.help("define one of them without the others"));
                         None
                     }
                 },
@@ -369,7 +370,7 @@ impl<'a, 'd> Functions<'a, 'd> {
     }
 
     fn like(&self, scalar: &Placed<Scalar>, label: &str, common: &mut Option<Dimension>, out: &mut Vec<Diagnostic>) {
-        // What is wrong with the value itself was told.
+        // Errors in the value itself have been reported.
         let Some((_, found)) = self.reader.scalar(scalar, None, label, &mut Vec::new()) else { return };
         match common {
             None => *common = Some(found),
@@ -384,12 +385,12 @@ impl<'a, 'd> Functions<'a, 'd> {
     }
 }
 
-/// What a name stands for.
+/// The meaning of a name.
 fn named(names: &[(String, Named)], name: &str) -> Option<Named> {
     names.iter().find(|(candidate, _)| candidate == name).map(|(_, named)| named.clone())
 }
 
-/// A mistake in a key of a signal.
+/// An error in a key of a signal.
 fn key_diagnostic(code: &'static str, table: &Table, what: &str, error: &crate::element::KeyError) -> Diagnostic {
     let message = format!("{what}: {}", error.message);
     Diagnostic::error(code, message).at(TableReader::place(table, error.key), "").help(error.help.clone())

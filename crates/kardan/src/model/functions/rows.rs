@@ -12,7 +12,7 @@ use crate::schema::{Placed, Scalar};
 use crate::units::{Dimension, Expression};
 
 impl Functions<'_, '_> {
-    /// An expression of angles and positions that is to vanish, of any unit.
+    /// An expression of angles and positions that must be zero, of any unit.
     pub(crate) fn surface(
         &mut self,
         expression: &Expression,
@@ -22,8 +22,9 @@ impl Functions<'_, '_> {
         let (formula, found) = self.of_positions(expression, (place, what), out)?;
         if formula.coordinates().next().is_none() {
             let at = place.part(expression.text(), 0..expression.text().len());
-            let message = format!("{what}: no angle or position stands in it, so it constrains nothing");
-            let help = "write what is to vanish, such as `q1.phi - 0.5 * sin(q2.phi)` or `x.s^2 + y.s^2 - l^2`";
+            let message = format!("{what}: it contains no angle or position, so it constrains nothing");
+            let help =
+                "write the expression that must be zero, such as `q1.phi - 0.5 * sin(q2.phi)` or `x.s^2 + y.s^2 - l^2`";
             out.push(Diagnostic::error("constraint::expression", message).at(at, found.noun()).help(help));
             return None;
         }
@@ -57,12 +58,13 @@ impl Functions<'_, '_> {
                 None => sum = Some((product, name.value.clone())),
                 Some((first, other)) if !first.is_like(&product) => {
                     let message = format!(
-                        "{label}: times the rate of `{}` it is {}, but the term of `{other}` is {}",
+                        "{label}: multiplied by the rate of `{}` it is {}, but the term of `{other}` is {}",
                         name.value,
                         product.noun(),
                         first.noun()
                     );
-                    let help = "every term of a row is the same quantity: give a coefficient a length, or take one out";
+                    let help =
+                        "all terms of a row must be the same quantity: give a coefficient a length, or remove one";
                     out.push(
                         Diagnostic::error("unit::dimension", message)
                             .at(scalar.place.clone(), product.noun())
@@ -78,8 +80,8 @@ impl Functions<'_, '_> {
                 return Some(row);
             }
             if let Some((name, _)) = entries.iter().find(|(name, _)| self.reader.is_ground(&name.value)) {
-                let message = format!("{what}: it names nothing that moves");
-                let diagnostic = Diagnostic::error("name::ground", message).at(name.place.clone(), "stands still");
+                let message = format!("{what}: it names nothing that can move");
+                let diagnostic = Diagnostic::error("name::ground", message).at(name.place.clone(), "fixed");
                 out.push(diagnostic.help("name a shaft or mass that moves"));
             }
             return None;
@@ -87,7 +89,7 @@ impl Functions<'_, '_> {
         (out.len() == before).then_some(row)
     }
 
-    /// An expression of angles and positions, smooth, without rates and without the time; and what it is of.
+    /// An expression of angles and positions, smooth, without rates and without the time; and its dimension.
     fn of_positions(
         &mut self,
         expression: &Expression,
@@ -96,22 +98,20 @@ impl Functions<'_, '_> {
     ) -> Option<(Arc<Formula>, Dimension)> {
         let (formula, found) = self.formula_of_any(expression, (place, what), out)?;
         let wrong = formula.names.iter().find_map(|(name, meaning)| match meaning {
-            Meaning::Rate(_) => Some((
-                name,
-                "a speed",
-                "coefficients of a row of rates stand in `rates`, and depend on positions alone",
-            )),
+            Meaning::Rate(_) => {
+                Some((name, "a speed", "write the coefficients of rates in `rates`; they may depend on positions only"))
+            }
             Meaning::Time | Meaning::Signal(_) | Meaning::Block(..) => Some((
                 name,
                 "a function of time",
-                "what moves with the time is the `offset` of a row of `coefficients`, or a prescribed_motion",
+                "for a motion over time use the `offset` of `coefficients`, or a prescribed_motion",
             )),
-            Meaning::Shared(_) => Some((name, "a formula of what moves", "write out what it says of positions")),
+            Meaning::Shared(_) => Some((name, "a formula of coordinates", "write out how it depends on positions")),
             _ => None,
         });
         if let Some((name, kind, help)) = wrong {
             let span = expression.place_of(name).unwrap_or(0..expression.text().len());
-            let message = format!("{what}: `{name}` is {kind}, and only angles and positions may stand here");
+            let message = format!("{what}: `{name}` is {kind}, and only angles and positions are allowed here");
             out.push(
                 Diagnostic::error("constraint::expression", message)
                     .at(place.part(expression.text(), span), kind)
@@ -125,10 +125,10 @@ impl Functions<'_, '_> {
             kinks.is_ok_and(|kinks| kinks.into_iter().any(graph.varying()))
         };
         if is_bent(expression) {
-            let message = format!("{what}: it may bend or jump, and no motion follows that");
+            let message = format!("{what}: it may have a kink or a jump, which no motion can follow");
             let (span, reason) = find_kink(expression, is_bent);
             let at = place.part(expression.text(), span);
-            let help = "leave out abs, min, max, if and sign; of a table take `interpolation = \"cubic\"` with `beyond = \"straight\"`, which goes on without a corner";
+            let help = "leave out abs, min, max, if and sign; for a table use `interpolation = \"cubic\"` with `beyond = \"straight\"`, which continues without a kink";
             out.push(Diagnostic::error("motion::kink", message).at(at, reason).help(help));
             return None;
         }

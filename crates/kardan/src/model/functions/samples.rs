@@ -11,7 +11,7 @@ use crate::signal::{MOST_BREAKPOINTS, Samples};
 use crate::units::{Dimension, Exact, header_unit};
 use kardan_tables::read::{Block, CsvOptions, Group, LogError, in_memory, open, unit_in_name};
 
-/// The points of a table, and what those of a file are of; nothing if there is a mistake, which is told.
+/// The points of a table, and the dimensions of those of a file; `None` after a reported error.
 pub(super) fn samples(
     document: &Document,
     table: &Table,
@@ -34,7 +34,7 @@ pub(super) fn samples(
     }
 }
 
-/// What is in a file that the key `file` of a table names; nothing if it cannot be had, which is told.
+/// The content of the file named by the key `file` of a table; `None` if it is unavailable, which is reported.
 pub(super) fn file_of(
     document: &Document,
     table: &Table,
@@ -42,13 +42,13 @@ pub(super) fn file_of(
     what: &str,
     out: &mut Vec<Diagnostic>,
 ) -> Option<Arc<[u8]>> {
-    let help = "check its name: it is looked for from the folder of the model";
+    let help = "check its name: its path is relative to the folder of the model";
     match document.files.get(file) {
         Some(Ok(bytes)) => Some(Arc::clone(bytes)),
         Some(Err(why)) => report(table, "file", format!("{what}: {why}"), help, out),
         None => {
-            let message = format!("{what}: the file `{}` was not handed over", shortened(file));
-            report(table, "file", message, "a program gives it by `Project::with_files`", out)
+            let message = format!("{what}: the file `{}` was not provided", shortened(file));
+            report(table, "file", message, "a program provides it by `Project::with_files`", out)
         }
     }
 }
@@ -74,7 +74,7 @@ impl From<LogError> for Refusal {
     }
 }
 
-/// What was chosen of a file.
+/// The columns chosen from a file.
 struct Chosen {
     samples: Samples,
     dimension: Dimension,
@@ -90,7 +90,7 @@ impl Chosen {
             Some(name) => own.channel(name).ok_or_else(|| unknown("time", name, own))?,
             None => own.time.ok_or_else(|| {
                 let names = quoted(own.channels.iter().map(|channel| channel.name.as_str()).take(24));
-                refusal("file", "no column is called like a time", format!("name it by `time`; there are {names}"))
+                refusal("file", "no column is named like a time", format!("name it by `time`; there are {names}"))
             })?,
         };
         let channel = &own.channels[time];
@@ -114,16 +114,12 @@ impl Chosen {
             samples.values.extend(values.iter().map(|value| value * of_value));
             if samples.times.len() > MOST_BREAKPOINTS {
                 let message = format!("more than {MOST_BREAKPOINTS} rows, each of which ends a step of the integrator");
-                return Err(refusal("file", message, "thin it out"));
+                return Err(refusal("file", message, "reduce the number of rows"));
             }
         }
         if !log.damage().is_empty() {
             let message = format!("not every row could be read: {}", log.notes().join("; "));
-            return Err(refusal(
-                "file",
-                message,
-                "every point needs a time and a value: put the row right, or take it out",
-            ));
+            return Err(refusal("file", message, "every point needs a time and a value: correct or remove the row"));
         }
         Ok(Self { samples, dimension })
     }
@@ -170,7 +166,7 @@ pub(super) fn factor(unit: &str, key: &'static str) -> Result<(f64, Dimension), 
             let message = format!("the unit `{}` is not known", shortened(unit));
             let help = match key {
                 "units" => "write a unit such as \"N m\" for each column, and \"1\" for a number without",
-                _ => "say it by `unit = \"N m\"`, or `time_unit = \"ms\"` for the time",
+                _ => "give it by `unit = \"N m\"`, or `time_unit = \"ms\"` for the time",
             };
             Err(refusal(key, message, help))
         }

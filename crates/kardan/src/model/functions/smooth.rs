@@ -1,4 +1,4 @@
-//! Functions of time that a motion follows: what of them must not jump.
+//! Functions of time that a motion follows: which of their derivatives must not jump.
 
 use std::ops::Range;
 
@@ -9,16 +9,16 @@ use crate::expr::{Graph, OfTime};
 use crate::schema::Scalar;
 use crate::units::{Dimension, Expression};
 
-/// Relative to its largest value, what of a jump is taken for rounding.
+/// Largest jump that counts as rounding, relative to the largest value.
 const ROUNDING: f64 = 1e-9;
 
-/// The first part of an expression that bends or jumps, inner ones first, and where it does in words; the whole where no part does.
+/// The first part of an expression with a kink or a jump, inner ones first, and the message where; the whole if no part has one.
 pub(super) fn find_kink(
     expression: &Expression,
     mut is_bent: impl FnMut(&Expression) -> bool,
 ) -> (Range<usize>, String) {
     let found = expression.kinks().into_iter().find(|(part, _)| is_bent(part));
-    found.map_or((0..expression.text().len(), "may bend".into()), |(part, reason)| (part.span(), reason))
+    found.map_or((0..expression.text().len(), "may have a kink".into()), |(part, reason)| (part.span(), reason))
 }
 
 impl Functions<'_, '_> {
@@ -39,10 +39,10 @@ impl Functions<'_, '_> {
         let function = self.function(expression, expected, (place, what), out)?;
         let at = place.part(expression.text(), 0..expression.text().len());
         if function.has_kinks() {
-            let message = format!("{what}: it may bend or jump between steps, and no motion follows that");
+            let message = format!("{what}: it may have a kink or a jump between steps, which no motion can follow");
             let (span, reason) = find_kink(expression, |part| self.is_bent(part, (place, what)));
             let at = place.part(expression.text(), span);
-            let help = "leave out abs, min, max, if and sign, and tables with corners; a `[signal.NAME]` says where it has breakpoints";
+            let help = "leave out abs, min, max, if and sign, and tables with kinks; a `[signal.NAME]` declares its breakpoints";
             out.push(Diagnostic::error("motion::kink", message).at(at, reason).help(help));
             return None;
         }
@@ -58,8 +58,8 @@ impl Functions<'_, '_> {
             let effort = if expected == Dimension::CURRENT { "voltage of an inductance" } else { "torque" };
             let unit = derivative.dimension().si();
             let message =
-                format!("{what}: {whose} jumps by {jump} {unit} at {time} s, which takes an infinite {effort}");
-            let help = "take a function without that jump: a cubic table, a sine that begins where it turns round, an expression of `t`";
+                format!("{what}: {whose} jumps by {jump} {unit} at {time} s, which needs an infinite {effort}");
+            let help = "use a function without that jump: a cubic table, a sine that starts at a turning point, an expression of `t`";
             out.push(Diagnostic::error("motion::jump", message).at(at, "jumps").help(help));
             return None;
         }

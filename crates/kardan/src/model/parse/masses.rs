@@ -4,16 +4,16 @@ use super::Node;
 use crate::entries::{Entries, RawValue};
 use crate::schema::{Field, Kind};
 
-/// A key that is none, for that of a body.
+/// An unknown key, and the intended key of a body.
 pub(super) struct MisnamedBody<'a> {
     pub(super) key: &'a str,
     pub(super) field: &'a Field,
-    /// What that is called for a body of this kind.
+    /// Its name for a body of this kind.
     pub(super) called: String,
     body: &'a str,
 }
 
-/// Keys that are none and name a body, as `mass` or `shaft1`, each with the key of a body that is left: the one with its number, or the first one.
+/// Unknown keys that name a body, such as `mass` or `shaft1`, each with a remaining key of a body: the one with its number, or the first one.
 pub(super) fn misnamed_bodies<'a>(fields: &'a [Field], node: &'a Node<'_>) -> Vec<MisnamedBody<'a>> {
     let Some(model) = node.hints.model else { return Vec::new() };
     let is_key = |field: &Field, key: &str| field.name == key || field.alias().is_some_and(|alias| alias == key);
@@ -44,7 +44,7 @@ pub(super) fn misnamed_bodies<'a>(fields: &'a [Field], node: &'a Node<'_>) -> Ve
     out
 }
 
-/// Whether an element acts along masses: the first body that it names is one, or, where it names an element and no shaft, one of that; nothing where it names none.
+/// Whether an element acts on masses: the first body that it names is one, or, if it names an element and no shaft, one of that; `None` if it names none.
 pub(super) fn names_masses(fields: &[Field], node: &Node<'_>) -> Option<bool> {
     let model = node.hints.model?;
     let word = |field: &Field| {

@@ -1,11 +1,11 @@
-//! What to write for a key that is missing: the value of its example, with names of the model at hand.
+//! The suggestion for a missing key: the value of its example, with names of this model.
 
 use super::node::HintSource;
 use super::wording::{example, expected};
 use crate::entries::{Entries, RawValue};
 use crate::schema::{Field, Kind};
 
-/// What to add for a missing key. `used` are the shafts that stand in the table already, or were proposed for it.
+/// The suggestion for a missing key. `used` are the shafts already in the table, or proposed for it.
 pub(super) fn missing(field: &Field, hints: HintSource<'_>, used: &mut Vec<String>) -> String {
     let value = own(&field.kind, hints, used)
         .or_else(|| with_own_names(example_value(hints.example, field.name)?, hints))
@@ -46,7 +46,7 @@ fn own(kind: &Kind, hints: HintSource<'_>, used: &mut Vec<String>) -> Option<Str
     }
 }
 
-/// The value that stands behind a key in an example of its table.
+/// The value of a key in an example of its table.
 fn example_value(example: &'static str, key: &str) -> Option<&'static str> {
     example.lines().find_map(|line| Some(line.strip_prefix(key)?.trim_start().strip_prefix('=')?.trim()))
 }

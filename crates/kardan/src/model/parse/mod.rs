@@ -1,7 +1,7 @@
-//! Entries to typed tables, by the lists of [`Field`]s in the schema; every mistake is reported, none stops it.
+//! Entries to typed tables, by the lists of [`Field`]s in the schema; every error is reported, none stops reading.
 //!
 //! [`Node`] walks the tables of a model, [`table`] reads one table by its schema and [`value`] one value. Each of them adds to a list
-//! of diagnostics and gives what could be read; the caller uses the model only if no error is in that list.
+//! of diagnostics and returns the readable parts; the caller uses the model only if no error is in that list.
 //!
 //! ```
 //! use kardan::diagnostics::plain;
@@ -52,7 +52,7 @@ use crate::units::{
 ///
 /// `what` names the table in the messages: ``shaft `wg` ``. The result holds each key that could be read; those that
 /// could not, or that are missing, are reported in `out`. If `out` has a `toml::syntax` already, missing keys are not
-/// reported: they may stand in the broken part.
+/// reported: they may be in the broken part.
 ///
 /// # Errors
 ///
@@ -68,7 +68,7 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
         let field = fields.iter().find(|field| field.name == name);
         match field.or_else(|| fields.iter().find(|field| field.alias().is_some_and(|alias| alias == name))) {
             Some(field) if name != field.name && node.table.keyed(field.name).is_some() => {
-                let message = format!("{what}: `{name}` is another word for `{}`, which is there too", field.name);
+                let message = format!("{what}: `{name}` is an alias of `{}`, which is also present", field.name);
                 out.push(
                     Diagnostic::error("key::duplicate", message)
                         .at(keyed.place.clone(), "the second name")
@@ -86,7 +86,7 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
                         read.unread.push(field.name);
                     }
                     Some(entry) => {
-                        // In part: what could be read is checked further.
+                        // In part: readable values are checked further.
                         if out.len() > before {
                             read.unread.push(field.name);
                         }
@@ -134,7 +134,7 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
     read
 }
 
-/// Whether the values of an element that names no body are those along masses: one of them is no value along shafts.
+/// Whether the values of an element without a body are those for masses: one of them does not fit shafts.
 fn values_of_masses(fields: &[Field], node: &Node<'_>) -> bool {
     let has_body = fields.iter().any(|field| field.kind == Kind::Body && field.required);
     let reads = |field: &Field, masses: bool| {
@@ -145,18 +145,18 @@ fn values_of_masses(fields: &[Field], node: &Node<'_>) -> bool {
     has_body && fields.iter().filter(differs).any(|field| !reads(field, false) && reads(field, true))
 }
 
-/// Reads one value by its kind; nothing if it could not be read, and then the reason is in `out`. Of a list or a table
-/// with mistakes the entries that could be read are given.
+/// Reads one value by its kind; `None` if it could not be read, and then the reason is in `out`. Of a list or a table
+/// with errors the readable entries are returned.
 ///
 /// `what` names the value in the messages: ``parameter `s` ``. A text that has the form of a name where a number or a
-/// quantity is asked for is a reference to a parameter; whether that exists is not checked here, nor whether shafts,
+/// quantity is expected is a reference to a parameter; whether that exists is not checked here, nor whether shafts,
 /// elements and signals do.
 ///
 /// # Errors
 ///
 /// `type::wrong`, `unit::unknown`, `unit::dimension`, `unit::syntax`, `number::syntax`, `number::sign`,
 /// `number::not-finite`, `number::range`, `name::invalid`, `name::duplicate`, `choice::unknown`, `list::length`,
-/// `tolerance::syntax`, `tolerance::bounds`. A tolerance is read of every scalar; where it may stand is checked elsewhere.
+/// `tolerance::syntax`, `tolerance::bounds`. A tolerance is read for every scalar; where it is allowed is checked elsewhere.
 ///
 /// ```
 /// use kardan::file::syntax;
@@ -174,7 +174,7 @@ pub fn value(kind: &Kind, what: &str, entry: &Entry, out: &mut Vec<Diagnostic>) 
     value_near(kind, what, entry, HintSource::default(), out)
 }
 
-/// The same, with what hints are taken from.
+/// The same, with the source of hints.
 pub(in crate::model) fn value_near(
     kind: &Kind,
     what: &str,
@@ -272,7 +272,7 @@ pub fn is_name(text: &str) -> bool {
         && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
 }
 
-/// What makes a text a name.
+/// The rule for names.
 const NAME_RULE: &str =
     "a name begins with a letter and goes on with letters (a to z), digits, `_` or `-`, at most 100 in all";
 
@@ -289,7 +289,7 @@ pub(super) fn check_name(name: &str, place: Place, what: &str, out: &mut Vec<Dia
     valid
 }
 
-/// The entries of a text such as `t = 3.2 s`, with commas between several; nothing if it is none.
+/// The entries of a text such as `t = 3.2 s`, with commas between several; `None` if it is none.
 fn entries_in(text: &str, place: &Place) -> Option<Entries> {
     let one = |part: &str| {
         let (key, value) = part.split_once('=')?;
@@ -299,7 +299,7 @@ fn entries_in(text: &str, place: &Place) -> Option<Entries> {
     text.split(',').map(one).collect()
 }
 
-/// What is being read: for the messages.
+/// The name of the value in messages.
 struct Reader<'r> {
     kind: &'r Kind,
     what: &'r str,
@@ -312,7 +312,7 @@ impl Reader<'_> {
         Diagnostic::error(code, format!("{}: {}", self.what, message.as_ref())).at(self.place.clone(), label)
     }
 
-    /// Something else is written than what is expected.
+    /// A value of another type than expected.
     fn unlike(&self, code: &'static str, expected: &str, source_text: &str, label: &str, out: &mut Vec<Diagnostic>) {
         let message = format!("expected {expected}, found {source_text}");
         out.push(self.error(code, message, label).help(format!("write it like `{}`", example(self.kind))));
@@ -527,7 +527,7 @@ impl Reader<'_> {
         self.literal(number, dimension, tolerated, text, out)
     }
 
-    /// A number times a parameter of the model, where its name is that of a unit too: `2*J` is twice the parameter, `2 J` an energy.
+    /// A number times a parameter of the model, where its name is that of a unit too: `2*J` is 2 times the parameter, `2 J` an energy.
     fn of_parameter(&self, text: &str) -> Option<Expression> {
         let parameters = match &self.hints.model?.get("parameters")? {
             RawValue::Table(table) => table,
@@ -540,18 +540,18 @@ impl Reader<'_> {
         read.names().iter().any(|name| parameters.get(name).is_some()).then_some(read)
     }
 
-    /// What is no quantity, as an expression; if it is none either, why. Without names it is a value at once.
+    /// A text that is not a quantity, as an expression, or the error if it is not one. Without names it becomes a value directly.
     fn expression(&self, error: UnitError, quoted: bool, text: &str) -> Result<Scalar, UnitError> {
         // A number with a unit where none may be is no expression either.
         if !quoted || ["number::not-finite", "number::unclear"].contains(&error.code) || parse_quantity(text).is_ok() {
             return Err(error);
         }
-        // What has no sign of an expression is a quantity with a mistake.
+        // A text without any sign of an expression is an invalid quantity.
         let called = |at: usize| text[..at].ends_with(|c: char| c.is_ascii_alphanumeric() || c == '_');
         let calls = text.match_indices('(').any(|(at, _)| called(at));
         let is_formula =
             calls || text.contains('+') || [" * ", " - ", " / ", "^("].iter().any(|sign| text.contains(sign));
-        // What begins with a name or a parenthesis is no number.
+        // A text that begins with a name or a parenthesis is not a number.
         let named = text.trim_start().starts_with(|c: char| c.is_alphabetic() || matches!(c, '(' | '_' | '\''));
         let read = match Expression::parse(text) {
             Ok(read) => read,
@@ -566,7 +566,7 @@ impl Reader<'_> {
         }
         let found = read.evaluate(&|_| None)?;
         if !found.exact || *self.kind == Kind::AnyQuantity {
-            // It tells that it was rounded, and that it was computed, where it is put in.
+            // The place of use reports that it was rounded, and that it was computed.
             return Ok(Scalar::Expression(Box::new(read)));
         }
         let dimension = match *self.kind {
@@ -577,7 +577,7 @@ impl Reader<'_> {
         Ok(Scalar::Literal(found.value, dimension))
     }
 
-    /// A number that was read, if its dimension and its sign are those asked for.
+    /// A number that was read, if its dimension and its sign are those expected.
     fn literal(
         &self,
         number: Exact,
@@ -635,7 +635,7 @@ fn is_coefficient(dimension: Dimension) -> bool {
     dimension == Dimension::NONE || Dimension::LENGTH.is_like(&dimension)
 }
 
-/// The rule that a number breaks, and what to do about it.
+/// The rule that a number violates, and the remedy.
 pub(crate) fn broken(sign: Sign, number: &Exact) -> Option<(&'static str, &'static str)> {
     match (sign, number.signum()) {
         (Sign::NonNegative, -1) => Some(("must not be negative", "write zero or a number above zero")),
@@ -643,7 +643,7 @@ pub(crate) fn broken(sign: Sign, number: &Exact) -> Option<(&'static str, &'stat
         (Sign::NonZero, 0) => Some(("must not be zero", "write a number other than zero")),
         (Sign::Period, _) if number.to_f64() < SHORTEST_PERIOD => Some((
             "must be at least 1 us",
-            "check its unit; a run computes each time: a million for each second with \"1 us\", a thousand with \"1 ms\"",
+            "check its unit; a run computes every sample: a million per second with \"1 us\", a thousand with \"1 ms\"",
         )),
         _ => None,
     }

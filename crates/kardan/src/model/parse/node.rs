@@ -28,11 +28,11 @@ pub struct Node<'t> {
     pub place: Place,
     /// Its keys and values.
     pub table: &'t Entries,
-    /// What hints are taken from.
+    /// The source of hints.
     pub(in crate::model) hints: HintSource<'t>,
 }
 
-/// Where a hint finds what to propose: an example of such a table, and the whole model for names of its own.
+/// Sources of suggestions: an example of such a table, and the whole model for its names.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::model) struct HintSource<'t> {
     pub example: &'static str,

@@ -1,4 +1,4 @@
-//! What is read of tables and values, and what is said of mistakes.
+//! Reading of tables and values, and the messages for errors.
 
 use proptest::prelude::*;
 
@@ -30,14 +30,14 @@ static ELEMENT: [Field; 16] = [
     Field::optional("event", Kind::Tables(&EVENT), "Events."),
 ];
 
-/// Reads a file that is one table, and renders what is wrong with it.
+/// Reads a file of one table, and renders its diagnostics.
 fn read(source: &str) -> (Table, String) {
     let (document, mut out) = syntax(source);
     let table = table(&ELEMENT, &Node::root(&document), "shaft `wg`", &mut out);
     (table, plain(source, &out))
 }
 
-/// What is wrong with one line; `inertia` is there.
+/// The diagnostics for one line; `inertia` is present.
 fn diagnostics(line: &str) -> String {
     read(&format!("{line}\ninertia = \"1 kg m^2\"\n")).1
 }
@@ -253,7 +253,7 @@ fn what_is_not_toml_is_reported_once_and_the_rest_is_read() {
         ),
         (
             "ratio = 1\nratio = 2",
-            "error[toml::syntax] 2:1: this is not TOML: a key that was given before | help: keep one of the two\n",
+            "error[toml::syntax] 2:1: this is not TOML: a duplicate key | help: remove one of the two\n",
         ),
         (
             "stiffness \"s\"",

@@ -1,4 +1,4 @@
-//! What is asked for and what is written, as words of a sentence.
+//! Expected types and source values as phrases.
 
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::entries::{KeyedEntry, RawValue};
@@ -20,7 +20,7 @@ pub(super) fn unknown_key(entry: &KeyedEntry, keys: &[&str], what: &str, owner: 
         .help(help)
 }
 
-/// A value as words of a sentence.
+/// A value as a phrase.
 pub(super) fn describe_value(value: &RawValue) -> String {
     match value {
         RawValue::Text(text) if text.chars().count() <= 40 => format!("the text {text:?}"),
@@ -33,11 +33,11 @@ pub(super) fn describe_value(value: &RawValue) -> String {
         RawValue::Other(what, _) => (*what).to_string(),
         RawValue::List(_) => "a list".to_string(),
         RawValue::Table(_) => "a table".to_string(),
-        RawValue::Broken => "nothing that could be read".to_string(),
+        RawValue::Broken => "an unreadable value".to_string(),
     }
 }
 
-/// What a kind asks for, as words of a sentence.
+/// The expected type as a phrase.
 pub(super) fn expected(kind: &Kind) -> String {
     match kind {
         Kind::Shaft => "the name of a shaft".to_string(),

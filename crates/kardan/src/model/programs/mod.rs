@@ -1,4 +1,4 @@
-//! Blocks and what they read, put together to tasks: names looked up, units checked, in the order in which they compute.
+//! Combines blocks and their inputs into tasks: names resolved, units checked, in the order of computation.
 
 mod tasks;
 mod writing;
@@ -23,40 +23,40 @@ use crate::program::{AS_READ, KeyRule, Lists, Looked, Read, TableCall, Task, Tas
 use crate::schema::{Kind, Placed, Scalar, Table, Value};
 use crate::units::{Dimension, Exact, UnitError};
 
-/// The blocks of a model as tasks, with what comes from outside.
+/// The blocks of a model as tasks, with external inputs.
 #[derive(Debug, Clone, Default)]
 pub struct Programs {
     /// One task for each sample time, the shortest first.
     pub tasks: Vec<Arc<Task>>,
-    /// Sensors of signals, each as a task that answers its signal, by the name of the sensor.
+    /// Sensors of signals, each as a task that outputs its signal, by the name of the sensor.
     pub sensors: Vec<Arc<Task>>,
     /// Functions of time that tasks read, by name.
     pub functions: Vec<(String, Arc<OfTime>)>,
-    /// What sampled laws tell that tasks read, by name: `column.rk.disturbance`.
+    /// Outputs of sampled laws that tasks read, by name: `column.rk.disturbance`.
     pub exported: Vec<(String, Dimension)>,
-    /// References that blocks introduce, with what they are of and the block: `reference = "ref_rack"`.
+    /// References that blocks introduce, with their dimension and the block: `reference = "ref_rack"`.
     pub references: Vec<(String, Dimension, String)>,
-    /// What is looked at in the rows of a run.
+    /// Values checked in the rows of a run.
     pub looked: Looked,
-    /// One has a mistake, or names what has one, which was told: what they compute is not known.
+    /// One has a reported error, or names an entry with one: the outputs are unknown.
     pub broken: bool,
 }
 
 impl Programs {
-    /// All answers.
+    /// All outputs.
     pub fn outputs(&self) -> impl Iterator<Item = &TaskAnswer> {
         self.tasks.iter().flat_map(|task| &task.outputs)
     }
 }
 
-/// Something outside of the blocks that they may read by its name.
+/// An external input that blocks may read by name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outside {
     /// The name.
     pub name: String,
-    /// What it is.
+    /// Its kind.
     pub read: Read,
-    /// What it is of.
+    /// Its dimension.
     pub dimension: Dimension,
 }
 
@@ -66,14 +66,14 @@ impl HasName for Outside {
     }
 }
 
-/// A law that is a program: its name, its sample time, what it commands as it is written.
+/// A program law: its name, its sample time, its commands as written.
 pub(crate) struct Commands<'a> {
     pub control: String,
     pub period: Option<Exact>,
     pub expressions: &'a [(Placed<String>, Placed<Scalar>)],
 }
 
-/// What a law tells one input.
+/// The command of a law to one input.
 struct Command {
     name: String,
     value: Expr,
@@ -82,11 +82,11 @@ struct Command {
     place: Place,
 }
 
-/// Answers of a block: names behind its own, values and dimensions.
+/// Outputs of a block: names after its own, values and dimensions.
 type Outputs = Vec<(String, Expr, Dimension)>;
-/// What a block remembers: symbol, start, next.
+/// States of a block: symbol, initial value, next value.
 type Memory = Vec<(Expr, Expr, Expr)>;
-/// Keys that are expressions, with the name in the key where they stand by name.
+/// Keys that are expressions, with the name in the key if listed by name.
 type BlockInputs = Vec<(&'static str, Option<String>, (Expr, Dimension))>;
 
 /// A block that was written.
@@ -95,19 +95,19 @@ struct Made {
     period: Option<Exact>,
     outputs: Outputs,
     memory: Memory,
-    /// Names in its expressions, signals written out.
+    /// Names in its expressions, with signals expanded.
     reads: Arc<BTreeSet<String>>,
 }
 
-/// What is written by its expressions.
+/// Entries built from its expressions.
 #[derive(Clone, Copy)]
 enum Source<'a> {
     Block(&'a BlockTable),
-    /// A signal that names what moves.
+    /// A signal that depends on coordinates.
     Formula(&'a SignalTable),
     /// A sensor of a signal: its name, the signal that it names and where.
     Sensor(&'a str, &'a str, &'a Place),
-    /// A reference that a block introduces: its name and the block, whose measurement it is like.
+    /// A reference that a block introduces: its name and the block, whose measurement has the same quantity.
     Reference(&'a str, &'a BlockTable),
 }
 
@@ -121,7 +121,7 @@ impl<'a> Source<'a> {
     }
 }
 
-/// A formula as it was written out, with the names in it.
+/// An expanded formula, with the names in it.
 #[derive(Clone)]
 struct FormulaExpr {
     value: Expr,
@@ -129,43 +129,43 @@ struct FormulaExpr {
     reads: Arc<BTreeSet<String>>,
 }
 
-/// An answer in its place among those that it follows from.
+/// An output in its position among those that it depends on.
 struct Ordered<'a> {
     /// Its block, or the signal that it is the formula of.
     block: &'a str,
-    /// Its name behind that of the block.
+    /// Its name after that of the block.
     answer: String,
     /// Its name outside.
     name: String,
     value: Expr,
     dimension: Dimension,
-    /// Answers of other blocks, or others of the same, that it follows from at the same sample.
+    /// Outputs of other blocks, or others of the same, that it depends on at the same sample.
     at_once: Vec<String>,
 }
 
-/// The blocks of a document in the making.
+/// The blocks of a document under construction.
 pub(crate) struct Blocks<'a, 'd, 'f> {
     reader: &'a TableReader<'d>,
     document: &'a Document,
     functions: &'f mut Functions<'a, 'd>,
     graph: RefCell<Graph>,
     outside: NamedList<Outside>,
-    /// What was read of it, with what stands for it.
+    /// Its inputs, with their symbols.
     read: BTreeMap<String, (Expr, Dimension)>,
-    /// Sensors among it that were read since monitors were last given them as they read, by where they stand.
+    /// Sensors among them that were read since monitors last received raw readings, by position.
     fresh: Vec<usize>,
-    /// What stands for the answers of blocks.
+    /// Symbols for the outputs of blocks.
     outputs: BTreeMap<String, (Expr, Dimension)>,
-    /// States of observers as their own keys name them, by name: they move, where what is answered stands still from one sample to the next.
+    /// States of observers as named by their own keys: they vary, while outputs are constant between samples.
     states: BTreeMap<String, (Expr, Dimension)>,
     made: BTreeMap<&'a str, Option<Made>>,
-    /// Signals that name what moves, written out, and what sensors of signals measure.
+    /// Expanded signals that depend on coordinates, and the measurements of sensors of signals.
     formulas: HashMap<&'a str, Option<FormulaExpr>>,
     sensors: HashMap<&'a str, Option<FormulaExpr>>,
     /// References that blocks introduce, with the block, and what their blocks measure.
     introduced: HashMap<&'a str, &'a BlockTable>,
     references: HashMap<&'a str, Option<FormulaExpr>>,
-    /// What waits for others, each behind what waits for it.
+    /// Pending entries, each after those that depend on it.
     open: Vec<&'a str>,
     waiting: HashSet<&'a str>,
     used_functions: Vec<(String, Arc<OfTime>)>,
@@ -176,7 +176,7 @@ pub(crate) struct Blocks<'a, 'd, 'f> {
     /// The same by reader, name and place.
     called: HashSet<(String, String, Vec<Expr>)>,
     rules: Vec<KeyRule>,
-    /// All symbols that follow from what moves.
+    /// All symbols that depend on coordinates.
     moving: OnceCell<HashSet<Symbol>>,
 }
 
@@ -184,12 +184,12 @@ fn errors(out: &[Diagnostic]) -> usize {
     out.iter().filter(|diagnostic| diagnostic.severity == Severity::Error).count()
 }
 
-/// The name of an answer outside.
+/// The external name of an output.
 fn outside_name(block: &str, answer: &str) -> String {
     if answer.is_empty() { block.to_string() } else { format!("{block}.{answer}") }
 }
 
-/// The symbols of an answer: `.since` of a machine and others whose units are known before anything is written.
+/// The symbols of an output: `.since` of a machine and others whose units are known in advance.
 fn declared_outputs(kind: &BlockKind, values: &Values, lists: &[List]) -> Vec<(String, Dimension)> {
     match kind.keyword {
         "state_machine" => {
@@ -213,7 +213,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         functions: &'f mut Functions<'a, 'd>,
         outside: Vec<Outside>,
     ) -> Self {
-        // The first of several that follow one says what it is of.
+        // The first of several users defines its quantity.
         let mut introduced = HashMap::new();
         for (name, block) in document.references_of_blocks() {
             introduced.entry(name).or_insert(block);
@@ -245,7 +245,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         }
     }
 
-    /// All blocks as tasks, and what the laws that are programs command, by their names; what is wrong is told.
+    /// All blocks as tasks, and the commands of program laws, by name; reports errors.
     pub(crate) fn tasks(
         mut self,
         laws: &[Commands<'a>],
@@ -262,7 +262,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             self.document.signal_sensors().filter_map(|sensor| self.sensor(sensor, out)).map(Arc::new).collect();
         let commands: Vec<Vec<Command>> = laws.iter().map(|law| self.commands(law, out)).collect();
         let nothing = (Programs { broken: true, ..Programs::default() }, Vec::new());
-        // What names something in doubt is left out without a word.
+        // Entries with doubtful names are skipped silently.
         let is_missing = |made: &Option<Made>| made.is_none();
         let is_short = |(law, commands): (&Commands<'_>, &Vec<Command>)| law.expressions.len() > commands.len();
         if errors(out) > before || self.made.values().any(is_missing) || laws.iter().zip(&commands).any(is_short) {
@@ -311,13 +311,13 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         all
     }
 
-    /// What was read of sampled laws, sorted.
+    /// Outputs of sampled laws that were read, sorted.
     fn exported(&self) -> Vec<(String, Dimension)> {
         let of_law = |name: &String| self.document.controls.has(SignalName::new(name).element);
         self.read.iter().filter(|(name, _)| of_law(name)).map(|(name, (_, of))| (name.clone(), *of)).collect()
     }
 
-    /// What a law commands; what is wrong is told.
+    /// The commands of a law; reports errors.
     fn commands(&mut self, law: &Commands<'a>, out: &mut Vec<Diagnostic>) -> Vec<Command> {
         let mut found = Vec::new();
         for (name, scalar) in law.expressions {
@@ -349,7 +349,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             };
             if !expected.is_like(&dimension) {
                 let message = format!("{label}: expected {}, found {}", expected.noun(), dimension.noun());
-                let help = format!("it should come out in a unit such as {}", expected.example());
+                let help = format!("the result needs a unit such as {}", expected.example());
                 out.push(
                     Diagnostic::error("unit::dimension", message).at(scalar.place.clone(), dimension.noun()).help(help),
                 );
@@ -370,7 +370,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         self.graph.borrow_mut().new_symbol(name.to_string(), dimension)
     }
 
-    /// What stands for an answer, of a dimension.
+    /// The symbol of an output, of a dimension.
     fn answer_symbol(&mut self, name: String, dimension: Dimension) -> (Expr, Dimension) {
         if let Some(cached) = self.outputs.get(&name) {
             return *cached;
@@ -380,7 +380,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         found
     }
 
-    /// Takes down what a monitor compares.
+    /// Records the comparison of a monitor.
     fn watch(&mut self, name: &str, table: &Table, inputs: &BlockInputs) {
         let of = |key: &str| inputs.iter().find(|(candidate, ..)| *candidate == key).map(|(_, _, found)| *found);
         let (Some((residual, _)), Some((threshold, _))) = (of("residual"), of("threshold")) else { return };
@@ -437,7 +437,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         Ok((outputs.collect(), memory.collect(), rules))
     }
 
-    /// Checks what a block came out as, and gives its answers to who reads it.
+    /// Checks the result of a block, and gives its outputs to its users.
     fn finished(
         &mut self,
         block: &'a BlockTable,
@@ -449,7 +449,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         if let (Some(unit), Some((_, _, found))) = (unit, made.outputs.first())
             && !unit.is_like(found)
         {
-            let message = format!("{what} answers {}, not {}", found.noun(), unit.noun());
+            let message = format!("{what} outputs {}, not {}", found.noun(), unit.noun());
             let at = TableReader::place(&block.table, "unit");
             let diagnostic = Diagnostic::error("unit::dimension", message).at(at, "another unit");
             out.push(diagnostic.help(format!("write a unit such as {}, or leave `unit` out", found.example())));
@@ -462,7 +462,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         if made.memory.iter().any(|(_, start, _)| varies(*start)) {
             let at = TableReader::place(&block.table, "initial");
             let diagnostic =
-                Diagnostic::error("block::start", format!("{what}: what it starts with may vary")).at(at, "varies");
+                Diagnostic::error("block::start", format!("{what}: its initial value may vary")).at(at, "varies");
             out.push(diagnostic.help("write it with numbers and parameters alone"));
             return None;
         }
@@ -490,7 +490,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         lists
     }
 
-    /// Takes down where a table is read; those of lanes are left beside the road.
+    /// Records where a table is read; those of lanes are left beside the road.
     fn reads_table(&mut self, name: &str, table: Option<Arc<Lookup>>, at: Vec<Expr>) {
         let Some(table) = table.filter(|_| !self.document.lanes.contains(name)) else { return };
         let reader = self.open.last().map_or("commands", |open| open).to_string();
@@ -499,7 +499,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         }
     }
 
-    /// Lets the residual of a monitor see sensors as they read, no number where one gives none: nothing else has a use for that.
+    /// Gives the residual of a monitor raw sensor readings, which may be not a number: only monitors use them.
     fn take_as_read(&mut self, inputs: &mut BlockInputs) {
         let residual = inputs.iter().filter(|(key, ..)| *key == "residual").map(|(_, _, (value, _))| *value);
         let residual: Vec<Expr> = residual.collect();
@@ -541,7 +541,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         found
     }
 
-    /// A sensor of a signal as a task that answers its signal; nothing if it has a mistake, which was told.
+    /// A sensor of a signal as a task that outputs its signal; `None` if it has an error, which was reported.
     fn sensor(&mut self, sensor: (&'a str, &'a str, &'a Place), out: &mut Vec<Diagnostic>) -> Option<Task> {
         let (name, signal, place) = sensor;
         self.make(Source::Sensor(name, signal, place), out);
@@ -553,34 +553,38 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         let of_law = self.document.controls.has(SignalName::new(signal).element);
         if block.is_some_and(|made| made.period.is_some()) || of_law {
             let message = format!(
-                "`signal` of sensor `{}`: `{}` is a number of a control unit, which no sensor measures",
+                "`signal` of sensor `{}`: `{}` is computed on a control unit, so no sensor can measure it",
                 shortened(name),
                 shortened(signal)
             );
-            let help = "let blocks read it by its name; what is computed at every instant can be measured";
+            let help = "let blocks read it by its name; a sensor can measure what is computed at every instant";
             out.push(Diagnostic::error("sensor::signal", message).at(place.clone(), "has a sample time").help(help));
             return None;
         }
         if !is_output && !of_time && !matches!(outside, Some(Read::Source(_))) {
             let (message, help) = match outside {
                 Some(_) => (
-                    "it is no signal, but what moves or is measured",
+                    "it is a coordinate or a measurement, not a signal",
                     "write `measures = \"angle\"`, \"speed\" or \"torque\", with its `shaft` or `element`",
                 ),
                 None => (
-                    "it is no signal that a run has at every instant",
-                    "name what a vehicle tells such as `car.a_y`, a block without a sample time, a reference or a disturbance, or a signal of the file that reads no sensor",
+                    "a run does not have this signal at every instant",
+                    "name a signal of a vehicle such as `car.a_y`, a block without a sample time, a reference or a disturbance, or a signal of the file that reads no sensor",
                 ),
             };
             let message = format!("`signal` of sensor `{}`: `{}`: {message}", shortened(name), shortened(signal));
-            out.push(Diagnostic::error("sensor::signal", message).at(place.clone(), "not measured so").help(help));
+            out.push(
+                Diagnostic::error("sensor::signal", message)
+                    .at(place.clone(), "cannot be measured like this")
+                    .help(help),
+            );
             return None;
         }
         let mut graph = Graph::default();
         let value = graph.new_symbol(signal.to_string(), dimension);
         let symbol = graph.symbol_of(value)?;
         let element = self.document.elements.get(name)?;
-        // What is wrong with its other keys is told where the element is read.
+        // Errors in its other keys are reported where the element is read.
         let values = self.reader.values(element.kind.fields, &element.table, name, &mut Vec::new());
         Some(Task {
             name: format!("sensor {name}"),
@@ -601,7 +605,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         })
     }
 
-    /// A signal that names what moves, as something that is answered at every instant: so results have it. Not where it reads a sensor that
+    /// A signal that depends on coordinates, as an output at every instant, for the results. Not if it reads a sensor that
     /// needs samples.
     fn column(&mut self, signal: &'a SignalTable, out: &mut Vec<Diagnostic>) {
         if signal.formula.is_none() {
@@ -623,7 +627,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
     fn diagnostic(&self, mut error: UnitError, text: &str, (place, what): (&Place, &str)) -> Diagnostic {
         let at = place.part(text, error.span.clone());
         let name = text.get(error.span.clone()).unwrap_or_default().trim_matches('\'').to_string();
-        if error.message.starts_with("there is no parameter") && !error.message.contains("behind a number") {
+        if error.message.starts_with("there is no parameter") && !error.message.contains("follow a number") {
             error.code = "name::unknown";
             error.message = format!("there is no `{}` that a block can read", shortened(&name));
             let document = self.document;
@@ -656,7 +660,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
 }
 
 impl Blocks<'_, '_, '_> {
-    /// What is known of the answers of monitors and machines.
+    /// Known bounds of the outputs of monitors and machines.
     fn assumptions(&self, graph: &Graph) -> Assumptions {
         let symbol = |name: &str| self.outputs.get(name).and_then(|(expr, _)| graph.symbol_of(*expr));
         let mut assumptions = Assumptions::default();
@@ -687,7 +691,7 @@ impl Blocks<'_, '_, '_> {
 }
 
 impl<'a> Blocks<'a, '_, '_> {
-    /// What is known of answers by what they are: alarms and states from 0 to 1, counts from 0 on.
+    /// Bounds of outputs by kind: alarms and states from 0 to 1, counts from 0 on.
     fn symbol_bounds(&self) -> BTreeMap<String, Interval> {
         let mut out = BTreeMap::new();
         let to = |high: f64| Interval { low: 0.0, high };
@@ -700,7 +704,7 @@ impl<'a> Blocks<'a, '_, '_> {
         out
     }
 
-    /// Warns of monitors that never or always tell of something, with the answers of blocks written out.
+    /// Warns of monitors that never or always give an alarm, with the outputs of blocks expanded.
     fn check_monitors(&self, order: &[Ordered<'a>], out: &mut Vec<Diagnostic>) {
         if self.monitors.is_empty() {
             return;
@@ -755,21 +759,22 @@ pub(super) fn unit_of(table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> O
     }
 }
 
-/// Warns of a transfer function whose answer grows without end.
+/// Warns of an unstable transfer function.
 fn warn_of_growth(values: &Values, table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
     let poles = values.poles("poles").unwrap_or_default();
     let Some((real, imaginary)) = poles.iter().find(|(real, _)| real.signum() > 0) else { return };
     let beside = if imaginary.is_zero() { String::new() } else { format!(" ± {}j", imaginary.to_f64().abs()) };
     let message = format!(
-        "{what}: its pole at {}{beside} 1/s has a real part above zero: what it answers grows without end, whatever it reads",
+        "{what}: its pole at {}{beside} 1/s has a real part above zero: its output grows without bound, whatever its input",
         real.to_f64()
     );
     let diagnostic = Diagnostic::warning("block::unstable", message).at(TableReader::place(table, "poles"), "grows");
     out.push(
-        diagnostic.help("check the sign: what decays has negative poles; leave it where a loop around it holds it"),
+        diagnostic
+            .help("check the sign: a decaying output has negative poles; leave it if a loop around it stabilises it"),
     );
 }
 
-/// What breaks a circle.
+/// The help for an algebraic loop.
 const BREAK_CIRCLE: &str =
-    "put a `delay` or a forward `integrator` into it: what they answer does not follow from their input at once";
+    "put a `delay` or a forward `integrator` into it: their output does not depend on their present input";

@@ -30,14 +30,14 @@ fn names_in(value: &Value, out: &mut BTreeSet<String>) {
 }
 
 impl<'a> Blocks<'a, '_, '_> {
-    /// The block that a name is an answer of.
+    /// The block whose output a name is.
     pub(super) fn of_name(&self, name: &str) -> Option<&str> {
         let head = SignalName::new(name).element;
         let blocks = &self.document.blocks;
         blocks.get(name).or_else(|| blocks.get(head)).map(|block| block.name.as_str())
     }
 
-    /// Refuses blocks that read those of another sample time without saying so.
+    /// Rejects blocks that read those of another sample time without a declared hold.
     pub(super) fn check_rates(&self, out: &mut Vec<Diagnostic>) {
         for block in self.document.blocks.iter().filter(|block| !block.kind.crosses) {
             let Some(Some(made)) = self.made.get(block.name.as_str()) else { continue };
@@ -46,7 +46,7 @@ impl<'a> Blocks<'a, '_, '_> {
         }
     }
 
-    /// The same of whatever computes with a sample time.
+    /// The same for anything with a sample time.
     pub(super) fn check_reads(
         &self,
         what: &str,
@@ -61,18 +61,21 @@ impl<'a> Blocks<'a, '_, '_> {
             let Some(period) = other.and_then(|other| other.period.as_ref()).filter(|period| *period != own) else {
                 continue;
             };
-            let message =
-                format!("{what} computes every {} and reads `{name}`, which does every {}", shown(own), shown(period));
+            let message = format!(
+                "{what} computes every {} and reads `{name}`, which computes every {}",
+                shown(own),
+                shown(period)
+            );
             let head = SignalName::new(name).element;
             let help = format!(
-                "say how it is read: `[block.{head}_held]` with kind = \"hold\", input = \"{name}\" and sample_time = \"{}\"",
+                "sample it by a block: `[block.{head}_held]` with kind = \"hold\", input = \"{name}\" and sample_time = \"{}\"",
                 shown(own)
             );
             out.push(Diagnostic::error("block::rate", message).at(place.clone(), "another sample time").help(help));
         }
     }
 
-    /// All answers in the order of blocks, each with those that it follows from at once.
+    /// All outputs in the order of blocks, each with its direct feedthrough dependencies.
     fn all_outputs(&self) -> Vec<Ordered<'a>> {
         let graph = self.graph.borrow();
         let named: HashMap<Symbol, &str> = self
@@ -100,14 +103,14 @@ impl<'a> Blocks<'a, '_, '_> {
         all
     }
 
-    /// All answers, each behind those that it follows from at once. Circles are told.
+    /// All outputs in the order of direct feedthrough. Reports algebraic loops.
     pub(super) fn order(&self, out: &mut Vec<Diagnostic>) -> Option<Vec<Ordered<'a>>> {
         let all = self.all_outputs();
         let places: HashMap<&str, usize> =
             all.iter().enumerate().map(|(k, answer)| (answer.name.as_str(), k)).collect();
         let period = |block: &str| self.made.get(block)?.as_ref().map(|made| &made.period);
         let needs = |answer: &Ordered<'_>| {
-            // What another task answers stands still.
+            // The outputs of another task are constant.
             let of_task = |name: &&String| {
                 self.of_name(name).and_then(period).is_some_and(|candidate| Some(candidate) == period(answer.block))
             };
@@ -124,7 +127,7 @@ impl<'a> Blocks<'a, '_, '_> {
         circles.is_empty().then(|| order.into_iter().filter_map(|k| all[k].take()).collect())
     }
 
-    /// What is wrong with answers of blocks that follow from each other at once, with the signals between them where there are few.
+    /// The error for an algebraic loop of block outputs, with the signals between them if there are few.
     fn circle(&self, outputs: &[(&str, &str)]) -> Diagnostic {
         let mut names: Vec<&str> = Vec::new();
         for (k, (block, answer)) in outputs.iter().enumerate() {
@@ -133,15 +136,15 @@ impl<'a> Blocks<'a, '_, '_> {
                 names.extend(self.signals_between(block, outputs[(k + 1) % outputs.len()].1));
             }
         }
-        let message = format!("blocks follow from each other at the same sample: {}", circle(&names));
+        let message = format!("blocks depend on each other at the same sample: {}", circle(&names));
         let found = outputs.first().and_then(|(block, _)| self.document.blocks.get(block));
         let diagnostic = Diagnostic::error("block::circle", message);
         let diagnostic =
-            found.into_iter().fold(diagnostic, |diagnostic, block| diagnostic.at(block.place.clone(), "in a circle"));
+            found.into_iter().fold(diagnostic, |diagnostic, block| diagnostic.at(block.place.clone(), "circular"));
         diagnostic.help(BREAK_CIRCLE)
     }
 
-    /// The signals by way of which a block reads an answer, by the shortest way; none where it names it itself.
+    /// The signals through which a block reads an output, by the shortest path; none if it names it itself.
     fn signals_between(&self, block: &str, answer: &str) -> Vec<&'a str> {
         let Some(block) = self.document.blocks.get(block) else { return Vec::new() };
         let mut ways: VecDeque<(Vec<&'a str>, BTreeSet<String>)> = VecDeque::new();
@@ -162,7 +165,7 @@ impl<'a> Blocks<'a, '_, '_> {
         Vec::new()
     }
 
-    /// The blocks of one sample time, those in order, with what they read of others as from outside.
+    /// The blocks of one sample time, those in order, with the outputs of others as external inputs.
     pub(super) fn task(
         &self,
         period: Option<Exact>,
@@ -185,9 +188,9 @@ impl<'a> Blocks<'a, '_, '_> {
             }
             let whose = kind.replace('_', " ");
             let description = if of_block.is_none() {
-                "a formula of what moves".into()
+                "a formula of coordinates".into()
             } else if answer.is_empty() {
-                format!("what the {whose} answers")
+                format!("output of the {whose}")
             } else {
                 format!("{answer} of the {whose} {block}")
             };
@@ -224,14 +227,14 @@ impl<'a> Blocks<'a, '_, '_> {
         Task { name, period, graph, reads, memory, outputs, moving, names, order: steps, lists }
     }
 
-    /// What a law commands, with the blocks of its sample time that it needs.
+    /// The commands of a law, with the blocks of its sample time that it needs.
     pub(super) fn command_task(
         &self,
         (name, period): (&str, Option<Exact>),
         order: &[Ordered<'a>],
         commands: Vec<Command>,
     ) -> Task {
-        // What reads another sample time is read as the blocks have it: they computed before.
+        // Readers of another sample time use the values of the blocks, which computed before.
         let crosses = |name: &str| self.document.blocks.get(name).is_some_and(|block| block.kind.crosses);
         let mut task = self.task(period, order, crosses);
         let symbol = |graph: &Graph, name: &str| self.outputs.get(name).and_then(|(expr, _)| graph.symbol_of(*expr));
@@ -245,7 +248,7 @@ impl<'a> Blocks<'a, '_, '_> {
             let value = task.graph.substitute(&[value], &substitutions)[0];
             task.outputs.push(TaskAnswer { description: format!("command of {name}"), name, dimension, value });
         }
-        // What is remembered and needed, until nothing new is.
+        // States that are needed, until no new ones appear.
         let mut exprs: Vec<Expr> = task.outputs.iter().map(|answer| answer.value).collect();
         let places: HashMap<Symbol, usize> =
             task.memory.iter().enumerate().map(|(place, entry)| (entry.symbol, place)).collect();
@@ -269,14 +272,14 @@ impl<'a> Blocks<'a, '_, '_> {
         task
     }
 
-    /// What of this moves with what is controlled.
+    /// The part of it that depends on the plant.
     fn moving(&self, reads: &[(Symbol, Read)], memory: &[Entry]) -> Vec<Symbol> {
         let moving = self.moving.get_or_init(|| self.all_moving());
         let all = reads.iter().map(|(symbol, _)| *symbol).chain(memory.iter().map(|entry| entry.symbol));
         all.filter(|symbol| moving.contains(symbol)).collect()
     }
 
-    /// All symbols that follow from what moves by its value, and not only by what switches it.
+    /// All symbols that depend on coordinates by value, not only by switching.
     fn all_moving(&self) -> HashSet<Symbol> {
         let graph = self.graph.borrow();
         let moves = |read: &Read| match read {
@@ -299,7 +302,7 @@ impl<'a> Blocks<'a, '_, '_> {
         graph.carriers(&moving, &stand_for)
     }
 
-    /// What expressions read from outside of their task, sorted.
+    /// External inputs of expressions of a task, sorted.
     fn reads_of(&self, graph: &Graph, exprs: &[Expr]) -> Vec<(Symbol, Read)> {
         let used = graph.symbols(exprs);
         let outside = self.outside.iter().filter_map(|outside| {
@@ -317,5 +320,5 @@ impl<'a> Blocks<'a, '_, '_> {
     }
 }
 
-/// The most blocks of a circle that is told with the signals between them.
+/// The most blocks of an algebraic loop that is reported with the signals between them.
 const MOST_WITH_SIGNALS: usize = 20;

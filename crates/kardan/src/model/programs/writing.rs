@@ -1,4 +1,4 @@
-//! Expressions of blocks, formulas and sensors of signals, each once and behind those that it names, however long the chain.
+//! Builds expressions of blocks, formulas and sensors of signals, each once and after its inputs, however long the chain.
 
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
@@ -19,25 +19,25 @@ use crate::program::{KeyRule, Read};
 use crate::schema::{Kind, Placed, Scalar, Table, Value};
 use crate::units::{Dimension, Expression};
 
-/// Why an expression is not written.
+/// Why an expression is not built.
 pub(super) enum Stopped<'a> {
-    /// It, or what it names, has a mistake, which was told.
+    /// It, or an input of it, has a reported error.
     Reported,
-    /// It names what is to be written before.
+    /// It has an input to be built before.
     Needs(Source<'a>),
 }
 
-/// An expression that is to be written, with its place and what it is in messages.
+/// An expression to be built, with its place and its name in messages.
 struct KeyExpression<'a> {
     key: &'static str,
-    /// The name in the key, where expressions stand by name.
+    /// The name in the key, if expressions are listed by name.
     name: Option<&'a str>,
     read: Cow<'a, Expression>,
     place: &'a Place,
     what: String,
 }
 
-/// What is being written, and what that has come to.
+/// The entry under construction, and its result so far.
 struct Open<'a> {
     source: Source<'a>,
     expressions: Vec<KeyExpression<'a>>,
@@ -47,23 +47,23 @@ struct Open<'a> {
     keys: Keys,
 }
 
-/// Expressions of keys, what they came to, and the names in them.
+/// Expressions of keys, their results, and the names in them.
 type Expressions<'a> = (Vec<KeyExpression<'a>>, Vec<(Expr, Dimension)>, Arc<BTreeSet<String>>);
 
-/// Keys of a block that are no expressions.
+/// Keys of a block that are not expressions.
 #[derive(Default)]
 struct Keys {
     values: Values,
     unit: Option<Dimension>,
     lists: Vec<List>,
-    /// What stands for its states, in its keys and in its answers.
+    /// Symbols of its states, in its keys and in its outputs.
     own: Vec<[Expr; 2]>,
-    /// Transitions; nothing for one that names no state, which was told.
+    /// Transitions; `None` for one that names no state, which was reported.
     ways: Vec<Option<kardan_rt::Transition>>,
 }
 
 impl<'a> Blocks<'a, '_, '_> {
-    /// Writes something, and before it what its expressions name.
+    /// Builds an entry, after the inputs of its expressions.
     pub(super) fn make(&mut self, source: Source<'a>, out: &mut Vec<Diagnostic>) {
         let mut stack: Vec<Open<'a>> = self.begin(source, out).into_iter().collect();
         while let Some(open) = stack.last_mut() {
@@ -84,7 +84,7 @@ impl<'a> Blocks<'a, '_, '_> {
         }
     }
 
-    /// Begins to write something; nothing if it has a mistake, which was told, or if it was written.
+    /// Starts to build an entry; `None` if it has a reported error, or if it is built already.
     fn begin(&mut self, source: Source<'a>, out: &mut Vec<Diagnostic>) -> Option<Open<'a>> {
         let name = source.name();
         let is_made = match source {
@@ -125,7 +125,7 @@ impl<'a> Blocks<'a, '_, '_> {
         }
     }
 
-    /// Takes down what something came to.
+    /// Records the result of an entry.
     fn close(&mut self, source: Source<'a>, made: Option<Made>) {
         let name = source.name();
         self.waiting.remove(name);
@@ -143,7 +143,7 @@ impl<'a> Blocks<'a, '_, '_> {
         }
     }
 
-    /// Writes what can be written; why not the next one, else.
+    /// Builds what can be built; else returns why the next one cannot.
     fn write_on(&mut self, open: &mut Open<'a>, out: &mut Vec<Diagnostic>) -> Option<Stopped<'a>> {
         while let Some(KeyExpression { read, place, what, .. }) = open.expressions.get(open.lowered.len()) {
             match self.expression(read, (place, what), &mut open.reads, out) {
@@ -154,7 +154,7 @@ impl<'a> Blocks<'a, '_, '_> {
         None
     }
 
-    /// What came of it when all expressions are written.
+    /// The result when all expressions are built.
     fn finish(&mut self, open: Open<'a>, out: &mut Vec<Diagnostic>) -> Option<Made> {
         let Open { source, expressions, lowered, reads, keys } = open;
         let reads = Arc::new(reads);
@@ -167,7 +167,7 @@ impl<'a> Blocks<'a, '_, '_> {
         }
     }
 
-    /// An expression that something names which is no block, no formula and no sensor.
+    /// The expression of a name that is not a block, a formula or a sensor.
     pub(super) fn resolved(
         &mut self,
         read: &Expression,
@@ -224,7 +224,7 @@ impl<'a> Blocks<'a, '_, '_> {
         }
     }
 
-    /// What a name stands for; nothing if it is not known.
+    /// The meaning of a name; `None` if unknown.
     fn named(
         &mut self,
         name: &str,
@@ -277,12 +277,12 @@ impl<'a> Blocks<'a, '_, '_> {
             let read = Read::Source(name.to_string());
             return varying(self.read_outside(Outside { name: name.to_string(), read, dimension }));
         }
-        // What is wrong with it, or with the table that introduces it, was reported.
+        // Errors in it, or in the table that introduces it, have been reported.
         let is_doubtful = document.introduces(name) || document.suppressed.has(name) || document.suppressed.has(head);
         if is_doubtful { Err(Stopped::Reported) } else { Ok(None) }
     }
 
-    /// What a block answers by a name.
+    /// The output of a block with a name.
     fn answer_of(
         &self,
         block: &'a BlockTable,
@@ -303,20 +303,20 @@ impl<'a> Blocks<'a, '_, '_> {
             Some(Some(_)) => Ok(None),
             None if !self.waiting.contains(block.name.as_str()) => Err(Stopped::Needs(Source::Block(block))),
             None if block.name == name => {
-                let message = format!("{what}: `{name}` follows from itself, so its unit is not known");
+                let message = format!("{what}: `{name}` depends on itself, so its unit is unknown");
                 let at = place.part(read.text(), 0..read.text().len());
-                let diagnostic = Diagnostic::error("block::unit", message).at(at, "in a circle");
+                let diagnostic = Diagnostic::error("block::unit", message).at(at, "circular");
                 out.push(
-                    diagnostic.help(format!("state the unit of its answer: `unit = \"rad\"` in `[block.{name}]`")),
+                    diagnostic.help(format!("state the unit of its output: `unit = \"rad\"` in `[block.{name}]`")),
                 );
                 Err(Stopped::Reported)
             }
-            // What a block does not answer is not known, also where it reads itself.
+            // A name that is not an output of a block is unknown, also if the block reads itself.
             None => Ok(None),
         }
     }
 
-    /// What a formula or a sensor came to, which may follow from itself.
+    /// The result of a formula or a sensor, which may depend on itself.
     fn needed(
         &self,
         made: Option<&Option<FormulaExpr>>,
@@ -330,9 +330,9 @@ impl<'a> Blocks<'a, '_, '_> {
             None if !self.waiting.contains(name) => Err(Stopped::Needs(source)),
             None => {
                 let first = self.open.iter().position(|open| *open == name).unwrap_or_default();
-                let message = format!("{what}: `{name}` follows from itself: {}", circle(&self.open[first..]));
+                let message = format!("{what}: `{name}` depends on itself: {}", circle(&self.open[first..]));
                 let at = place.part(read.text(), 0..read.text().len());
-                out.push(Diagnostic::error("signal::circle", message).at(at, "in a circle").help(super::BREAK_CIRCLE));
+                out.push(Diagnostic::error("signal::circle", message).at(at, "circular").help(super::BREAK_CIRCLE));
                 Err(Stopped::Reported)
             }
         }
@@ -364,7 +364,7 @@ impl<'a> Blocks<'a, '_, '_> {
         Some(read)
     }
 
-    /// The keys of a block that are no expressions, with what is known of its answers already: what it reads may read them.
+    /// The keys of a block that are not expressions, with the known facts on its outputs: its inputs may read them.
     fn keys_of(&mut self, block: &'a BlockTable, out: &mut Vec<Diagnostic>) -> Option<Keys> {
         let BlockTable { kind, name, table, .. } = block;
         let what = format!("block `{}`", shortened(name));
@@ -395,7 +395,7 @@ impl<'a> Blocks<'a, '_, '_> {
         Some(Keys { values, unit, lists, own, ways })
     }
 
-    /// A block whose expressions are written; nothing if it has a mistake, which was told.
+    /// A block whose expressions are built; `None` if it has a reported error.
     fn lowered(
         &mut self,
         block: &'a BlockTable,
@@ -483,7 +483,7 @@ fn expressions_of<'a>(table: &'a Table, block: &BlockTable) -> Vec<KeyExpression
     expressions
 }
 
-/// The transitions of a machine; none of a kind that has none.
+/// The transitions of a machine; empty for other kinds.
 fn transitions(table: &Table) -> impl Iterator<Item = &Table> {
     let tables = match table.values.get("transitions") {
         Some(Placed { value: Value::Tables(tables), .. }) => &tables[..],
@@ -492,7 +492,7 @@ fn transitions(table: &Table) -> impl Iterator<Item = &Table> {
     tables.iter()
 }
 
-/// From where to where the transitions of a machine with a condition lead; nothing for one that names no state, which is told.
+/// From where to where the transitions of a machine with a condition lead; `None` for one that names no state, which is reported.
 fn ways(table: &Table, states: &[String], what: &str, out: &mut Vec<Diagnostic>) -> Vec<Option<kardan_rt::Transition>> {
     let mut places: HashMap<&str, usize> = HashMap::new();
     for (k, state) in states.iter().enumerate() {
@@ -522,7 +522,7 @@ fn ways(table: &Table, states: &[String], what: &str, out: &mut Vec<Diagnostic>)
     found
 }
 
-/// A condition, which is a number; nothing if it has a unit, which is told.
+/// A condition, which is a number; `None` if it has a unit, which is reported.
 fn number_of(
     (when, dimension): (Expr, Dimension),
     (place, what): (&Place, &str),

@@ -15,13 +15,13 @@ use crate::names::did_you_mean;
 use crate::num::{Matrix, Rational};
 use crate::units::parse_number;
 
-/// Keys that say something to the reader and nothing about the matrices; `kardan linearise` writes them.
+/// Descriptive keys without effect on the matrices; `kardan linearise` writes them.
 const METADATA_KEYS: [&str; 9] =
     ["schema", "name", "description", "units", "operating_point", "decimal", "side", "opposite_side", "notes"];
 
 /// Reads an object whose keys are the matrices.
 pub(super) fn read_json(text: &str) -> Result<StateSpace, Vec<Diagnostic>> {
-    // Checks the syntax and keeps numbers as they are written; no depth is too deep for it.
+    // Checks the syntax and preserves numbers as written; the depth is unlimited.
     if let Err(error) = serde_json::from_str::<&RawValue>(text) {
         return Err(vec![syntax(text, &error)]);
     }
@@ -83,20 +83,20 @@ fn syntax(text: &str, error: &serde_json::Error) -> Diagnostic {
     let end = (at..=text.len()).skip(1).find(|end| text.is_char_boundary(*end)).unwrap_or(at);
     let what = error.to_string();
     let what = what.split(" at line ").next().unwrap_or_default();
-    // serde_json stops behind the first letter of a word that JSON does not know.
+    // serde_json stops after the first letter of an unknown word.
     let word_start = text[..at].trim_end_matches(|c: char| c.is_ascii_alphabetic()).len();
     let help = if ["NaN", "nan", "Inf", "inf"].iter().any(|word| text[word_start..].starts_with(word)) {
         "NaN and Infinity are no numbers of JSON, and no coefficients of a system"
     } else {
         "write JSON such as {\"A\": [[0, 1], [-2, -3]], \"B\": [0, 1], \"C\": [1, 0]}, or give a MAT file"
     };
-    // Columns of characters, as they are told everywhere; serde_json counts bytes.
+    // Columns of characters, as everywhere in kardan; serde_json counts bytes.
     let (line, column) = Lines::new(text).line_column(text, at);
     let message = format!("this is no JSON: {what} (line {line}, column {column})");
     Diagnostic::error("json::syntax", message).at(at..end, "here").help(help)
 }
 
-/// Finds its way in a text that is known to be JSON.
+/// Locates values in a text that is valid JSON.
 struct Json<'a> {
     text: &'a str,
 }
@@ -113,7 +113,7 @@ impl Json<'_> {
         }
     }
 
-    /// Where to point at: the bracket of what may be long.
+    /// The place to mark: the bracket of a possibly long value.
     fn head(&self, value: &Range<usize>) -> Range<usize> {
         match self.kind(value) {
             "a list" | "an object" => value.start..value.start + 1,
@@ -207,7 +207,7 @@ impl Json<'_> {
         };
         let lists = rows.iter().filter(|row| self.kind(row) == "a list").count();
         if lists == 0 {
-            // One row, or a list of numbers; the caller of [`GivenMatrix`] knows what is meant.
+            // One row, or a list of numbers; the caller of [`GivenMatrix`] decides which.
             self.wide(name, rows.len(), value, diagnostics)?;
             let list = self.kind(value) == "a list" && !rows.is_empty();
             let columns = rows.len();
@@ -247,7 +247,7 @@ impl Json<'_> {
         Some(ParsedMatrix { matrix, digits, list: false, span: Some(self.head(value)) })
     }
 
-    /// Complains about too many rows or columns.
+    /// Reports too many rows or columns.
     fn wide(&self, name: &str, count: usize, value: &Range<usize>, diagnostics: &mut Vec<Diagnostic>) -> Option<()> {
         if count <= MOST {
             return Some(());

@@ -56,7 +56,7 @@ pub(super) fn read_mat(bytes: &[u8]) -> Result<StateSpace, Vec<Diagnostic>> {
         }
         _ => {
             let names = quoted(systems.iter().map(|(name, _)| *name));
-            let message = format!("the file holds more than one system: {names} have a field `A`");
+            let message = format!("the file contains more than one system: {names} have a field `A`");
             Err(vec![
                 Diagnostic::error("state-space::ambiguous", message).help("save one of them: `save -v7 FILE sys`"),
             ])
@@ -149,7 +149,7 @@ fn matrix(name: &str, array: &Array<&[u8]>, diagnostics: &mut Vec<Diagnostic>) -
                 }
             }
         }
-        _ => unreachable!("told above"),
+        _ => unreachable!("reported above"),
     }
     if bad.is_empty() {
         let mut digits = LastDigits::default();

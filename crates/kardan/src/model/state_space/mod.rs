@@ -11,7 +11,7 @@ pub use system::{DataDigits, StateSpace};
 
 use crate::diagnostics::Diagnostic;
 
-/// The longest file: beyond it nothing that fits into the largest matrices is written.
+/// The longest file: enough for the largest matrices.
 const FILE_LIMIT: usize = 1 << 30;
 
 /// Reads a linear system `E ẋ = A x + B u`, `y = C x + D u` given by its matrices.
@@ -23,7 +23,7 @@ const FILE_LIMIT: usize = 1 << 30;
 ///
 /// Numbers of JSON are taken as written: `0.1` is one tenth; `"1/3"` is one third. Those of a MAT file are the exact
 /// values of the binary numbers in it. A list of numbers instead of a matrix is a column in `B` and a row in `C`; a matrix
-/// of another shape is a mistake, never transposed. A sample time (`Ts`, `dt`, `sample_time`) other than 0 makes it
+/// of another shape is an error, never transposed. A sample time (`Ts`, `dt`, `sample_time`) other than 0 makes it
 /// `E x(k+1) = A x(k) + B u(k)`; −1 is one that is not known. Places of diagnostics refer to the text behind a byte order
 /// mark.
 ///
@@ -36,7 +36,7 @@ const FILE_LIMIT: usize = 1 << 30;
 /// ```
 ///
 /// # Errors
-/// All mistakes: what cannot be read, matrices that do not fit together, entries that are no finite
+/// All errors: unreadable parts, matrices of inconsistent sizes, entries that are not finite
 /// numbers, more than 2000 states, inputs or outputs.
 pub fn read_state_space(bytes: &[u8]) -> Result<StateSpace, Vec<Diagnostic>> {
     let one = |diagnostic| Err(vec![diagnostic]);

@@ -1,4 +1,4 @@
-//! Matrices and names as they are given, and whether they fit together.
+//! Matrices and names as given, and their consistency.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -12,17 +12,17 @@ use crate::num::{Matrix, Rational, rational_to_f64};
 
 /// The most states, inputs or outputs; at most 4 million entries of a matrix follow.
 pub(super) const MOST: usize = 2000;
-/// Mistakes of one kind that are told one by one for a matrix.
+/// Number of errors of one kind reported one by one for a matrix.
 pub(super) const MAX_REPORTED: usize = 8;
 /// The longest name.
 const NAME_LIMIT: usize = 100;
 
 pub(super) const MATRICES: [&str; 5] = ["A", "B", "C", "D", "E"];
 pub(super) const NAMES: [&str; 3] = ["states", "inputs", "outputs"];
-/// Keys that say how long a sample takes.
+/// Keys of the sample time.
 pub(super) const SAMPLE_TIMES: [&str; 3] = ["Ts", "dt", "sample_time"];
 
-/// How far the numbers of a matrix may lie from what was meant: sums of squares.
+/// Uncertainty of the numbers of a matrix: sums of squares.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct LastDigits {
     /// Of half a unit of the last digit written.
@@ -37,7 +37,7 @@ pub(super) struct LastDigits {
 const BY_HAND: usize = 14;
 
 impl LastDigits {
-    /// Takes in a number that was written as a text; whole numbers and fractions are meant exactly.
+    /// Adds a number written as a text; whole numbers and fractions are exact.
     pub fn add_decimal(&mut self, text: &str, value: &Rational) {
         if value.is_int() || text.contains('/') {
             return;
@@ -54,7 +54,7 @@ impl LastDigits {
         self.add_binary(value);
     }
 
-    /// Takes in a binary number; whole numbers are meant exactly.
+    /// Adds a binary number; whole numbers are exact.
     pub fn add_binary(&mut self, value: &Rational) {
         if !value.is_int() {
             let rounding = rational_to_f64(value) * f64::EPSILON / 2.0;
@@ -75,7 +75,7 @@ impl LastDigits {
 #[derive(Debug)]
 pub(super) struct ParsedMatrix {
     pub matrix: Matrix<Rational>,
-    /// How far its numbers may lie from what was meant.
+    /// The uncertainty of its numbers.
     pub digits: LastDigits,
     /// Written as a list of numbers, hence neither a row nor a column.
     pub list: bool,
@@ -83,7 +83,7 @@ pub(super) struct ParsedMatrix {
     pub span: Option<Range<usize>>,
 }
 
-/// What a file says, as far as it could be read; what is wrong in itself has been told already and is `None`.
+/// The content of a file, as far as readable; parts with reported errors are `None`.
 #[derive(Debug, Default)]
 pub(super) struct ParsedSystem {
     pub matrices: BTreeMap<&'static str, Option<ParsedMatrix>>,
@@ -107,13 +107,13 @@ fn place(diagnostic: Diagnostic, span: &Option<Range<usize>>) -> Diagnostic {
 }
 
 impl ParsedSystem {
-    /// Puts the parts together; all that does not fit is told.
+    /// Combines the parts; reports all inconsistencies.
     pub fn system(mut self, mut diagnostics: Vec<Diagnostic>) -> Result<StateSpace, Vec<Diagnostic>> {
         let digits = self.digits();
         let sample_time = self.sample_time.take();
         let mut parsed = |key| self.matrices.remove(key);
         let (a, b, c, d, e) = (parsed("A"), parsed("B"), parsed("C"), parsed("D"), parsed("E"));
-        // Some(None): known to be wrong. Sizes that are not known are not complained about.
+        // Some(None): known to be wrong. Unknown sizes are not reported.
         let states = match &a {
             None => {
                 diagnostics.push(
@@ -189,7 +189,7 @@ impl ParsedSystem {
         Ok(StateSpace { system, sample_time, digits })
     }
 
-    /// How far the numbers may lie from what was meant.
+    /// The uncertainty of the numbers.
     fn digits(&self) -> DataDigits {
         let of = |names: &[&str]| {
             let parsed = names.iter().filter_map(|name| self.matrices.get(name)?.as_ref());
@@ -335,7 +335,7 @@ pub(super) fn discrete(key: &str) -> Diagnostic {
         .help("leave the key out, or give 0, if the system is in continuous time")
 }
 
-/// What a sample time says: 0 is continuous time, −1 discrete time with a sample time that is not known.
+/// The meaning of a sample time: 0 is continuous time, −1 discrete time with a sample time that is not known.
 ///
 /// # Errors
 /// If it is another negative number.
@@ -348,12 +348,12 @@ pub(super) fn sampled(time: Rational) -> Result<Option<Option<Rational>>, ()> {
     }
 }
 
-/// Says how many mistakes are not told one by one.
+/// States how many errors are not reported one by one.
 pub(super) fn more(name: &str, count: usize, span: Option<&Range<usize>>, diagnostics: &mut Vec<Diagnostic>) {
     if count > MAX_REPORTED {
         let message = format!("`{name}` has {} more entries that are no finite numbers", count - MAX_REPORTED);
         let diagnostic =
-            Diagnostic::error("state-space::entry", message).help("correct the entries that are told first");
+            Diagnostic::error("state-space::entry", message).help("correct the entries that are reported first");
         diagnostics.push(place(diagnostic, &span.cloned()));
     }
 }

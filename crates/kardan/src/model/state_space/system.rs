@@ -1,4 +1,4 @@
-//! What a file of matrices says.
+//! The content of a file of matrices.
 
 use crate::analysis::LinearSystem;
 use crate::num::Rational;
@@ -10,13 +10,13 @@ pub struct StateSpace {
     pub system: LinearSystem,
     /// In discrete time the sample time, s; `Some(None)` if it is not known. In continuous time `None`.
     pub sample_time: Option<Option<Rational>>,
-    /// How far the numbers may lie from what was meant.
+    /// The uncertainty of the numbers.
     pub digits: DataDigits,
 }
 
-/// How far the numbers of a file may lie from what was meant, as Frobenius norms: half a unit of the last digit of decimals
+/// The uncertainty of the numbers of a file, as Frobenius norms: half a unit of the last digit of decimals
 /// written by hand, 2⁻⁵³ of the size of binary numbers and of decimals with 15 digits or more. Whole numbers and fractions
-/// are meant exactly.
+/// are exact.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DataDigits {
     /// Whether they are those of binary numbers.

@@ -1,4 +1,4 @@
-//! A law with its wiring.
+//! A law with its interconnection.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use crate::simulate::sampled_runtime::SampledRuntime;
 use crate::simulate::scenario::Scenario;
 use crate::synthesis::{ExportedSignal, Law, LawRuntime, LinearLaw, Observation};
 
-/// A law with its wiring.
+/// A law with its interconnection.
 pub(super) struct ConnectedLaw {
     pub law: Arc<dyn Law>,
     pub computer: Computer,
@@ -18,30 +18,30 @@ pub(super) struct ConnectedLaw {
     pub limits: Vec<Option<f64>>,
     /// Sources that its commands are, of a task of blocks.
     pub outputs: Vec<usize>,
-    /// Sources that are what it tells blocks.
+    /// Sources that are the law's signals for blocks.
     pub exported: Vec<(usize, ExportedSignal)>,
     pub references: Vec<usize>,
     pub reference_values: Vec<f64>,
     pub commands: Vec<f64>,
-    /// Torques that its inputs report.
+    /// Reported torques of its inputs.
     pub torques: Vec<f64>,
-    /// Where its own states are; nowhere, if it has a clock.
+    /// Indices of its own states; none, if it has a clock.
     pub states: Range<usize>,
 }
 
-/// What computes a law in a run.
+/// The computer of a law in a run.
 pub(super) enum Computer {
     /// At every instant, as part of the expressions of the loop.
     Linear(Box<LinearLaw>),
     /// At every instant, as expressions among those of the loop.
     Inlined(Arc<Task>),
-    /// At every instant, by itself.
+    /// At every instant, by its own code.
     Continuous(LawRuntime),
     SampledRuntime(Box<SampledRuntime>),
 }
 
 impl ConnectedLaw {
-    /// Whether it computes by itself at every instant.
+    /// Whether its own code computes at every instant.
     pub fn is_own(&self) -> bool {
         matches!(self.computer, Computer::Continuous(_))
     }
@@ -61,7 +61,7 @@ impl ConnectedLaw {
     }
 }
 
-/// What a law sees: the true angles and speeds, of disturbances nothing.
+/// The inputs of a law: the true angles and speeds, no disturbances.
 pub(super) fn observation<'a>(
     time: f64,
     kinematics: &'a Kinematics,
@@ -72,7 +72,7 @@ pub(super) fn observation<'a>(
     Observation { time, angles, speeds, disturbances: &[], references, readings: &[], states }
 }
 
-/// What a machine is made of.
+/// The parts of a machine.
 #[derive(Clone, Copy)]
 pub struct Setup<'a> {
     /// The plant.

@@ -1,4 +1,4 @@
-//! How a machine is put together.
+//! Construction of a machine.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -29,7 +29,7 @@ use crate::simulate::sampled_runtime::SampledRuntime;
 use crate::simulate::scenario::{Profile, Scenario, Source, SourceTarget};
 use crate::synthesis::{ExportedSignal, Law, LawRuntime, LinearLaw, Observation, TaskLaw};
 
-/// What drives the inputs; `size` grows by their states.
+/// The drives of the inputs; `size` grows by their states.
 fn drives(equations: &Equations, scenario: &Scenario, size: &mut usize) -> Vec<Drive> {
     let mut place = |needed: bool| {
         needed.then(|| {
@@ -49,10 +49,10 @@ fn drives(equations: &Equations, scenario: &Scenario, size: &mut usize) -> Vec<D
     equations.inputs.iter().map(drive).collect()
 }
 
-/// Difference of a law from its linear part, relative to what cancels, that rounding may make.
+/// Difference of a law from its linear part, relative to the terms that cancel, that counts as rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Whether what runs of a law is its linear part, tried at one point: a law may be another one than it says.
+/// Whether a law equals its linear part in a run, tested at one point: its description may differ from it.
 fn is_linear(law: &mut LawRuntime, part: &LinearLaw, references: usize) -> bool {
     let numbers = |count: usize, turn: usize| -> Vec<f64> {
         (0..count).map(|k| 0.1 * ((k * 7 + turn * 5) % 11) as f64 - 0.45).collect()
@@ -96,7 +96,7 @@ fn is_linear(law: &mut LawRuntime, part: &LinearLaw, references: usize) -> bool 
         && agrees(&on_rates.map(|(matrix, x)| (matrix, x.as_slice())), &rates)
 }
 
-/// The number of the source that a law reads or answers by that name; that of its signal for a sensor of one.
+/// The number of the source that a law reads or outputs by that name; that of its signal for a sensor of one.
 fn source_of(name: &str, setup: &Setup<'_>) -> usize {
     let equations = &setup.reduced.equations;
     let sensor = equations.signal_sensors.iter().find(|(sensor, _)| sensor == name);
@@ -105,7 +105,7 @@ fn source_of(name: &str, setup: &Setup<'_>) -> usize {
         _ => name,
     };
     let found = setup.scenario.sources.iter().position(|source| source.name == signal);
-    found.unwrap_or_else(|| panic!("`{signal}`, which is read or answered, is a source"))
+    found.unwrap_or_else(|| panic!("`{signal}`, which is read or output, is a source"))
 }
 
 /// A law among the inputs and sources of a run; `size` grows by its states.
@@ -116,7 +116,7 @@ fn connected_law(law: &Arc<dyn Law>, setup: &Setup<'_>, drives: &[Drive], size: 
     let references: Vec<usize> = law.references().iter().map(|reference| source_of(&reference.name, setup)).collect();
     let first = *size;
     let limits: Vec<Option<f64>> = inputs.iter().map(|&input| drives[input].limit).collect();
-    // A law with states may keep them from winding up at the limits.
+    // A law with states may have anti-windup at the limits.
     let winds_up = !law.states().is_empty() && limits.iter().any(Option::is_some);
     let computer = match law.clock() {
         Some(clock) => Computer::SampledRuntime(Box::new(SampledRuntime::new(&**law, clock, setup.reduced, scenario))),
@@ -146,7 +146,7 @@ fn connected_law(law: &Arc<dyn Law>, setup: &Setup<'_>, drives: &[Drive], size: 
     }
 }
 
-/// The sources that are what a law tells blocks.
+/// The sources that are a law's signals for blocks.
 fn exported(law: &dyn Law, scenario: &Scenario) -> Vec<(usize, ExportedSignal)> {
     let dotted =
         |source: &Source| source.target == SourceTarget::Block && SignalName::new(&source.name).unqualified().is_none();
@@ -161,7 +161,7 @@ fn exported(law: &dyn Law, scenario: &Scenario) -> Vec<(usize, ExportedSignal)> 
     law.exported().into_iter().filter_map(numbered).collect()
 }
 
-/// A task of blocks: its answers are sources.
+/// A task of blocks: its outputs are sources.
 fn task(task: &Arc<Task>, setup: &Setup<'_>) -> ConnectedLaw {
     let law: Arc<dyn Law> = Arc::new(TaskLaw::new(task, setup.reduced));
     let source = |name: &str| source_of(name, setup);
@@ -183,7 +183,7 @@ fn task(task: &Arc<Task>, setup: &Setup<'_>) -> ConnectedLaw {
     }
 }
 
-/// Blocks, which compute before what reads them, then the laws; `size` grows by their states.
+/// Blocks, which compute before their readers, then the laws; `size` grows by their states.
 fn connected_laws(setup: &Setup<'_>, drives: &[Drive], size: &mut usize) -> Vec<ConnectedLaw> {
     let mut all: Vec<ConnectedLaw> = setup.scenario.tasks.iter().map(|one| task(one, setup)).collect();
     all.extend(setup.laws.iter().map(|law| connected_law(law, setup, drives, size)));
@@ -196,7 +196,7 @@ fn profiles(scenario: &Scenario) -> Vec<Profile> {
     (0..scenario.sources.len()).map(profile).collect()
 }
 
-/// The expressions of a loop, compiled, and where what is given and found stands among them.
+/// The compiled expressions of a loop, and the indices of its inputs and outputs.
 struct Compiled {
     dynamics: Dynamics,
     work: Work,
@@ -236,7 +236,7 @@ impl Compiled {
 }
 
 impl Machine {
-    /// Wires plant, laws and scenario.
+    /// Connects plant, laws and scenario.
     ///
     /// # Panics
     /// If a law names an input or reference that does not exist (the model checks this before).
@@ -244,7 +244,7 @@ impl Machine {
         Self::with(setup, |_, _| ())
     }
 
-    /// The same, with something made of the same expressions.
+    /// The same, with further data made of the same expressions.
     pub(in crate::simulate) fn with(setup: Setup<'_>, also: impl FnOnce(&mut Motion, &Found)) -> Self {
         Self::finding(setup, |motion, found| {
             also(motion, found);
@@ -252,7 +252,7 @@ impl Machine {
         })
     }
 
-    /// The same, with what else of them is to be found at each evaluation.
+    /// The same, with further outputs to compute at each evaluation.
     pub(in crate::simulate) fn finding(setup: Setup<'_>, also: impl FnOnce(&mut Motion, &Found) -> Vec<Expr>) -> Self {
         let (reduced, scenario) = (setup.reduced, setup.scenario);
         let (r, m) = (reduced.degrees_of_freedom(), reduced.equations.set_valued().count());

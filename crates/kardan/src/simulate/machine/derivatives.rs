@@ -1,4 +1,5 @@
-//! The Jacobian of a machine: the residuals that are derived, and accelerations and holding torques from their derivatives.
+//! The Jacobian of a machine: the differentiated residuals, and accelerations and constraint torques from their
+//! derivatives.
 
 use super::Machine;
 use super::expressions::{Parts, extend};
@@ -63,8 +64,8 @@ impl Machine {
         equations.solve(self.size - 2, out);
     }
 
-    /// The same as linear equations of states and holding torques:
-    /// `H v̇ + Gᵀλ = ∂(f − H a − Gᵀλ₀)/∂x x`, `G v̇ = −∂(b + G a)/∂x x`, in whose derivatives accelerations a and torques λ₀ stand still.
+    /// The same as linear equations of states and constraint torques: `H v̇ + Gᵀλ = ∂(f − H a − Gᵀλ₀)/∂x x`,
+    /// `G v̇ = −∂(b + G a)/∂x x`, in whose derivatives accelerations a and torques λ₀ are constant.
     pub(in crate::simulate) fn find_descriptor(&mut self, time: f64, state: &[f64], out: &mut Descriptor) {
         let Some(mut jacobian) = self.jacobian.take() else { return out.clear(0) };
         let (r, states) = (self.degrees_of_freedom, self.size - 2);
@@ -77,7 +78,7 @@ impl Machine {
         let torques = &mut memory[motion + r..*inputs];
         torques.fill(0.0);
         self.holding.iter().zip(&self.active_torque).for_each(|(direction, torque)| torques[*direction] = *torque);
-        // What is no number is seen where it is used.
+        // A value that is not a number is detected where it is used.
         let _ = match native {
             Some(native) => native.evaluate(memory),
             None => plan.block().evaluate(memory),

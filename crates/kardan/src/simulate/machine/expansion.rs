@@ -1,8 +1,9 @@
 //! The Taylor series of the motion in one set of modes, coefficient by coefficient.
 //!
-//! Everything but the accelerations follows from the expressions of the loop ([`PiecedSeries`]). With `H(t) a(t) = f(t) − Gᵀ(t) λ(t)` the
-//! coefficient k of the accelerations is what the same factors give for `f_k − Σ_j H_j a_(k−j) − Σ_j G_jᵀ λ_(k−j)` over j from 1, and
-//! that of the torques that hold makes `Σ_j g_j a_(k−j)` and the bias vanish along each direction.
+//! All values except the accelerations follow from the expressions of the loop ([`PiecedSeries`]). With
+//! `H(t) a(t) = f(t) − Gᵀ(t) λ(t)` the coefficient k of the accelerations is the solution with the same factors for
+//! `f_k − Σ_j H_j a_(k−j) − Σ_j G_jᵀ λ_(k−j)` over j from 1, and that of the constraint torques makes `Σ_j g_j a_(k−j)`
+//! and the bias vanish in each direction.
 
 use kardan_rt::functions::{powf, powi};
 
@@ -15,24 +16,26 @@ use crate::simulate::friction::{Bounds, Mode};
 /// Series of a machine, with memory of its own.
 pub(super) struct Expansion {
     pub(super) series: PiecedSeries,
-    /// Coefficients of the accelerations, and of the torques that hold, those of an order one after the other.
+    /// Coefficients of the accelerations, and of the constraint torques, order after order.
     pub(super) accelerations: Vec<f64>,
     pub(super) torques: Vec<f64>,
-    /// How many of both there are in an order.
+    /// The number of both per order.
     pub(super) counts: [usize; 2],
-    /// Entries of each friction direction that depend on the position, with their places in the plan's memory; and its bias.
+    /// Position-dependent entries of each friction direction, with their indices in the plan's memory; and its bias.
     pub(super) rows: Vec<Vec<(usize, usize)>>,
     pub(super) bias: Vec<Option<usize>>,
-    /// Entries of the inertia that do: row, column, place.
+    /// Position-dependent entries of the inertia: row, column, index.
     pub(super) inertia: Vec<(usize, usize, usize)>,
-    /// What is found: forces, rates, powers, speeds along friction directions, commands.
+    /// The outputs: forces, rates, powers, speeds in friction directions, commands.
     pub(super) forces: Vec<usize>,
     pub(super) rates: Vec<usize>,
     pub(super) friction_speeds: Vec<usize>,
     pub(super) commands: Vec<usize>,
-    /// Two for each hold: see [`UnilateralTerms::counts`](super::unilateral_terms::UnilateralTerms::told).
+    /// Two for each unilateral constraint: see
+    /// [`UnilateralTerms::mode_inputs`](super::unilateral_terms::UnilateralTerms::mode_inputs).
     pub(super) unilaterals: Vec<usize>,
-    /// What the power of prescribed speeds has for one of each acceleration, and of the torque of each friction that holds.
+    /// The coefficients of the power of prescribed speeds for each acceleration, and for the torque of each sticking
+    /// friction.
     pub(super) power: [Vec<usize>; 2],
     /// Sliders, each with the place of its torque.
     pub(super) jenkins: Vec<(usize, usize)>,
@@ -43,13 +46,13 @@ pub(super) struct Expansion {
     pub(super) friction_bias: Vec<f64>,
 }
 
-/// The directions that hold, and the acceleration bias along all directions.
+/// The active directions, and the acceleration bias in all directions.
 pub(super) struct Holding<'a> {
     pub(super) directions: &'a [usize],
     pub(super) bias: &'a mut [f64],
 }
 
-/// What may leave its mode.
+/// The directions that may leave their mode.
 pub(super) struct Watch<'a> {
     pub(super) modes: &'a [Mode],
     pub(super) holding: &'a [usize],
@@ -57,30 +60,30 @@ pub(super) struct Watch<'a> {
     pub(super) bounds: Bounds<'a>,
 }
 
-/// Part of a limit that is kept clear of it.
+/// Safety margin to a limit, as a part of it.
 const CLEAR: f64 = 1e-9;
-/// Part of a step that a zero is looked for in at last, and halvings that are made for one margin.
+/// Part of a step to which a zero is located at last, and halvings for one margin.
 const LEAST: f64 = 1e-10;
 const HALVINGS: usize = 200;
-/// How often a step is made shorter for the terms of what tells pieces.
+/// How often a step is shortened for the terms of the numbers that decide pieces.
 const SHORTENINGS: usize = 60;
-/// What the last terms of that are at most of those before.
+/// The largest ratio of their last terms to those before.
 const FALL: f64 = 0.5;
 /// Part of a step to which a zero of a series is found.
 const EXACTLY: f64 = 1e-16;
-/// A number that modes depend on and that rounding may make of nothing, SI.
+/// A number that modes depend on, and the size of it that is rounding, SI.
 const ROUNDED: f64 = 1e-12;
 /// Coefficients of a series at most.
 const MOST: usize = 32;
 
-/// What the series tell of the modes within a step.
+/// What the series prove about the modes within a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Prospect {
-    /// They are certainly kept.
+    /// They certainly stay.
     Stays,
-    /// Up to this part of the step they are certainly kept; there a margin vanishes.
+    /// Up to this part of the step they certainly stay; there a margin vanishes.
     Leaves(f64),
-    /// The series do not tell.
+    /// The series do not decide.
     Unknown,
 }
 
@@ -95,7 +98,8 @@ impl Prospect {
 }
 
 impl Expansion {
-    /// Whether modes and limits are kept for so long but for what holds, by series of that order; `noise` tells what of a speed along a direction is rounding.
+    /// Whether modes and limits stay valid for this time, except those of active constraints, by series of that order;
+    /// `noise` returns the rounding error of a speed in a direction.
     pub(super) fn prospect(
         &mut self,
         watch: &Watch<'_>,
@@ -110,13 +114,13 @@ impl Expansion {
         let moving = modes.iter().zip(&self.friction_speeds).enumerate();
         let moving = moving.filter(|(k, (mode, _))| **mode != Mode::Stick && unilaterals.slips(*k));
         for (k, (mode, place)) in moving {
-            // What begins to slip has no speed but rounding.
+            // A direction that begins to slip has a speed of rounding size.
             let begin = mode.sign() * series.value(*place, 0);
             let rounding = if begin < 0.0 && -begin <= noise(k) { -begin } else { 0.0 };
             prospect = prospect.and(margin(scratch, length, series.of(*place), mode.sign(), rounding));
         }
         for (k, place) in jenkins.iter().filter(|(k, _)| modes[*k] == Mode::Stick) {
-            // What has just stopped slipping stands at its limit but for rounding.
+            // A direction that has just stopped slipping is at its limit except for rounding.
             let limit = bounds.forward[*k].max(series.value(*place, 0).abs());
             for sign in [1.0, -1.0] {
                 prospect = prospect.and(margin(scratch, length, series.of(*place), sign, limit));
@@ -139,7 +143,7 @@ impl Expansion {
         prospect
     }
 
-    /// Whether what holds stays within its limits, all others that follow from it without torques.
+    /// Whether the active constraints stay within their limits, with no torques of those that follow from them.
     pub(super) fn prospect_of_holding(&mut self, watch: &Watch<'_>, (length, order): (f64, usize)) -> Prospect {
         let Self { series, torques, counts, scratch, .. } = self;
         let Watch { modes, holding, unilaterals, bounds } = watch;
@@ -166,8 +170,8 @@ impl Expansion {
         prospect
     }
 
-    /// Where the first of what has kinks takes another of its pieces, and how long a step may be at most for that to be known: the last two terms of
-    /// each number that tells the pieces are then within a part of all its terms.
+    /// Where the first operation with kinks changes to another of its pieces, and the longest step for which that is
+    /// known: the last two terms of each number that decides a piece are then within a part of all its terms.
     pub(super) fn kink(&mut self, (length, order): (f64, usize), part: f64) -> (Prospect, f64) {
         let Self { series, scratch, .. } = self;
         if series.jump() {
@@ -182,20 +186,20 @@ impl Expansion {
         let margins = series.margins();
         let found = margins.fold(Prospect::Stays, |found, (x, sign, more)| {
             terms(scratch, kink_free, x, sign, more);
-            // What has no value is of no piece that is taken.
+            // An undefined value belongs to no piece that is taken.
             let is_nothing = scratch.iter().all(|term| *term == 0.0) || scratch.iter().any(|term| !term.is_finite());
             if is_nothing { found } else { found.and(first_zero_within(scratch, 0.0, true)) }
         });
         (found, kink_free)
     }
 
-    /// Whether something has kinks.
+    /// Whether an operation has kinks.
     pub(super) fn has_kinks(&self) -> bool {
         self.series.margins().next().is_some()
     }
 
-    /// How far values of a plan's memory and torques that hold are from their series, so long after the point of expansion, in parts of what the
-    /// terms are at most.
+    /// The difference of values of a plan's memory and constraint torques from their series, at a time after the point
+    /// of expansion, relative to the largest size of the terms.
     pub(super) fn difference(
         &self,
         watch: &Watch<'_>,
@@ -213,7 +217,7 @@ impl Expansion {
                 size += (coefficient * power).abs();
                 power *= later;
             }
-            // What is no number is far away.
+            // A value that is not a number counts as far away.
             let part = (sum - value).abs() / size;
             if part.is_nan() { 1.0 } else { part }
         };
@@ -236,7 +240,7 @@ impl Expansion {
         places.chain(jenkins).chain(limited).fold(most, |most, (place, limit)| most.max(of_place(place, limit)))
     }
 
-    /// Whether stops, cushions and locks keep their modes for so long.
+    /// Whether stops, soft stops and locks stay in their modes for this time.
     fn unilateral_prospect(&mut self, watch: &Watch<'_>, (length, order): (f64, usize)) -> Prospect {
         let Self { series, scratch, unilaterals: mode_inputs, .. } = self;
         let Watch { modes, unilaterals, .. } = watch;
@@ -246,7 +250,7 @@ impl Expansion {
             let direction = unilaterals.first + unilateral;
             let [first, second] = [mode_inputs[2 * unilateral], mode_inputs[2 * unilateral + 1]];
             let mut watch_margin = |place: usize, sign: f64, limit: f64| {
-                // What was left or touched just now stands beyond by rounding.
+                // A contact that opened or closed just now is beyond its limit by rounding.
                 let begin = sign * series.value(place, 0) + limit;
                 let rounding = if begin < 0.0 && begin > -LEAST { -begin } else { 0.0 };
                 prospect = prospect.and(margin(scratch, length, series.of(place), sign, limit + rounding));
@@ -267,14 +271,15 @@ impl Expansion {
         prospect
     }
 
-    /// Keeps the coefficients of order k of accelerations and torques.
+    /// Stores the coefficients of order k of accelerations and torques.
     pub(super) fn store(&mut self, k: usize, accelerations: &[f64], torques: &[f64]) {
         let [r, m] = self.counts;
         self.accelerations[k * r..][..r].copy_from_slice(accelerations);
         self.torques[k * m..][..m].copy_from_slice(torques);
     }
 
-    /// The coefficient of order k of what the power of prescribed speeds has of accelerations and torques that hold.
+    /// The contribution of accelerations and constraint torques to the coefficient of order k of the power of
+    /// prescribed speeds.
     pub(super) fn prescribed_power(&self, k: usize, holding: &[usize]) -> f64 {
         let Self { series, accelerations, torques, counts: [r, m], power: [of_accelerations, of_holding], .. } = self;
         // A convolution leaves out the product with the value itself.
@@ -287,7 +292,7 @@ impl Expansion {
         moved.sum::<f64>() + sticking.map(|(a, direction)| all(of_holding[*direction], torques, *m, a)).sum::<f64>()
     }
 
-    /// Puts the forces of order k, less what lower orders take of them, and the bias along the directions that hold.
+    /// Writes the forces of order k, minus the contributions of lower orders, and the bias in the active directions.
     pub(super) fn forces(&self, k: usize, holding: Holding<'_>, force: &mut [f64]) {
         let Self { series, accelerations, torques, counts: [r, m], .. } = self;
         for (force, place) in force.iter_mut().zip(&self.forces) {
@@ -320,7 +325,7 @@ fn sum_of(c: &[f64], s: f64) -> f64 {
     }
 }
 
-/// The terms of a sign times a series, and what is added.
+/// The terms of a sign times a series, and a constant added.
 fn terms(scratch: &mut [f64], length: f64, coefficients: impl Iterator<Item = f64>, sign: f64, more: f64) {
     let mut power = sign;
     scratch.iter_mut().zip(coefficients).for_each(|(term, coefficient)| {
@@ -330,8 +335,8 @@ fn terms(scratch: &mut [f64], length: f64, coefficients: impl Iterator<Item = f6
     scratch[0] += more;
 }
 
-/// How long a step may be, at most a length, for the last two terms of a series to be within a part of all, and to fall: what is next to nothing
-/// here, as `exp(-x²)` from afar, may be large beyond where its series reach.
+/// The longest step, at most a length, for which the last two terms of a series are within a part of all, and decrease:
+/// a value that is almost zero here, such as `exp(-x²)` from afar, may be large outside the range of its series.
 fn kink_free_length(coefficients: &[f64], mut length: f64, part: f64) -> f64 {
     let order = coefficients.len();
     for _ in 0..SHORTENINGS {
@@ -348,7 +353,7 @@ fn kink_free_length(coefficients: &[f64], mut length: f64, part: f64) -> f64 {
             power *= length;
         }
         let most = if earlier > 0.0 { (part * sum).min(FALL * earlier) } else { part * sum };
-        // What is no number is of no piece that is taken.
+        // A value that is not a number belongs to no piece that is taken.
         if !(last > most && sum.is_finite()) {
             break;
         }
@@ -369,15 +374,15 @@ pub(super) fn margin(
     first_zero(scratch, CLEAR * limit.abs())
 }
 
-/// Where `Σ c_k s^k` becomes negative first for 0 < s ≤ 1, if it is not certainly positive, with more than its last term and `clear` to spare
-/// where it is not at its begin.
+/// Where `Σ c_k s^k` becomes negative first for 0 < s ≤ 1, if it is not certainly positive, with a margin above its
+/// last term and `clear` where it is not at its begin.
 ///
 /// Method: Bernstein coefficients bound the polynomial; where they do not decide, the interval is halved (de Casteljau).
 fn first_zero(c: &[f64], clear: f64) -> Prospect {
     first_zero_within(c, clear, false)
 }
 
-/// The same; `open`: where it is not negative at the end, it does not matter that it nearly is.
+/// The same; `open`: where it is not negative at the end, a value near zero there is accepted.
 fn first_zero_within(c: &[f64], clear: f64, open: bool) -> Prospect {
     let Some((first, rest)) = c.split_first() else { return Prospect::Unknown };
     let last = rest.last().map_or(0.0, |last| last.abs());
@@ -410,10 +415,10 @@ fn first_zero_within(c: &[f64], clear: f64, open: bool) -> Prospect {
     }
 }
 
-/// A part of the interval that a polynomial is looked at in.
+/// A part of the interval on which a polynomial is evaluated.
 struct Part<'a> {
     c: &'a [f64],
-    /// The size of the last term at the end of the step, and what is to be left besides.
+    /// The size of the last term at the end of the step, and the margin required besides.
     last: f64,
     clear: f64,
     from: f64,
@@ -426,19 +431,19 @@ impl Part<'_> {
     fn first_zero(&self, b: &[f64; MOST], halvings: &mut usize) -> Option<f64> {
         let Self { c, last, clear, from, to, open } = *self;
         let n = c.len() - 1;
-        // What is left out is smaller the nearer the begin is.
+        // The truncation error is smaller nearer to the begin.
         let spare = last * powi(to, n as i32) + clear;
         let own = &b[..=n];
         if own.iter().skip(1).all(|b| *b > spare) {
             return None;
         }
         if own[0] > 0.0 && own[n] < 0.0 && own.windows(2).all(|pair| pair[1] <= pair[0]) {
-            // It falls, so that it vanishes once.
+            // It decreases, so it vanishes once.
             let at = |s: f64| sum_of(c, s);
             return Some(bracket([(to, own[n]), (from, own[0])], EXACTLY, at)[0]);
         }
         if to - from < LEAST || *halvings == 0 {
-            // At the begin the modes know the sign; elsewhere nothing is certain if it does not become negative.
+            // At the begin the modes define the sign; elsewhere a value that does not become negative proves nothing.
             if own[n] < 0.0 {
                 return Some(to);
             }
@@ -458,7 +463,7 @@ impl Part<'_> {
                 right[j] = 0.5 * (right[j] + right[j + 1]);
             }
         }
-        // What is left over is the right half.
+        // The remainder is the right half.
         let middle = 0.5 * (from + to);
         let earlier = Part { to: middle, ..*self }.first_zero(&left, halvings);
         earlier.or_else(|| Part { from: middle, ..*self }.first_zero(&right, halvings))
@@ -475,11 +480,12 @@ mod tests {
 
     #[test]
     fn positive_polynomials_are_reported_and_others_never() {
-        // (1 − s)² + 1/10, s(1 − s/2), 1: positive; each with a term that is left out next to nothing.
+        // (1 − s)² + 1/10, s(1 − s/2), 1: positive; each with a truncated term that is almost zero.
         for c in [vec![1.1, -2.0, 1.0, 0.0], vec![0.0, 1.0, -0.5, 0.0], vec![1.0, 0.0]] {
             assert!(is_positive(&c), "{c:?}");
         }
-        // A zero inside, at the end, a negative begin, no number, and a double zero just above the axis that the last term may hide.
+        // A zero inside, at the end, a negative begin, NaN, and a double zero just above the axis that the last term
+        // may hide.
         for c in [
             vec![1.0, -3.0, 1.0, 0.0],
             vec![1.0, -1.0, 0.0],
@@ -490,7 +496,7 @@ mod tests {
         ] {
             assert!(!is_positive(&c), "{c:?}");
         }
-        // Random ones against a fine grid: what is told is so.
+        // Random ones against a fine grid: the result is correct.
         let mut seed = 1u64;
         let mut random = || {
             seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -506,7 +512,7 @@ mod tests {
                     counts[0] += 1;
                     assert!(least(1.0) > 0.0, "{c:?}");
                 }
-                // Before the zero positive, just behind it no more.
+                // Positive before the zero, not after it.
                 Prospect::Leaves(s) => {
                     counts[1] += 1;
                     assert!(least(s * (1.0 - 1e-9)) > 0.0 && at(s) <= 1e-15 && at(s + 1e-9) < 0.0, "{s}: {c:?}");

@@ -1,4 +1,5 @@
-//! The loop as expressions of its state and of what is given at an instant: forces, commands, rates and powers in one plan with the motion.
+//! The loop as expressions of its state and of its inputs at an instant: forces, commands, rates and powers in one plan
+//! with the motion.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -17,80 +18,81 @@ use crate::simulate::faults::{MotorFault, MotorFaultKind};
 use crate::simulate::scenario::{SourceSignal, SourceTarget};
 use crate::units::Dimension;
 
-/// Where the inputs and outputs of the loop are among those of the [`Extension`].
+/// The indices of the loop's inputs and outputs among those of the [`Extension`].
 #[derive(Debug, Clone, Default)]
 pub(super) struct Places {
-    /// Given: the states behind angles and speeds.
+    /// Input: the states behind angles and speeds.
     pub states: Range<usize>,
-    /// Given: values of the sources.
+    /// Input: values of the sources.
     pub sources: Range<usize>,
-    /// Given: commands of laws that compute for themselves, for each input.
+    /// Input: commands of laws with their own code, for each input.
     pub zoh_output: Range<usize>,
-    /// Given: of each input what its torque limit leaves of the command, a factor and an addend.
+    /// Input: for each motor the effect of its torque limit on the command, a factor and an addend.
     pub limits: Range<usize>,
-    /// Given: of each input whether its torque follows the command (1) or the rate limiter's state (0).
+    /// Input: for each motor whether its torque follows the command (1) or the rate limiter's state (0).
     pub follows: Range<usize>,
-    /// Given: of each input the rate of its rate limiter's state.
+    /// Input: for each motor the rate of its rate limiter's state.
     pub limiter_rates: Range<usize>,
-    /// Given: the sense of each friction direction's motion.
+    /// Input: the sense of each friction direction's motion.
     pub senses: Range<usize>,
-    /// Given: of sliders that springs couple what the slip of each has of another one's.
+    /// Input: for sliders that springs couple, the mutual slip factors.
     pub couplings: Range<usize>,
-    /// Given: of each motor whose torque sticks in the run that torque, zero while it does not.
+    /// Input: for each motor with a stuck-torque fault in the run that torque, zero without the fault.
     pub stuck: Range<usize>,
-    /// Given with the start of a run: coefficients of the equations.
+    /// Input at the start of a run: coefficients of the equations.
     pub run_parameters: Range<usize>,
-    /// Given of the time: of each source with a function of it whether it follows that (1) or is set from outside (0), parts of
-    /// functions, the time itself.
+    /// Time-dependent input: for each source with a function of time whether it follows that (1) or is set from outside
+    /// (0), parts of functions, the time itself.
     pub timed: Range<usize>,
     pub follows_signal: Range<usize>,
-    /// Found, where laws compute by themselves: the sources, which these read.
+    /// Output, where laws have their own code: the sources, which these read.
     pub read_sources: Range<usize>,
-    /// Found: commands, torques reported, torques applied, of each input.
+    /// Output: commands, reported torques, applied torques, of each motor.
     pub commands: Range<usize>,
     pub torques: Range<usize>,
     pub applied: Range<usize>,
-    /// Found: forces without the friction that holds.
+    /// Output: forces without the torques of sticking frictions.
     pub forces: Range<usize>,
-    /// Found: rates of the states behind angles and speeds; zero of laws that compute for themselves.
+    /// Output: rates of the states behind angles and speeds; zero for laws with their own code.
     pub rates: Range<usize>,
-    /// Found: speeds along friction directions.
+    /// Output: speeds in friction directions.
     pub friction_speeds: Range<usize>,
-    /// Found: of each hold its torque where it does not hold, and two numbers that its modes depend on.
+    /// Output: for each unilateral constraint its torque where it is not active, and two numbers that its modes depend
+    /// on.
     pub unilateral_torques: Range<usize>,
     pub unilaterals: Range<usize>,
-    /// Found: of each mesh what it carries without accelerations and without what holds, for one of each acceleration, and for one of the torque of
-    /// each friction and hold.
+    /// Output: for each gear loss the load without accelerations and without active constraints, its coefficient for
+    /// each acceleration, and for the torque of each friction and unilateral constraint.
     pub gear_loads: Range<usize>,
     pub gear_load_by_acceleration: Range<usize>,
     pub gear_load_by_torque: Range<usize>,
-    /// Found: the power of the inputs, and the loss.
+    /// Output: the power of the inputs, and the loss.
     pub powers: Range<usize>,
-    /// Found, where constraints prescribe speeds: what the power of these constraints has for one of each acceleration, and for one of the
-    /// torque of each friction that holds.
+    /// Output, where constraints prescribe speeds: the coefficients of the power of these constraints for each
+    /// acceleration, and for the torque of each sticking friction.
     pub power_of_accelerations: Range<usize>,
     pub power_of_holding: Range<usize>,
-    /// Found: of each kept row what is to vanish of the angles and of the speeds.
+    /// Output: for each multiplier constraint the residuals of the angles and of the speeds.
     pub multiplier_positions: Range<usize>,
     pub multiplier_speeds: Range<usize>,
-    /// Found: of each slider the torque that its springs ask of it, and the speed that it would slip with alone.
+    /// Output: for each slider the torque of its springs, and the speed that it would slip with alone.
     pub jenkins_torques: Range<usize>,
     pub jenkins_speeds: Range<usize>,
-    /// Found: numbers that vanish where something jumps or bends by the state.
+    /// Output: numbers that vanish where the loop has a jump or kink by the state.
     pub kinks: Range<usize>,
-    /// Found: what else was asked for.
+    /// Output: further requested expressions.
     pub also: Range<usize>,
 }
 
-/// What readings of the loop are made of.
+/// The data for readings of the loop.
 #[derive(Debug, Clone)]
 pub struct Found {
-    /// What is given to the loop; which of it are the sources, and what is given of the time.
+    /// The inputs of the loop; which of them are the sources, and which depend on the time.
     pub inputs: Vec<Symbol>,
     pub sources: Range<usize>,
     pub timed: Range<usize>,
     pub source_values: Vec<Expr>,
-    /// Commands, torques reported, torques applied, of each input.
+    /// Commands, reported torques, applied torques, of each motor.
     pub commands: Vec<Expr>,
     pub torques: Vec<Expr>,
     pub applied: Vec<Expr>,
@@ -130,7 +132,7 @@ impl Loop<'_> {
         (first..self.inputs.len(), symbols)
     }
 
-    /// What the expressions came to need of the time is given behind all else.
+    /// The time-dependent inputs of the expressions are behind all others.
     fn give_time(&mut self, places: &mut Places) {
         self.inputs.extend(self.motion.timed.symbols(&self.motion.graph));
         places.timed.end = self.inputs.len();
@@ -159,7 +161,7 @@ fn row(matrix: &Matrix<f64>, row: usize, x: &[Expr]) -> Vec<(Expr, Rational)> {
     x.iter().enumerate().filter_map(entry).collect()
 }
 
-/// What a loop is made of besides its plant.
+/// The parts of a loop besides its plant.
 pub(super) struct Parts<'a> {
     pub drives: &'a [Drive],
     pub laws: &'a [ConnectedLaw],
@@ -168,8 +170,8 @@ pub(super) struct Parts<'a> {
     pub flow: Option<&'a Flow>,
 }
 
-/// Everything between plant, motors, linear laws and scenario, written into the expressions of the motion; with the sources, and with what
-/// vanishes where something jumps or bends by the time alone.
+/// All equations between plant, motors, linear laws and scenario, written into the expressions of the motion; with the
+/// sources, and with the numbers that vanish where the loop has a jump or kink by the time alone.
 pub(super) fn extend(
     motion: &mut Motion,
     reduced: &Reduced,
@@ -276,7 +278,7 @@ fn driven(
     torques
 }
 
-/// What motors that fail make of their torques.
+/// The torques of motors with faults.
 fn failing(
     all: &mut Loop<'_>,
     equations: &Equations,
@@ -315,12 +317,12 @@ fn failing(
     out
 }
 
-/// A number over the time that is zero but in the windows of faults; nothing if it is zero in all of them.
+/// A number over the time that is zero except in the windows of faults; `None` if it is zero in all of them.
 fn fault_part(faults: &[MotorFault], what: &str, of: &dyn Fn(MotorFaultKind) -> f64) -> Option<OfTime> {
     let mut windows: Vec<[f64; 3]> = faults.iter().map(|fault| [fault.at, fault.until, of(fault.kind)]).collect();
     windows.retain(|[.., value]| *value != 0.0);
     windows.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    // Where one ends as the next begins, the latter counts.
+    // Where one ends when the next begins, the latter counts.
     let ends = windows.iter().flat_map(|[at, until, value]| [(*at, *value), (*until, 0.0)]);
     let pieces = Pieces::new(ends.filter(|(at, _)| at.is_finite()).map(|(at, value)| (at, [value, 0.0, 0.0, 0.0])));
     let mut graph = Graph::default();
@@ -343,7 +345,7 @@ fn rippled(all: &mut Loop<'_>, equations: &Equations, drives: &[Drive], torques:
     drives.iter().zip(torques).zip(&equations.inputs).map(with).collect()
 }
 
-/// A torque with its ripple, of a size and an order, along the row of its input.
+/// A torque with its ripple, of a size and an order, in the row of its input.
 fn rippling(all: &mut Loop<'_>, row: &[(usize, Rational)], torque: Expr, (size, order): (f64, f64)) -> Expr {
     let angle = all.motion.sum(row, |motion, shaft| motion.angles[shaft]);
     let angle = all.motion.graph.group(angle);
@@ -376,7 +378,7 @@ fn with_signals(
     sources
 }
 
-/// Sources, linear laws, and what other laws command, added up for each input.
+/// Sources, linear laws, and the commands of other laws, added up for each input.
 fn commands(
     all: &mut Loop<'_>,
     reduced: &Reduced,
@@ -448,14 +450,15 @@ fn law_rates(
     }
 }
 
-/// What sticks, slips, holds or presses: torques where it does not hold, against the motion, and speeds.
+/// Sticking, slipping, engaged and compressed elements: torques where they do not stick, against the motion, and
+/// speeds.
 struct SetValued {
     torques: Vec<Expr>,
     speeds: Vec<Expr>,
     unilaterals: Vec<UnilateralTerms>,
 }
 
-/// Frictions, and behind them what else holds.
+/// Frictions, then unilateral constraints.
 fn set_valued(all: &mut Loop<'_>, reduced: &Reduced, senses: &[Expr]) -> SetValued {
     let equations = &reduced.equations;
     let (mut torques, mut speeds) = sliding(all, equations, senses);
@@ -472,7 +475,8 @@ fn find_unilaterals(all: &mut Loop<'_>, places: &mut Places, unilaterals: &[Unil
     places.unilaterals = all.found("told", unilaterals.iter().flat_map(|unilateral| unilateral.mode_inputs).collect());
 }
 
-/// Expressions of some outputs whose zeros are places where they jump or bend: those of the time alone, and others.
+/// Expressions of some outputs whose zeros are points where they have a jump or kink: those of the time alone, and
+/// others.
 fn split_kinks(graph: &mut Graph, outputs: &[Expr], run_parameters: &[Symbol]) -> [Vec<Expr>; 2] {
     let mut all = Vec::new();
     for output in outputs {
@@ -486,7 +490,8 @@ fn split_kinks(graph: &mut Graph, outputs: &[Expr], run_parameters: &[Symbol]) -
     [of_time, of_motion]
 }
 
-/// What vanishes where forces, rates, or what holds jump or bend; given back what does so by the time alone.
+/// The numbers that vanish where forces, rates, or active constraints have a jump or kink; returns those of the time
+/// alone.
 fn add_kinks(all: &mut Loop<'_>, places: &mut Places) -> Vec<Expr> {
     let Places { forces, rates, commands, unilateral_torques, unilaterals, .. } = &*places;
     let outputs = [forces, rates, commands, unilateral_torques, unilaterals].into_iter().cloned().flatten();
@@ -510,7 +515,7 @@ fn row_speed(all: &mut Loop<'_>, row: &[(usize, Rational)]) -> Expr {
     all.motion.graph.group(speed)
 }
 
-/// Torques of slipping directions, in the sense of their directions' motion, and speeds along all of them.
+/// Torques of slipping directions, in the sense of their directions' motion, and speeds in all of them.
 fn sliding(all: &mut Loop<'_>, equations: &Equations, senses: &[Expr]) -> (Vec<Expr>, Vec<Expr>) {
     let (mut torques, mut speeds) = (Vec::new(), Vec::new());
     for (term, sense) in equations.frictions.iter().zip(senses) {
@@ -573,7 +578,8 @@ fn powers(
     [all.sum(&work), all.sum(&loss)]
 }
 
-/// Speeds with motions without inertia, also along the frictions of those that slip in these modes; gives the torques of sliders.
+/// Speeds with motions without inertia, also in the frictions of those that slip in these modes; returns the torques of
+/// sliders.
 fn massless_rates(
     all: &mut Loop<'_>,
     places: &mut Places,
@@ -592,7 +598,7 @@ fn massless_rates(
     torques
 }
 
-/// Torques of frictions where they do not hold, and those of sliders where they do too.
+/// Torques of frictions where they slip, and those of sliders also where they stick.
 fn sliding_frictions(
     all: &mut Loop<'_>,
     reduced: &Reduced,
@@ -611,7 +617,8 @@ fn sliding_frictions(
     sliding
 }
 
-/// What is found of constraints that prescribe speeds, and of kept rows; adds the power of the former to that of the inputs.
+/// The outputs of constraints that prescribe speeds, and of multiplier constraints; adds the power of the former to
+/// that of the inputs.
 fn find_multipliers(
     all: &mut Loop<'_>,
     places: &mut Places,
@@ -633,8 +640,9 @@ fn find_multipliers(
     places.multiplier_speeds = all.found("kept_speed", speeds);
 }
 
-/// The power of constraints that prescribe speeds, `uᵀτ_c` with `τ_c = H (K q̈_r + k) + D q̇ + S q + friction − laws − F τ`: its part without
-/// accelerations and without friction that holds, then what it has for one of each of these.
+/// The power of constraints that prescribe speeds, `uᵀτ_c` with
+/// `τ_c = H (K q̈_r + k) + D q̇ + S q + friction − laws − F τ`: its part without accelerations and without sticking
+/// friction, then its coefficient for each of these.
 fn prescribed_power(all: &mut Loop<'_>, reduced: &Reduced, applied: &[Expr], friction: &[Expr]) -> [Vec<Expr>; 3] {
     let (r, equations) = (reduced.degrees_of_freedom(), &reduced.equations);
     let (mut now, mut accelerations) = (Vec::new(), vec![Vec::new(); r]);

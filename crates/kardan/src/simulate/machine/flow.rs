@@ -1,4 +1,4 @@
-//! What blocks compute at every instant, as part of the expressions of the loop.
+//! Blocks that compute at every instant, as part of the expressions of the loop.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -10,11 +10,11 @@ use crate::program::{Read, Task};
 use crate::reduce::{Motion, Reduced};
 use crate::simulate::scenario::Scenario;
 
-/// Blocks at every instant, with their places in a loop.
+/// Blocks at every instant, with their indices in a loop.
 #[derive(Debug, Clone)]
 pub(super) struct Flow {
     pub task: Arc<Task>,
-    /// Numbers of the sources that they read, and of those that they answer.
+    /// Numbers of the sources that they read, and of those that they output.
     reads: Vec<usize>,
     outputs: Vec<usize>,
     /// Where their states are.
@@ -27,7 +27,7 @@ impl Flow {
         let task = scenario.flow.clone()?;
         let number = |name: &str| {
             let found = scenario.sources.iter().position(|source| source.name == name);
-            found.unwrap_or_else(|| panic!("`{name}`, which blocks read or answer, is a source"))
+            found.unwrap_or_else(|| panic!("`{name}`, which blocks read or output, is a source"))
         };
         let reads = task.reads.iter().filter_map(|(_, read)| match read {
             Read::Source(name) => Some(number(name)),
@@ -39,7 +39,7 @@ impl Flow {
         Some(Self { task, reads, outputs, states })
     }
 
-    /// Written into a loop with these states: their answers become sources. Gives the rates of the states.
+    /// Written into a loop with these states: their outputs become sources. Returns the rates of the states.
     pub fn write_into(
         &self,
         motion: &mut Motion,
@@ -56,8 +56,8 @@ impl Flow {
     }
 }
 
-/// The answers of a task at every instant and the rates of what it remembers, among the expressions of a motion; `reads`: the sources that it reads, in
-/// their order.
+/// The outputs of a task at every instant and the rates of its states, among the expressions of a motion; `reads`: the
+/// sources that it reads, in their order.
 pub(super) fn task_outputs(
     task: &Task,
     reads: &[usize],
@@ -88,7 +88,7 @@ pub(super) fn task_outputs(
     (outputs, rates)
 }
 
-/// What an ideal sensor reads.
+/// The reading of an ideal sensor.
 ///
 /// # Panics
 /// If it is not one of a motion or of a twist (the model layer checks that).

@@ -16,7 +16,7 @@ impl Machine {
         }
     }
 
-    /// Takes the lines of all sources, and pieces of functions of time, that hold from a time on.
+    /// Takes the lines of all sources, and pieces of functions of time, that are valid from a time on.
     pub fn enter_segment(&mut self, time: f64) {
         self.timed.enter(time);
         self.enter_faults(time);
@@ -30,15 +30,15 @@ impl Machine {
         self.find_what_rests();
     }
 
-    /// What stays as it is until the next breakpoint, or sample.
+    /// Computes the values that are constant until the next breakpoint, or sample.
     pub(super) fn find_what_rests(&mut self) {
         self.timed.ramps.clear();
         self.timed.ramps.extend((0..self.lines.len()).filter(|&source| self.lines[source].1 != 0.0));
         self.timed.limits_rest = self.no_limit_moves();
     }
 
-    /// Gives the expressions of the loop all that they are given at a state but angles and speeds: sources, and what laws command that compute by
-    /// themselves.
+    /// Passes all inputs except angles and speeds at a state to the expressions of the loop: sources, and the commands
+    /// of laws with own computation.
     pub(super) fn give_loop(&mut self, time: f64, state: &[f64]) {
         let r = self.degrees_of_freedom;
         self.set_sources(time);
@@ -48,7 +48,7 @@ impl Machine {
             self.give_time(time, state);
             self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
         }
-        // Blocks command nothing.
+        // Blocks have no commands.
         for connected_law in self.laws.iter_mut().filter(|connected_law| !connected_law.inputs.is_empty()) {
             match &mut connected_law.computer {
                 Computer::Linear(_) | Computer::Inlined(_) => continue,
@@ -93,14 +93,14 @@ impl Machine {
         regular
     }
 
-    /// Evaluates the expressions at a state, with what was given last. False if the inertia is singular.
+    /// Evaluates the expressions at a state, with the last inputs. False if the inertia is singular.
     pub(super) fn update(&mut self, state: &[f64]) -> bool {
         let r = self.degrees_of_freedom;
         self.evaluated += 1;
         self.dynamics.update(&state[..r], &state[r..2 * r], &mut self.work)
     }
 
-    /// What the expressions of the loop are given besides angles and speeds.
+    /// The inputs of the loop's expressions besides angles and speeds.
     fn give(&mut self, time: f64, state: &[f64]) {
         self.give_time(time, state);
         let Self { dynamics, work, places, .. } = self;
@@ -117,7 +117,7 @@ impl Machine {
         }
     }
 
-    /// What angles and speeds are given besides the reduced ones.
+    /// The inputs of angles and speeds besides the reduced ones.
     pub(super) fn give_time(&mut self, time: f64, state: &[f64]) {
         let Self { dynamics, work, places, .. } = self;
         if !self.timed.is_empty() {
@@ -126,7 +126,7 @@ impl Machine {
         work.give(dynamics, places.states.start, state[2 * self.degrees_of_freedom..self.size - 2].iter().copied());
     }
 
-    /// The same where speeds along what holds or slips are prescribed.
+    /// The same where speeds in sticking or slipping directions are prescribed.
     pub(super) fn give_prescribed(&mut self, time: f64, state: &[f64]) {
         if self.moves || !self.jenkins.directions.is_empty() {
             self.give_time(time, state);
@@ -145,11 +145,11 @@ impl Machine {
         }
     }
 
-    /// The same with the factors that are known.
+    /// The same with the present factors.
     pub(super) fn accelerate_constrained(&mut self) {
         let count = self.holding.len();
         if self.at_rest {
-            // Nothing moves: with all speeds zero, every acceleration bias vanishes too.
+            // No motion: with all speeds zero, every acceleration bias vanishes too.
             self.acceleration.fill(0.0);
             self.active_torques_of_force();
             return;
@@ -165,7 +165,7 @@ impl Machine {
         self.active_factor.solve(&mut self.active_torque[..count]);
         self.scratch[..count].copy_from_slice(&self.active_torque[..count]);
         self.take_from_acceleration();
-        // One refinement keeps the sticking speeds at zero to the last bits.
+        // One refinement gives sticking speeds of zero to the last bits.
         for a in 0..count {
             self.scratch[a] = self.active_defect(a);
         }
@@ -179,13 +179,13 @@ impl Machine {
         }
     }
 
-    /// Acceleration along a holding direction.
+    /// Acceleration in an active direction.
     fn active_defect(&self, a: usize) -> f64 {
         let k = self.holding[a];
         self.dynamics.friction_component(k, &self.acceleration, &self.work) + self.work.friction_bias[k]
     }
 
-    /// Takes what torques along the holding directions (in `scratch`) do from the accelerations.
+    /// Subtracts the effect of torques in the active directions (in `scratch`) from the accelerations.
     fn take_from_acceleration(&mut self) {
         let r = self.degrees_of_freedom;
         let rows = self.weighted.chunks_exact(r.max(1)).zip(&self.weighted_parts);
@@ -195,7 +195,8 @@ impl Machine {
         }
     }
 
-    /// `weighted = H⁻¹ Gᵀ` and the factor of `G H⁻¹ Gᵀ` over the holding directions; where neither depends on the position, once.
+    /// `weighted = H⁻¹ Gᵀ` and the factor of `G H⁻¹ Gᵀ` over the active directions; where neither depends on the
+    /// position, once.
     pub(super) fn factor_holding(&mut self) {
         if self.active_constant && self.active_known {
             return;
@@ -220,7 +221,7 @@ impl Machine {
         self.active_factor.factor(&self.active_matrix[..count * count]);
     }
 
-    /// Holding torques when everything stands still: `Gᵀ λ = force`.
+    /// Constraint torques when all coordinates are at rest: `Gᵀ λ = force`.
     pub(super) fn active_torques_of_force(&mut self) {
         let (r, count) = (self.degrees_of_freedom, self.holding.len());
         for a in 0..count {
@@ -276,13 +277,15 @@ impl Machine {
         }
     }
 
-    /// What the power of constraints that prescribe speeds has of the accelerations and of the friction that holds, W.
+    /// The contribution of the accelerations and of sticking friction to the power of constraints that prescribe
+    /// speeds, W.
     fn prescribed_power(&self) -> f64 {
         let holding = self.holding.iter().copied().zip(self.active_torque.iter().copied());
         self.prescribed_work(&self.acceleration, holding.chain(self.gear_losses.losses()))
     }
 
-    /// The work of constraints that prescribe speeds for changes of speeds and impulses along directions, J; of accelerations and torques its power.
+    /// The work of constraints that prescribe speeds for changes of speeds and impulses in directions, J; for
+    /// accelerations and torques its power.
     pub(super) fn prescribed_work(&self, change: &[f64], impulses: impl Iterator<Item = (usize, f64)>) -> f64 {
         if self.places.power_of_accelerations.is_empty() && self.places.power_of_holding.is_empty() {
             return 0.0;
@@ -294,14 +297,14 @@ impl Machine {
         accelerations + impulses.map(|(k, impulse)| of(first + k) * impulse).sum::<f64>()
     }
 
-    /// Everything that outputs are read from: accelerations, motor torques, friction torques, at one point.
+    /// All sources of outputs: accelerations, motor torques, friction torques, at one point.
     pub fn observe(&mut self, time: f64, state: &[f64]) {
         self.forces(time, state);
         self.accelerate();
         self.observe_here();
     }
 
-    /// The same at the point whose rates were found last.
+    /// The same at the point whose rates were computed last.
     pub fn observe_here(&mut self) {
         for (k, mode) in self.modes.iter().enumerate() {
             self.friction_torques[k] = match k.checked_sub(self.unilaterals.first) {
@@ -327,8 +330,8 @@ impl Machine {
         }
     }
 
-    /// What is no finite number at a state, in words, with the operation that made it; names are those of shafts, inputs and friction
-    /// directions.
+    /// The value that is not finite at a state, as text, with the operation that caused it; names are those of shafts,
+    /// inputs and friction directions.
     pub fn not_finite(&mut self, time: f64, state: &[f64], names: (&[String], &[String], &[String])) -> Option<String> {
         let regular = self.forces(time, state);
         self.gear_losses.undefined = None;
@@ -341,7 +344,7 @@ impl Machine {
         Some(from.map_or(what.clone(), |from| format!("{what}, as {from}")))
     }
 
-    /// The same at the point whose forces were found last, without the operation.
+    /// The same at the point whose forces were computed last, without the operation.
     fn value_not_finite(
         &mut self,
         regular: bool,
@@ -368,7 +371,7 @@ impl Machine {
         }
         let sliding = |k: &usize| !self.work.more(&self.dynamics, self.places.friction_speeds.start + k).is_finite();
         if let Some(k) = (0..frictions.len()).find(sliding) {
-            return Some(format!("the speed along the friction of {} is not finite", frictions[k]));
+            return Some(format!("the sliding speed of friction {} is not finite", frictions[k]));
         }
         if let Some(k) = find(&self.force) {
             return Some(format!("the force on {} is {}", name(k), self.force[k]));
@@ -389,7 +392,8 @@ impl Machine {
         [(0..self.applied.len()).map(input).collect(), (0..self.dynamics.damper_count()).map(damper).collect()]
     }
 
-    /// Whether nothing depends on time until the segment ends: all sources keep their values, and sampled laws their torques.
+    /// Whether no term depends on time until the segment ends: all sources are constant, and sampled laws keep their
+    /// torques.
     pub fn is_steady(&self) -> bool {
         self.lines.iter().all(|(_, slope, _)| *slope == 0.0) && self.timed.is_steady()
     }

@@ -6,19 +6,21 @@ use super::unilateral_kinds::{Kind, RestEvents};
 use crate::num::{Cholesky, dot};
 use crate::simulate::friction::{Bounds, Mode, NOISE, OUTSIDE, Span};
 
-/// Relative size, against the terms that cancel in it, of what rounding leaves of an acceleration that should vanish.
+/// Rounding error of an acceleration that should vanish, relative to the terms that cancel in it.
 const ROUNDING: f64 = 1e-12;
-/// Of the acceleration of a direction that follows from those that hold, relative to its terms, what is no rounding.
+/// Acceleration of a dependent direction, relative to its terms, above which it is not rounding.
 const MOVED: f64 = 1e-9;
-/// Part of the motion within the step that coming to rest may take away at the instant found; more means that coefficients
-/// cancel, and nothing came to rest. The one is some units in the last place of the time over the step, the other about 1.
+/// Part of the motion within the step that coming to rest may take away at the instant found; more means that
+/// coefficients cancel, and the direction is not at rest. The rounding case is some units in the last place of the time
+/// over the step, the other about 1.
 const REMOVED_SHARE: f64 = 1e-3;
-/// Part of a direction that is left beside kept rows, squared, that counts as none: the square of what the place of an event is known to.
+/// Part of a direction outside the multiplier constraints, squared, that counts as none: the square of the accuracy of
+/// an event's position.
 const VANISHED: f64 = 1e-12;
 
 impl Machine {
-    /// Shares the holding torque among sticking directions that depend on each other: the smallest torques relative to
-    /// what each direction can hold at rest where that suffices, else those of the convex problem.
+    /// Distributes the torque among sticking directions that depend on each other: the smallest torques relative to the
+    /// stick limit of each direction where these suffice, else those of the convex problem.
     pub(super) fn split_friction(&mut self) {
         if self.share_active(1.0 + 1e-9) {
             let TorqueDistribution { sticking, torques, .. } = &self.torque_distribution;
@@ -36,8 +38,8 @@ impl Machine {
         }
     }
 
-    /// Whether the sticking directions hold with the smallest torques relative to what each can hold, none above that times `most`.
-    /// Needs the torques of the holding directions.
+    /// Whether the sticking directions stay at rest with the smallest torques relative to their stick limits, none
+    /// above its limit times `most`. Needs the torques of the independent sticking directions.
     fn share_active(&mut self, most: f64) -> bool {
         self.factor_holding();
         if !self.prepare_torque_distribution() {
@@ -49,13 +51,14 @@ impl Machine {
         determined && sticking.iter().zip(torques).all(|(&k, torque)| torque.abs() <= c[k] * most)
     }
 
-    /// Whether the sticking directions share their torque in the same way at all positions, which is prepared then.
+    /// Whether the sticking directions distribute their torque in the same way at all positions; then the distribution
+    /// is prepared here.
     pub(super) fn shares_evenly(&mut self) -> bool {
         self.active_constant && self.prepare_torque_distribution()
     }
 
     fn prepare_torque_distribution(&mut self) -> bool {
-        // What teeth hold depends on how they share.
+        // The limits of gear losses depend on the distribution.
         if !self.shares_by_size() || !self.gear_losses.is_empty() {
             return false;
         }
@@ -68,14 +71,14 @@ impl Machine {
         true
     }
 
-    /// What the directions given, all at rest, do next.
+    /// The next modes of the given directions, all at rest.
     ///
-    /// A direction that depends on sticking ones sticks with them, so that modes never contradict the kinematics.
+    /// A direction that depends on sticking ones sticks too, so that modes never contradict the kinematics.
     pub(super) fn decide(&mut self, resting: &[usize]) -> Vec<Mode> {
         if self.gear_losses.is_empty() { self.decide_with_bounds(resting) } else { self.decide_loaded(resting) }
     }
 
-    /// The same with the bounds that are known.
+    /// The same with the present bounds.
     pub(super) fn decide_with_bounds(&mut self, resting: &[usize]) -> Vec<Mode> {
         let (accelerations, _) = self.solve_box(&self.with_multipliers(resting));
         let mut modes: Vec<Mode> = accelerations[self.multiplier_constraints.len()..]
@@ -86,7 +89,7 @@ impl Machine {
                 _ => Mode::Stick,
             })
             .collect();
-        // Where none depends on the others, whatever accelerates slips.
+        // Where none depends on the others, every accelerating direction slips.
         let dependent = self.multiplier_constraints.len() + resting.len() > self.holding.len();
         if dependent && modes.contains(&Mode::Stick) && modes.iter().any(|mode| *mode != Mode::Stick) {
             let sticking = resting.iter().zip(&modes).filter(|(_, mode)| **mode == Mode::Stick).map(|(&k, _)| k);
@@ -103,12 +106,12 @@ impl Machine {
         modes
     }
 
-    /// Kept rows, which always hold, and other directions.
+    /// Multiplier constraints, which are always active, and other directions.
     fn with_multipliers(&self, further: &[usize]) -> Vec<usize> {
         self.multiplier_constraints.clone().chain(further.iter().copied()).collect()
     }
 
-    /// The convex problem over the directions given, all at rest: accelerations along them and their torques.
+    /// The convex problem over the given directions, all at rest: their accelerations and torques.
     ///
     /// Needs `force` with the friction of all other directions.
     pub(super) fn solve_box(&mut self, directions: &[usize]) -> (Vec<f64>, Vec<f64>) {
@@ -129,7 +132,7 @@ impl Machine {
         let mut torques = vec![0.0; m];
         self.box_problem.solve(&w, &right, bounds, &mut torques);
         self.contradiction.extend(self.box_problem.unbounded().iter().map(|&a| directions[a]));
-        // What is not bounded counts with what it does.
+        // Directions without a bound are scaled by their torque.
         let c: Vec<f64> = (0..m)
             .map(|a| {
                 let most = forward[a].max(backward[a]);
@@ -166,12 +169,12 @@ impl Machine {
         (weighted, w)
     }
 
-    /// Whether anything holds that [`Machine::breaks_away`] evaluates.
+    /// Whether any direction is active that [`Machine::breaks_away`] evaluates.
     pub fn may_break_away(&self) -> bool {
         !(self.holding.is_empty() && self.jenkins.directions.is_empty() && !self.unilaterals.has_locks)
     }
 
-    /// Whether the sticking directions can no longer hold at this point.
+    /// Whether the sticking directions exceed their limits at this point.
     pub fn breaks_away(&mut self, time: f64, state: &[f64]) -> bool {
         if !self.may_break_away() {
             return false;
@@ -180,15 +183,15 @@ impl Machine {
         self.leave_rest().is_some() || self.any_jenkins_slips() || self.a_lock_turns()
     }
 
-    /// What the directions at rest do at the point last evaluated, if they do not all go on resting. Decides where an event is looked for
-    /// and where it happens, so that both agree to the last bit.
+    /// The next modes of the directions at rest at the point last evaluated, if they do not all stay at rest. The same
+    /// function decides the search for an event and the event itself, so both agree to the last bit.
     fn leave_rest(&mut self) -> Option<Vec<(usize, Mode)>> {
         let bounds = self.bounds();
         if self.holding.iter().zip(&self.active_torque).all(|(&k, torque)| bounds.contains(k, *torque)) {
             return if self.moves_on() { self.leaving() } else { None };
         }
         if !self.following.is_empty() && self.share_active(1.0 - 1e-12) {
-            // Torques within their bounds that hold everything: there is no acceleration.
+            // Torques within their bounds that balance all forces: there is no acceleration.
             return None;
         }
         if !self.gear_losses.is_empty() && !self.following.is_empty() && self.shared_torques().is_some() {
@@ -203,22 +206,22 @@ impl Machine {
         self.leaving()
     }
 
-    /// Whether what acts from now on leaves all modes as they are, at the point last evaluated, where nothing but commands and sources changes: what
-    /// [`Self::settle`] would find.
+    /// Whether all modes stay the same with the new commands and sources, at the point last evaluated, where only these
+    /// change: the result of [`Self::settle`].
     pub(in crate::simulate) fn keeps_modes(&mut self) -> bool {
         self.contradiction.clear();
         let mut drives = self.drives.iter().zip(&self.commands);
         drives.all(|(drive, command)| drive.limit_mode == drive.limit_mode(*command)) && self.leave_rest().is_none()
     }
 
-    /// What the directions at rest do by the convex problem, if they do not all go on resting.
+    /// The next modes of the directions at rest by the convex problem, if they do not all stay at rest.
     fn leaving(&mut self) -> Option<Vec<(usize, Mode)>> {
         let resting = self.sticking();
         let modes = self.decide(&resting);
         modes.iter().any(|mode| *mode != Mode::Stick).then(|| resting.into_iter().zip(modes).collect())
     }
 
-    /// Whether what prescribes speeds takes a direction along that follows from those that hold.
+    /// Whether a prescribed speed moves a direction that depends on the active ones.
     fn moves_on(&self) -> bool {
         let r = self.degrees_of_freedom;
         self.following.iter().any(|&k| {
@@ -229,11 +232,12 @@ impl Machine {
         })
     }
 
-    /// Which of the holding directions, independent of each other, does not go on resting at the point last evaluated, if at most one does not:
-    /// with its torque at its limit all others hold, which solves the convex problem. Nothing where more than one may leave.
+    /// Which of the active directions, independent of each other, does not stay at rest at the point last evaluated, if
+    /// at most one does not: with its torque at its limit all others stick, which solves the convex problem. `None`
+    /// where more than one may leave.
     ///
-    /// Method: with `W = G H⁻¹ Gᵀ`, `W t = b` the torques that hold and `W z = e_a`, the torques `t − α z` leave direction a the acceleration
-    /// α and the others none.
+    /// Method: with `W = G H⁻¹ Gᵀ`, `W t = b` the constraint torques and `W z = e_a`, the torques `t − α z` leave
+    /// direction a the acceleration α and the others none.
     fn one_leaves(&mut self) -> Option<Option<(usize, Mode)>> {
         let (r, count) = (self.degrees_of_freedom, self.holding.len());
         let bounds = Bounds { forward: &self.bounds[0], backward: &self.bounds[1] };
@@ -256,7 +260,7 @@ impl Machine {
         let terms: f64 = row.iter().zip(&free).map(|(g, x)| (g * x).abs()).sum();
         let coupling_terms =
             self.active_matrix[a * count..(a + 1) * count].iter().zip(self.holding.iter().zip(&self.active_torque));
-        // What is not bounded counts with what it does.
+        // Directions without a bound are scaled by their torque.
         let size = |k: usize, torque: f64| {
             let most = bounds.forward[k].max(bounds.backward[k]);
             if most.is_finite() { most } else { torque.abs() }
@@ -277,8 +281,8 @@ impl Machine {
             .then_some(Some((k, if torque > 0.0 { Mode::Forward } else { Mode::Backward })))
     }
 
-    /// Takes the step of the integrator that lies between two states as the scale of what happens in it; `length` (s) is that
-    /// of the step before it was shortened for an event.
+    /// Uses the integrator step between two states as the scale of events in it; `length` (s) is that of the step
+    /// before it was shortened for an event.
     pub fn measure_step(&mut self, length: f64, from: &[f64], to: &[f64]) {
         let speeds = self.degrees_of_freedom..2 * self.degrees_of_freedom;
         self.step_length = length;
@@ -292,8 +296,8 @@ impl Machine {
         !self.modes.is_empty()
     }
 
-    /// How far each direction is from leaving its mode at the point last evaluated: the part of the breakaway torque that holding
-    /// directions have left, the speed (rad/s) of slipping ones; infinite for those that follow others.
+    /// The distance of each direction from leaving its mode at the point last evaluated: the remaining part of the
+    /// breakaway torque for sticking directions, the speed (rad/s) of slipping ones; infinite for dependent ones.
     pub fn margins_here(&mut self, out: &mut [f64]) {
         for (k, margin) in out.iter_mut().enumerate() {
             *margin = self.slip_margin(k);
@@ -319,12 +323,12 @@ impl Machine {
         self.room_beside_teeth().unwrap_or_else(|| self.room_of(direction, self.active_torque[a]))
     }
 
-    /// What those that stick have left together where they share torques with teeth, whose limits follow from how they share.
+    /// The common margin of sticking directions that share torques with gears, whose limits depend on the distribution.
     fn room_beside_teeth(&mut self) -> Option<f64> {
         (!self.gear_losses.is_empty() && !self.following.is_empty()).then(|| self.shared_room())
     }
 
-    /// How far a slipping direction is from standing still at a time and a state, rad/s: negative beyond.
+    /// The distance of a slipping direction from rest at a time and a state, rad/s: negative beyond.
     pub fn slip_room(&mut self, time: f64, state: &[f64], direction: usize) -> f64 {
         self.give_prescribed(time, state);
         let r = self.degrees_of_freedom;
@@ -332,8 +336,8 @@ impl Machine {
         self.slip_margin(direction)
     }
 
-    /// How far the sticking directions are from their limits at a state, as a part of those: negative beyond. Where they share torques,
-    /// with the smallest torques that hold, which is less than what holds at best.
+    /// The distance of the sticking directions from their limits at a state, as a part of those: negative beyond. Where
+    /// they share torques, with the torques of least norm, which is less than the largest possible margin.
     pub fn active_reserve(&mut self, time: f64, state: &[f64]) -> f64 {
         self.evaluate(time, state);
         self.active_reserve_here()
@@ -378,7 +382,7 @@ impl Machine {
         self.give_prescribed(time, state);
         self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
         let against = |this: &Self, k: usize| {
-            // Stops and cushions turn where gaps and what presses tell.
+            // Stops and soft stops change by their gaps and contact torques.
             let slips = if this.unilaterals.slips(k) { this.modes[k].sign() } else { 0.0 };
             -slips * this.dynamics.friction_speed(k, &this.work)
         };
@@ -386,7 +390,7 @@ impl Machine {
         if out.is_empty() && !turns {
             return;
         }
-        // What cancels in the speeds depends on the directions there.
+        // The cancellation in the speeds depends on the directions there.
         self.update(state);
         let noise = |k: usize| {
             let of_terms = || NOISE * self.dynamics.friction_terms(k, &self.step_speeds, &self.work);
@@ -399,18 +403,20 @@ impl Machine {
         }
     }
 
-    /// Whether kept rows may turn away from directions that follow from them alone.
+    /// Whether multiplier constraints may rotate away from directions that depend on them alone.
     pub(super) fn may_turn(&self) -> bool {
         !self.turning.is_empty()
     }
 
-    /// Directions that kept rows alone carried until they turned, and that now have a speed beyond rounding at the point last evaluated.
+    /// Directions that depended on multiplier constraints alone until these rotated, and that now have a speed beyond
+    /// rounding at the point last evaluated.
     fn carried_along(&self) -> Vec<usize> {
         let moves = |k: &usize| self.dynamics.friction_speed(*k, &self.work).abs() > self.noise_of_rows(*k);
         self.turning.iter().copied().filter(moves).collect()
     }
 
-    /// What rounding makes of the speed along a direction where kept rows carry it with others: in the metric of the inertia, of all speeds.
+    /// The rounding error of the speed in a direction where multiplier constraints couple it to others: in the metric
+    /// of the inertia, of all speeds.
     fn noise_of_rows(&self, k: usize) -> f64 {
         let r = self.degrees_of_freedom;
         let sizes = &self.step_speeds;
@@ -422,11 +428,11 @@ impl Machine {
         NOISE * size * dot(&row, &row).sqrt()
     }
 
-    /// Decides all modes anew at a point, with the sources of the segment that begins there.
+    /// Mode selection at a point, with the sources of the segment that begins there.
     ///
-    /// `crossing` are slipping directions that have just come to rest; `everything` asks for all directions at rest to
-    /// be found from their speeds (the beginning of a run). Speeds along directions at rest are set to zero by the
-    /// smallest change in the metric of the inertia. Returns what happened in words.
+    /// `crossing` are slipping directions that have just come to rest; with `everything` all directions at rest are
+    /// determined from their speeds (the beginning of a run). Speeds in directions at rest are set to zero by the
+    /// smallest change in the metric of the inertia. Returns the events as text.
     pub fn settle(
         &mut self,
         time: f64,
@@ -449,7 +455,7 @@ impl Machine {
             && rest_events.crossing.is_empty()
             && self.modes.iter().all(|mode| *mode != Mode::Stick)
         {
-            // Nothing is at rest, and nothing comes to rest.
+            // No direction is at rest or comes to rest.
             return events;
         }
         self.choose_modes(time, state, rest_events, everything);
@@ -464,7 +470,7 @@ impl Machine {
         events
     }
 
-    /// The modes of [`Self::settle`], with the speeds that vanish in them.
+    /// The mode selection of [`Self::settle`], with the speeds that vanish in the modes.
     fn choose_modes(
         &mut self,
         time: f64,
@@ -498,17 +504,17 @@ impl Machine {
             let rests = |k: &usize| self.modes[*k] == Mode::Stick || crossing.contains(k);
             self.directions.iter().copied().filter(rests).collect()
         };
-        // Directions that depend on resting ones rest too.
+        // Directions that depend on resting ones are at rest too.
         self.choose_holding(&resting);
         let may = |k: &usize| !resting.contains(k) && !passing.contains(k) && self.may_rest(*k) && !self.is_outside(*k);
         let mut dependent: Vec<usize> = self.directions.iter().copied().filter(may).collect();
         if !dependent.is_empty() {
             let span = self.span(&self.with_multipliers(&resting));
             dependent.retain(|&k| span.rejected(self.metric_row(k)) <= OUTSIDE);
-            // What kept rows alone carry where the motion has come need not rest.
+            // A direction that multiplier constraints alone determine at this position need not be at rest.
             dependent.retain(|&k| !self.is_carried(k));
             if self.moves {
-                // What a prescribed speed takes along rests only while it has none.
+                // A direction that a prescribed speed moves is at rest only while that speed is zero.
                 let rests = self.without_speed(state);
                 dependent.retain(|k| rests.contains(k));
             }
@@ -535,7 +541,7 @@ impl Machine {
             }
         }
         self.activate_sticking();
-        // What rests because others do has lost its speed to rounding alone.
+        // A direction at rest because others are has only a rounding speed.
         let r = self.degrees_of_freedom;
         self.still.iter().for_each(|&i| state[r + i] = 0.0);
     }
@@ -545,19 +551,19 @@ impl Machine {
         self.choose_holding(&sticking);
     }
 
-    /// Directions that stick, but for sliders.
+    /// Directions that stick, except sliders.
     fn sticking(&self) -> Vec<usize> {
         self.directions.iter().copied().filter(|&k| self.modes[k] == Mode::Stick).collect()
     }
 
-    /// A direction slips the way that it moves.
+    /// A direction slips in the sense of its motion.
     pub(super) fn slip_with_speed(&mut self, k: usize) {
         let speed = self.dynamics.friction_speed(k, &self.work);
         let back = speed < 0.0 && matches!(self.unilaterals.kind(k), Kind::Friction { .. } | Kind::GearLoss);
         self.modes[k] = if back { Mode::Backward } else { Mode::Forward };
     }
 
-    /// Directions whose speed is nothing but rounding.
+    /// Directions whose speed is only rounding.
     fn without_speed(&self, state: &[f64]) -> Vec<usize> {
         let speeds = &state[self.degrees_of_freedom..2 * self.degrees_of_freedom];
         let rests = |k: &usize| {
@@ -567,7 +573,7 @@ impl Machine {
         self.directions.iter().copied().filter(rests).collect()
     }
 
-    /// Speeds along the holding directions become zero: `v −= H⁻¹Gᵀ (G H⁻¹Gᵀ)⁻¹ G v`.
+    /// Speeds in the active directions become zero: `v −= H⁻¹Gᵀ (G H⁻¹Gᵀ)⁻¹ G v`.
     fn stop_along_holding(&mut self, state: &mut [f64]) {
         let r = self.degrees_of_freedom;
         self.factor_holding();
@@ -593,8 +599,8 @@ impl Machine {
         }
     }
 
-    /// Whether a direction reverses because its coefficients cancel at this angle, while the drive moves on: to bring it to
-    /// rest would take away motion, not the rounding of an instant. Needs the accelerations of the modes so far.
+    /// Whether a direction reverses because its coefficients cancel at this angle, while the drive continues to move:
+    /// stopping it would remove motion, not the rounding of an instant. Needs the accelerations of the modes so far.
     pub(super) fn passes(&self, k: usize) -> bool {
         if self.is_carried(k) && self.multiplier_constraints.clone().any(|row| self.dynamics.friction_varies(row)) {
             return true;
@@ -616,7 +622,7 @@ impl Machine {
         removed > REMOVED_SHARE * expected_change || factor.is_nan()
     }
 
-    /// Whether kept rows alone leave nothing of a direction where the motion has come.
+    /// Whether a direction depends on multiplier constraints alone at this position.
     fn is_carried(&self, k: usize) -> bool {
         !self.multiplier_constraints.is_empty()
             && self.span(&self.with_multipliers(&[])).rejected(self.metric_row(k)) <= VANISHED
@@ -627,8 +633,8 @@ impl Machine {
         if self.following.is_empty() {
             return Vec::new();
         }
-        // A following direction shares with the holding ones that it is a combination of; one along which nothing can
-        // move shares nothing.
+        // A dependent direction shares torque with the active ones that it is a combination of; one in which no motion
+        // is possible shares none.
         let (r, count) = (self.degrees_of_freedom, self.holding.len());
         let mut out = Vec::new();
         for &f in &self.following {
@@ -638,7 +644,7 @@ impl Machine {
             let largest = shares.iter().fold(0.0f64, |max, x| max.max(x.abs()));
             let mut with = (0..count).filter(|&a| shares[a].abs() > 1e-9 * largest).map(|a| self.holding[a]);
             let with: Vec<usize> = with.by_ref().filter(|k| !self.multiplier_constraints.contains(k)).collect();
-            // What kept rows alone hold, they hold whatever its friction is.
+            // A direction that multiplier constraints alone determine does not move, for any friction.
             if largest > 0.0 && !with.is_empty() {
                 out.push(f);
             }
@@ -657,8 +663,8 @@ impl Machine {
         row
     }
 
-    /// Whether a direction is certainly no combination of the holding ones, whose factor is known: in the metric of the inverse inertia more
-    /// than half of its square is outside of their span.
+    /// Whether a direction is certainly no combination of the active ones, whose factor is known: in the metric of the
+    /// inverse inertia more than half of its square is outside of their span.
     fn is_outside(&self, k: usize) -> bool {
         let r = self.degrees_of_freedom;
         let row = &self.work.friction_rows[k * r..(k + 1) * r];
@@ -672,13 +678,13 @@ impl Machine {
         dot(&right, &shares) < 0.5 * own
     }
 
-    /// The span of directions, built from independent ones: kept rows, then the clearest first.
+    /// The span of directions, built from independent ones: multiplier constraints, then the most independent first.
     pub(super) fn span(&self, directions: &[usize]) -> Span {
         let multiplier_count = directions.iter().filter(|k| self.multiplier_constraints.contains(k)).count();
         Span::new(directions.iter().map(|&k| (k, self.metric_row(k))), multiplier_count, self.degrees_of_freedom)
     }
 
-    /// Memory for the holding directions, of which nothing is known yet.
+    /// Memory for the active directions, not computed yet.
     pub(super) fn prepare_holding(&mut self) {
         self.active_factor = Cholesky::new(self.holding.len());
         self.torque_distribution.choose(&self.holding, &self.following);
@@ -689,12 +695,13 @@ impl Machine {
             self.dynamics.has_constant_inertia() && sticking.copied().all(|k| !self.dynamics.friction_varies(k));
     }
 
-    /// Chooses independent directions among kept rows and those given, and notes which coordinates stand still.
+    /// Chooses independent directions among multiplier constraints and the given ones, and notes which coordinates are
+    /// at rest.
     pub(super) fn choose_holding(&mut self, sticking: &[usize]) {
         let r = self.degrees_of_freedom;
         let all = self.with_multipliers(sticking);
         let sticking = all.as_slice();
-        // Some of those that are independent wherever they are, with one that certainly is no combination of them.
+        // Some of those that are independent at all positions, with one that certainly is no combination of them.
         let is_constant = self.active_constant && self.following.is_empty();
         let mut new = sticking.iter().filter(|k| !self.holding.contains(k));
         let all = self.holding.len() < sticking.len() && self.holding.iter().all(|k| sticking.contains(k));
@@ -721,14 +728,14 @@ impl Machine {
         self.factor_holding();
     }
 
-    /// Coordinates that stand still because of what sticks: those along which one direction is at every position, and those that follow from
-    /// directions that do not turn.
+    /// Coordinates at rest because of sticking directions: those that equal one direction at every position, and those
+    /// that follow from directions that do not rotate.
     fn find_still(&mut self, sticking: &[usize]) {
         let rests = |k: &usize| !self.moving[*k] && !self.multiplier_constraints.contains(k);
         let fixed = |k: &usize| rests(k) && !self.dynamics.friction_varies(*k);
         let only = |k: usize| self.dynamics.only_entry(k, &self.work);
-        // Every sticking direction is at rest, whether it holds or follows; beside kept rows, which may turn, what holds and what follows from
-        // that alone.
+        // Every sticking direction is at rest, whether it is independent or dependent; beside multiplier constraints,
+        // which may rotate, the active ones and those that depend on these alone.
         let own: Vec<usize> = self.holding.iter().copied().filter(fixed).collect();
         let uncoupled = self.multiplier_constraints.is_empty() && own.iter().all(|&k| only(k).is_some());
         let span = if uncoupled { None } else { Some(self.span(&own)) };

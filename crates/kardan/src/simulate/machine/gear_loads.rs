@@ -1,4 +1,4 @@
-//! Accelerations with the losses of teeth, and what teeth at rest hold.
+//! Accelerations with gear losses, and the limits of gears at rest.
 
 use super::Machine;
 use super::gear_losses::{Ambiguity, GearLosses, ambiguity};
@@ -6,8 +6,8 @@ use crate::num::dot;
 use crate::simulate::friction::Mode;
 
 impl Machine {
-    /// Accelerations and holding torques in the current modes with the losses of meshes, which `force` then has; and what meshes at rest hold.
-    /// Needs the factors of what holds.
+    /// Accelerations and constraint torques in the current modes with the gear losses, which `force` then includes; and
+    /// the limits of gears at rest. Needs the factors of the active directions.
     pub(super) fn load_gears(&mut self) {
         let mut gear_losses = std::mem::take(&mut self.gear_losses);
         self.unload(&mut gear_losses);
@@ -37,14 +37,14 @@ impl Machine {
         self.gear_losses = gear_losses;
     }
 
-    /// Takes the losses of meshes out of the force.
+    /// Removes the gear losses from the force.
     fn unload(&mut self, gear_losses: &mut GearLosses) {
         for (&k, torque) in gear_losses.directions.iter().zip(&mut gear_losses.torques) {
             self.act(k, std::mem::take(torque));
         }
     }
 
-    /// Adds a torque along a direction to the force.
+    /// Adds a torque in a direction to the force.
     pub(super) fn act(&mut self, direction: usize, torque: f64) {
         if torque != 0.0 {
             let r = self.degrees_of_freedom;
@@ -53,13 +53,13 @@ impl Machine {
         }
     }
 
-    /// What meshes carry with the accelerations, and with what holds and slides.
+    /// The gear loads with the accelerations, and with the torques of active and sliding directions.
     fn read_loads(&self, gear_losses: &mut GearLosses) {
         let multipliers = self.holding.iter().copied().zip(self.active_torque.iter().copied());
         self.read_loads_of(gear_losses, multipliers);
     }
 
-    /// The same with other torques that hold.
+    /// The same with other constraint torques.
     pub(super) fn read_loads_of(
         &self,
         gear_losses: &mut GearLosses,
@@ -79,7 +79,7 @@ impl Machine {
         }
     }
 
-    /// What one of the loss of a sliding mesh does to what all carry.
+    /// The change of all gear loads per unit of the loss of a sliding gear.
     fn find_influence(&mut self, gear_losses: &mut GearLosses, gear: usize) {
         let (r, count, holding) = (self.degrees_of_freedom, gear_losses.directions.len(), self.holding.len());
         let direction = gear_losses.directions[gear];
@@ -110,10 +110,10 @@ impl Machine {
         }
     }
 
-    /// What meshes hold either way at what they carry.
+    /// The limits of gears at rest in both directions at their loads.
     pub(super) fn bound_gear_losses(&mut self, gear_losses: &mut GearLosses) {
         gear_losses.negative = None;
-        // Against motion forward, then backward; the first body drives where the torque of the teeth opposes the motion.
+        // Against motion forward, then backward; the first body drives where the torque of the gear opposes the motion.
         for (bounds, sense) in self.bounds.iter_mut().zip([1.0, -1.0]) {
             gear_losses.evaluate(|_, load| load * sense <= 0.0);
             for (&k, loss) in gear_losses.directions.iter().zip(&gear_losses.losses) {
@@ -128,8 +128,8 @@ impl Machine {
         }
     }
 
-    /// Teeth that the inertia of their load would lock at a state, as they slide and nothing holds: the loss grows by more than the torque that makes it.
-    /// None beside rows that are kept.
+    /// Gears that the inertia of their load would lock at a state, while they slide and no direction sticks: the loss
+    /// grows by more than the torque that causes it. None beside multiplier constraints.
     pub(in crate::simulate) fn self_locking_gears(&mut self, state: &[f64]) -> Vec<usize> {
         if self.gear_losses.is_empty() || !self.multiplier_constraints.is_empty() || !self.forces(0.0, state) {
             return Vec::new();
@@ -147,17 +147,17 @@ impl Machine {
         found
     }
 
-    /// Whether there are teeth that rub.
+    /// Whether there are gear losses.
     pub(in crate::simulate) fn has_gear_losses(&self) -> bool {
         !self.gear_losses.is_empty()
     }
 
-    /// The direction of teeth that could go on in two ways from the point last evaluated.
+    /// The direction of a gear whose motion from the point last evaluated is not unique.
     pub(in crate::simulate) fn ambiguous_gear(&self) -> Option<usize> {
         self.gear_losses.ambiguity.filter(|(_, ambiguity)| *ambiguity == Ambiguity::Two).map(|(direction, _)| direction)
     }
 
-    /// The direction of teeth that had no motion where a rate was asked for, since that was forgotten.
+    /// The direction of a gear without a consistent motion at a requested rate, since that was reset.
     pub(in crate::simulate) fn jammed_gear(&self) -> Option<usize> {
         self.gear_losses.lost
     }

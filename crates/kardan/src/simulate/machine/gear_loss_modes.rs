@@ -1,31 +1,32 @@
-//! What teeth at rest do next, alone and with the frictions that they share torques with.
+//! Mode selection of gears at rest, alone and with the frictions that they share torques with.
 
 use super::Machine;
 use super::gear_losses::GearLosses;
 use crate::num::{bracket, dot};
 use crate::simulate::friction::Mode;
 
-/// Rounds of torques and modes until they fit each other.
+/// Most iterations of torques and modes until they agree.
 const MOST_ROUNDS: usize = 40;
-/// Change of torques that are shared from one round to the next, relative to the largest, that counts as none.
+/// Change of shared torques between two iterations, relative to the largest, that counts as none.
 const SETTLED: f64 = 1e-11;
-/// What rounding makes of torques that hold, relative to the largest.
+/// The rounding error of constraint torques, relative to the largest.
 const NOISE: f64 = 1e-12;
-/// What rounding leaves of an acceleration, relative to its terms.
+/// The rounding error of an acceleration, relative to its terms.
 const ROUNDING: f64 = 1e-9;
 
 impl Machine {
-    /// [`Machine::decide`] where meshes hold what depends on the decision: rounds of modes and of what the teeth then carry, until they fit.
+    /// [`Machine::decide`] where the limits of gears depend on the decision: iterates over modes and the resulting gear
+    /// loads, until they agree.
     pub(super) fn decide_loaded(&mut self, resting: &[usize]) -> Vec<Mode> {
         let at_rest = vec![Mode::Stick; resting.len()];
         self.set_modes(resting, &at_rest);
         self.load_gears();
         let mut found = at_rest.clone();
         let mut tried: Vec<Vec<Mode>> = Vec::new();
-        // Teeth that would lock themselves harder than their load pushes hold whatever they have to.
+        // Gears that would self-lock harder than their load pushes have no limit.
         let mut locked: Vec<usize> = Vec::new();
         for _ in 0..MOST_ROUNDS {
-            // Modes for what the teeth hold now; those that were tried in vain stay at rest as far as they would go back.
+            // Modes for the present limits; gears tried in vain stay at rest where they would reverse.
             for bounds in &mut self.bounds {
                 locked.iter().for_each(|k| bounds[*k] = f64::INFINITY);
             }
@@ -46,7 +47,7 @@ impl Machine {
                 }
             }
             tried.push(at);
-            // The torques of teeth that slide elsewhere stay as they are now; those of these are part of the decision.
+            // The torques of other sliding gears are fixed here; those of these gears are part of the decision.
             let mut gear_losses = std::mem::take(&mut self.gear_losses);
             for (&k, torque) in
                 gear_losses.directions.iter().zip(&mut gear_losses.torques).filter(|(k, _)| resting.contains(k))
@@ -61,8 +62,8 @@ impl Machine {
         found
     }
 
-    /// The directions that stick, where some depend on others, and torques of which each holds the same part of what it can with what the teeth then
-    /// carry; nothing where that is more than all of it.
+    /// The sticking directions, where some depend on others, and torques of which each is the same part of its limit at
+    /// the resulting gear loads; `None` where that part exceeds one.
     pub(super) fn shared_torques(&mut self) -> Option<(Vec<usize>, Vec<f64>)> {
         let sticking: Vec<usize> = self.holding.iter().chain(&self.following).copied().collect();
         let Some(groups) = self.groups(&sticking) else { return self.shared_by_box(sticking) };
@@ -70,22 +71,22 @@ impl Machine {
         (part <= 1.0 + ROUNDING).then_some((sticking, torques))
     }
 
-    /// What is left to the directions that stick beside teeth, where some depend on others, of what they can hold, as a part of it; without a bound
-    /// where directions depend on several others, which the convex problem alone tells.
+    /// The margin of the sticking directions beside gears, where some depend on others, as a part of their limits;
+    /// infinite where directions depend on several others, which only the convex problem decides.
     pub(super) fn shared_room(&mut self) -> f64 {
         self.factor_holding();
         let sticking: Vec<usize> = self.holding.iter().chain(&self.following).copied().collect();
         let groups = self.groups(&sticking);
-        // What is nothing but rounding presses on nothing that holds one way.
+        // A torque of rounding size does not load a unilateral constraint.
         let torques = self.active_torque[..self.holding.len()].iter().chain(&self.force);
         let noise = NOISE * torques.fold(0.0f64, |most, torque| most.max(torque.abs()));
         let shared = groups.and_then(|groups| self.share_in_groups((&groups, noise), &sticking));
-        // Far beyond there is nothing to tell.
+        // Far beyond the limit the value is not needed.
         shared.map_or(f64::INFINITY, |(_, part)| (1.0 - part).max(-1.0))
     }
 
-    /// Torques of directions that stick in groups, and the largest part that one of them holds of what it can; nothing where they do not settle.
-    /// Groups that need no more than `noise` need nothing.
+    /// Torques of directions that stick in groups, and the largest part of its limit that one of them uses; `None`
+    /// where the iteration does not converge. Groups that need no more than `noise` need no torque.
     fn share_in_groups(
         &mut self,
         (groups, noise): (&[Vec<(usize, f64)>], f64),
@@ -103,7 +104,7 @@ impl Machine {
             }
             self.read_loads_of(&mut gear_losses, sticking.iter().copied().zip(torques.iter().copied()));
             self.bound_gear_losses(&mut gear_losses);
-            // What other teeth of a group hold follows from the round before.
+            // The torques of other gears of a group are those of the previous round.
             let size = torques.iter().fold(0.0f64, |most, torque| most.max(torque.abs()));
             if before.iter().zip(&torques).all(|(before, now)| (before - now).abs() <= SETTLED * size) {
                 found = Some(most);
@@ -114,7 +115,8 @@ impl Machine {
         found.map(|part| (torques, part))
     }
 
-    /// The same where directions depend on several others: torques of the convex problem, in rounds with what the teeth carry with them.
+    /// The same where directions depend on several others: torques of the convex problem, iterated with the resulting
+    /// gear loads.
     fn shared_by_box(&mut self, sticking: Vec<usize>) -> Option<(Vec<usize>, Vec<f64>)> {
         for _ in 0..MOST_ROUNDS {
             let (accelerations, torques) = self.solve_box(&sticking);
@@ -134,7 +136,8 @@ impl Machine {
         None
     }
 
-    /// The sticking directions that are multiples of each holding one, as places among them with their factors; nothing where one depends on several.
+    /// The sticking directions that are multiples of each independent one, as indices among them with their factors;
+    /// `None` where one depends on several.
     fn groups(&self, sticking: &[usize]) -> Option<Vec<Vec<(usize, f64)>>> {
         let (r, count) = (self.degrees_of_freedom, self.holding.len());
         let mut groups: Vec<Vec<(usize, f64)>> = (0..count).map(|a| vec![(a, 1.0)]).collect();
@@ -153,10 +156,10 @@ impl Machine {
         Some(groups)
     }
 
-    /// Shares what a group must hold; tells the part of what it can that this is.
+    /// Distributes the torque of a group; returns the part of its limits that this is.
     ///
-    /// With a part ρ of what each holds and `Σ c T = Q`, the torque of the teeth T is the one unknown: ρ follows from it, what they carry is affine
-    /// in it, and `T − ρ f` changes its sign between none of Q and all of it.
+    /// With a common part ρ of each limit and `Σ c T = Q`, the torque of the gear T is the one unknown: ρ follows from
+    /// it, its load is affine in it, and `T − ρ f` changes its sign between none of Q and all of it.
     fn share_group(
         &self,
         gear_losses: &mut GearLosses,
@@ -188,7 +191,7 @@ impl Machine {
         let Some((place, factor)) = teeth else { return part(0.0, torques) };
         let gear = gear_losses.directions.iter().position(|k| *k == sticking[place]).unwrap_or(0);
         let (sense, whole) = ((factor * needed).signum(), (needed / factor).abs());
-        // The part that the others hold beside a torque of the teeth, and by how much that is above the same part of theirs.
+        // The part that the others use beside a torque of the gear, minus the part that the gear uses.
         let mut beside = |torque: f64| {
             torques[place] = sense * torque;
             let remaining = part(sense * torque, torques);
@@ -198,7 +201,7 @@ impl Machine {
             if room == 0.0 { (torque / most, torque - most) } else { (remaining, torque - remaining * most) }
         };
         if room == 0.0 {
-            // Nobody else holds anything.
+            // No other direction has a torque.
             return if whole == 0.0 { 0.0 } else { beside(whole).0 };
         }
         let [nothing, all] = [0.0, whole].map(|torque| (torque, beside(torque).1));
@@ -210,7 +213,7 @@ impl Machine {
         beside(found).0
     }
 
-    /// Modes of directions at rest, and which of them hold.
+    /// Modes of directions at rest, and which of them are active.
     fn set_modes(&mut self, resting: &[usize], modes: &[Mode]) {
         resting.iter().zip(modes).for_each(|(&k, mode)| self.modes[k] = *mode);
         let sticks = |(&k, mode): (&usize, &Mode)| (*mode == Mode::Stick).then_some(k);
@@ -218,7 +221,7 @@ impl Machine {
         self.choose_holding(&sticking);
     }
 
-    /// Whether modes of directions at rest fit what the teeth carry in them.
+    /// Whether modes of directions at rest agree with the gear loads in them.
     fn try_modes(&mut self, resting: &[usize], modes: &[Mode]) -> bool {
         let rubs = |(k, mode): &(&usize, &Mode)| **mode != Mode::Stick && !self.gear_losses.directions.contains(k);
         let torque =
@@ -234,7 +237,8 @@ impl Machine {
         fits
     }
 
-    /// Whether what sticks holds, and what leaves moves as it should, in the modes last evaluated.
+    /// Whether sticking directions stay within their limits, and leaving ones move as their mode says, in the modes
+    /// last evaluated.
     fn fits(&mut self, resting: &[usize]) -> bool {
         let all_within = if self.following.is_empty() {
             let bounds = self.bounds();
@@ -246,7 +250,7 @@ impl Machine {
         all_within && resting.iter().all(|k| self.goes(*k))
     }
 
-    /// Whether a direction moves the way that its mode says, in the modes last evaluated.
+    /// Whether a direction moves in the sense of its mode, in the modes last evaluated.
     fn goes(&self, k: usize) -> bool {
         let r = self.degrees_of_freedom;
         let row = &self.work.friction_rows[k * r..(k + 1) * r];

@@ -1,4 +1,4 @@
-//! What teeth that rub carry, in the expressions of the loop.
+//! Gear loads in the expressions of the loop.
 
 use crate::assemble::DirectionalTerm;
 use crate::equations::{GearLoss, UnilateralConstraint};
@@ -7,15 +7,16 @@ use crate::num::{Rational, Scalar};
 use crate::reduce::{Acting, Motion, Reduced};
 use crate::units::Dimension;
 
-/// What teeth carry, in the expressions of the loop: for each mesh the torque without accelerations and without what holds; for one of each
-/// acceleration; for one of each torque of frictions, holds and kept rows.
+/// Gear loads, in the expressions of the loop: for each gear the torque without accelerations and without active
+/// constraints; the coefficient for each acceleration; the coefficient for each torque of frictions, unilateral
+/// constraints and multiplier constraints.
 pub(super) struct GearLossTerms {
     pub now: Vec<Expr>,
     pub by_acceleration: Vec<Expr>,
     pub by_torque: Vec<Expr>,
 }
 
-/// The meshes of a model among what holds.
+/// The gear losses of a model among its unilateral constraints.
 pub(super) fn gear_losses(
     reduced: &Reduced,
 ) -> impl Iterator<Item = (usize, &DirectionalTerm<UnilateralConstraint>, &GearLoss)> {
@@ -36,7 +37,7 @@ impl GearLossTerms {
         if gear_losses(reduced).next().is_none() {
             return out;
         }
-        // What losses name of the time is given to the loop.
+        // Time-dependent symbols of losses are inputs of the loop.
         let zero = motion.graph.integer(0);
         for loss in gear_losses(reduced).filter_map(|(.., gear)| gear.loss.as_ref()) {
             motion.formula_of(reduced, loss, [zero; 2]);
@@ -54,7 +55,8 @@ impl GearLossTerms {
         let moved = motion.multipliers(reduced, acting);
         for (_, unilateral, _) in gear_losses(reduced) {
             let Some(constraint) = constraint_of(reduced, unilateral) else {
-                // A spring in place of the constraint carries what its twist says, the sides of a play what they press with.
+                // A spring that replaces the constraint carries the torque of its twist, the sides of a backlash their
+                // contact torque.
                 let [carried, pressed] =
                     [sprung(motion, reduced, unilateral), pressed(motion, reduced, (unilateral, friction))];
                 out.now.push(motion.graph.add(carried, pressed));
@@ -100,7 +102,8 @@ fn sprung(motion: &mut Motion, reduced: &Reduced, unilateral: &DirectionalTerm<U
     motion.graph.group(sum)
 }
 
-/// The sides of the play of the element: numbers of their directions, and what one of their torques, which oppose motion, puts on the first body.
+/// The backlash sides of the element: numbers of their directions, and the torque on the first body per unit of theirs,
+/// which oppose motion.
 fn sides<'a>(
     reduced: &'a Reduced,
     unilateral: &'a DirectionalTerm<UnilateralConstraint>,
@@ -128,7 +131,7 @@ fn pressed(
     motion.graph.group(sum)
 }
 
-/// That of rigid sides for one of each torque that holds.
+/// The torque of rigid sides for each unit of constraint torque.
 fn rigid_torques(
     motion: &mut Motion,
     reduced: &Reduced,
@@ -144,7 +147,7 @@ fn rigid_torques(
     out
 }
 
-/// The constraint whose teeth rub; none where a spring stands in its place.
+/// The constraint with the gear loss; none where a spring replaces it.
 fn constraint_of(reduced: &Reduced, unilateral: &DirectionalTerm<UnilateralConstraint>) -> Option<usize> {
     let equations = &reduced.equations;
     let linear = equations.constraints.iter().map(|row| &row.element);

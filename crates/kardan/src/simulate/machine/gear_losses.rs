@@ -1,11 +1,14 @@
-//! Teeth that rub: a loss that depends on the torque that the teeth carry, which depends on the accelerations, which depend on the loss.
+//! Load-dependent gear friction: the loss depends on the gear load, which depends on the accelerations, which depend on
+//! the loss.
 //!
-//! The torque τ that the constraint of a mesh puts on the first body of its direction is affine in accelerations and in what holds and rubs. While
-//! teeth slide, the loss `T = s f(|τ|)` against the motion solves `τ = τ₀ + Λ T`, by Newton's method on this piecewise smooth equation; while they are
-//! at rest they hold up to `f`, with a loss of its own for each sense, as power would flow the one way or the other.
+//! The torque τ of a gear's constraint on the first body of its direction is affine in accelerations and in the torques
+//! of active and sliding directions. While a gear slides, the loss `T = s f(|τ|)` against the motion solves
+//! `τ = τ₀ + Λ T`, by Newton's method on this piecewise smooth equation; at rest its limit is `f`, with a loss of its
+//! own for each sense, as power would flow one way or the other.
 //!
-//! One mesh has one solution as long as `1 − s σ f′ Λ > 0` for both signs σ of τ. Where the load drives teeth that would lock themselves against
-//! the inertia of that load, this fails (Painlevé): there are two motions or none. Both is told.
+//! One gear has one solution as long as `1 − s σ f′ Λ > 0` for both signs σ of τ. Where the load drives a gear that
+//! would self-lock against the inertia of that load, this fails (Painlevé): there are two motions or none. kardan
+//! reports both cases.
 
 use kardan_native::Native;
 
@@ -17,19 +20,19 @@ use crate::plan::{Plan, compile};
 use crate::reduce::{Motion, Reduced};
 use crate::units::Dimension;
 
-/// Steps of Newton's method; of losses that are parts of the torque it takes two, and one for each sign that turns.
+/// Steps of Newton's method; for losses proportional to the torque it takes two, and one for each sign that changes.
 const MOST_STEPS: usize = 40;
-/// What of the loss may be left, relative to it and to what rounding of the torques that it follows from makes of it.
+/// The allowed residual of the loss, relative to it and to the rounding error of the torques that it depends on.
 const SOLVED: f64 = 1e-14;
-/// Signs that are tried as a start where the first one leads nowhere: of so many meshes all.
+/// Signs that are tried as a start where the first one fails: for this many gears all.
 const MOST_PATTERNS: usize = 10;
 
-/// The losses over the torques as a plan, with its memory: of each mesh the loss and its slope.
+/// The losses over the torques as a plan, with its memory: for each gear the loss and its slope.
 struct Laws {
     plan: Plan,
     native: Option<Native<f64>>,
     memory: Vec<f64>,
-    /// What is given before the sizes of the torques, and behind them whether the first bodies drive.
+    /// The inputs before the sizes of the torques, and behind them whether the first bodies drive.
     arguments: usize,
 }
 
@@ -65,59 +68,59 @@ impl Laws {
         let outputs: Vec<(String, Expr)> = outputs.collect();
         let own = loads.iter().chain(&forth).filter_map(|symbol| motion.graph.symbol_of(*symbol));
         let arguments: Vec<Symbol> = motion.symbols.iter().chain(inputs).copied().chain(own).collect();
-        let plan = compile(&motion.graph, &arguments, &outputs).expect("losses depend on what is given");
+        let plan = compile(&motion.graph, &arguments, &outputs).expect("losses depend on inputs only");
         let native = Native::new(&plan.block());
         Self { native, memory: plan.memory(), plan, arguments: arguments.len() - 2 * count }
     }
 }
 
-/// Why the motion of teeth is not one.
+/// Why the motion of a gear is not unique.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ambiguity {
-    /// There are two motions; the one in which the first body drives is taken.
+    /// There are two motions; kardan takes the one in which the first body drives.
     Two,
     /// There is none.
     None,
 }
 
-/// The meshes of a machine.
+/// The gear losses of a machine.
 #[derive(Default)]
 pub(super) struct GearLosses {
     /// Their directions.
     pub(super) directions: Vec<usize>,
     laws: Option<Laws>,
-    /// What they carry, and what they lose while they slide, against the motion along their directions.
+    /// Their loads, and their losses while they slide, against the motion in their directions.
     pub(super) loads: Vec<f64>,
     pub(super) torques: Vec<f64>,
     pub(super) losses: Vec<f64>,
     pub(super) slopes: Vec<f64>,
-    /// What each sliding mesh (columns) does to what all carry (rows).
+    /// The effect of each sliding gear (columns) on all loads (rows).
     pub(super) influence: Vec<f64>,
-    /// Those that slide, with the senses of their motions, and what all carry without their losses.
+    /// The sliding gears, with the senses of their motions, and all loads without their losses.
     pub(super) sliding: Vec<(usize, f64)>,
     pub(super) base: Vec<f64>,
-    /// Newton's equations, and a change of the accelerations with what holds against it.
+    /// Newton's equations, and a change of the accelerations with the reaction of the active constraints.
     matrix: Vec<f64>,
     factor: Lu,
     right: Vec<f64>,
     pub(super) change: Vec<f64>,
     pub(super) multipliers: Vec<f64>,
-    /// Torques of directions that begin to rub with a decision: what is carried now has nothing of them.
+    /// Torques of directions that begin to slide with a decision: the present loads do not include them.
     pub(super) starting_friction: Vec<(usize, f64)>,
-    /// Of which mesh the motion is not one, at the point last evaluated.
+    /// The gear whose motion is not unique, at the point last evaluated.
     pub(super) ambiguity: Option<(usize, Ambiguity)>,
-    /// Of which there was none at a rate that was asked for.
+    /// The gear without a consistent motion at a requested rate.
     pub(super) lost: Option<usize>,
-    /// The loss that is most below nothing there.
+    /// The most negative loss there.
     pub(super) negative: Option<(usize, f64)>,
-    /// Of which the loss has no value there.
+    /// The gear whose loss is undefined there.
     pub(super) undefined: Option<usize>,
-    /// The same among those that slide, met in the last solution.
+    /// The same among the sliding gears, detected in the last solution.
     undefined_sliding: Option<usize>,
 }
 
 impl GearLosses {
-    /// `inputs` is what the loop is given besides the motion.
+    /// `inputs` are the inputs of the loop besides the motion.
     pub(super) fn new(motion: &mut Motion, reduced: &Reduced, inputs: &[Symbol]) -> Self {
         let directions: Vec<usize> = gear_losses(reduced).map(|(direction, ..)| direction).collect();
         if directions.is_empty() {
@@ -153,28 +156,28 @@ impl GearLosses {
         self.directions.is_empty()
     }
 
-    /// Directions of meshes, with what they lose while they slide.
+    /// Directions of gears, with their losses while they slide.
     pub(super) fn losses(&self) -> impl Iterator<Item = (usize, f64)> {
         self.directions.iter().copied().zip(self.torques.iter().copied())
     }
 
-    /// The direction of teeth that have no motion at the point last evaluated.
+    /// The direction of a gear without a consistent motion at the point last evaluated.
     pub(super) fn without_motion(&self) -> Option<usize> {
         self.ambiguity.filter(|(_, ambiguity)| *ambiguity == Ambiguity::None).map(|(direction, _)| direction)
     }
 
-    /// Teeth whose loss has no value at the point last evaluated, or is below nothing by more than `least`.
+    /// Gears whose loss is undefined at the point last evaluated, or below minus `least`.
     pub(super) fn unfit(&self, least: f64) -> Option<(usize, Unfit)> {
         let negative = || self.negative.filter(|(_, loss)| *loss < -least);
         let undefined = self.undefined.map(|direction| (direction, Unfit::Undefined));
         undefined.or_else(|| Some((negative()?.0, Unfit::Negative)))
     }
 
-    /// The teeth whose loss has no value at the point last evaluated, with the operation that has none where that is found.
+    /// The gear whose loss is undefined at the point last evaluated, with the undefined operation where that is found.
     pub(super) fn explain(&mut self) -> Option<(usize, Option<String>)> {
         let direction = self.undefined?;
         let gear = self.directions.iter().position(|own| *own == direction)?;
-        // What has no value leaves none of what is carried.
+        // An undefined loss invalidates all loads.
         self.loads.iter_mut().filter(|load| !load.is_finite()).for_each(|load| *load = 0.0);
         for drives in [true, false] {
             self.evaluate(|_, _| drives);
@@ -192,7 +195,7 @@ impl GearLosses {
         }
     }
 
-    /// Losses and slopes at the torques carried, where the first bodies drive or are driven.
+    /// Losses and slopes at the loads, where the first bodies drive or are driven.
     pub(super) fn evaluate(&mut self, drives: impl Fn(usize, f64) -> bool) {
         let count = self.directions.len();
         let Some(laws) = &mut self.laws else { return };
@@ -200,7 +203,7 @@ impl GearLosses {
             laws.memory[laws.arguments + k] = load.abs();
             laws.memory[laws.arguments + count + k] = f64::from(u8::from(drives(k, *load)));
         }
-        // What is no number is seen where it is used.
+        // A value that is not a number is detected where it is used.
         let _ = match &laws.native {
             Some(native) => native.evaluate(&mut laws.memory),
             None => laws.plan.block().evaluate(&mut laws.memory),
@@ -211,12 +214,12 @@ impl GearLosses {
         }
     }
 
-    /// The losses of meshes that slide. False if none is found.
+    /// The losses of sliding gears. False if no solution is found.
     pub(super) fn solve(&mut self) -> bool {
         let n = self.sliding.len();
         self.undefined_sliding = None;
         let patterns = 1usize << n.min(MOST_PATTERNS);
-        // First from what is carried without loss, then from losses that would turn the signs.
+        // First from the loads without loss, then from losses that would reverse the signs.
         for pattern in 0..=patterns {
             let sign = |place: usize| if (pattern.wrapping_sub(1) >> place) & 1 == 1 { 1.0 } else { -1.0 };
             for (place, &(gear, _)) in self.sliding.iter().enumerate() {
@@ -230,8 +233,8 @@ impl GearLosses {
         false
     }
 
-    /// Losses and slopes of those that slide, at what they carry. Where nothing is carried it is as if the first body drove: that side has one
-    /// solution.
+    /// Losses and slopes of sliding gears, at their loads. At zero load it is as if the first body drove: that side has
+    /// one solution.
     fn evaluate_sliding(&mut self) {
         let sliding = std::mem::take(&mut self.sliding);
         let sense = |gear: usize| sliding.iter().find(|one| one.0 == gear).map_or(0.0, |one| one.1);
@@ -239,7 +242,7 @@ impl GearLosses {
         self.sliding = sliding;
     }
 
-    /// Newton's method from what the meshes carry now: `T = s (f + f′ σ (τ − τ now))` with `τ = base + Λ T`.
+    /// Newton's method from the present loads: `T = s (f + f′ σ (τ − τ now))` with `τ = base + Λ T`.
     fn newton(&mut self) -> bool {
         let count = self.directions.len();
         for _ in 0..MOST_STEPS {
@@ -271,7 +274,7 @@ impl GearLosses {
             self.evaluate_sliding();
             let solved = |&(gear, s): &(usize, f64)| {
                 let residual = (self.torques[gear] - s * self.losses[gear]).abs();
-                // Of much loss little is carried, the difference of large torques.
+                // With a large loss the load is small, a difference of large torques.
                 let parts = self.parts(gear).fold(self.base[gear].abs(), |sum, part| sum + part.abs());
                 let size = self.torques[gear].abs() + self.base[gear].abs() + self.slopes[gear].abs() * parts;
                 residual <= SOLVED * size + f64::MIN_POSITIVE
@@ -283,7 +286,7 @@ impl GearLosses {
         false
     }
 
-    /// What the losses of those that slide add to what a mesh carries.
+    /// The contribution of the losses of sliding gears to a gear load.
     fn added(&self, gear: usize) -> f64 {
         self.parts(gear).sum()
     }
@@ -294,16 +297,16 @@ impl GearLosses {
     }
 }
 
-/// Notes where the motion of sliding teeth is not one.
+/// Notes where the motion of sliding gears is not unique.
 pub(super) fn ambiguity(gear_losses: &mut GearLosses, solved: bool) {
     if let Some(gear) = gear_losses.undefined_sliding.filter(|_| !solved) {
-        // No motion, but for want of a value.
+        // No motion, because a value is undefined.
         gear_losses.undefined = Some(gear_losses.directions[gear]);
         gear_losses.torques.fill(0.0);
         return;
     }
     let count = gear_losses.directions.len();
-    // The side on which the load drives, where the loss may outgrow what makes it.
+    // The side on which the load drives, where the loss may grow faster than its cause.
     gear_losses.evaluate(|_, _| false);
     let rest = |gear: usize| 1.0 - gear_losses.slopes[gear] * gear_losses.influence[gear * count + gear];
     let least = gear_losses.sliding.iter().map(|&(gear, _)| (gear, rest(gear))).min_by(|a, b| a.1.total_cmp(&b.1));

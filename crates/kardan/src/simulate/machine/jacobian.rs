@@ -1,8 +1,8 @@
 //! The exact Jacobian of the rates by the state, in one set of modes.
 //!
-//! With `H a = f − Gᵀλ` and `G a + b = 0` the derivatives of accelerations and holding torques by a state x follow from the factors that the
-//! accelerations themselves come from: `H a′ = ∂(f − H a − Gᵀλ)/∂x − Gᵀλ′` and `G a′ + ∂(b + G a)/∂x = 0`, where a and λ stand still in
-//! the derivatives on the right.
+//! With `H a = f − Gᵀλ` and `G a + b = 0` the derivatives of accelerations and constraint torques by a state x follow
+//! from the same factors as the accelerations: `H a′ = ∂(f − H a − Gᵀλ)/∂x − Gᵀλ′` and `G a′ + ∂(b + G a)/∂x = 0`,
+//! where a and λ are constant in the derivatives on the right.
 
 use kardan_native::Native;
 
@@ -20,8 +20,8 @@ pub(super) struct Jacobian {
     pub(super) columns: Vec<Column>,
 }
 
-/// What depends on one state: numbers of coordinates, friction directions and states behind the speeds, each with the place of its
-/// derivative in the memory.
+/// The dependents of one state: numbers of coordinates, friction directions and states behind the speeds, each with the
+/// index of its derivative in the memory.
 #[derive(Default)]
 pub(super) struct Column {
     pub(super) forces: Vec<(usize, usize)>,
@@ -36,7 +36,7 @@ impl Jacobian {
         let mut columns: Vec<Column> = states.iter().map(|_| Column::default()).collect();
         let [forces, bias, rates] = &residuals;
         let kinds = [("force", forces), ("bias", bias), ("rate", rates)];
-        // For each state what depends on it: else the work would grow with the square of the size.
+        // For each state its dependents: else the work would grow with the square of the size.
         let mut entries: Vec<Vec<(usize, usize)>> = vec![Vec::new(); states.len()];
         for (kind, (_, exprs)) in kinds.iter().enumerate() {
             for (k, expr) in exprs.iter().enumerate() {
@@ -58,7 +58,7 @@ impl Jacobian {
                 outputs.push((format!("{}.{k}.{}", kinds[kind].0, motion.graph.name(*state).0), slope));
             }
         }
-        let plan = compile(&motion.graph, inputs, &outputs).expect("all that residuals depend on is given");
+        let plan = compile(&motion.graph, inputs, &outputs).expect("all arguments of the residuals are inputs");
         for column in &mut columns {
             for list in [&mut column.forces, &mut column.bias, &mut column.rates] {
                 list.iter_mut().for_each(|(_, output)| *output = plan.place(*output));

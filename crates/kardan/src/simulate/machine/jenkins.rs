@@ -1,23 +1,25 @@
-//! Frictions that hold a motion without inertia against springs alone (Jenkins and Iwan elements): they stick or keep their torque.
+//! Friction elements in series with springs on a motion without inertia (Jenkins and Iwan elements): they stick or slip
+//! at constant torque.
 //!
-//! No acceleration decides: while one sticks its torque is that of the springs, while it slips the springs keep their torque. It begins to slip where
-//! that torque reaches the friction and grows, and sticks where the motion that it follows turns round. Springs without inertia between them
-//! couple their slips: with the torques τ of the springs, `τ̇ = r − S_y ẏ`, and of those at their limits each either slips onwards, `τ̇ = 0`, or
-//! sticks while its torque falls. That is the convex problem of friction with slip speeds for torques, `½ ẏᵀS_yẏ − rᵀẏ` least over the
-//! speeds that each may have; S_y is positive definite, so its solution is unique.
+//! No acceleration decides: while an element sticks its torque is that of the springs, while it slips the springs keep
+//! their torque. It begins to slip where that torque reaches the friction and grows, and sticks where its motion
+//! reverses. Springs without inertia between elements couple their slips: with the torques τ of the springs,
+//! `τ̇ = r − S_y ẏ`, and of those at their limits each either slips onwards, `τ̇ = 0`, or sticks while its torque
+//! falls. That is the convex problem of friction with slip speeds for torques, `½ ẏᵀS_yẏ − rᵀẏ` least over the speeds
+//! that each may have; S_y is positive definite, so its solution is unique.
 
 use super::Machine;
 use super::jenkins_springs::JenkinsElements;
 use crate::num::Cholesky;
 use crate::simulate::friction::{Bounds, Mode, NOISE};
 
-/// Of the friction what rounding leaves of the torque of one that stands at its limit.
+/// The rounding error of the torque of an element at its limit, relative to the friction.
 const AT_LIMIT: f64 = 1e-12;
-/// Growth of a torque, relative to the sizes of what cancels in it, that is rounding: it stays what it is.
+/// Growth of a torque, relative to the sizes of the terms that cancel in it, that is rounding: it counts as constant.
 const ROUNDING: f64 = 1e-12;
 
 impl Machine {
-    /// The torque that the springs of a slider ask of it at the point last evaluated, N m.
+    /// The torque of a slider's springs at the point last evaluated, N m.
     pub(super) fn jenkins_torque(&self, element: usize) -> f64 {
         self.work.more(&self.dynamics, self.places.jenkins_torques.start + element)
     }
@@ -27,7 +29,7 @@ impl Machine {
         self.work.more(&self.dynamics, self.places.jenkins_speeds.start + element)
     }
 
-    /// What the torque of its springs grows by at the point last evaluated, N m/s; nothing where rounding alone may have made it.
+    /// The rate of the torque of its springs at the point last evaluated, N m/s; zero where it may be only rounding.
     fn growth(&self, element: usize) -> f64 {
         let terms = self.jenkins.rows[element].iter().map(|(shaft, x)| x * self.work.kinematics.speeds[*shaft]);
         let growth: f64 = terms.sum();
@@ -37,7 +39,7 @@ impl Machine {
     fn growth_noise(&self, element: usize) -> f64 {
         let JenkinsElements { directions, stiffness, .. } = &self.jenkins;
         let [here, within] = self.growth_terms(element);
-        // What slips cancels too in the convex problem.
+        // The slip speeds cancel too in the convex problem.
         let slips = directions.iter().map(|&direction| match self.modes[direction] {
             Mode::Stick => 0.0,
             _ => self.dynamics.friction_speed(direction, &self.work),
@@ -47,7 +49,7 @@ impl Machine {
         ROUNDING * (here + slip_scale) + NOISE * within
     }
 
-    /// What may cancel in the growth of a torque, N m/s: at the point last evaluated, and within the step.
+    /// Bound of the cancellation in the rate of a torque, N m/s: at the point last evaluated, and within the step.
     fn growth_terms(&self, element: usize) -> [f64; 2] {
         let kinematics = &self.work.kinematics;
         let mut sizes = [0.0; 2];
@@ -60,7 +62,7 @@ impl Machine {
         sizes
     }
 
-    /// What rounding makes of the speed that a direction slips with, rad/s, if it is that of a slider.
+    /// The rounding error of the slip speed in a direction, rad/s, if it is that of a slider.
     pub(super) fn noise_of_slip(&self, direction: usize) -> Option<f64> {
         let JenkinsElements { directions, pairs, couplings, .. } = &self.jenkins;
         let element = directions.iter().position(|own| *own == direction)?;
@@ -85,7 +87,8 @@ impl Machine {
         (0..self.jenkins.directions.len()).any(|element| self.jenkins_slips(element))
     }
 
-    /// Decides their modes at the point last evaluated; `crossing` are directions whose motion has just turned round. Tells whether one changes.
+    /// Selects their modes at the point last evaluated; `crossing` are directions whose motion has just reversed.
+    /// Returns whether one changes.
     pub(super) fn decide_jenkins_modes(&mut self, crossing: &[usize], everything: bool) -> bool {
         let count = self.jenkins.directions.len();
         if count == 0 {
@@ -101,7 +104,7 @@ impl Machine {
             if at_limit { torque.signum() } else { 0.0 }
         };
         let senses: Vec<f64> = (0..count).map(may_slip).collect();
-        // What rounding alone makes grow slips nowhere.
+        // A growth of rounding size causes no slip.
         let right = |element: usize| {
             let right = self.jenkins.stiffness(element) * self.uncoupled_slip_speed(element);
             if right.abs() <= self.growth_noise(element) { 0.0 } else { right }
@@ -129,7 +132,7 @@ impl Machine {
         changed
     }
 
-    /// What the slips of coupled sliders have of each other in the present modes: `S_AA⁻¹ diag S_AA` over those that slip.
+    /// The mutual slip factors of coupled sliders in the present modes: `S_AA⁻¹ diag S_AA` over those that slip.
     pub(super) fn couple_jenkins(&mut self) {
         let JenkinsElements { directions, stiffness, pairs, couplings, .. } = &mut self.jenkins;
         if pairs.is_empty() {
@@ -152,7 +155,7 @@ impl Machine {
         pairs.iter().zip(couplings).for_each(|((i, j), coupling)| *coupling = columns[*j][*i]);
     }
 
-    /// What the sliders that stick have left of their friction, as a part of it, at the point last evaluated.
+    /// The margin of the sticking sliders to their friction, as a part of it, at the point last evaluated.
     pub(super) fn jenkins_margins(&self) -> impl Iterator<Item = (usize, f64)> {
         let sticking = self.jenkins.directions.iter().enumerate().filter(|(_, k)| self.modes[**k] == Mode::Stick);
         sticking

@@ -1,19 +1,20 @@
-//! Frictions that hold a motion without inertia against springs alone, and these springs.
+//! Friction elements in series with springs on a motion without inertia, and these springs.
 
 use crate::num::rational_to_f64;
 use crate::reduce::{Reduced, Relaxation};
 
-/// What is known of the sliders of a machine.
+/// The friction elements (sliders) of a machine.
 pub(super) struct JenkinsElements {
     /// Their numbers among the directions.
     pub directions: Vec<usize>,
     /// S_y over them, row by row.
     pub stiffness: Vec<f64>,
-    /// What the torque of each grows by with the speeds of shafts, N m/rad.
+    /// The rate of the torque of each by the speeds of shafts, N m/rad.
     pub rows: Vec<Vec<(usize, f64)>>,
-    /// Of each reduced coordinate whether a motion without inertia takes its place.
+    /// For each reduced coordinate whether a motion without inertia replaces it.
     pub is_state: Vec<bool>,
-    /// Pairs whose slips depend on each other, and what in the present modes the first has of the speed that the second would slip with alone.
+    /// Pairs whose slips depend on each other, and in the present modes the factor of the first on the speed that the
+    /// second would slip with alone.
     pub pairs: Vec<(usize, usize)>,
     pub couplings: Vec<f64>,
 }

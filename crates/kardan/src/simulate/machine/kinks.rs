@@ -1,4 +1,4 @@
-//! Expressions whose zeros are places where a loop jumps or bends.
+//! Expressions whose zeros are points where a loop has a jump or kink.
 
 use kardan_native::Native;
 use kardan_rt::Operator;
@@ -8,21 +8,21 @@ use crate::expr::{Domain, Expr, Floating, Graph, Interval, Intervals, Symbol, lo
 use crate::plan::{Plan, compile};
 use crate::reduce::{Extension, Motion};
 
-/// What is given of the time at an instant.
+/// The time-dependent inputs at an instant.
 #[derive(Debug, Clone, Copy)]
 enum TimeInput {
     Source(usize),
     Timed(usize),
 }
 
-/// Expressions whose zeros are places where the loop jumps or bends.
+/// Expressions whose zeros are points where the loop has a jump or kink.
 #[derive(Debug, Default)]
 pub(super) struct Kinks {
-    /// Those of the time alone, in a graph of their own, with what its symbols are.
+    /// Those of the time alone, in a graph of their own, with the meaning of its symbols.
     graph: Graph,
     pub of_time: Vec<Expr>,
     time_inputs: Vec<(Symbol, TimeInput)>,
-    /// Of others, how many there are; alone they are evaluated faster than with all that the loop is.
+    /// The number of the others; a separate plan evaluates them faster than the whole loop.
     pub of_state: usize,
     plan: Plan,
     native: Option<Native<f64>>,
@@ -49,19 +49,19 @@ impl Kinks {
         let of_time = of_time.iter().map(|kink| own.copied(graph, *kink, &pairs)).collect();
         let all: Vec<Symbol> = motion.symbols.iter().chain(inputs).copied().collect();
         let plan =
-            compile(graph, &all, &extension.outputs[places.kinks.clone()]).expect("a loop names all that it is given");
+            compile(graph, &all, &extension.outputs[places.kinks.clone()]).expect("a loop declares all its inputs");
         let native = if places.kinks.is_empty() { None } else { Native::new(&plan.block()) };
         let memory = plan.memory();
         Self { graph: own, of_time, time_inputs, of_state: places.kinks.len(), plan, native, memory }
     }
 
-    /// The numbers of those of states, where the loop moves and is given all the rest.
+    /// The numbers that depend on states, for the given motion and inputs.
     pub fn find(&mut self, motion: &[f64], time_inputs: &[f64], out: &mut [f64]) {
         let Self { plan, native, memory, .. } = self;
         let later = motion.len()..plan.inputs.len();
         memory[..later.start].copy_from_slice(motion);
         memory[later.clone()].copy_from_slice(&time_inputs[..later.len()]);
-        // What is no number is on no side.
+        // A value that is not a number is on no side.
         let _ = match native {
             Some(native) => native.evaluate(memory),
             None => plan.block().evaluate(memory),
@@ -76,7 +76,7 @@ impl Kinks {
             .map_or(TimeInput::Source(0), |(_, time_inputs)| *time_inputs)
     }
 
-    /// The number whose zero a place is, at a time; `time_inputs`: what is given of it then.
+    /// The number whose zero is such a point, at a time; `time_inputs`: the time-dependent inputs then.
     pub fn at(&self, kink: Expr, time: f64, lines: &[(f64, f64, f64)], time_inputs: &[f64]) -> f64 {
         let symbol = |symbol: Symbol| match self.of(symbol) {
             TimeInput::Source(k) => lines[k].0 + lines[k].1 * (time - lines[k].2),

@@ -1,4 +1,4 @@
-//! What laws do in a run: their starts, their samples, and what the scenario tells them.
+//! Laws in a run: their starts, their samples, and their inputs from the scenario.
 
 use super::Machine;
 use super::connected_law::{Computer, ConnectedLaw};
@@ -8,8 +8,8 @@ use crate::simulate::sampled_runtime::SampledRuntime;
 use crate::simulate::scenario::Profile;
 
 impl Machine {
-    /// Whether the whole loop is linear between the breakpoints of the scenario, and nothing in it ever changes its mode: no friction,
-    /// no limit, no ripple, no law that bends or has a clock.
+    /// Whether the whole loop is linear between the breakpoints of the scenario, and no part of it ever changes its
+    /// mode: no friction, no limit, no ripple, no law that is nonlinear or has a clock.
     pub fn is_linear(&self) -> bool {
         let linear = |connected_law: &ConnectedLaw| {
             connected_law.sampled_runtime().is_none()
@@ -31,7 +31,7 @@ impl Machine {
         clocks.map(|clock| clock.period).fold(f64::INFINITY, f64::min)
     }
 
-    /// From a time on a source has one value, whatever the scenario says.
+    /// Sets a constant value of a source from a time on, in place of the scenario.
     pub(in crate::simulate) fn take_over(&mut self, source: usize, from: f64, value: f64) {
         self.profiles[source].set_constant(from, value);
         self.timed.take_over(source);
@@ -52,12 +52,12 @@ impl Machine {
         self.timed.breakpoints(until)
     }
 
-    /// Parts of functions of time that step or bend at a time, where a run tells of that.
+    /// Parts of functions of time that have a jump or kink at a time, where a run reports that.
     pub(in crate::simulate) fn reported_at(&self, time: f64) -> impl Iterator<Item = &Part> {
         self.timed.reported(time)
     }
 
-    /// What is given of the time, at a time of the segment.
+    /// The time-dependent inputs, at a time of the segment.
     pub(in crate::simulate) fn timed_at(&mut self, time: f64) -> &[f64] {
         self.timed.at(time)
     }
@@ -87,7 +87,7 @@ impl Machine {
         }
     }
 
-    /// Notes from now on what the sensors of sampled laws meet that count; some readings come out otherwise.
+    /// Records from now on the readings of counting sensors of sampled laws; flips some readings.
     pub(in crate::simulate) fn note_counts(&mut self, flipped: &[FlippedReading]) {
         self.laws
             .iter_mut()
@@ -95,7 +95,7 @@ impl Machine {
             .fold(0, |first, sampled_runtime| sampled_runtime.note_counts(first, flipped));
     }
 
-    /// What they met.
+    /// Their readings.
     pub(in crate::simulate) fn encoder_readings(&mut self) -> Vec<EncoderReading> {
         self.laws
             .iter_mut()
@@ -110,14 +110,14 @@ impl Machine {
         clocks.map(SampledRuntime::next_time).fold(f64::INFINITY, f64::min)
     }
 
-    /// What happened to the sampled laws, in sentences.
+    /// Notes on the sampled laws, as sentences.
     pub(in crate::simulate) fn notes_of_laws(&self) -> Vec<String> {
         let sampled =
             self.laws.iter().filter_map(|connected_law| Some((connected_law, connected_law.sampled_runtime()?)));
         sampled.flat_map(|(connected_law, sampled_runtime)| sampled_runtime.notes(&*connected_law.law)).collect()
     }
 
-    /// Lets sampled laws do what is due at a time.
+    /// Executes the due actions of sampled laws at a time.
     pub(in crate::simulate) fn tick(&mut self, time: f64, state: &[f64]) {
         let r = self.degrees_of_freedom;
         self.give_time(time, state);

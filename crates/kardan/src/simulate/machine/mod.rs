@@ -73,45 +73,47 @@ pub struct Machine {
     jenkins: JenkinsElements,
     directions: Vec<usize>,
     laws: Vec<ConnectedLaw>,
-    /// Whether any of them computes by itself at every instant.
+    /// Whether any of them has its own code that computes at every instant.
     own_laws: bool,
-    /// What such laws and those with a clock command.
+    /// The commands of such laws and of those with a clock.
     zoh_output: Vec<f64>,
-    /// Where the inputs and outputs of the loop's expressions are.
+    /// The indices of the loop's inputs and outputs.
     places: Places,
     drives: Vec<Drive>,
     profiles: Vec<Profile>,
     targets: Vec<SourceTarget>,
-    /// What blocks compute at every instant.
+    /// Blocks that compute at every instant.
     flow: Option<Flow>,
     /// Functions of time that are added to sources.
     signals: Vec<SourceSignal>,
     /// `(value, slope, start)` of each source in the current segment.
     lines: Vec<(f64, f64, f64)>,
-    /// What else is given of the time.
+    /// Further time-dependent inputs.
     timed: Timed,
-    /// Where it jumps or bends.
+    /// Its jumps and kinks.
     kinks: Kinks,
     pub(super) modes: Vec<Mode>,
-    /// What holds one way or at times, and the largest torques against motion forward and backward of all directions, N m.
+    /// Unilateral and switched constraints, and the largest torques against motion forward and backward of all
+    /// directions, N m.
     unilaterals: Unilaterals,
-    /// Teeth that rub.
+    /// The gear losses.
     gear_losses: GearLosses,
     bounds: [Vec<f64>; 2],
     /// Independent directions among those that stick.
     holding: Vec<usize>,
-    /// Directions that stick but follow from the holding ones.
+    /// Directions that stick but depend on the active ones.
     following: Vec<usize>,
-    /// Those among them that kept rows alone carry where the motion has come.
+    /// Those among them that depend on multiplier constraints alone at this position.
     turning: Vec<usize>,
-    /// Of each direction whether constraints prescribe a speed along it, in whole or in part; and whether there is such a one.
+    /// For each direction whether constraints prescribe its speed, in whole or in part; and whether there is such a
+    /// direction.
     moving: Vec<bool>,
     moves: bool,
-    /// Reduced coordinates that stand still exactly, and whether all do.
+    /// Reduced coordinates that are exactly at rest, and whether all are.
     still: Vec<usize>,
     at_rest: bool,
-    /// The step of the integrator that modes are looked at in: its length, s, and the largest size of each reduced speed
-    /// at its two ends, rad/s.
+    /// The integrator step in which modes are checked: its length, s, and the largest size of each reduced speed at its
+    /// two ends, rad/s.
     step_length: f64,
     step_speeds: Vec<f64>,
     degrees_of_freedom: usize,
@@ -119,46 +121,46 @@ pub struct Machine {
     /// Of each source its steps and ramps.
     pub(super) sources: Vec<f64>,
     pub(super) commands: Vec<f64>,
-    /// Torques that the inputs report.
+    /// Reported torques of the inputs.
     pub(super) torques: Vec<f64>,
-    /// Torques that they apply: ripple too.
+    /// Their applied torques: with ripple.
     pub(super) applied: Vec<f64>,
     force: Vec<f64>,
     pub(super) acceleration: Vec<f64>,
-    /// H⁻¹ g of each holding direction, row by row, and which part of each row is not zero.
+    /// H⁻¹ g of each active direction, row by row, and which part of each row is not zero.
     weighted: Vec<f64>,
     weighted_parts: Vec<Range<usize>>,
     active_matrix: Vec<f64>,
     active_factor: Cholesky,
     active_torque: Vec<f64>,
-    /// Whether `weighted` and `active_factor` are the same at every position, and known.
+    /// Whether `weighted` and `active_factor` are the same at every position, and computed.
     active_constant: bool,
     active_known: bool,
     torque_distribution_known: bool,
     torque_distribution: TorqueDistribution,
     box_problem: BoxProblem,
-    /// Directions that contradicted each other in the last decision about modes.
+    /// Directions that contradicted each other in the last mode selection.
     contradiction: Vec<usize>,
     scratch: Vec<f64>,
     /// Accelerations and torques for forces at the point of expansion, where there are few coordinates.
     response: Option<Response>,
-    /// Series of the motion, where they are asked for.
+    /// Series of the motion, where they are requested.
     expansion: Option<Box<Expansion>>,
-    /// What steps are judged by, where something of the loop is no polynomial.
+    /// The data that judge steps, where an operation of the loop is not polynomial.
     resolved: Option<Box<Resolved>>,
-    /// Derivatives of the rates, where they are asked for.
+    /// Derivatives of the rates, where they are requested.
     jacobian: Option<Box<Jacobian>>,
     /// Evaluations of the equations so far.
     evaluated: u64,
-    /// Numbers of the kept rows among the directions: behind the frictions.
+    /// Numbers of the multiplier constraints among the directions: behind the frictions.
     pub(super) multiplier_constraints: Range<usize>,
-    /// What is looked at of them from step to step.
+    /// Their values that are monitored from step to step.
     watched: WatchedRows,
     pub(super) friction_torques: Vec<f64>,
 }
 
 impl Machine {
-    /// Everything that the motion to come depends on, besides the state itself.
+    /// All values that the further motion depends on, besides the state itself.
     pub(in crate::simulate) fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         for mode in &mut self.modes {
             let mut number = *mode as usize;

@@ -11,8 +11,8 @@ use crate::simulate::scenario::SourceTarget;
 const SAME_INSTANT: f64 = 1e-12;
 
 impl Machine {
-    /// Motors whose torque sticks from this time on keep the one that they have reached; the lines and functions of time are still those
-    /// before it.
+    /// Motors with a stuck torque from this time on keep the torque that they have reached; the lines and functions of
+    /// time are still those before it.
     pub fn stick_motors(&mut self, time: f64, state: &[f64]) {
         let begins = |drive: &Drive| {
             drive
@@ -85,7 +85,8 @@ impl Machine {
         }
     }
 
-    /// Whether no motor comes to its limit, or leaves it, until the next sample or breakpoint: commands of those with a limit stay as they are.
+    /// Whether no motor reaches or leaves its limit until the next sample or breakpoint: commands of those with a limit
+    /// are constant.
     pub(super) fn no_limit_moves(&self) -> bool {
         let rests = |(input, drive): (usize, &Drive)| {
             drive.rate.is_none() && (drive.limit.is_none() || self.command_rests(input))
@@ -93,7 +94,7 @@ impl Machine {
         self.drives.iter().enumerate().all(rests)
     }
 
-    /// Whether commands of motors with a torque limit only step, whatever the run comes to.
+    /// Whether commands of motors with a torque limit only have steps, throughout the run.
     pub(super) fn limits_meet_steps(&self) -> bool {
         let steps = |input: usize| {
             let mut own = self.targets.iter().zip(&self.profiles).enumerate();
@@ -106,7 +107,7 @@ impl Machine {
         self.drives.iter().enumerate().all(|(input, drive)| drive.limit.is_none() || steps(input))
     }
 
-    /// Whether the command of one motor stays as it is until the next sample or breakpoint.
+    /// Whether the command of one motor is constant until the next sample or breakpoint.
     pub(super) fn command_rests(&self, input: usize) -> bool {
         let sources = self.targets.iter().zip(&self.lines).enumerate();
         let mut own = sources.filter(|(_, (target, _))| **target == SourceTarget::Input(input));
@@ -116,7 +117,7 @@ impl Machine {
             && own.all(|(source, (_, line))| line.1 == 0.0 && !self.timed.follows(source))
     }
 
-    /// Rates of all commands along the motion, N m/s, by a difference along the vector field.
+    /// Rates of all commands during the motion, N m/s, by a difference in the direction of the vector field.
     pub(super) fn command_rates(
         &mut self,
         time: f64,
@@ -134,7 +135,7 @@ impl Machine {
         self.commands.iter().zip(&before).map(|(after, before)| (after - before) / step).collect()
     }
 
-    /// What a run up to a time asked of the motors that have limits; `demand` gives the largest torque asked of one.
+    /// The load of motors with limits in a run up to a time; `demand` returns the largest torque requested of one.
     pub(in crate::simulate) fn motor_loads(
         &self,
         (names, units): (&[String], &[&'static str]),
@@ -188,7 +189,7 @@ impl Machine {
                     state[place] = 0.0;
                 }
                 let gap = limited - state[place];
-                // A gap that the limiter closes within the resolution of the time is none.
+                // A gap that the limiter closes within the resolution of the time counts as zero.
                 let instant = SAME_INSTANT * time.abs();
                 let small = 1e-12 * (limited.abs() + state[place].abs()) + instant * drive.rate.unwrap_or(0.0);
                 let mode = if gap > small {

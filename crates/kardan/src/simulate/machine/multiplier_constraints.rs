@@ -1,19 +1,19 @@
-//! Constraints that a run keeps with their multipliers: angles and speeds stay on them.
+//! Constraints that a run enforces with multipliers: angles and speeds satisfy them.
 
 use std::ops::Range;
 
 use super::Machine;
 
-/// Steps of Newton's method at most.
+/// Most steps of Newton's method.
 const MOST: usize = 12;
-/// Units in the last place that are rounding.
+/// Units in the last place that count as rounding.
 const ROUNDED: f64 = 4.0;
 
-/// Of its size at the ends of a step, what of the smallest pivot of the rows is taken for a loss of their rank.
+/// Relative to its size at the ends of a step, the smallest pivot of the rows that counts as a loss of rank.
 const LOST: f64 = 1e-6;
 
 impl Machine {
-    /// Whether kept rows may become dependent along the motion.
+    /// Whether multiplier constraints may become dependent during the motion.
     pub fn watches_rows(&self) -> bool {
         !self.multiplier_constraints.is_empty() && !self.active_constant
     }
@@ -26,13 +26,13 @@ impl Machine {
         );
     }
 
-    /// Looks at the kept rows at a state, for the steps to come.
+    /// Evaluates the multiplier constraints at a state, as the reference for the next steps.
     pub fn look_at_rows(&mut self, time: f64, state: &[f64]) {
         self.take_rows(time, state);
         (self.watched.sign, self.watched.least) = self.watched.eliminate(true);
     }
 
-    /// Whether their determinant has another sign than where they were looked at.
+    /// Whether the sign of their determinant differs from that at the reference.
     pub fn rows_changed_sign(&mut self, time: f64, state: &[f64]) -> bool {
         self.take_rows(time, state);
         let (sign, _) = self.watched.eliminate(false);
@@ -45,7 +45,7 @@ impl Machine {
         self.watched.eliminate(true).1
     }
 
-    /// Whether they depend on each other at a state, beside what they are where they were looked at and at another state.
+    /// Whether they depend on each other at a state, relative to their values at the reference and at another state.
     pub fn rows_depend(&mut self, (time, state): (f64, &[f64]), (other, other_state): (f64, &[f64])) -> bool {
         let before = self.watched.least;
         self.look_at_rows(other, other_state);
@@ -54,8 +54,9 @@ impl Machine {
         self.watched.least < LOST * usual
     }
 
-    /// Puts angles and speeds back on the kept rows, by the smallest changes in the metric of the inertia; tells whether any changed. Between
-    /// two steps only what the tolerance left is taken away, so that nothing adds up.
+    /// Projects angles and speeds onto the multiplier constraints, by the smallest changes in the metric of the
+    /// inertia; returns whether any changed. Between two steps this removes only the error that the tolerance allowed,
+    /// so it does not accumulate.
     pub fn stay_on_rows(&mut self, time: f64, state: &mut [f64]) -> bool {
         if self.multiplier_constraints.is_empty() {
             return false;
@@ -66,13 +67,13 @@ impl Machine {
         moved || corrected
     }
 
-    /// `x −= H⁻¹Gᵀ (G H⁻¹Gᵀ)⁻¹ d` until nothing changes any more, d what is to vanish.
+    /// `x −= H⁻¹Gᵀ (G H⁻¹Gᵀ)⁻¹ d` until x does not change any more, with the residual d.
     fn reach(&mut self, time: f64, state: &mut [f64], (defects, part): (Range<usize>, Range<usize>)) -> bool {
         let (r, mut changed) = (self.degrees_of_freedom, false);
         for _ in 0..MOST {
             self.forces(time, state);
             self.factor_holding();
-            // What holds besides stays where it is.
+            // Other active directions keep their values.
             let of = |row: usize| self.work.more(&self.dynamics, defects.start + row);
             let gaps = self.holding.iter().map(|k| k.checked_sub(self.multiplier_constraints.start).map_or(0.0, of));
             let mut defect: Vec<f64> = gaps.collect();

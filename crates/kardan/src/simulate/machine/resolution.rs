@@ -1,4 +1,5 @@
-//! Whether a step resolves the loop: how far the arguments of its operations move, and what those can do that it does not resolve.
+//! Whether a step resolves the loop: how far the arguments of its operations move, and the possible effect of
+//! operations that it does not resolve.
 
 use super::Machine;
 use super::kinks::line_range;
@@ -7,24 +8,24 @@ use crate::expr::Interval;
 use crate::plan::Resolution;
 use crate::reduce::MotionPlan;
 
-/// Part of a tolerance that what is not resolved may change in a step.
+/// Part of a tolerance by which unresolved operations may change a value in a step.
 const PART: f64 = 0.1;
-/// How often a step is halved to find what it may not pass.
+/// Most halvings of a step to find the point that it must not pass.
 const HALVINGS: u32 = 20;
 
-/// What happens in a span of time that its evaluations do not show.
+/// What a span of time may hide between its evaluations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Hidden {
-    /// Nothing: everything is resolved.
+    /// Nothing: all operations are resolved.
     Resolved,
-    /// What is not resolved changes nothing by more than a part of the tolerances.
+    /// Unresolved operations change every value by at most a part of the tolerances.
     Negligible,
     /// Possibly something.
     Unknown,
 }
 
 impl Machine {
-    /// Prepares the judgement of steps; `also`: what else is read of the plan's memory.
+    /// Prepares the assessment of steps; `also`: further values that are read from the plan's memory.
     pub(in crate::simulate) fn prepare_resolution(&mut self, also: &[usize]) {
         let MotionPlan { plan, inertia, friction_rows, friction_bias, more, .. } = self.dynamics.plan();
         let of = |places: &std::ops::Range<usize>| places.clone().map(|k| plan.place(more.start + k));
@@ -68,7 +69,7 @@ impl Machine {
         self.terms_resolve(length, order, |place, order| expansion.series.value(place, order))
     }
 
-    /// The same by the terms of the values at places of the plan's memory, each of an order.
+    /// The same by the terms of the values at indices of the plan's memory, each of an order.
     pub(super) fn terms_resolve(&self, length: f64, order: usize, term: impl Fn(usize, usize) -> f64) -> bool {
         let Some(resolved) = &self.resolved else { return true };
         let extent = |place: usize| {
@@ -78,14 +79,14 @@ impl Machine {
         resolved.resolution.moved(extent) <= 1.0
     }
 
-    /// Begins to note what the arguments of operations are in the evaluations of a step.
+    /// Begins to record the arguments of operations in the evaluations of a step.
     pub(in crate::simulate) fn begin_notes(&mut self) {
         if let Some(resolved) = &mut self.resolved {
             resolved.arguments.iter().for_each(|place| resolved.noted[*place] = (f64::INFINITY, f64::NEG_INFINITY));
         }
     }
 
-    /// Notes them at the point last evaluated.
+    /// Records them at the point last evaluated.
     pub(in crate::simulate) fn note_arguments(&mut self) {
         let Some(resolved) = &mut self.resolved else { return };
         let values = self.work.values();
@@ -95,7 +96,7 @@ impl Machine {
         }
     }
 
-    /// Whether the evaluations that were noted resolve the step.
+    /// Whether the recorded evaluations resolve the step.
     pub(in crate::simulate) fn notes_resolve(&self) -> bool {
         let Some(resolved) = &self.resolved else { return true };
         let extent = |place: usize| {
@@ -106,8 +107,9 @@ impl Machine {
         resolved.resolution.moved(extent) <= 1.0
     }
 
-    /// Until where a step goes on without passing something that it has not resolved: what is not resolved before is negligible by intervals. `state`
-    /// gives the state at a time within it, `between` is memory for such states; errors allowed are relative and absolute ones.
+    /// The time up to which a step misses no unresolved event: unresolved operations before it are proven negligible by
+    /// interval arithmetic. `state` returns the state at a time within it, `between` is memory for such states; allowed
+    /// errors are relative and absolute ones.
     pub(in crate::simulate) fn resolved_until(
         &mut self,
         (from, to): (f64, f64),
@@ -134,7 +136,7 @@ impl Machine {
         to
     }
 
-    /// What a span of time may hide while the state moves within `states`, which lie at its begin, in its middle and at its end.
+    /// What a span of time may hide while the state moves within `states`, at its begin, in its middle and at its end.
     fn hidden(&mut self, (from, to): (f64, f64), states: [&[f64]; 3], (relative, absolute): (f64, &[f64])) -> Hidden {
         let Some(mut resolved) = self.resolved.take() else { return Hidden::Resolved };
         self.evaluate(0.5 * (from + to), states[1]);
@@ -156,7 +158,7 @@ impl Machine {
         for k in 0..self.size - 2 {
             let of = states.map(|state| state[k]);
             let (low, high) = (of[0].min(of[1]).min(of[2]), of[0].max(of[1]).max(of[2]));
-            // What moves between three places may go beyond them.
+            // A value that moves between three points may exceed them.
             let more = 0.5 * (high - low);
             let place = if k < 2 * r { k } else { places.states.start + k };
             out[place] = Interval { low: low - more, high: high + more };
@@ -168,7 +170,8 @@ impl Machine {
         out[first + places.timed.start..].iter_mut().zip(self.timed.between(span)).for_each(|(out, own)| *out = own);
     }
 
-    /// Whether what is not resolved changes no rate and nothing that is read by more than a part of the tolerances.
+    /// Whether unresolved operations change every rate and every value that is read by at most a part of the
+    /// tolerances.
     fn is_negligible(
         &self,
         Resolved { resolution, forces, rates, outputs, column, accelerations, .. }: &mut Resolved,

@@ -1,16 +1,16 @@
-//! What steps are judged by: the operations of the loop that have a scale, and what is read of it.
+//! The data that judge steps: the operations of the loop that have a scale, and the values that are read from it.
 
 use crate::expr::Interval;
 use crate::plan::Resolution;
 
-/// What a step is judged by.
+/// The data that judge a step.
 pub(super) struct Resolved {
     pub resolution: Resolution,
-    /// Forces, rates of the states behind the speeds with the powers, and what else is read of the plan.
+    /// Forces, rates of the states behind the speeds with the powers, and further values that are read from the plan.
     pub forces: Vec<usize>,
     pub rates: Vec<usize>,
     pub outputs: Vec<usize>,
-    /// The places of arguments, and of each place the range of its values in the evaluations of a step.
+    /// The indices of arguments, and for each the range of its values in the evaluations of a step.
     pub arguments: Vec<usize>,
     pub noted: Vec<(f64, f64)>,
     /// Memory.

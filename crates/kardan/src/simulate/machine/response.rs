@@ -1,14 +1,15 @@
-//! Accelerations and holding torques of few coordinates as one matrix times forces and biases: for many right sides at one position.
+//! Accelerations and constraint torques of few coordinates as one matrix times forces and biases: for many right sides
+//! at one position.
 
 use crate::num::{Cholesky, dot};
 
-/// Up to so many coordinates a product takes less time than factors.
+/// Up to this many coordinates a product takes less time than factors.
 const MAX_COORDINATES: usize = 6;
 
 /// `[a; λ] = M [f; b]` with `H a = f − Gᵀλ` and `G a + b = 0`.
 pub(super) struct Response {
     matrix: Vec<f64>,
-    /// Coordinates, and directions that hold.
+    /// Coordinates, and active directions.
     counts: [usize; 2],
     /// Whether it is that of the present modes, at every position.
     pub(super) valid: bool,
@@ -17,15 +18,15 @@ pub(super) struct Response {
 }
 
 impl Response {
-    /// Memory for so many coordinates; nothing where there are more than few.
+    /// Memory for this many coordinates; `None` where there are more than few.
     pub(super) fn new(r: usize) -> Option<Self> {
         let most = 2 * r;
         let (matrix, right_side, found) = (vec![0.0; most * most], vec![0.0; most], vec![0.0; most]);
         (r <= MAX_COORDINATES).then_some(Self { matrix, counts: [r, 0], valid: false, right_side, found })
     }
 
-    /// Finds M from the factors of H and of `S = G H⁻¹ Gᵀ` and from `W = H⁻¹ Gᵀ` (a row for each direction); coordinates that stand still have
-    /// no acceleration: `a = (H⁻¹ − W S⁻¹ Wᵀ) f − W S⁻¹ b`, `λ = S⁻¹ (Wᵀ f + b)`.
+    /// Computes M from the factors of H and of `S = G H⁻¹ Gᵀ` and from `W = H⁻¹ Gᵀ` (a row for each direction);
+    /// coordinates at rest have no acceleration: `a = (H⁻¹ − W S⁻¹ Wᵀ) f − W S⁻¹ b`, `λ = S⁻¹ (Wᵀ f + b)`.
     pub(super) fn find(&mut self, inertia: &Cholesky, weighted: &[f64], active: &Cholesky, still: &[usize]) {
         let r = self.counts[0];
         let count = weighted.len() / r.max(1);
@@ -50,7 +51,7 @@ impl Response {
         }
     }
 
-    /// Accelerations and torques for forces and biases along the holding directions.
+    /// Accelerations and torques for forces and biases in the active directions.
     pub(super) fn apply(&mut self, force: &[f64], bias: impl Iterator<Item = f64>) -> [&[f64]; 2] {
         let [r, count] = self.counts;
         let n = r + count;

@@ -1,4 +1,4 @@
-//! The series of a machine: what of them comes from its evaluations.
+//! The series of a machine: its part that uses evaluations.
 
 use std::ops::Range;
 
@@ -11,15 +11,15 @@ use crate::plan::PiecedSeries;
 use crate::reduce::MotionPlan;
 use crate::simulate::friction::NOISE;
 
-/// Where what depends on the position is in the memory of the plan: entries of the inertia (row, column, place) and of each direction (column,
-/// place), biases of directions.
+/// The indices of position-dependent values in the memory of the plan: entries of the inertia (row, column, index) and
+/// of each direction (column, index), biases of directions.
 pub(super) struct ByPosition {
     pub inertia: Vec<(usize, usize, usize)>,
     pub rows: Vec<Vec<(usize, usize)>>,
     pub bias: Vec<Option<usize>>,
 }
 
-/// How much more than the largest torque of all what has no limit counts as.
+/// The limit of a direction without one, as a multiple of the largest torque of all.
 const MORE: f64 = 10.0;
 
 impl Machine {
@@ -35,7 +35,7 @@ impl Machine {
         ByPosition { inertia, rows, bias }
     }
 
-    /// Whether an input of the plan stays as it is within a step.
+    /// Whether an input of the plan is constant within a step.
     pub(super) fn is_steady_input(&self, input: usize) -> bool {
         let Places {
             zoh_output,
@@ -54,8 +54,8 @@ impl Machine {
             .any(|places| places.contains(&own))
     }
 
-    /// Prepares series up to an order, also of the angles and of the speeds of some shafts; false where a law computes by itself at every
-    /// instant, or teeth lose.
+    /// Prepares series up to an order, also of the angles and of the speeds of some shafts; false where a law computes
+    /// by itself at every instant, or gears have losses.
     pub fn prepare_series(&mut self, order: usize, shafts: &[Vec<usize>; 2]) -> bool {
         let (r, m) = (self.degrees_of_freedom, self.multiplier_constraints.end);
         let MotionPlan { plan, angles, speeds, inertia, friction_rows, friction_bias, more, .. } = self.dynamics.plan();
@@ -105,8 +105,8 @@ impl Machine {
         self.expansion.is_some()
     }
 
-    /// Finds the coefficients of order k + 1 of all states from those up to k; `x` holds those of one order after the other. Tells how much
-    /// the machine has evaluated.
+    /// Computes the coefficients of order k + 1 of all states from those up to k; `x` contains them order after order.
+    /// Returns how much the machine has evaluated.
     pub fn expand(&mut self, time: f64, k: usize, x: &mut [f64]) -> u64 {
         let Some(mut expansion) = self.expansion.take() else { return self.evaluated };
         match k {
@@ -122,8 +122,9 @@ impl Machine {
         self.evaluated
     }
 
-    /// Whether within a step of that length from the last expansion, whose highest order was `order`, a direction leaves its mode or a motor
-    /// comes to a limit or leaves it: decided by the Bernstein coefficients of the series, with more room than what the series leave out.
+    /// Whether within a step of that length from the last expansion, whose highest order was `order`, a direction
+    /// leaves its mode or a motor reaches or leaves a limit: decided by the Bernstein coefficients of the series, with
+    /// a margin above the truncation error of the series.
     pub fn prospect(&mut self, length: f64, order: usize) -> Prospect {
         if self.may_turn() {
             return Prospect::Unknown;
@@ -141,7 +142,7 @@ impl Machine {
         if of_active == Prospect::Stays || self.following.is_empty() {
             return prospect.and(of_active);
         }
-        // What follows may take a part.
+        // Dependent directions may take a part.
         if prospect != Prospect::Unknown && self.shares_for((length, order)) {
             prospect
         } else {
@@ -149,7 +150,7 @@ impl Machine {
         }
     }
 
-    /// Whether the directions that stick, which do not turn, certainly share the torques that hold for so long.
+    /// Whether the sticking directions, which do not rotate, can certainly distribute the torques for this time.
     fn shares_for(&mut self, (length, order): (f64, usize)) -> bool {
         let Self { expansion: Some(expansion), holding, bounds, torque_distribution, work, unilaterals, .. } = self
         else {
@@ -165,7 +166,7 @@ impl Machine {
         {
             return false;
         }
-        // What has no limit may take more than all others.
+        // A direction without a limit may take more than all others.
         let most = bounds[0].iter().chain(&torques[..holding.len()]).filter(|x| x.is_finite());
         let most = MORE * most.fold(0.0, |most: f64, x| most.max(x.abs()));
         let sizes: Vec<f64> = bounds[0].iter().map(|bound| if bound.is_finite() { *bound } else { most }).collect();
@@ -184,25 +185,26 @@ impl Machine {
         torque_distribution.stays(holding.len(), &sizes, (length, order), term, limit)
     }
 
-    /// Where what has kinks takes another of its pieces, within a step of that length from the last expansion whose highest order was `order`, as a part
-    /// of the length that the numbers which tell the pieces are known for, to a part of them: given back.
+    /// Where an operation with kinks changes to another of its pieces, within a step of that length from the last
+    /// expansion whose highest order was `order`, as a part of the length for which the deciding numbers are known, to
+    /// a part of them: returned.
     pub fn kink(&mut self, (length, order): (f64, usize), part: f64) -> (Prospect, f64) {
         let Some(expansion) = &mut self.expansion else { return (Prospect::Stays, length) };
         expansion.kink((length, order), part)
     }
 
-    /// Whether something jumps right where the last expansion begins.
+    /// Whether a value jumps right where the last expansion begins.
     pub fn begins_with_jump(&self) -> bool {
         self.expansion.as_ref().is_some_and(|expansion| expansion.series.jump())
     }
 
-    /// Whether something in its series has kinks.
+    /// Whether an operation in its series has kinks.
     pub fn has_kinks(&self) -> bool {
         self.expansion.as_ref().is_some_and(|expansion| expansion.has_kinks())
     }
 
-    /// How far what the modes depend on, at the point last evaluated, is from what its series say so long after the last expansion, in parts of
-    /// their terms.
+    /// The difference of the values that the modes depend on, at the point last evaluated, from their series at this
+    /// time after the last expansion, in parts of their terms.
     pub fn difference_of_series(&mut self, later: f64, order: usize) -> f64 {
         let Some(expansion) = self.expansion.take() else { return 0.0 };
         let watch =
@@ -212,13 +214,13 @@ impl Machine {
         found
     }
 
-    /// Whether modes may depend on what no state feels: on the time, or on expressions of their own.
+    /// Whether modes may depend on a quantity that no state depends on: on the time, or on expressions of their own.
     pub fn is_blind(&self) -> bool {
         let switches = |kind: &Kind| matches!(kind, Kind::Lock | Kind::Friction { .. });
         !self.modes.is_empty() && (self.timed.moves() || self.unilaterals.kinds.iter().any(switches))
     }
 
-    /// Where the series of angle and speed of a shaft are; `None` where they are not found by the plan.
+    /// The indices of the series of angle and speed of a shaft; `None` where the plan does not compute them.
     pub fn shaft_series(&self, shaft: usize) -> Option<[usize; 2]> {
         let r = self.degrees_of_freedom;
         let MotionPlan { plan, angles, speeds, .. } = self.dynamics.plan();
@@ -233,7 +235,7 @@ impl Machine {
         Some([found(angles)?, found(speeds)?])
     }
 
-    /// Finds the coefficients of the highest order, whose states `x` holds, of all values too.
+    /// Computes the coefficients of the highest order, whose states `x` contains, of all values too.
     pub fn complete_series(&mut self, order: usize, x: &[f64]) {
         let states = self.size - 2;
         if let Some(expansion) = &mut self.expansion {
@@ -244,7 +246,7 @@ impl Machine {
         }
     }
 
-    /// The value of a series so long after the last expansion.
+    /// The value of a series at a time after the last expansion.
     pub fn series_at(&self, place: usize, order: usize, later: f64) -> f64 {
         let Some(expansion) = &self.expansion else { return f64::NAN };
         expansion.series.of(place).take(order + 1).rev().fold(0.0, |sum, coefficient| sum * later + coefficient)

@@ -1,7 +1,8 @@
 //! Taylor series of one loop in lanes: each lane at a point of its own, in modes of its own, with coefficients of its own.
 //!
-//! The plan and its series are found for all lanes at once. With `H a = f − Gᵀ λ` the accelerations and the torques that hold follow from forces and
-//! biases by matrices that each lane has at its point: of all directions, where those that do not hold have rows of zeros.
+//! The plan and its series are computed for all lanes at once. With `H a = f − Gᵀ λ` the accelerations and the
+//! constraint torques follow from forces and biases by matrices that each lane has at its point: of all directions,
+//! where inactive ones have rows of zeros.
 
 use std::sync::Arc;
 
@@ -22,7 +23,7 @@ use crate::simulate::drive::Drive;
 use crate::simulate::friction::{Mode, NOISE};
 use crate::units::Dimension;
 
-/// What lanes are made of.
+/// The number type of lanes.
 pub trait Lane: Value + Send {
     /// How many there are.
     const COUNT: usize;
@@ -67,37 +68,39 @@ macro_rules! lane {
 lane!(4);
 lane!(8);
 
-/// Directions and coordinates at most: matrices of all of them are found at each point.
+/// Most directions and coordinates: matrices of all of them are computed at each point.
 const MOST: usize = 12;
-/// Terms of a series that tell how long a step may be, the last ones: of a singularity beside the real axis some are small by accident.
+/// The last terms of a series, which determine the step length: near a singularity beside the real axis some are small
+/// by accident.
 const LAST: usize = 4;
-/// A term of this size, in tolerances, is none; of a last term beside a first one.
+/// A term of this size, in tolerances, counts as zero; for a last term beside a first one.
 const TINY: f64 = 1e-280;
 const TINIEST: f64 = 1e-300;
-/// Terms that tell how large a series is, the first ones.
+/// The first terms of a series, which determine its size.
 const FIRST_TERMS: usize = 4;
 /// Part of the length that these terms allow, in tenths.
 const SAFETY: i64 = 9;
-/// A step that would be longer than so many hundredths of what is left to the end of all steps ends there.
+/// A step that would be longer than this many hundredths of the remainder ends at the common end.
 const NEAR: i64 = 101;
-/// Part of a limit that is kept clear of it.
+/// Safety margin to a limit, as a part of it.
 const CLEAR: f64 = 1e-9;
-/// A room that nothing takes.
+/// A room that no step uses.
 const WIDE: i64 = 1 << 40;
 
-/// Where things are in the memory of the plan.
+/// Indices into the memory of the plan.
 struct Places {
     /// Inputs of the plan; the first source among them.
     inputs: usize,
     sources: usize,
-    /// The first of those that are given of the time.
+    /// The first of the time-dependent inputs.
     timed: usize,
     forces: Vec<usize>,
     rates: Vec<usize>,
     friction_speeds: Vec<usize>,
-    /// What else is read.
+    /// Further values that are read.
     also: Vec<usize>,
-    /// Entries of the inertia (row, column, place) and of each direction (column, place) that depend on the position; biases of directions.
+    /// Entries of the inertia (row, column, index) and of each direction (column, index) that depend on the position;
+    /// biases of directions.
     inertia: Vec<(usize, usize, usize)>,
     rows: Vec<Vec<(usize, usize)>>,
     bias: Vec<Option<usize>>,
@@ -129,7 +132,7 @@ impl<N: Lane> Numbers<N> {
     }
 }
 
-/// What is no number is seen where it is used.
+/// A value that is not a number is detected where it is used.
 fn evaluate<N: Lane>(native: Option<&Native<N>>, plan: &Plan, memory: &mut [N]) {
     match native {
         Some(native) => native.find(memory),
@@ -173,14 +176,15 @@ fn inverse(graph: &mut Graph, a: &[Expr], n: usize) -> Vec<Expr> {
     a
 }
 
-/// What accelerations and torques that hold are for forces and biases: `a = A f − B b`, `λ = L f + S b`, in lanes with masks.
+/// Accelerations and constraint torques for forces and biases: `a = A f − B b`, `λ = L f + S b`, in lanes with masks.
 struct Response<N> {
     numbers: Numbers<N>,
-    /// Places of the plan that its first inputs are taken from; behind them are 1 for each direction that holds and for each coordinate that moves.
+    /// Indices of the plan for its first inputs; behind them are 1 for each active direction and for each coordinate
+    /// that moves.
     from: Vec<usize>,
     /// Directions that have a bias.
     biased: Vec<usize>,
-    /// Whether an entry of the matrices, one after the other, is there.
+    /// Whether an entry of the matrices, one after the other, exists.
     is_nonzero: Vec<bool>,
 }
 
@@ -276,7 +280,8 @@ impl<N: Lane> Response<N> {
         [on_force, on_bias, of_force, of_bias, accelerations, torques].concat()
     }
 
-    /// The steps of series for places from a first one on: matrices, accelerations, torques, then what is between; and how many places they are.
+    /// The steps of series for indices from a first one on: matrices, accelerations, torques, then intermediate values;
+    /// and how many indices they use.
     fn steps(&self, places: &Places, first: usize, steady: &[bool]) -> (usize, Vec<Step>) {
         let (r, m, n) = (places.forces.len(), places.rows.len(), self.biased.len());
         let (mut steps, all) = (Vec::new(), self.is_nonzero.len());
@@ -333,7 +338,7 @@ impl<N: Lane> Response<N> {
     }
 }
 
-/// Between which numbers a polynomial with these terms at 1 lies from 0 to 1: its least and largest coefficient of Bernstein.
+/// Bounds of a polynomial with these terms at 1 from 0 to 1: its least and largest Bernstein coefficient.
 fn bernstein(graph: &mut Graph, terms: &[Expr]) -> [Expr; 2] {
     let n = terms.len() - 1;
     let (mut b, mut binomial) = (Vec::new(), Rational::ONE);
@@ -354,8 +359,8 @@ fn bernstein(graph: &mut Graph, terms: &[Expr]) -> [Expr; 2] {
     [least, most]
 }
 
-/// A series that is to be known by itself: where it begins among the inputs, how many there are in an order, its highest order, and what is added to its
-/// first term.
+/// A series that is needed separately: its first index among the inputs, its numbers per order, its highest order, and
+/// the constant added to its first term.
 struct StepLimit {
     first: usize,
     width: usize,
@@ -363,9 +368,9 @@ struct StepLimit {
     floor: Option<usize>,
 }
 
-/// What a step comes to: inputs are the coefficients of the states, those of an order one after the other, then those of the speeds of directions,
-/// those of the torques that hold, senses, 1 for each direction that holds, the largest torques, what room there is, the last length, and coefficients of
-/// what else is to be known.
+/// The result of a step: inputs are the coefficients of the states, order after order, then those of the speeds of
+/// directions, those of the constraint torques, senses, 1 for each active direction, the largest torques, the room, the
+/// last length, and coefficients of further values.
 struct StepSelection<N> {
     numbers: Numbers<N>,
     speeds: usize,
@@ -391,7 +396,8 @@ impl<N: Lane> StepSelection<N> {
         let [sticking, bounds, room] = [senses + m, senses + 2 * m, senses + 3 * m];
         let time_inputs = (room + 2, of_time.unwrap_or(0));
         let all = symbols(&mut graph, time_inputs.0 + (order + 1) * time_inputs.1);
-        // Where the time is given, what moves does not tell how fast what it does not feel changes; of what holds one order fewer is known.
+        // With time as an input, the moving states do not show the rate of quantities that do not act on them; of
+        // active constraints one order fewer is known.
         let limits = (0..time_inputs.1).map(|i| StepLimit {
             first: time_inputs.0 + i,
             width: time_inputs.1,
@@ -450,7 +456,8 @@ impl<N: Lane> StepSelection<N> {
         }
     }
 
-    /// Where the last terms are within the tolerance, or the last one would be if all fell evenly, at most as long as there is room.
+    /// Where the last terms are within the tolerance, or the last one would be if all decayed evenly, at most as far as
+    /// there is room.
     fn length(
         graph: &mut Graph,
         all: &[Expr],
@@ -491,7 +498,8 @@ impl<N: Lane> StepSelection<N> {
             graph.scale(part, sizes[back])
         });
         let shortest = least(graph, &lengths);
-        // An even fall from the whole, 1/relative tolerances, to one: of all terms as far as the slowest of the last ones, and of two orders among these.
+        // An even decay from the whole, 1/relative tolerances, to one: of all terms as far as the slowest of the last
+        // ones, and of two orders among these.
         let accuracy = -ln(relative);
         let mut falls: Vec<Expr> = Vec::new();
         for (back, length) in lengths.into_iter().enumerate() {
@@ -516,7 +524,8 @@ impl<N: Lane> StepSelection<N> {
         graph.select(near, room, found, room)
     }
 
-    /// The logarithm of how long a step may be for the last terms of a series by itself, in parts of the largest one of its first terms.
+    /// The logarithm of the step length that the last terms of a separate series allow, in parts of the largest one of
+    /// its first terms.
     fn length_of(graph: &mut Graph, all: &[Expr], limit: &StepLimit, relative: f64) -> Expr {
         let number = |graph: &mut Graph, x: f64| graph.number(rational_from_f64(x).unwrap_or(Rational::ZERO));
         let size = |graph: &mut Graph, k: usize, least: f64| {
@@ -566,7 +575,7 @@ pub(in crate::simulate) struct SimdTaylor<N> {
     torques: usize,
     /// Value, slope and start of each source.
     lines: [Vec<N>; 3],
-    /// Where each polynomial begins that is given of the time, and its coefficients.
+    /// The start and the coefficients of each time-dependent input polynomial.
     timed: [Vec<N>; 5],
     /// The same where the step begins.
     now: [Vec<N>; 4],
@@ -583,7 +592,7 @@ impl<N: Lane> SimdTaylor<N> {
     /// Series of the loop of a machine up to an order.
     ///
     /// # Errors
-    /// Why these lanes do not do what the machine does.
+    /// Why these lanes do not support the machine.
     pub(in crate::simulate) fn new(
         machine: &Machine,
         tolerances: (f64, &[f64]),
@@ -653,7 +662,8 @@ impl<N: Lane> SimdTaylor<N> {
         })
     }
 
-    /// Takes modes, sources and all that is given to a machine at the point that it has evaluated last into a lane, and its state.
+    /// Copies modes, sources and all inputs of a machine at the point that it has evaluated last into a lane, and its
+    /// state.
     pub(in crate::simulate) fn load(&mut self, lane: usize, machine: &Machine, state: &[f64]) {
         let [r, m] = self.counts;
         let put = |list: &mut [N], values: &mut dyn Iterator<Item = f64>| {
@@ -680,13 +690,13 @@ impl<N: Lane> SimdTaylor<N> {
         self.stand(lane, state);
     }
 
-    /// The state that a lane's next series begins at.
+    /// The state at which a lane's next series begins.
     fn stand(&mut self, lane: usize, state: &[f64]) {
         let own = &mut self.step_selection.numbers.memory[..self.size];
         own.iter_mut().zip(state).for_each(|(own, value)| own.lanes_mut()[lane] = *value);
     }
 
-    /// Lets a lane go on from the end of the step that was found last.
+    /// Continues a lane from the end of its last step.
     pub(in crate::simulate) fn go_on(&mut self, lane: usize) {
         let Numbers { plan, memory, .. } = &mut self.step_selection.numbers;
         let first = 1 + self.counts[1];
@@ -696,7 +706,8 @@ impl<N: Lane> SimdTaylor<N> {
         }
     }
 
-    /// Finds all series, each lane from a time of its own on, and then how long each lane's step is, at most as long as there is room.
+    /// Computes all series, each lane from a time of its own on, and then each lane's step length, at most as long as
+    /// there is room.
     pub(in crate::simulate) fn expand(&mut self, times: &N, rooms: &N, nexts: &N) {
         self.begin(times);
         let ([r, m], size, order) = (self.counts, self.size, self.order);
@@ -722,7 +733,7 @@ impl<N: Lane> SimdTaylor<N> {
                 numbers.memory[*torques + k * m + d] = *self.series.at(self.torques + d, k);
             }
         }
-        // What is read is found to the same order.
+        // Values that are read are computed to the same order.
         if !self.places.also.is_empty() {
             self.series.set(0, order, &self.step_selection.numbers.memory[order * size..][..size]);
             self.series.set(self.accelerations, order, &self.zeros);
@@ -768,7 +779,7 @@ impl<N: Lane> SimdTaylor<N> {
         }
     }
 
-    /// How long each lane's step is.
+    /// The step length of each lane.
     pub(in crate::simulate) fn length(&self, lane: usize) -> f64 {
         self.step_selection.numbers.output(0).lanes()[lane]
     }
@@ -778,7 +789,7 @@ impl<N: Lane> SimdTaylor<N> {
         machine.terms_resolve(length, self.order, |place, order| self.series.at(place, order).lanes()[lane])
     }
 
-    /// Whether a lane certainly keeps the mode of a direction within its step.
+    /// Whether a lane certainly stays in the mode of a direction within its step.
     fn keeps(&self, lane: usize, direction: usize) -> bool {
         self.step_selection.numbers.output(1 + direction).lanes()[lane] > 0.0
     }
@@ -796,7 +807,7 @@ impl<N: Lane> SimdTaylor<N> {
         }
     }
 
-    /// The state of a lane so long after the point of expansion.
+    /// The state of a lane at a time after the point of expansion.
     pub(in crate::simulate) fn state(&self, lane: usize, later: f64, out: &mut [f64]) {
         out.fill(0.0);
         let all = &self.step_selection.numbers.memory[..self.step_selection.speeds];
@@ -806,7 +817,7 @@ impl<N: Lane> SimdTaylor<N> {
         }
     }
 
-    /// The slope of the state of a lane so long after the point of expansion.
+    /// The slope of the state of a lane at a time after the point of expansion.
     pub(in crate::simulate) fn slope(&self, lane: usize, later: f64, out: &mut [f64]) {
         out.fill(0.0);
         let all = self.step_selection.numbers.memory[..self.step_selection.speeds].chunks_exact(self.size);
@@ -816,23 +827,23 @@ impl<N: Lane> SimdTaylor<N> {
         }
     }
 
-    /// Coefficients of what is read.
+    /// Coefficients of a value that is read.
     pub(in crate::simulate) fn also(&self, lane: usize, number: usize, out: &mut Vec<f64>) {
         let place = self.places.also[number];
         out.clear();
         out.extend((0..self.order + 1).map(|k| self.series.at(place, k).lanes()[lane]));
     }
 
-    /// Where what is read is in the memory of the plan.
+    /// Indices of the values that are read in the memory of the plan.
     pub(in crate::simulate) fn also_places(&self) -> &[usize] {
         &self.places.also
     }
 
-    /// What the series of a lane tell of its modes within a step of that length; see [`Machine::prospect`].
+    /// What the series of a lane prove about its modes within a step of that length; see [`Machine::prospect`].
     pub(in crate::simulate) fn prospect(&self, lane: usize, length: f64, machine: &mut Machine) -> Prospect {
         let ([r, m], mut scratch) = (self.counts, [0.0; 32]);
         let (scratch, StepSelection { numbers, torques, .. }) = (&mut scratch[..self.order], &self.step_selection);
-        // What is shared stays within all limits, or nothing is known of it.
+        // Shared torques stay within all limits, or the result is unknown.
         let shares = !machine.following.is_empty();
         let mut shared = !shares || (0..m).all(|d| !machine.holding.contains(&d) || self.keeps(lane, d));
         if !shared && machine.shares_evenly() {
@@ -866,18 +877,22 @@ impl<N: Lane> SimdTaylor<N> {
 }
 
 impl Machine {
-    /// Why lanes do not do all that it does: between samples its loop is all in the plan, and what holds are frictions alone.
+    /// Why lanes do not support it: they need a loop that is all in the plan between samples, with frictions as its
+    /// only set-valued directions.
     fn why_alone(&self) -> Option<&'static str> {
         let reasons = [
             (self.degrees_of_freedom.max(self.modes.len()) > MOST, "there are many coordinates or frictions"),
-            (self.drives.iter().any(|drive| drive.rate.is_some()), "a motor has a limit of rate"),
+            (self.drives.iter().any(|drive| drive.rate.is_some()), "a motor has a rate limit"),
             (self.drives.iter().any(|drive| !drive.faults.is_empty()), "there are faults"),
-            (!self.limits_meet_steps(), "a limit of torque is met by more than steps and samples"),
-            (!self.multiplier_constraints.is_empty(), "linkages close loops"),
-            (!self.gear_losses.is_empty(), "teeth have losses"),
+            (
+                !self.limits_meet_steps(),
+                "a torque limit applies to a ramp, a time function or a law without sample time",
+            ),
+            (!self.multiplier_constraints.is_empty(), "there are loop-closing constraints"),
+            (!self.gear_losses.is_empty(), "there are gear losses"),
             (!self.unilaterals.is_empty(), "there are stops, clutches or locks"),
-            (!self.jenkins.directions.is_empty() || self.relaxes, "motions have no inertia"),
-            (self.own_laws, "a law without sample time, a program or blocks compute by themselves"),
+            (!self.jenkins.directions.is_empty() || self.relaxes, "there are massless motions"),
+            (self.own_laws, "a law without sample time, a program or blocks compute with their own code"),
             (self.moves, "speeds are prescribed"),
             (
                 self.laws
@@ -887,9 +902,9 @@ impl Machine {
             ),
             (
                 !(self.timed.is_polynomial() && self.kinks.of_time.is_empty()),
-                "a function of time bends or jumps elsewhere than at listed times",
+                "a function of time has a kink or jump at times not listed in advance",
             ),
-            (self.kinks.of_state > 0, "a law of the file bends or jumps with the motion"),
+            (self.kinks.of_state > 0, "a law of the file has a kink or jump that depends on the motion"),
         ];
         reasons.into_iter().find(|(is_so, _)| *is_so).map(|(_, why)| why)
     }
@@ -899,7 +914,7 @@ impl Machine {
         self.timed.next(time)
     }
 
-    /// What laws with a clock are before a run.
+    /// The states of laws with a clock before a run.
     pub(in crate::simulate) fn sampled_laws(&mut self) -> Vec<u64> {
         let mut archive = StateArchive::taking();
         self.laws
@@ -909,7 +924,8 @@ impl Machine {
         archive.data()
     }
 
-    /// Takes values of the coefficients that are given, laws with a clock, and a seed for the noise of their sensors, and stands where a run begins.
+    /// Takes values of the varying coefficients, laws with a clock, and a seed for the noise of their sensors, and
+    /// resets to the start of a run.
     pub(in crate::simulate) fn begin_anew(
         &mut self,
         coefficients: &[(CoefficientKind, usize)],

@@ -1,7 +1,7 @@
-//! Where a loop jumps or bends: places that a step of the integrator must not pass unseen.
+//! Jumps and kinks of a loop: points that a step of the integrator must not miss.
 //!
-//! What depends on the time alone is found by intervals, before it comes: an interval of time whose values exclude zero has no such place.
-//! What depends on the state is looked at within each step.
+//! Those that depend on the time alone are found by interval arithmetic in advance: an interval of time whose values
+//! exclude zero has no such point. Those that depend on the state are searched within each step.
 
 use super::Machine;
 use super::kinks::Kinks;
@@ -9,21 +9,21 @@ use super::timed::Timed;
 use crate::expr::{Expr, Interval};
 use crate::reduce::MotionPlan;
 
-/// Intervals that are looked at for one place at most; beyond them it is left to the looks of each step.
+/// Most intervals that are searched for one point; beyond that the samples of each step search it.
 const INTERVALS: usize = 1000;
-/// Part of the time ahead in which one change of sign is all there is, and in which none is looked for any more.
+/// Part of the time ahead within which there is at most one change of sign, and within which the search stops.
 const SINGLE: f64 = 1e-6;
 const FINE: f64 = 1e-10;
-/// Where an interval is halved: not where numbers of a model like to lie.
+/// Where an interval is halved: not at typical numbers of a model.
 const HALF: f64 = 0.487_139;
 /// Values that are zero, rounded outward.
 const NOTHING: f64 = 1e-300;
 
-/// Where a loop jumps or bends by the time alone: the last number before, and the first one behind it.
+/// A jump or kink of the loop by the time alone: the last number before, and the first one behind it.
 pub(in crate::simulate) type Discontinuity = (f64, f64);
 
 impl Machine {
-    /// The first place between two times of the segment at which something jumps or bends by the time alone.
+    /// The first point between two times of the segment with a jump or kink by the time alone.
     pub(in crate::simulate) fn next_discontinuity(&mut self, from: f64, until: f64) -> Option<Discontinuity> {
         if self.kinks.of_time.is_empty() || !(from < until && until.is_finite()) {
             return None;
@@ -38,18 +38,18 @@ impl Machine {
         first
     }
 
-    /// Whether the state may bring the loop to places where it jumps or bends.
+    /// Whether the state may bring the loop to a jump or kink.
     pub(in crate::simulate) fn kinks(&self) -> usize {
         self.kinks.of_state
     }
 
-    /// What such a number is of, in words, at the point last evaluated.
+    /// A description of such a number, as text, at the point last evaluated.
     pub(in crate::simulate) fn describe_kink(&self, kink: usize) -> String {
         let MotionPlan { plan, more, .. } = self.dynamics.plan();
         plan.formatted(more.start + self.places.kinks.start + kink, self.work.values())
     }
 
-    /// The numbers whose zeros these places are, at a time and a state.
+    /// The numbers whose zeros these points are, at a time and a state.
     pub(in crate::simulate) fn evaluate_kinks(&mut self, time: f64, state: &[f64], out: &mut [f64]) {
         self.give_loop(time, state);
         let moving = 2 * self.degrees_of_freedom;
@@ -57,7 +57,7 @@ impl Machine {
     }
 }
 
-/// Two neighbouring numbers of which the later one alone is beyond.
+/// Two neighbouring numbers of which only the later one is beyond.
 fn halved(mut low: f64, mut high: f64, mut beyond: impl FnMut(f64) -> bool) -> Discontinuity {
     loop {
         let middle = 0.5 * (low + high);
@@ -68,7 +68,7 @@ fn halved(mut low: f64, mut high: f64, mut beyond: impl FnMut(f64) -> bool) -> D
     }
 }
 
-/// The first change of sign of one place's number between two times.
+/// The first change of sign of one number between two times.
 fn first_change(
     timed: &mut Timed,
     (kinks, kink): (&Kinks, Expr),
@@ -91,7 +91,7 @@ fn first_change(
         let part = (high - low) / (until - from);
         if part <= SINGLE {
             let begin = at(timed, low);
-            // What happens where the segment begins has happened.
+            // A jump at the begin of the segment is handled already.
             if begin == 0.0 && low > from && at(timed, low.next_up()) != 0.0 {
                 return Some((low, low.next_up()));
             }

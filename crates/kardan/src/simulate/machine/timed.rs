@@ -1,4 +1,5 @@
-//! What the expressions of a loop are given of the time: the time itself, parts of functions of it, and which sources follow theirs.
+//! The time-dependent inputs of a loop's expressions: the time itself, parts of functions of it, and which sources
+//! follow theirs.
 
 use std::sync::Arc;
 
@@ -12,25 +13,26 @@ use crate::simulate::scenario::Scenario;
 
 use super::expressions::Places;
 
-/// Relative difference of two times that are one: breakpoints of two parts, or that of a part and an event, which rounding parts.
+/// Relative difference of two times that are equal: breakpoints of two parts, or of a part and an event, that differ by
+/// rounding.
 const SAME: f64 = 1e-14;
 
-/// The coefficients of a polynomial from so much later on.
+/// The coefficients of a polynomial shifted to a later time.
 pub(super) fn shifted([a, b, c, d]: &[f64; 4], x: f64) -> [f64; 4] {
     [polynomial(&[*a, *b, *c, *d], x), b + (2.0 * c + 3.0 * d * x) * x, c + 3.0 * d * x, *d]
 }
 
-/// What is given of the time in a run.
+/// The time-dependent inputs in a run.
 #[derive(Default)]
 pub(super) struct Timed {
     parts: Vec<Arc<Part>>,
-    /// Of each part the piece of now: its start and its coefficients.
+    /// For each part its present piece: start and coefficients.
     now: Vec<(f64, [f64; 4])>,
-    /// Whether the time itself is given.
+    /// Whether the time itself is an input.
     time: bool,
-    /// What blocks answer: their sources, and the values of now.
+    /// Block outputs: their sources, and the present values.
     blocks: Vec<(usize, f64)>,
-    /// Sources whose lines are not level, and whether no motor comes to its limit, or leaves it, before the next sample.
+    /// Sources whose lines are not level, and whether no motor reaches or leaves its limit before the next sample.
     pub ramps: Vec<usize>,
     pub limits_rest: bool,
     /// Sources with a function of time, and 1 where they follow it, 0 where they are set from outside.
@@ -40,11 +42,11 @@ pub(super) struct Timed {
     flows: bool,
     /// Whether all functions are straight lines between breakpoints.
     pub affine: bool,
-    /// What is given: who follows, parts, the time.
+    /// The inputs: follower flags, parts, the time.
     current: Vec<f64>,
-    /// Values of the sources, of their lines and what is given; nothing if no source has a function.
+    /// Values of the sources, from their lines and the inputs; `None` if no source has a function.
     plan: Option<(Plan, Vec<f64>)>,
-    /// What they were found to be last.
+    /// Their last values.
     pub values: Vec<f64>,
 }
 
@@ -60,7 +62,7 @@ impl Timed {
         let sources: Vec<usize> = scenario.signals.iter().map(|signal| signal.source).collect();
         let source = |name: &str| {
             let found = scenario.sources.iter().position(|source| source.name == name);
-            found.expect("what blocks answer is a source")
+            found.expect("an output of a block is a source")
         };
         let flows = scenario.flow.is_some();
         let plan = (flows || !sources.is_empty()).then(|| {
@@ -92,12 +94,12 @@ impl Timed {
         }
     }
 
-    /// Whether nothing depends on the time.
+    /// Whether no value depends on the time.
     pub fn is_empty(&self) -> bool {
         self.current.is_empty()
     }
 
-    /// Takes the pieces of all parts that hold from a time on.
+    /// Takes the pieces of all parts that are valid from a time on.
     pub fn enter(&mut self, time: f64) {
         for (now, part) in self.now.iter_mut().zip(&self.parts) {
             *now = part.pieces.piece(time + SAME * time);
@@ -114,7 +116,7 @@ impl Timed {
         self.parts.iter().map(|part| part.pieces.starts().partition_point(|start| *start < until)).sum()
     }
 
-    /// Parts that a run tells of and that have a breakpoint at a time.
+    /// Parts that a run reports and that have a breakpoint at a time.
     pub fn reported(&self, time: f64) -> impl Iterator<Item = &Part> {
         let begins = move |part: &&Part| {
             let starts = part.pieces.starts();
@@ -124,7 +126,7 @@ impl Timed {
         self.parts.iter().map(|part| &**part).filter(|part| part.reported).filter(begins)
     }
 
-    /// What is given at a time of the segment.
+    /// The inputs at a time of the segment.
     pub fn at(&mut self, time: f64) -> &[f64] {
         let count = self.follows.len();
         let (follows, later) = self.current.split_at_mut(count);
@@ -142,7 +144,7 @@ impl Timed {
         &self.current
     }
 
-    /// The values of what is given over an interval of time of the segment.
+    /// The ranges of the inputs over an interval of time of the segment.
     pub fn between(&self, span: Interval) -> Vec<Interval> {
         let of_part = |(start, coefficients): &(f64, [f64; 4])| {
             let later = Intervals.operation(Operator::Subtract, &[span, Interval::point(*start)]);
@@ -160,12 +162,12 @@ impl Timed {
         follows.chain(self.now.iter().map(of_part)).chain(self.time.then_some(span)).chain(blocks).collect()
     }
 
-    /// Whether something of it changes while the state may rest: parts or the time.
+    /// Whether a part or the time changes while the state may be at rest.
     pub fn moves(&self) -> bool {
         self.time || !self.parts.is_empty()
     }
 
-    /// Finds the values of the sources from those of their lines.
+    /// Computes the values of the sources from those of their lines.
     pub fn find_sources(&mut self, lines: &[f64], time: f64, state: &[f64]) {
         self.at(time);
         let Some((plan, memory)) = &mut self.plan else { return self.values.copy_from_slice(lines) };
@@ -173,20 +175,20 @@ impl Timed {
         memory[lines.len()..][..self.current.len()].copy_from_slice(&self.current);
         if self.flows {
             let first = lines.len() + self.current.len();
-            // Behind the states stand work and loss.
+            // Work and loss are behind the states.
             memory[first..][..state.len() - 2].copy_from_slice(&state[..state.len() - 2]);
         }
-        // What is no number is seen where it is used.
+        // A value that is not a number is detected where it is used.
         let _ = plan.block().evaluate(memory);
         self.values.iter_mut().enumerate().for_each(|(k, value)| *value = memory[plan.place(k)]);
     }
 
-    /// Whether nothing of it changes until the segment ends.
+    /// Whether no value changes until the segment ends.
     pub fn is_steady(&self) -> bool {
         !self.time && self.now.iter().all(|(_, coefficients)| coefficients[1..].iter().all(|c| *c == 0.0))
     }
 
-    /// The series of all that is given, from a time of the segment on: coefficients of the orders 1 to 3.
+    /// The series of all inputs, from a time of the segment on: coefficients of the orders 1 to 3.
     pub fn series(&self, time: f64) -> impl Iterator<Item = [f64; 3]> {
         let of_part = move |(start, coefficients): &(f64, [f64; 4])| {
             let [_, later @ ..] = shifted(coefficients, time - start);
@@ -197,23 +199,23 @@ impl Timed {
         follows.chain(self.now.iter().map(of_part)).chain(self.time.then_some([1.0, 0.0, 0.0])).chain(blocks)
     }
 
-    /// What is given as polynomials of the time in the segment: where each begins, and its coefficients.
+    /// The inputs as polynomials of the time in the segment: the start of each, and its coefficients.
     pub fn polynomials(&self) -> impl Iterator<Item = (f64, [f64; 4])> {
         let follows = self.follows.iter().map(|follows| (0.0, [*follows, 0.0, 0.0, 0.0]));
         follows.chain(self.now.iter().copied()).chain(self.time.then_some((0.0, [0.0, 1.0, 0.0, 0.0])))
     }
 
-    /// Whether what is given are polynomials of the time, which no block answers.
+    /// Whether the inputs are polynomials of the time, without block outputs.
     pub fn is_polynomial(&self) -> bool {
         self.blocks.is_empty() && !self.flows
     }
 
-    /// Whether the time itself is given.
+    /// Whether the time itself is an input.
     pub fn has_time(&self) -> bool {
         self.time
     }
 
-    /// What the block of a source answers from now on.
+    /// Sets the output of the block of a source from now on.
     pub fn answer(&mut self, source: usize, value: f64) {
         let own = self.blocks.iter_mut().filter(|(own, _)| *own == source);
         own.for_each(|(_, answer)| *answer = value);

@@ -1,13 +1,13 @@
-//! How sticking directions that depend on each other share the torque that holds them.
+//! Distribution of redundant friction: how sticking directions that depend on each other share their torque.
 
 use super::expansion::{Prospect, margin};
 use crate::num::{Cholesky, dot};
 
-/// The smallest torques relative to what each direction can hold at rest, `min Σ (λ/c)²`; memory of its own.
+/// The smallest torques relative to the stick limit of each direction, `min Σ (λ/c)²`; memory of its own.
 pub(super) struct TorqueDistribution {
-    /// Sticking directions: the holding ones, then those that follow.
+    /// Sticking directions: the independent ones, then the dependent ones.
     pub(super) sticking: Vec<usize>,
-    /// Rows of B: each of them as a combination of the holding ones.
+    /// Rows of B: each of them as a combination of the independent ones.
     combination: Vec<f64>,
     /// Bᵀ C² B, and its factor.
     normal: Vec<f64>,
@@ -16,7 +16,7 @@ pub(super) struct TorqueDistribution {
     weights: Vec<f64>,
     /// Torque of each sticking direction, N m.
     pub(super) torques: Vec<f64>,
-    /// For torques that are shared evenly: the factor, and how little each weighs; of series: torques of an order, and terms of all.
+    /// For evenly shared torques: the factor, and the weights; for series: torques of an order, and terms of all.
     even: Cholesky,
     ease: Vec<f64>,
     own: Vec<f64>,
@@ -62,7 +62,8 @@ impl TorqueDistribution {
         (self.factor, self.even) = (Cholesky::new(holding.len()), Cholesky::new(holding.len()));
     }
 
-    /// What depends on the position: B, and the factor of `Bᵀ C² B`. `rows` are all directions, c their largest torques.
+    /// The position-dependent parts: B, and the factor of `Bᵀ C² B`. `rows` are all directions, c their largest
+    /// torques.
     pub(super) fn prepare(&mut self, holding: &Holding<'_>, rows: &[f64], c: &[f64]) {
         let count = holding.directions.len();
         let r = rows.len() / c.len().max(1);
@@ -91,7 +92,7 @@ impl TorqueDistribution {
         self.regular = self.factor.factor(normal);
     }
 
-    /// The torques, from those of the holding directions; false if they are not determined.
+    /// The torques, from those of the independent directions; false if they are not determined.
     pub(super) fn share(&mut self, active_torque: &[f64], c: &[f64]) -> bool {
         if !self.regular {
             return false;
@@ -107,11 +108,12 @@ impl TorqueDistribution {
         true
     }
 
-    /// Whether some torques that hold certainly stay within what each direction can hold, for so long; `term` gives the terms of so many orders of the
-    /// series of those that hold, `limit` those of what a direction can hold at most. c are about those, and finite.
+    /// Whether some distribution of the torques certainly stays within the limit of each direction, for this time;
+    /// `term` returns the terms of the orders of the series of the independent ones, `limit` those of a direction's
+    /// limit. c are about those, and finite.
     ///
-    /// Method: the torques are shared in some way at the begin, and what they change by with the smallest torques. At the begin those are taken at
-    /// first, then ones of which none is much nearer to its limit than the others.
+    /// Method: the torques are distributed in some way at the begin, and their changes with the smallest torques. The
+    /// first try uses the smallest torques at the begin, the second one torques whose margins are nearly equal.
     pub(super) fn stays(
         &mut self,
         holding: usize,
@@ -144,7 +146,7 @@ impl TorqueDistribution {
         stays
     }
 
-    /// Whether torques, each with its series, certainly stay within their limits for so long.
+    /// Whether torques, each with its series, certainly stay within their limits for this time.
     fn keeps(&mut self, series: &[f64], (length, order): (f64, usize), limit: impl Fn(usize, usize) -> f64) -> bool {
         let mut scratch = [0.0; 32];
         let Some(scratch) = scratch.get_mut(..order) else { return false };
@@ -158,10 +160,11 @@ impl TorqueDistribution {
         })
     }
 
-    /// Torques that hold with the largest of their parts of c as small as a few steps of Lawson's iteration make it: false if it is no part.
+    /// Torques whose largest ratio to c is as small as a few steps of Lawson's iteration make it: false if it is not
+    /// below one.
     ///
-    /// Method: weighted least squares, what is large weighs more the next time (Lawson, Contributions to the theory of linear least maximum
-    /// approximation, 1961).
+    /// Method: weighted least squares, large residuals get more weight in the next iteration (Lawson, Contributions to
+    /// the theory of linear least maximum approximation, 1961).
     fn share_evenly(&mut self, active_torque: &[f64], c: &[f64]) -> bool {
         let count = active_torque.len();
         let Self { sticking, combination, normal, even, ease, weights, torques, .. } = self;

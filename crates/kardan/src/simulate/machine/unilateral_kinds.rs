@@ -1,14 +1,15 @@
-//! How directions hold one way or at times, and which take part.
+//! Kinds of unilateral and switched constraints, and which are engaged.
 
 use crate::assemble::Equations;
 use crate::equations::{Domain, UnilateralConstraint};
 use crate::num::StateArchive;
 use crate::simulate::friction::Mode;
 
-/// How a direction holds.
+/// The kind of a direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Kind {
-    /// Friction, of a constant torque or one that an expression gives; which at rest is so many times what it is in motion.
+    /// Friction, of a constant torque or one that an expression gives; the stick limit is a multiple of the sliding
+    /// torque.
     Friction {
         at_rest: f64,
     },
@@ -23,39 +24,39 @@ pub(super) enum Kind {
         damping: f64,
     },
     Lock,
-    /// Its bounds and its torque follow from what the mesh carries.
+    /// Its bounds and its torque follow from the gear load.
     GearLoss,
 }
 
-/// What the formula of something that rubs or holds has come to where it cannot go on.
+/// Why a formula of a friction, gear loss or lock ends the run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::simulate) enum Unfit {
     /// It has no value.
     Undefined,
-    /// It is below nothing: it would drive.
+    /// It is negative: it would drive.
     Negative,
 }
 
-/// The holds of a machine, which are the directions from `first` on.
+/// The unilateral constraints of a machine, which are the directions from `first` on.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Unilaterals {
     pub(super) first: usize,
     pub(super) kinds: Vec<Kind>,
-    /// Whether a stop is touched, or a lock engaged: then it takes part in the convex problem. Of others always.
+    /// Whether a stop is closed, or a lock engaged: then it is part of the convex problem. For others always true.
     pub(super) engaged: Vec<bool>,
-    /// Units of the speeds along them.
+    /// Units of the speeds in them.
     pub(super) units: Vec<&'static str>,
     /// Whether torques of friction are expressions.
     pub(super) changes: bool,
     pub(super) has_locks: bool,
     /// Whether speeds have jumped at the last event.
     pub(super) struck: bool,
-    /// Teeth whose speed the last blow has changed.
+    /// Gears whose speed the last impact has changed.
     pub(super) passed: Vec<usize>,
-    /// Contacts that shared an impulse of which a part came back, and those whose restitution was left out.
+    /// Contacts that shared an impulse with restitution, and those whose restitution was left out.
     pub(super) shared: Vec<usize>,
     pub(super) dulled: Vec<usize>,
-    /// Whether what meets a stop comes back.
+    /// Whether contacts have restitution.
     pub(super) rebounds: bool,
 }
 
@@ -100,7 +101,7 @@ impl Unilaterals {
         self.kinds.is_empty()
     }
 
-    /// How a direction holds.
+    /// The kind of a direction.
     pub(super) fn kind(&self, direction: usize) -> Kind {
         direction.checked_sub(self.first).map_or(Kind::Friction { at_rest: 1.0 }, |unilateral| self.kinds[unilateral])
     }
@@ -110,7 +111,7 @@ impl Unilaterals {
         direction.checked_sub(self.first).is_none_or(|unilateral| self.engaged[unilateral])
     }
 
-    /// Whether it has no part in the convex problem: its torque follows from the state.
+    /// Whether it is not part of the convex problem: its torque follows from the state.
     pub(super) fn only_presses(&self, direction: usize) -> bool {
         matches!(self.kind(direction), Kind::Cushion { .. })
     }
@@ -120,7 +121,7 @@ impl Unilaterals {
         matches!(self.kind(direction), Kind::Friction { .. } | Kind::OneWay | Kind::GearLoss)
     }
 
-    /// What a direction does that has come into a mode, in words; nothing where that was told.
+    /// The event of a direction that has changed into a mode, as text; `None` where that was reported already.
     pub(super) fn describe_mode(&self, direction: usize, mode: Mode) -> Option<&'static str> {
         match (self.kind(direction), mode) {
             (Kind::Friction { .. } | Kind::GearLoss, Mode::Stick) => Some("sticks"),
@@ -128,13 +129,14 @@ impl Unilaterals {
             (Kind::Friction { .. } | Kind::GearLoss, Mode::Backward) => Some("slips backward"),
             (Kind::OneWay, Mode::Stick) => Some("locks"),
             (Kind::OneWay, _) => Some("overruns"),
-            (Kind::Stop { .. }, Mode::Stick) => Some("is rested on"),
+            (Kind::Stop { .. }, Mode::Stick) => Some("is in resting contact"),
             (Kind::Stop { .. }, _) => Some("is left"),
             (Kind::Cushion { .. } | Kind::Lock, _) => None,
         }
     }
 
-    /// The bounds of all directions: of frictions, of holds, and of so many rows that are kept whatever it takes.
+    /// The bounds of all directions: of frictions, of unilateral constraints, and of the multiplier constraints, which
+    /// have none.
     pub(super) fn bounds(&self, frictions: &[f64], multiplier_count: usize) -> [Vec<f64>; 2] {
         let of = |kind: &Kind| match kind {
             Kind::Friction { .. } | Kind::Cushion { .. } | Kind::GearLoss => [0.0, 0.0],
@@ -157,7 +159,7 @@ impl Unilaterals {
     }
 }
 
-/// What the motion has met.
+/// The contacts that have closed.
 pub(super) struct RestEvents {
     /// Directions that come to rest.
     pub crossing: Vec<usize>,

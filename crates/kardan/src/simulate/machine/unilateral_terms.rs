@@ -1,4 +1,4 @@
-//! What holds one way or at times, in the expressions of the loop.
+//! Unilateral and switched constraints in the expressions of the loop.
 
 use crate::assemble::DirectionalTerm;
 use crate::equations::UnilateralConstraint;
@@ -7,22 +7,22 @@ use crate::num::Rational;
 use crate::reduce::{Motion, Reduced};
 use crate::units::Exact;
 
-/// What a hold is in the loop.
+/// The terms of a unilateral constraint in the loop.
 pub(super) struct UnilateralTerms {
-    /// Its torque where it does not hold, against the motion along it.
+    /// Its torque where it does not stick, against the motion in its direction.
     pub torque: Expr,
-    /// The speed along it.
+    /// Its speed.
     pub speed: Expr,
     /// The power that it takes.
     pub loss: Expr,
-    /// What its modes depend on: of friction its torque when it slides, of a lock what engages it, of stops and cushions the gap and, of the
-    /// latter, what it presses with while it touches.
+    /// The inputs of its mode selection: for friction its sliding torque, for a lock its engagement, for stops and soft
+    /// stops the gap and, for the latter, the contact torque while it is closed.
     pub mode_inputs: [Expr; 2],
 }
 
 impl UnilateralTerms {
-    /// Of a hold whose sense is given: of friction and clutches that of the motion, of a cushion +1 where it presses, −1 where it is left behind
-    /// by what pressed it, 0 where nothing touches it.
+    /// The sense where it is an input: for friction and clutches that of the motion, for a soft stop +1 where it is
+    /// compressed, −1 where its contact has separated, 0 where it is open.
     pub fn new(
         motion: &mut Motion,
         reduced: &Reduced,
@@ -62,7 +62,7 @@ impl UnilateralTerms {
                 let presses = graph.sum(Rational::ZERO, &[(square, half.clone()), (sense, half.clone())]);
                 let separated = graph.sum(Rational::ZERO, &[(square, half.clone()), (sense, -half)]);
                 let torque = graph.multiply(presses, pull);
-                // While it presses the damper takes power; left behind, the spring relaxes by itself.
+                // While it is compressed the damper takes power; after separation the spring relaxes by itself.
                 let damped = graph.product(&[(presses, 1), (damper, 1), (speed, 1)]);
                 let relaxed = graph.product(&[(separated, 1), (spring, 1), (speed, 1)]);
                 let loss = graph.subtract(damped, relaxed);

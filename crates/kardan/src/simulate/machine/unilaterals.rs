@@ -1,35 +1,37 @@
-//! What holds one way or at times: clutches, one-way clutches, stops, cushions and locks, and the blows that rigid ones give.
+//! Unilateral and switched constraints: clutches, one-way clutches, stops, soft stops and locks, and the impacts of
+//! rigid ones.
 //!
-//! In the convex problem of friction they are directions whose bounds differ with the sense of motion: a one-way clutch and a stop that is touched
-//! oppose motion backward with any torque and motion forward with none, a lock opposes both with any. What only touches, a cushion, has a torque
-//! that follows from the state, and modes that switch it.
+//! In the convex problem of friction they are directions whose bounds differ with the sense of motion: a one-way clutch
+//! and a closed stop oppose motion backward with any torque and motion forward with none, a lock opposes both with any.
+//! A soft stop has a torque that follows from the state, and modes that switch it.
 //!
-//! Blow: speeds jump so that nothing goes on into what rigid directions block ([`impact`](crate::simulate::impact)), by the same convex problem over
-//! impulses.
+//! Impact: speeds jump so that no contact still closes ([`impact`](crate::simulate::impact)), by the same convex
+//! problem over impulses.
 
 use super::Machine;
 use super::unilateral_kinds::{Kind, RestEvents, Unfit};
 use crate::simulate::friction::{Bounds, Mode, NOISE};
 use crate::simulate::impact::{Contacts, Impact};
 
-/// Rebounds slower than this end at rest, rad/s or m/s: what bounces ever lower comes to rest in a finite time. So do those that are lower than what
-/// rounding makes of the place.
+/// Rebounds slower than this end at rest, rad/s or m/s: a bouncing contact comes to rest in a finite time. So do
+/// rebounds below the rounding error of the position.
 const LEAST_REBOUND: f64 = 1e-12;
 
-/// Part of what impulses give and take that rounding may make of an energy that is neither lost nor gained.
+/// Rounding error of an energy that is neither lost nor gained, relative to the energies of the impulses.
 const GAINED: f64 = 1e-12;
 
-/// Part of the largest torque that rounding makes of one that is none.
+/// Rounding error of a zero torque, relative to the largest torque.
 const ROUNDING: f64 = 1e-12;
 
 impl Machine {
-    /// What a hold is told at the point last evaluated: see [`UnilateralTerms::mode_inputs`](super::unilateral_terms::UnilateralTerms::told).
+    /// The mode inputs at the point last evaluated: see
+    /// [`UnilateralTerms::mode_inputs`](super::unilateral_terms::UnilateralTerms::mode_inputs).
     fn mode_inputs(&self, unilateral: usize) -> [f64; 2] {
         let first = self.places.unilaterals.start + 2 * unilateral;
         [first, first + 1].map(|place| self.work.more(&self.dynamics, place))
     }
 
-    /// A direction whose formula has no value at the point last evaluated, or is below nothing by more than `least`.
+    /// A direction whose formula is undefined at the point last evaluated, or below minus `least`.
     pub(in crate::simulate) fn unfit(&self, least: f64) -> Option<(usize, Unfit)> {
         let of_unilateral =
             |unilateral: usize| match (self.unilaterals.kinds[unilateral], self.mode_inputs(unilateral)[0]) {
@@ -44,12 +46,12 @@ impl Machine {
             .or_else(|| self.gear_losses.unfit(least))
     }
 
-    /// Whether formulas say what rubs or holds.
+    /// Whether frictions, gear losses or locks have formulas.
     pub(in crate::simulate) fn has_formulas(&self) -> bool {
         self.unilaterals.changes || self.unilaterals.has_locks || self.has_gear_losses()
     }
 
-    /// The formula of a hold that is no finite number at the point last evaluated, in words.
+    /// The formula of a unilateral constraint that is not finite at the point last evaluated, as text.
     pub(super) fn unilateral_not_finite(&self, names: &[String]) -> Option<String> {
         (0..self.unilaterals.kinds.len()).find_map(|unilateral| {
             let name = &names[self.unilaterals.first + unilateral];
@@ -63,12 +65,12 @@ impl Machine {
         })
     }
 
-    /// Whether a direction is one of teeth that rub.
+    /// Whether a direction is a gear loss.
     pub(in crate::simulate) fn is_gear_loss(&self, direction: usize) -> bool {
         self.unilaterals.kind(direction) == Kind::GearLoss
     }
 
-    /// The bounds of frictions whose torque an expression gives, at the point last evaluated.
+    /// The bounds of frictions with a torque formula, at the point last evaluated.
     pub(super) fn find_bounds(&mut self) {
         for unilateral in 0..self.unilaterals.kinds.len() {
             if let Kind::Friction { at_rest } = self.unilaterals.kinds[unilateral] {
@@ -79,21 +81,21 @@ impl Machine {
         }
     }
 
-    /// Whether a direction can come to rest or stay there at the point last evaluated: a friction without torque, a clutch that is released, slips
-    /// whatever its speed is.
+    /// Whether a direction can come to rest or stay at rest at the point last evaluated: a friction without torque, a
+    /// released clutch, slips at any speed.
     pub(super) fn may_rest(&self, direction: usize) -> bool {
         let released = direction >= self.unilaterals.first && self.bounds[0][direction] == 0.0;
         self.unilaterals.takes_part(direction)
             && !(released && matches!(self.unilaterals.kind(direction), Kind::Friction { .. }))
     }
 
-    /// The largest torques that directions oppose motion with.
+    /// The largest torques of directions against motion.
     pub(super) fn bounds(&self) -> Bounds<'_> {
         Bounds { forward: &self.bounds[0], backward: &self.bounds[1] }
     }
 
-    /// What a torque that holds a direction has left of its bounds, as a part of them where that says something and they stand still: beside a bound that
-    /// comes near zero a part of it is a needle that no look finds.
+    /// The margin of a constraint torque to its bounds, as a part of them where they are well above zero and constant:
+    /// beside a bound that comes near zero such a part is a narrow peak that no sample finds.
     pub(super) fn room_of(&self, direction: usize, torque: f64) -> f64 {
         let [forward, backward] = [self.bounds[0][direction], self.bounds[1][direction]];
         if self.has_moving_bounds(direction) {
@@ -117,7 +119,8 @@ impl Machine {
         matches!(unilateral, Some(Kind::Friction { .. }))
     }
 
-    /// What rounding may make of the room of a direction at the point last evaluated: where that is a torque itself, the difference of those of all.
+    /// The rounding error of the margin of a direction at the point last evaluated: where that is a torque itself, the
+    /// difference of those of all.
     pub(in crate::simulate) fn room_noise(&self, direction: usize) -> f64 {
         let one_way = self.bounds.iter().any(|bounds| bounds[direction] == 0.0) || self.has_moving_bounds(direction);
         if !one_way || !self.holding.contains(&direction) {
@@ -127,7 +130,7 @@ impl Machine {
         ROUNDING * torques.fold(0.0f64, |most, torque| most.max(torque.abs()))
     }
 
-    /// Whether the bounds of sticking directions are the same both ways, and neither nothing nor without end.
+    /// Whether the bounds of sticking directions are the same both ways, and neither zero nor infinite.
     pub(in crate::simulate) fn shares_by_size(&self) -> bool {
         let mut sticking = self.holding.iter().chain(&self.following);
         sticking.all(|&k| {
@@ -136,24 +139,24 @@ impl Machine {
         })
     }
 
-    /// Gap and speed of a stop or cushion from angles and speeds alone.
+    /// Gap and speed of a stop or soft stop from angles and speeds alone.
     fn gap(&self, direction: usize, offset: f64) -> [f64; 2] {
         let gap = self.dynamics.friction_angle(direction, &self.work) - offset;
         [gap, self.dynamics.friction_speed(direction, &self.work)]
     }
 
-    /// Gap of a cushion, and what it would press with.
+    /// Gap of a soft stop, and its contact torque if closed.
     fn push(&self, direction: usize, (offset, stiffness, damping): (f64, f64, f64)) -> [f64; 2] {
         let [gap, speed] = self.gap(direction, offset);
         [gap, -(stiffness * gap + damping * speed)]
     }
 
-    /// What rounding may make of a gap.
+    /// The rounding error of a gap.
     fn gap_noise(&self, direction: usize, offset: f64) -> f64 {
         NOISE * (offset.abs() + self.dynamics.friction_angles(direction, &self.work))
     }
 
-    /// How far a hold is from leaving the mode that angles and speeds decide about.
+    /// The distance of a unilateral constraint from leaving the mode that angles and speeds determine.
     pub(super) fn unilateral_margin(&self, direction: usize) -> f64 {
         match (self.unilaterals.kind(direction), self.modes[direction]) {
             (Kind::Friction { .. } | Kind::OneWay | Kind::GearLoss, Mode::Stick) | (Kind::Lock, _) => f64::INFINITY,
@@ -173,7 +176,7 @@ impl Machine {
         }
     }
 
-    /// Whether a direction is a stop or a cushion that nothing touches; its margin is its gap.
+    /// Whether a direction is an open stop or soft stop; its margin is its gap.
     pub(in crate::simulate) fn is_apart(&self, direction: usize) -> bool {
         match self.unilaterals.kind(direction) {
             Kind::Stop { .. } => !self.unilaterals.takes_part(direction),
@@ -182,13 +185,15 @@ impl Machine {
         }
     }
 
-    /// The sign with which a direction slides, zero where it holds; `None` where nothing acts along it: a lock or stop that is open, a clutch without torque.
+    /// The sign with which a direction slides, zero where it sticks; `None` where it has no torque: a lock or stop that
+    /// is open, a clutch without torque.
     pub(in crate::simulate) fn sign_of(&self, direction: usize) -> Option<f64> {
         let acts = self.bounds.iter().any(|bound| bound[direction] != 0.0);
         (self.unilaterals.takes_part(direction) && acts).then(|| self.modes[direction].sign())
     }
 
-    /// Whether a stop is arrived at, or a cushion touched, pressed or left, at the angles and speeds last evaluated.
+    /// Whether a stop closes, or a soft stop closes, is compressed again or opens, at the angles and speeds last
+    /// evaluated.
     pub(super) fn contact_changes(&self, direction: usize) -> bool {
         match self.unilaterals.kind(direction) {
             Kind::Stop { offset, .. } if !self.unilaterals.takes_part(direction) => {
@@ -204,7 +209,7 @@ impl Machine {
         }
     }
 
-    /// How far locks are from being switched at the point last evaluated.
+    /// The distance of locks from switching at the point last evaluated.
     pub(super) fn lock_margins(&self) -> impl Iterator<Item = (usize, f64)> {
         let locks =
             (0..self.unilaterals.kinds.len()).filter(|&unilateral| self.unilaterals.kinds[unilateral] == Kind::Lock);
@@ -214,12 +219,12 @@ impl Machine {
         })
     }
 
-    /// Whether a lock is to be switched at the point last evaluated.
+    /// Whether a lock switches at the point last evaluated.
     pub(super) fn a_lock_turns(&self) -> bool {
         !self.unilaterals.is_empty() && self.lock_margins().any(|(_, margin)| margin < 0.0)
     }
 
-    /// Cushions and locks at the point last evaluated.
+    /// Soft stops and locks at the point last evaluated.
     fn switch_unilaterals(&mut self, everything: bool, names: &[String], events: &mut Vec<String>) {
         for unilateral in 0..self.unilaterals.kinds.len() {
             let direction = self.unilaterals.first + unilateral;
@@ -236,7 +241,7 @@ impl Machine {
                     }
                 }
                 Kind::Cushion { offset, stiffness, damping } => {
-                    // The numbers that told of it, to the last bit.
+                    // The numbers that decided it, to the last bit.
                     let [gap, push] = self.push(direction, (offset, stiffness, damping));
                     self.modes[direction] = match (gap < 0.0, push > 0.0) {
                         (true, true) => Mode::Forward,
@@ -263,8 +268,8 @@ impl Machine {
         }
     }
 
-    /// Stops, locks and cushions where the motion has come, and the blows where rigid ones meet a speed. Tells which directions come to rest, and
-    /// after a blow or at the begin all that are at rest.
+    /// Stops, locks and soft stops at the current state, and the impacts where rigid ones close with a speed. Returns
+    /// which directions come to rest, and after an impact or at the begin all that are at rest.
     pub(super) fn meet(
         &mut self,
         time: f64,
@@ -313,7 +318,7 @@ impl Machine {
         let plain =
             |k: &&usize| matches!(self.unilaterals.kind(**k), Kind::Friction { .. } | Kind::OneWay | Kind::GearLoss);
         arrived.extend(crossing.iter().filter(plain));
-        // A clutch that was released and is pressed again while nothing turns in it is at rest.
+        // A clutch that was released and is pressed again while it does not turn is at rest.
         let pressed = |k: &usize| {
             matches!(self.unilaterals.kind(*k), Kind::Friction { .. })
                 && self.modes[*k] != Mode::Stick
@@ -326,8 +331,8 @@ impl Machine {
         RestEvents { crossing: arrived, resting }
     }
 
-    /// The blow at the point last evaluated, if rigid directions that take part meet a speed that they block; with the directions that are at rest
-    /// behind it. Teeth that jam are rigid; who settles them tells of it and what it takes.
+    /// The impact at the point last evaluated, if engaged rigid directions close with a speed that they block; with the
+    /// directions that are at rest after it. Gears that jam are rigid; the caller reports them and the energy.
     fn strike(
         &mut self,
         time: f64,
@@ -347,7 +352,7 @@ impl Machine {
             (0..self.unilaterals.kinds.len()).filter(rigid).map(|unilateral| first + unilateral).collect();
         let before: Vec<f64> = state[r..2 * r].to_vec();
         let sizes: Vec<f64> = before.iter().map(|speed| speed.abs()).collect();
-        // The instant is known to the last bits of the time, and a speed to what the motion gains in these.
+        // The instant is known to the last bits of the time, and a speed to its change within these.
         let gains: Vec<f64> = self.acceleration.iter().map(|a| 4.0 * f64::EPSILON * time * a.abs()).collect();
         let noise = |this: &Self, k: usize, sizes: &[f64]| {
             let terms = |sizes: &[f64]| this.dynamics.friction_terms(k, sizes, &this.work);
@@ -363,7 +368,7 @@ impl Machine {
         if hit.is_empty() {
             return None;
         }
-        // Kept rows take part in it, though nothing meets there.
+        // Multiplier constraints are included, though no contact closes there.
         let parts: Vec<usize> = self.multiplier_constraints.clone().chain(rigid.iter().copied()).collect();
         let ImpactOutcome { impulses, mut last, mut rebounds, lost, weighted } = self.solve_impact(&parts);
         if !self.contradiction.is_empty() {
@@ -383,14 +388,15 @@ impl Machine {
         if jammed.is_none() {
             state[self.size - 1] += lost;
             let what: Vec<String> = hit.iter().map(one).collect();
-            events.push(format!("{}: the blow takes {lost:.6} J", what.join(", ")));
+            events.push(format!("{}: the impact dissipates {lost:.6} J", what.join(", ")));
         }
         self.unilaterals.struck = true;
         let component = |k: &usize| self.dynamics.friction_component(*k, &change, &self.work).abs();
         let passed =
             self.gear_losses.directions.iter().filter(|k| jammed.is_none() && component(k) > noise(self, **k, &sizes));
         self.unilaterals.passed = passed.copied().collect();
-        // What it has stopped rests; so does what has no speed but rounding, and what rested before and was not moved.
+        // Directions that it has stopped are at rest; so are those with a rounding speed, and those at rest before that
+        // were not moved.
         let stopped = rigid.iter().zip(&rebounds).zip(&last);
         let stopped: Vec<usize> =
             stopped.filter(|((_, e), impulse)| **e == 0.0 && **impulse != 0.0).map(|((k, _), _)| *k).collect();
@@ -409,12 +415,12 @@ impl Machine {
         Some(self.directions.iter().copied().filter(rests).collect())
     }
 
-    /// The least speeds with which what leaves each stop rises above what rounding makes of its place, at the forces last evaluated; of other
-    /// directions nothing.
+    /// The least rebound speeds at which each stop opens by more than the rounding error of its position, at the forces
+    /// last evaluated; of other directions none.
     fn least_rebounds(&mut self, rigid: &[usize]) -> Vec<f64> {
         let mut free = self.force.clone();
         self.work.factor.solve(&mut free);
-        // What drives it may come through what holds: then it comes back as fast with that.
+        // A force may act on it through active constraints: then it returns as fast with that.
         self.accelerate();
         let least = |&k: &usize| {
             let Some(Kind::Stop { offset, .. }) = self.unilateral_of(k) else { return 0.0 };
@@ -426,7 +432,7 @@ impl Machine {
         rigid.iter().map(least).collect()
     }
 
-    /// The largest impulse of a rigid direction against motion in a sense: of teeth that jam any.
+    /// The largest impulse of a rigid direction against motion in a sense: of gears that jam any.
     fn impulse_bound(&self, sense: usize, direction: usize) -> f64 {
         if self.unilateral_of(direction) == Some(Kind::GearLoss) {
             f64::INFINITY
@@ -435,12 +441,13 @@ impl Machine {
         }
     }
 
-    /// How a direction holds that is no kept row.
+    /// The kind of a direction that is not a multiplier constraint.
     fn unilateral_of(&self, direction: usize) -> Option<Kind> {
         (!self.multiplier_constraints.contains(&direction)).then(|| self.unilaterals.kind(direction))
     }
 
-    /// The impulses along kept rows and rigid directions at the point last evaluated, so that nothing goes on into them and no energy is gained.
+    /// The impulses of multiplier constraints and rigid directions at the point last evaluated, so that no contact
+    /// still closes and no energy is gained.
     fn solve_impact(&mut self, rigid: &[usize]) -> ImpactOutcome {
         let speed = |&k: &usize| {
             if self.multiplier_constraints.contains(&k) { 0.0 } else { self.dynamics.friction_speed(k, &self.work) }
@@ -471,7 +478,7 @@ impl Machine {
                 restitution.fill(0.0);
                 continue;
             }
-            // A stop that is left by no more than rounding, by the blow at another one, would knock back, and so on.
+            // A stop that opens only by rounding, from the impact at another one, would have another impact, and so on.
             let stays = |a: &usize| forward[*a] == 0.0 && least[*a] > 0.0 && after(*a) > 0.0 && after(*a) <= least[*a];
             let Some(a) = (0..rigid.len()).find(stays) else {
                 self.contradiction.extend(self.box_problem.unbounded().iter().map(|&a| rigid[a]));
@@ -489,12 +496,12 @@ impl Machine {
         }
     }
 
-    /// The part of its speed that what meets a direction goes back with.
+    /// The coefficient of restitution of a direction.
     fn restitution(&self, direction: usize) -> f64 {
         if let Some(Kind::Stop { restitution, .. }) = self.unilateral_of(direction) { restitution } else { 0.0 }
     }
 
-    /// Stops that no longer rest are left.
+    /// Stops that are no longer at rest open.
     pub(super) fn leave_stops(&mut self) {
         for unilateral in 0..self.unilaterals.kinds.len() {
             if matches!(self.unilaterals.kinds[unilateral], Kind::Stop { .. }) {
@@ -503,7 +510,7 @@ impl Machine {
         }
     }
 
-    /// Stops that the motion begins beyond, with how far, rad.
+    /// Stops that the motion begins beyond, with the penetration, rad.
     pub(in crate::simulate) fn beyond_stops(&mut self, time: f64, state: &[f64]) -> Vec<(usize, f64)> {
         self.give_time(time, state);
         self.update(state);
@@ -516,17 +523,17 @@ impl Machine {
         (0..self.unilaterals.kinds.len()).filter_map(beyond).collect()
     }
 
-    /// The unit of angles along a hold.
+    /// The unit of angles of a unilateral constraint.
     pub(in crate::simulate) fn unit_of_direction(&self, direction: usize) -> &'static str {
         self.unilaterals.units[direction - self.unilaterals.first].trim_end_matches("/s")
     }
 
-    /// Independent directions that hold.
+    /// Independent active directions.
     pub(in crate::simulate) fn holding(&self) -> &[usize] {
         &self.holding
     }
 
-    /// Whether a direction is one of friction, and not of a clutch, a stop or a lock.
+    /// Whether a direction is a friction, and not a clutch, a stop or a lock.
     pub(in crate::simulate) fn is_friction(&self, direction: usize) -> bool {
         direction < self.unilaterals.first
     }
@@ -536,23 +543,23 @@ impl Machine {
         !self.laws.is_empty()
     }
 
-    /// Directions that hold one motion rigidly in two ways, as far as the last decision about modes has met any; of kept rows the number behind
-    /// all others.
+    /// Directions that rigidly require two values of one motion, from the last mode selection; for multiplier
+    /// constraints the number behind all others.
     pub(in crate::simulate) fn contradiction(&self) -> &[usize] {
         &self.contradiction
     }
 
-    /// Whether what meets a stop comes back, as its restitution says.
+    /// Whether contacts rebound, as their restitution says.
     pub(in crate::simulate) fn let_rebound(&mut self, rebounds: bool) {
         self.unilaterals.rebounds = rebounds;
     }
 
-    /// Teeth that a blow has passed since that was asked last.
+    /// Gears that an impact has passed since the last call.
     pub(in crate::simulate) fn take_passed(&mut self) -> Vec<usize> {
         std::mem::take(&mut self.unilaterals.passed)
     }
 
-    /// Contacts that shared an impulse of a blow of which a part came back, and those whose restitution was left out, since that was asked last.
+    /// Contacts that shared an impulse with restitution, and those whose restitution was left out, since the last call.
     pub(in crate::simulate) fn take_shared(&mut self) -> [Vec<usize>; 2] {
         [&mut self.unilaterals.shared, &mut self.unilaterals.dulled].map(|list| {
             let mut list = std::mem::take(list);
@@ -568,8 +575,8 @@ impl Machine {
     }
 }
 
-/// A blow: impulses along rigid directions against their motion, those of its last round with the part of the speed that each goes back with in it,
-/// the energy lost (J), and H⁻¹ of each direction.
+/// An impact: impulses of rigid directions against their motion, those of its last round with the coefficient of
+/// restitution of each in it, the energy lost (J), and H⁻¹ of each direction.
 struct ImpactOutcome {
     impulses: Vec<f64>,
     last: Vec<f64>,

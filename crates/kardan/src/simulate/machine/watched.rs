@@ -1,15 +1,16 @@
-//! Whether kept rows become dependent along a motion.
+//! Whether multiplier constraints become dependent during a motion.
 
 use crate::num::StateArchive;
 
-/// The determinant of the kept rows over as many coordinates: those in which it was largest where it was last looked at. It changes its sign where
-/// the rows become dependent along the motion, and where another choice of coordinates would do, which the pivots tell apart.
+/// The determinant of the multiplier constraints over as many coordinates: those in which it was largest at the last
+/// evaluation. It changes its sign where the rows become dependent during the motion, and where another choice of
+/// coordinates would be regular, which the pivots distinguish.
 #[derive(Debug, Clone)]
 pub(super) struct WatchedRows {
     /// All coordinates, those of the determinant first.
     columns: Vec<usize>,
     pub(super) matrix: Vec<f64>,
-    /// Its sign; zero while nothing was looked at.
+    /// Its sign; zero before the first evaluation.
     pub(super) sign: f64,
     /// The smallest pivot.
     pub(super) least: f64,

@@ -1,24 +1,25 @@
-//! What the method for stiff loops integrates.
+//! The equations that the method for stiff loops integrates.
 
 use std::ops::{AddAssign, Mul};
 
 use crate::num::{SparseLu, SparseOrder, StateArchive};
 
-/// What is integrated.
+/// The equations to integrate.
 pub(in crate::simulate) trait Equations {
     /// The rates of all states.
     fn rates(&mut self, time: f64, state: &[f64], out: &mut [f64]);
-    /// Their derivatives at a state, as linear equations, without the last states, which nothing depends on.
+    /// Their derivatives at a state, as linear equations, without the last states, which no equation depends on.
     fn linearise(&mut self, time: f64, state: &[f64], out: &mut Descriptor);
 }
 
-/// Part of its size by which a state is changed where derivatives are differences: half of their digits are right.
+/// Relative change of a state where derivatives are differences: half of their digits are correct.
 const CHANGE: f64 = 1e-8;
 
-/// `E ẋ = A x`, linear equations of the motion near a state. Behind the states stand what they do not keep, such as torques that hold.
+/// `E ẋ = A x`, linear equations of the motion near a state. Behind the states are algebraic variables, such as
+/// constraint torques.
 #[derive(Debug, Clone, Default)]
 pub(in crate::simulate) struct Descriptor {
-    /// States, and how many more unknowns there are.
+    /// The number of states, and of further unknowns.
     pub(super) size: usize,
     /// Row and column of each entry, those of E first.
     pub(super) places: Vec<(usize, usize)>,
@@ -30,7 +31,7 @@ pub(in crate::simulate) struct Descriptor {
 }
 
 impl Descriptor {
-    /// Without entries, for so many unknowns.
+    /// Without entries, for `size` unknowns.
     pub(in crate::simulate) fn clear(&mut self, size: usize) {
         (self.size, self.mass) = (size, 0);
         self.places.clear();
@@ -51,7 +52,7 @@ impl Descriptor {
         self.values.push(value);
     }
 
-    /// A state that does not move.
+    /// A state at rest.
     pub(in crate::simulate) fn still(&mut self, state: usize) {
         self.still.push(state);
     }
@@ -63,8 +64,8 @@ impl Descriptor {
         self.values.iter().all(|value| value.is_finite())
     }
 
-    /// Becomes `ẋ = A x` for the first states, one for each size: A from differences of the rates, on the other side where the one has none. What
-    /// does not move goes on doing so. Gives how many evaluations that took.
+    /// Becomes `ẋ = A x` for the first states, one for each size: A from differences of the rates, on the other side
+    /// where one side is undefined. States at rest stay at rest. Returns the number of evaluations.
     pub(super) fn differ(
         &mut self,
         (time, state, slope): (f64, &[f64], &[f64]),
@@ -108,7 +109,7 @@ impl Descriptor {
         fits
     }
 
-    /// The derivatives of the rates of n states by each of them, row by row; no numbers where they are not determined.
+    /// The derivatives of the rates of n states by each of them, row by row; NaN where they are not determined.
     pub(in crate::simulate) fn solve(&self, n: usize, out: &mut [f64]) {
         let entries = self.places.iter().zip(&self.values).enumerate();
         let (present, rates): (Vec<_>, Vec<_>) = entries.partition(|(k, (place, _))| *k < self.mass || place.1 >= n);

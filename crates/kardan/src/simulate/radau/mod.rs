@@ -1,12 +1,12 @@
 //! Integration of stiff loops: Radau IIA (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.8) with 3, 5 or 7 stages, from an
 //! exact Jacobian.
 //!
-//! Stages are the unknowns of a Newton iteration that falls apart into one real and some complex systems of the size of the state. The
-//! error estimate is that of a polynomial of the degree of the stages, which is the dense output: what is read within a step is as accurate as
-//! the tolerance asks, its end is more so.
+//! Stages are the unknowns of a Newton iteration that decouples into one real and some complex systems of the size of
+//! the state. The error estimate is that of a polynomial of the degree of the stages, which is the dense output: values
+//! within a step are as accurate as the tolerance requires, its end is more accurate.
 //!
-//! The first step after a start is as short as its fastest motion asks, and its polynomial leaves with the slope that the motion has there:
-//! a direction that breaks away begins to move the way that it is pulled.
+//! The first step after a start is as short as its fastest motion requires, and its polynomial starts with the slope of
+//! the motion there: a direction that breaks away begins to move in the direction of its load.
 
 mod equations;
 mod newton;
@@ -21,17 +21,17 @@ pub(super) use equations::{Descriptor, Equations};
 use newton::Systems;
 use tableau::{Tableau, tableau};
 
-/// Part of the length at which the error is as large as the tolerance.
+/// Safety factor of the step length at which the error equals the tolerance.
 const SAFETY: f64 = 0.9;
-/// A step grows or shrinks by no more.
+/// The largest factors by which a step grows or shrinks.
 const GROWTH: (f64, f64) = (0.125, 8.0);
-/// Steps that would grow by less keep their length, and their factors.
+/// Steps that would grow by less retain their length, and their factors.
 const SAME_STEP: (f64, f64) = (1.0, 1.2);
-/// Convergence that is so fast that the next step takes the same Jacobian.
+/// Convergence fast enough for the next step to use the same Jacobian.
 const FAST: f64 = 1e-3;
-/// Where the iteration ends, in tolerances.
+/// End of the iteration, in tolerances.
 const CONVERGED: f64 = 1e-2;
-/// Changes that do not become smaller and are no larger, in tolerances, are taken for rounding.
+/// Changes that stop decreasing and are at most this large, in tolerances, count as rounding.
 const ROUNDING: f64 = 0.1;
 
 /// Solver of `ẋ = f(t, x)`, of which the last components are integrals of the others.
@@ -47,13 +47,14 @@ pub(super) struct Radau {
     state: Vec<f64>,
     /// f at the state.
     slope: Vec<f64>,
-    /// States at the stages less that at the begin, in columns of stages; of the last step, and of one that is tried.
+    /// States at the stages minus that at the begin, in columns of stages; of the last step, and of the trial.
     increments: Vec<f64>,
     trial: Vec<f64>,
-    /// The trial in coordinates in which the iteration falls apart.
+    /// The trial in coordinates that decouple the iteration.
     split: Vec<f64>,
     rates: Vec<f64>,
-    /// What is added to the last step so that its polynomial leaves with the slope, times the length; and to the trial.
+    /// The correction of the last step that makes its polynomial start with the slope, times the length; and that of
+    /// the trial.
     correction: Vec<f64>,
     trial_correction: Vec<f64>,
     /// Whether no step was made since the start.
@@ -129,7 +130,7 @@ impl Radau {
         }
     }
 
-    /// Stands at a state, with no history but the counts.
+    /// Starts at a state, with no history except the counts.
     pub(super) fn start(&mut self, time: f64, state: &[f64], equations: &mut impl Equations) {
         self.state.copy_from_slice(state);
         self.previous.copy_from_slice(state);
@@ -174,7 +175,7 @@ impl Radau {
             if self.factored != h {
                 self.factor(h);
             }
-            // Without factors nothing is solved.
+            // Without factors there is no solution.
             let convergence = if self.factored == h { self.iterate(h, equations) } else { None };
             finite = self.systems.is_finite() && !not_finite(&self.trial);
             let Some((iterations, rate)) = convergence else {
@@ -211,16 +212,16 @@ impl Radau {
                 self.take_jacobian(equations);
             }
             let same_step = SAME_STEP.0 <= growth && growth <= SAME_STEP.1;
-            // A step that was cut short says only that a longer one may do.
+            // A shortened step shows only that a longer one may be possible.
             let proposed = if same_step { h } else { h * growth };
             self.next = if whole { self.next.max(proposed) } else { proposed };
             return Ok(());
         }
     }
 
-    /// How much longer the next step may be than one with such an error.
+    /// The factor by which the next step may be longer than one with this error.
     fn growth(&self, error: f64, iterations: usize) -> f64 {
-        // Fewer iterations than may be are a reason for more.
+        // Fewer iterations than the maximum allow a larger factor.
         let most = self.most_iterations() as f64;
         let effort = (2.0 * most + 1.0) / (2.0 * most + iterations as f64);
         let power = -1.0 / (self.tableau.stages as f64 + 1.0);
@@ -254,17 +255,17 @@ impl Radau {
     }
 
     fn factor(&mut self, h: f64) {
-        // A singular matrix, or one with a number that is none, makes a step that fails.
+        // A singular matrix, or one with NaN, makes the step fail.
         self.factored = if self.systems.factor(h, self.tableau) { h } else { f64::NAN };
     }
 
-    /// How many iterations may be needed.
+    /// Largest number of iterations.
     fn most_iterations(&self) -> usize {
         7 + 3 * (self.tableau.stages - 3) / 2
     }
 
-    /// Solves for the increments of the trial; `None` if that does not converge. Tells how many iterations it took, and how much each one
-    /// takes of the defect.
+    /// Solves for the increments of the trial; `None` if that does not converge. Returns the number of iterations, and
+    /// by how much each one reduces the defect.
     fn iterate(&mut self, h: f64, equations: &mut impl Equations) -> Option<(usize, f64)> {
         self.predict(h);
         let (mut before, mut rate) = (f64::NAN, 0.0f64);
@@ -279,11 +280,11 @@ impl Radau {
                 rate = if iteration == 2 { now } else { (now * rate).sqrt() };
                 let remaining = (self.most_iterations() - iteration) as i32;
                 if rate >= 0.99 || rate / (1.0 - rate) * change * powi(rate, remaining) > 1.0 {
-                    // Where rounding alone is left, nothing gets better.
+                    // At the level of rounding no iteration improves the result.
                     return (change <= ROUNDING).then_some((iteration, rate));
                 }
             }
-            // What the iterations to come would still change.
+            // The estimated change by the remaining iterations.
             let rest = if iteration == 1 { change } else { rate / (1.0 - rate) * change };
             if change == 0.0 || rest <= CONVERGED && iteration > 1 || change <= CONVERGED * FAST {
                 return Some((iteration, rate));
@@ -293,7 +294,7 @@ impl Radau {
         None
     }
 
-    /// First values of the increments: the last step's polynomial goes on.
+    /// First values of the increments: the extrapolation of the last step's polynomial.
     fn predict(&mut self, h: f64) {
         let Self { tableau, increments, trial, split, weights, .. } = self;
         let s = tableau.stages;
@@ -335,7 +336,7 @@ impl Radau {
     fn improve(&mut self, h: f64) -> f64 {
         let Self { tableau, implicit: n, split, trial, rates, work, state, .. } = self;
         let (s, n) = (tableau.stages, *n);
-        // What is left, in the coordinates of the iteration: T⁻¹ f − Λ w/h, in place of the rates.
+        // The residual, in the coordinates of the iteration: T⁻¹ f − Λ w/h, in place of the rates.
         for (rates, w) in rates.chunks_exact_mut(s).zip(split.chunks_exact(s)).take(n) {
             for (out, row) in work.iter_mut().zip(tableau.inverse.chunks_exact(s)) {
                 *out = row.iter().zip(&*rates).map(|(m, f)| m * f).sum();
@@ -385,8 +386,8 @@ impl Radau {
         }
     }
 
-    /// The error of the trial, in tolerances. After a rejection with one more evaluation, as the estimate of a stiff component is too
-    /// large otherwise.
+    /// The error of the trial, in tolerances. After a rejection with one more evaluation, as the estimate of a stiff
+    /// component is otherwise too large.
     fn error(&mut self, h: f64, again: bool, equations: &mut impl Equations) -> f64 {
         let found = self.estimate(h, None);
         if self.started || !(again && found > 1.0) {
@@ -427,7 +428,7 @@ impl Radau {
         self.largest_error(0.0)
     }
 
-    /// The largest error in tolerances, to which so many times is added what rounding makes of the estimate as last measured.
+    /// The largest error in tolerances, with a multiple of the last measured rounding error of the estimate added.
     fn largest_error(&self, rounding: f64) -> f64 {
         let Self { tableau, error, trial, state, absolute, relative, rounding: Rounding { noise, .. }, .. } = self;
         let ends = trial.iter().skip(tableau.stages - 1).step_by(tableau.stages);
@@ -437,7 +438,8 @@ impl Radau {
         })
     }
 
-    /// What rounding makes of the error estimate, through the same system; of the integrals also by what it makes of the state.
+    /// The rounding error of the error estimate, through the same system; for the integrals also through that of the
+    /// state.
     fn measure_rounding(&mut self, h: f64, equations: &mut impl Equations) {
         let Self { tableau, implicit, time, state, slope, systems, work, rounding, counts, absolute, relative, .. } =
             self;
@@ -464,7 +466,7 @@ impl Radau {
         rounding.in_step(tableau.amplification, sizes);
     }
 
-    /// What rounding makes of steps, as far as it was looked at.
+    /// The rounding errors of steps, as far as they were measured.
     pub(super) fn rounding(&self) -> &Rounding {
         &self.rounding
     }
@@ -495,12 +497,12 @@ impl Radau {
         second.min(100.0 * euler).min(room)
     }
 
-    /// Whether all rates are exactly zero where it stands.
+    /// Whether all rates are exactly zero at the current state.
     pub(super) fn rests(&self) -> bool {
         self.slope.iter().all(|slope| *slope == 0.0)
     }
 
-    /// Stays where it is until a time.
+    /// Keeps the state constant until a time.
     pub(super) fn rest(&mut self, until: f64) {
         self.previous.copy_from_slice(&self.state);
         (self.previous_time, self.time) = (self.time, until);

@@ -1,5 +1,6 @@
-//! The linear systems of the iteration, `(σ I − J) x = b` for the real σ and the complex pairs of the tableau, as `(σ E − A) x = E b`: sparse
-//! factors take time and memory by the structure, and already loops of ten states less than dense ones.
+//! The linear systems of the iteration, `(σ I − J) x = b` for the real σ and the complex pairs of the tableau, as
+//! `(σ E − A) x = E b`: the time and memory of sparse factors depend on the structure, and already for loops of ten
+//! states they are below those of dense ones.
 
 use faer::c64;
 
@@ -39,8 +40,9 @@ impl Systems {
         }
     }
 
-    /// Takes the derivatives at a time and a state with the rates there; gives how many evaluations that took. Where a derivative is no finite
-    /// number, as that of `1/(exp(x) + 1)` where `exp(x)` overflows, all are differences, of changes in proportion to `sizes`.
+    /// Computes the derivatives at a time and a state with the rates there; returns the number of evaluations. Where a
+    /// derivative is not finite, as that of `1/(exp(x) + 1)` where `exp(x)` overflows, all are differences, of changes
+    /// in proportion to `sizes`.
     pub(super) fn linearise(
         &mut self,
         (time, state, slope): (f64, &[f64], &[f64]),
@@ -59,7 +61,7 @@ impl Systems {
         self.descriptor.is_finite()
     }
 
-    /// Keeps the derivatives; false if what was put back does not fit.
+    /// Archives the derivatives; false if the restored ones do not fit.
     pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) -> bool {
         self.descriptor.archive_state(archive)
     }

@@ -11,7 +11,7 @@ use crate::num::{Lu, Rational, rational_from_f64, rational_to_f64};
 pub(super) struct Tableau {
     /// Stages.
     pub stages: usize,
-    /// Where they are, as parts of the step.
+    /// The nodes, as parts of the step.
     pub nodes: Vec<f64>,
     /// `∫₀^(c_i) ℓ_j`, row by row.
     pub integrals: Vec<f64>,
@@ -24,7 +24,7 @@ pub(super) struct Tableau {
     pub inverse: Vec<f64>,
     /// Difference of the solution to one of order s, over the increments, without the part `h f(x₀)/real`.
     pub error: Vec<f64>,
-    /// By how much it can enlarge what rounding makes of each of its terms.
+    /// Its largest amplification of the rounding errors of its terms.
     pub amplification: f64,
     /// `c_i Π (c_i − c_j)` over the other nodes.
     denominators: Vec<f64>,

@@ -1,16 +1,16 @@
-//! Looks into a step, whether they are close enough, and what is kept of what a step must not pass.
+//! Samples of a step, whether they are close enough, and the state of the missed-event guard.
 
 use crate::num::StateArchive;
 use crate::simulate::machine::Discontinuity;
 
-/// Looks into a step, at parts of it that no period falls in with.
+/// Sample positions in a step, as parts of it, incommensurable with any period.
 pub(super) const EVENT_SCAN_POINTS: [f64; 6] = [0.1386, 0.3517, 0.4892, 0.6871, 0.8229, 1.0];
-/// A number bends that much, in parts of its range over a step, where the looks do not show what it does between them; and so near to zero,
-/// in these parts, it may vanish there.
+/// The curvature, relative to its range over a step, above which samples do not show a number between them; and the
+/// distance from zero, in the same parts, within which it may vanish there.
 const UNKNOWN: f64 = 0.6;
 const NEAR: f64 = 3.0;
 
-/// How far numbers at looks bend, each between its neighbours.
+/// The curvature of numbers at samples, each relative to its neighbours.
 pub(super) fn curvatures(count: usize, look: impl Fn(usize) -> (f64, f64)) -> impl Iterator<Item = f64> {
     (0..count.saturating_sub(2)).map(move |row| {
         let [before, here, after] = [row, row + 1, row + 2].map(&look);
@@ -19,7 +19,8 @@ pub(super) fn curvatures(count: usize, look: impl Fn(usize) -> (f64, f64)) -> im
     })
 }
 
-/// Whether numbers at looks into a step may vanish between the looks unseen; what ranges by no more than `noise` is nothing but rounding.
+/// Whether numbers at samples of a step may vanish between the samples undetected; a range of at most `noise` is only
+/// rounding.
 pub(super) fn is_coarse(count: usize, noise: f64, look: impl Fn(usize) -> (f64, f64)) -> bool {
     let ends = |(low, high): (f64, f64), row| (low.min(look(row).1), high.max(look(row).1));
     let (least, most) = (0..count).fold((f64::INFINITY, f64::NEG_INFINITY), ends);
@@ -28,20 +29,22 @@ pub(super) fn is_coarse(count: usize, noise: f64, look: impl Fn(usize) -> (f64, 
     has_range && curvatures(count, look).fold(0.0, f64::max) > UNKNOWN * (most - least)
 }
 
-/// What keeps steps from passing something unseen.
+/// Prevents steps from missing an event.
 pub(super) struct Guard {
-    /// Where the loop jumps or bends by the time alone, if that ends the segment.
+    /// Where the loop has jumps or kinks that depend on the time alone, if that ends the segment.
     pub(super) discontinuity: Option<Discontinuity>,
-    /// Whether modes may depend on what no state feels.
+    /// Whether modes may depend on a quantity that no state depends on.
     pub(super) blind: bool,
-    /// Whether the last step was too long to tell whether they are kept.
+    /// Whether the last step was too long to decide whether they stay valid.
     pub(super) coarse: bool,
-    /// How often steps ended where the loop jumps or bends, each close behind the time before, and when the last one did, s.
+    /// How often steps ended where the loop has a jump or kink, each close to the time before, and when the last one
+    /// did, s.
     pub(super) bent: usize,
     pub(super) bent_at: f64,
-    /// How many steps by series in turn began with a jump.
+    /// Number of successive series steps that began with a jump.
     pub(super) jumps: usize,
-    /// Memory for the numbers that vanish where the loop jumps or bends by its state: at each look, and the sides that they are on.
+    /// Memory for the numbers that vanish where the loop has a jump or kink by its state: at each sample, and their
+    /// signs.
     pub(super) numbers: Vec<f64>,
 }
 

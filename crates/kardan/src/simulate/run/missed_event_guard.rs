@@ -1,7 +1,8 @@
-//! What the error of a step does not see: places where the loop jumps or bends by its state, and limits that come near by what no state
-//! feels, as a load on a body at rest, or a gap between a body that coasts and one that is moved.
+//! Events that the error of a step does not detect: points where the loop has a jump or kink by its state, and limits
+//! that approach through quantities that no state depends on, such as a load on a body at rest, or a gap between a
+//! coasting body and a driven one.
 //!
-//! Steps that may have passed some of it end before.
+//! Steps that may have missed such an event are shortened.
 
 use kardan_rt::functions::powi;
 
@@ -10,32 +11,32 @@ use super::{Outcome, RunLoop, failed};
 use crate::simulate::integrator::Integrator;
 use crate::simulate::machine::Prospect;
 
-/// Part of a step in which a bend is left to its error: there a loop may go to and fro at one place.
+/// Part of a step in which the error estimate covers a kink: there a loop may chatter at one point.
 const SOON: f64 = 0.01;
-/// Part of such a step that is made instead.
+/// The part of such a step that is made instead.
 const LESS: f64 = 0.25;
-/// What a step has at least of the time of a run, to be made shorter.
+/// The least length of a step, as a part of the time of a run, that is shortened.
 const LEAST: f64 = 1e-9;
-/// Steps that end where a law jumps or bends, each so close behind the one before, as a part of the duration or of a second, after which a run
-/// is given up: it would take a thousand million of them.
+/// Steps that end where a law has a jump or kink, each this close to the one before, as a part of the duration or of a
+/// second, after which a run ends: it would need a thousand million of them.
 const TO_AND_FRO: usize = 2000;
 const ADJACENT: f64 = 1e-9;
-/// How far behind such a place a step by series ends, as a part of it, doubled so often at most.
+/// The distance by which a series step ends after such a point, as a part of it, and the most doublings of it.
 const BEHIND: f64 = 1e-13;
 const MOST_DOUBLED: usize = 8;
-/// Behind a jump at which a step begins, four times as far each time.
+/// The distance after a jump at which a step begins, four times as far each time.
 const MOST_JUMPS: usize = 16;
-/// What series may differ from what they are of, in parts of their terms.
+/// The allowed difference of series from their values, in parts of their terms.
 const DIFFERENCE: f64 = 1e-6;
-/// What is left of a difference in a shorter step is less than this; of rounding it is more, and that is slight.
+/// In a shorter step a difference shrinks below this part; a rounding error does not, and is small.
 const ROUNDING: f64 = 0.5;
 const SLIGHT: f64 = 1e-2;
-/// Where that is looked at, in parts of the step.
+/// The checked places, in parts of the step.
 const PLACES: [f64; 2] = [0.381_966, 1.0];
 
 impl RunLoop {
-    /// Ends the last step where the law may do something that the step has not resolved: a pulse, a switch, a detent that is flat where the step begins.
-    /// What lies before is proven to be negligible, or resolved.
+    /// Ends the last step where the law may have a feature that the step has not resolved: a pulse, a switch, a detent
+    /// that is flat where the step begins. The part before is proven to be negligible, or resolved.
     pub(super) fn resolve(&mut self) -> Result<(), Outcome> {
         let (from, to) = (self.solver.previous_time(), self.solver.time());
         let resolved = match &self.solver {
@@ -51,7 +52,7 @@ impl RunLoop {
         if end < to { self.end_step_at(end) } else { Ok(()) }
     }
 
-    /// Ends the last step at an earlier time: a series goes on, other methods make the step anew.
+    /// Ends the last step at an earlier time: a series is evaluated there, other methods repeat the step.
     fn end_step_at(&mut self, end: f64) -> Result<(), Outcome> {
         if let Integrator::Taylor(solver) = &mut self.solver {
             solver.end_at(end);
@@ -61,7 +62,7 @@ impl RunLoop {
         shortened.map_err(|error| self.step_failed(error))
     }
 
-    /// Where the last step is to end, before a time, so that it passes nothing unseen.
+    /// Where the last step must end, before a time, so that it misses no event.
     pub(super) fn missed_event(&mut self, until: f64) -> Result<Option<f64>, Outcome> {
         let (from, to) = (self.solver.previous_time(), self.solver.time());
         let shorter = self.guard.coarse && self.is_long(until) && until == to;
@@ -71,13 +72,13 @@ impl RunLoop {
         }
         let kink = if self.machine.kinks() == 0 { None } else { self.kink(until)? };
         let Some(at) = kink.or(shorter) else { return Ok(None) };
-        // Within a step the states are less accurate than at its end, and what lies behind a jump has spoiled them.
+        // Within a step the states are less accurate than at its end, and the part after a jump has corrupted them.
         self.shorten_step(at)?;
         let again = if kink.is_some() { self.kink(self.solver.time())? } else { None };
         Ok(Some(again.unwrap_or(self.solver.time())))
     }
 
-    /// Ends a step by series where the loop jumps or bends by its state, just behind it: its series are those of one side.
+    /// Ends a series step just after the loop has a jump or kink by its state: its series are those of one side.
     pub(super) fn end_at_kink(&mut self) -> Result<(), Outcome> {
         let Integrator::Taylor(solver) = &self.solver else { return Ok(()) };
         let (from, to, order) = (solver.previous_time(), solver.time(), solver.order());
@@ -91,7 +92,7 @@ impl RunLoop {
                 Prospect::Leaves(part) => {
                     let at = from + part * length;
                     self.count_kinks(at, None)?;
-                    // Behind it by more than rounding, and by more where that was not enough.
+                    // After it by more than rounding, and by more where that was not enough.
                     let again =
                         if jump { 2 * self.guard.jumps.min(MOST_JUMPS) } else { self.guard.bent.min(MOST_DOUBLED) };
                     let behind = BEHIND * whole * powi(2.0, again as i32);
@@ -107,8 +108,8 @@ impl RunLoop {
         Ok(())
     }
 
-    /// The first place within the last step, up to a time, at which the loop jumps or bends by its state: just behind it. A step that is too
-    /// long to tell ends within.
+    /// The first point within the last step, up to a time, at which the loop has a jump or kink by its state: just
+    /// after it. A step that is too long to decide ends within.
     fn kink(&mut self, until: f64) -> Result<Option<f64>, Outcome> {
         let mut numbers = std::mem::take(&mut self.guard.numbers);
         let found = self.kink_before(until, &mut numbers);
@@ -119,7 +120,7 @@ impl RunLoop {
         Ok(found.map(|(at, _)| at))
     }
 
-    /// Ends the run where it comes to the same place again and again and hardly moves on.
+    /// Ends the run where it returns to the same point repeatedly without progress.
     fn count_kinks(&mut self, at: f64, kink: Option<usize>) -> Result<(), Outcome> {
         let near = ADJACENT * self.scenario.duration.min(1.0);
         let Guard { bent, bent_at, .. } = &mut self.guard;
@@ -129,14 +130,14 @@ impl RunLoop {
             return Ok(());
         }
         let what =
-            kink.or_else(|| self.nearest_kink()).map_or("a place".into(), |kink| self.machine.describe_kink(kink));
+            kink.or_else(|| self.nearest_kink()).map_or("a position".into(), |kink| self.machine.describe_kink(kink));
         self.observe_until(self.time, None);
         Err(failed(
             self.time,
             format!(
-                "the motion goes to and fro without an end at {what} = 0, where a law jumps or bends (`sign`, `abs`, `if`, the points of a table): more than {TO_AND_FRO} \
-                 times, each within {near:.0e} s of the time before. Give the law a slope there, such as `x/sqrt(x^2 + x_0^2)` in place of `sign(x)`, or a friction or a stop \
-                 in place of the law"
+                "the motion chatters at {what} = 0, where a law has a jump or kink (`sign`, `abs`, `if`, the points of a table): more than {TO_AND_FRO} \
+                 crossings, each within {near:.0e} s of the one before. Give the law a finite slope there, such as `x/sqrt(x^2 + x_0^2)` in place of `sign(x)`, or replace the law by \
+                 a friction or a stop"
             ),
         ))
     }
@@ -153,7 +154,7 @@ impl RunLoop {
         for row in 1..=EVENT_SCAN_POINTS.len() {
             let now = &mut found[row * count..][..count];
             self.kinks_at(time(row), now);
-            // Of what begins at zero the side is where it goes.
+            // A number that begins at zero has the side to which it moves.
             sides.iter_mut().zip(&*now).for_each(|(side, now)| *side = if *side == 0.0 { *now } else { *side });
             if passed(sides, now).is_some() {
                 return self.first_kink(sides, (time(row - 1), time(row)), (now, until));
@@ -163,12 +164,12 @@ impl RunLoop {
         (self.is_long(until) && (0..count).any(coarse)).then_some((from + LESS * (until - from), None))
     }
 
-    /// Whether the last step is so long up to a time that it may be made shorter.
+    /// Whether the last step up to a time is long enough to be shortened.
     fn is_long(&self, until: f64) -> bool {
         until - self.solver.previous_time() > LEAST * self.scenario.duration.min(until)
     }
 
-    /// Just behind the first place between two looks at which a number is on the other side; `now` is memory for them.
+    /// Just after the first point between two samples at which a number changes its side; `now` is memory for them.
     fn first_kink(
         &mut self,
         sides: &[f64],
@@ -188,7 +189,7 @@ impl RunLoop {
         (high - from > SOON * (until - from)).then_some((high, kink))
     }
 
-    /// The number that is nearest to zero at the begin of the last step.
+    /// The number nearest to zero at the begin of the last step.
     fn nearest_kink(&mut self) -> Option<usize> {
         let mut numbers = vec![0.0f64; self.machine.kinks()];
         self.kinks_at(self.solver.previous_time(), &mut numbers);
@@ -200,7 +201,8 @@ impl RunLoop {
         self.machine.evaluate_kinks(time, &self.looked, out);
     }
 
-    /// Shortens a step by series until what the modes depend on is what the series say, but for rounding, which falls slowly with the length.
+    /// Shortens a series step until the quantities that the modes depend on agree with the series, except for rounding,
+    /// which decreases slowly with the length.
     pub(super) fn check_against_series(&mut self) {
         let mut before = f64::INFINITY;
         while let Integrator::Taylor(solver) = &self.solver
@@ -227,7 +229,7 @@ impl RunLoop {
     }
 }
 
-/// The first of some numbers that is on the other side of zero.
+/// The first of some numbers that has changed its sign.
 fn passed(sides: &[f64], now: &[f64]) -> Option<usize> {
     sides.iter().zip(now).position(|(side, now)| side * now < 0.0)
 }

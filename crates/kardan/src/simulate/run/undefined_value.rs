@@ -1,11 +1,11 @@
-//! What a run says of values that are none.
+//! Messages about undefined values in a run.
 
-/// Whether it says what has no value: of finite numbers no operation makes this but one without a value.
+/// Whether the text names an undefined operation: from finite numbers only an undefined operation makes NaN.
 pub(super) fn is_undefined(what: &str) -> bool {
     what.ends_with(" is NaN") && what.contains(", as ")
 }
 
-/// What to do about it.
+/// The message with help.
 pub(super) fn undefined(what: &str) -> String {
-    format!("{what}: it has no value there. Keep what it is of where it has one, such as by `max(0, ...)` or `if(...)`")
+    format!("{what}: it is undefined there. Limit its argument to the domain, such as by `max(0, ...)` or `if(...)`")
 }

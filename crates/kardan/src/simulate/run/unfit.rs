@@ -1,20 +1,21 @@
-//! Where formulas of what rubs or holds have no value, or would drive: there a run ends.
+//! A run ends where a formula of a friction, a gear loss or a lock is undefined, or has a driving sign.
 
 use super::undefined_value::{is_undefined, undefined};
 use super::{Outcome, RunLoop, failed};
 use crate::simulate::machine::Unfit;
 
-/// Torques and losses above less than nothing by so much are rounding, N m.
+/// Torques and losses above minus this value are rounding, N m.
 const LEAST: f64 = 1e-9;
-/// How far beyond where no step fits any more a value is looked for, in units in the last place of the time, and at most in parts of it.
+/// How far after the last possible step a value is searched, in units in the last place of the time, and at most in
+/// parts of it.
 const BEYOND: f64 = 16.0 * f64::EPSILON;
 const FAR: f64 = 1e-9;
 /// The least time that these are parts of, s.
 const BEGIN: f64 = 1e-3;
 
 impl RunLoop {
-    /// Ends the run at the first time of the last step at which a formula of what rubs or holds has no value or is negative. Evaluates the end of
-    /// the step.
+    /// Ends the run at the first time of the last step at which a formula of a friction, a gear loss or a lock is
+    /// undefined or negative. Evaluates the end of the step.
     pub(super) fn end_where_unfit(&mut self) -> Result<(), Outcome> {
         if !self.machine.has_formulas() {
             return Ok(());
@@ -45,26 +46,27 @@ impl RunLoop {
         Err(failed(high, cause))
     }
 
-    /// Why the run ends at a time, where the state stands.
+    /// Why the run ends at a time, at the current state.
     fn describe_failure(&mut self, (direction, unfit): (usize, Unfit), time: f64) -> String {
         let (name, is_gear_loss) = (self.names[direction].clone(), self.machine.is_gear_loss(direction));
         let unit = if self.machine.unit_of_direction(direction) == "m" { "N" } else { "N m" };
         match unfit {
             Unfit::Negative if is_gear_loss => format!(
-                "the `loss` of `{name}` becomes negative, and teeth do not drive: keep it at zero or above, such as by max(0 {unit}, ...)"
+                "the `loss` of `{name}` becomes negative, and a gear loss cannot drive: limit it to zero or above, such as by max(0 {unit}, ...)"
             ),
             Unfit::Negative => format!(
-                "the torque of `{name}` becomes negative, and friction below zero would drive: keep it at zero or above, such as by max(0 {unit}, ...)"
+                "the torque of `{name}` becomes negative, and negative friction would drive: limit it to zero or above, such as by max(0 {unit}, ...)"
             ),
             Unfit::Undefined => {
                 let names = (&self.shafts[..], &self.input_names[..], &self.names[..]);
                 let what = self.machine.not_finite(time, &self.state, names);
-                undefined(&what.unwrap_or_else(|| format!("a formula of `{name}` is no number")))
+                undefined(&what.unwrap_or_else(|| format!("a formula of `{name}` is not a number")))
             }
         }
     }
 
-    /// What is no finite number where the integration stands, or else what has no value just beyond, where no step goes.
+    /// The value that is not finite at the current time, or else the one that is undefined just after it, where no step
+    /// is possible.
     pub(super) fn nonfinite_signal(&mut self, at: f64) -> Option<String> {
         let names = (&self.shafts[..], &self.input_names[..], &self.names[..]);
         if let Some(what) = self.machine.not_finite(at, &self.state, names) {

@@ -1,4 +1,4 @@
-//! A controller that was designed on the model, in the simulation and on the bench, and what makes the two differ.
+//! A controller designed on the model, in the simulation and on the bench, and the causes of the differences.
 
 use rayon::prelude::*;
 
@@ -12,12 +12,12 @@ use crate::results::{ClosedLoop, Compared, Difference, Experiment, Outcome, Phys
 use crate::study::design::DesignSettings;
 use crate::study::{PreparedVariant, Progress, Project, Silent};
 
-/// The last part of a run, in which it is taken as settled.
+/// The last fraction of a run, which counts as settled.
 const LAST: f64 = 0.1;
-/// Time constants of the slowest pole after which a transient is over.
+/// Duration of a transient in time constants of the slowest pole.
 const CONSTANTS: f64 = 10.0;
 
-/// A difference of the bench from the simulation.
+/// A difference between bench and simulation.
 #[derive(Default)]
 struct Kind {
     what: String,
@@ -29,25 +29,25 @@ struct Kind {
     friction: bool,
 }
 
-/// A run to be made.
+/// A planned run.
 struct Job {
     variant: String,
-    /// What the progress calls it.
+    /// Its name in the progress display.
     label: String,
-    /// Names whose values are those of the model.
+    /// Names with the values of the model.
     removed: Vec<String>,
     sampling: bool,
     friction: bool,
-    /// Whether the study can do without it.
+    /// Whether the study can omit it.
     optional: bool,
 }
 
 /// Runs a controller of a model file in every variant that has it: in continuous time on the model that it is designed on, which has no
-/// Coulomb friction, and at its sample time on the plant of the bench; then once for each difference between the two with this one
-/// alone, and once with all but this one.
+/// Coulomb friction, and at its sample time on the plant of the bench; then for each difference between the two once with this one
+/// only, and once with all except this one.
 ///
-/// The controller is the one that [`BenchSettings::run`] names, else the first of the file; [`BenchSettings::truth`] should tell the
-/// true values, for those drawn lie around the values of this file. Excitation and repetitions do not matter here.
+/// The controller is the one that [`BenchSettings::run`] names, else the first of the file; [`BenchSettings::truth`] should contain the
+/// true values, because drawn ones lie around the values of this file. Excitation and repetitions have no effect here.
 ///
 /// ```
 /// use kardan::{model, study};
@@ -59,7 +59,7 @@ struct Job {
 /// ```
 ///
 /// # Errors
-/// All mistakes of the file and of the truth; a file without a controller.
+/// All errors of the file and of the truth; a file without a controller.
 pub fn closed_loop(
     project: &Project,
     settings: &BenchSettings,
@@ -85,7 +85,7 @@ pub fn closed_loop(
     let design_settings =
         DesignSettings { control: Some(control.clone()), variant: settings.variant.clone(), ..Default::default() };
     let design = project.design(&design_settings, &Silent)?;
-    // What the outputs do not show may be slower.
+    // Motions not visible in the outputs may be slower.
     let poles = design.channels.iter().flat_map(|channel| &channel.poles);
     let slowest = poles.map(|pole| -pole.re).filter(|x| *x > 0.0).fold(f64::INFINITY, f64::min);
     let longest = variants.iter().map(|variant| variant.scenario.duration).fold(0.0, f64::max);
@@ -119,7 +119,7 @@ pub fn closed_loop(
     Ok(ClosedLoop { design, transient, experiments, notes })
 }
 
-/// The controller of a model file (of one of its variants) that is tried on its bench: the one asked for, else the first.
+/// The controller of a model file (of one of its variants) for its bench: the requested one, otherwise the first.
 ///
 /// ```
 /// use kardan::{model, study};
@@ -128,7 +128,7 @@ pub fn closed_loop(
 /// ```
 ///
 /// # Errors
-/// Mistakes of the file; no controller, or none of this name; no such variant.
+/// Errors of the file; no controller, or none of this name; no such variant.
 pub fn bench_controller(
     project: &Project,
     name: Option<&str>,
@@ -151,13 +151,13 @@ pub fn bench_controller(
         }
         (None, Some(first)) => Ok(first.name.clone()),
         (None, None) => Err(vec![
-            Diagnostic::error("control::unknown", "there is no controller to be tried on the bench")
+            Diagnostic::error("control::unknown", "the model has no controller to test on the bench")
                 .help("add one, such as `[control.drive]` with `law = \"decoupling\"`"),
         ]),
     }
 }
 
-/// The differences of a plant and its controller from the simulation: compliance first, then what the controller does, both together.
+/// The differences of a plant and its controller from the simulation: compliance first, then the effects of the controller, both together.
 fn kinds(truth: &[TrueValue], friction: bool) -> Vec<Kind> {
     let mut soft: Vec<Kind> = Vec::new();
     let mut rest: Vec<Kind> = Vec::new();
@@ -188,7 +188,7 @@ fn kinds(truth: &[TrueValue], friction: bool) -> Vec<Kind> {
 const FRICTION: &str = "Coulomb friction and stiction";
 const DELAY: &str = "delay (sampling, computation, motors, sensors)";
 
-/// What a value of the plant stands for, and whether that is compliance.
+/// The kind of difference of a plant value, and whether that is compliance.
 fn difference(value: &TrueValue) -> (String, bool) {
     let (element, key) = names::parameter(&value.name).unwrap_or((&value.name, ""));
     match key {
@@ -201,7 +201,7 @@ fn difference(value: &TrueValue) -> (String, bool) {
     }
 }
 
-/// The simulation, the bench, then for each difference the simulation with it alone and the bench without it.
+/// The simulation, the bench, then for each difference the simulation with only this one and the bench without it.
 fn jobs(variant: &str, truth: &[TrueValue], kinds: &[Kind]) -> Vec<Job> {
     let all: Vec<String> = truth.iter().map(|value| value.name.clone()).collect();
     let job = |label: String, removed: Vec<String>, sampling, friction, optional| Job {
@@ -234,7 +234,7 @@ fn run(
     let settings = BenchSettings { variant: Some(job.variant.clone()), ..settings.clone() };
     let mut bench = match prepare_excluding(project, &settings, &job.removed) {
         Ok(bench) => bench,
-        // Some values may make no plant without others.
+        // Some values may not form a valid plant without others.
         Err(_) if job.optional => return Ok(None),
         Err(diagnostics) => return Err(diagnostics),
     };
@@ -267,7 +267,7 @@ fn shown(equations: &Equations, output: &str) -> String {
     }
 }
 
-/// The same scenario twice, and when something moves in it.
+/// Two runs of one scenario, and the times at which something moves in it.
 struct Pair<'a> {
     equations: &'a Equations,
     simulated: &'a Run,
@@ -300,18 +300,18 @@ impl Pair<'_> {
             whole.and_then(of).map(|values| self.apart(&one, &values).0)
         };
         let differences = kinds.iter().zip(variations.chunks_exact(2)).map(|(kind, runs)| Difference {
-            what: kind.what.clone(),
-            added: left(&runs[0]),
-            removed: left(&runs[1]),
+            source: kind.what.clone(),
+            added_to_simulation: left(&runs[0]),
+            removed_from_bench: left(&runs[1]),
         });
         let (distance, distance_at) = self.apart(&one, &two);
         Some(Response {
             output: output.into(),
             reference: reference.into(),
             physical: self.simulated.series.signal(&signal).map_or(Physical::Angle, |found| found.physical),
-            settled: Compared { simulation: settled(&one, self.simulated), bench: settled(&two, self.measured) },
-            farthest: Compared { simulation: self.apart(&one, &desired).0, bench: self.apart(&two, &desired).0 },
-            distance,
+            steady_state: Compared { simulation: settled(&one, self.simulated), bench: settled(&two, self.measured) },
+            max_deviation: Compared { simulation: self.apart(&one, &desired).0, bench: self.apart(&two, &desired).0 },
+            max_difference: distance,
             distance_at,
             differences: differences.collect(),
             signal,

@@ -1,4 +1,4 @@
-//! Torques of the motors for a motion, by the model: inverse dynamics with friction, shared among the motors.
+//! Torques of the motors for a motion, computed with the model: inverse dynamics with friction, shared among the motors.
 
 use kardan_rt::functions::powi;
 
@@ -6,10 +6,10 @@ use crate::num::{Cholesky, dot};
 use crate::reduce::{Dynamics, Reduced, Work};
 use crate::synthesis::Plant;
 
-/// Speed along a friction direction below which it counts as resting in a plan, rad/s.
+/// Speed along a friction direction below which it counts as sticking in a plan, rad/s.
 const REST: f64 = 1e-9;
 
-/// The model's inverse dynamics with memory of its own.
+/// The model's inverse dynamics with its own work memory.
 #[derive(Clone)]
 pub(super) struct Inverse {
     pub dynamics: Dynamics,
@@ -52,7 +52,7 @@ impl Inverse {
     }
 
     /// Torques (N m) for reduced accelerations at a reduced position and speed, the smallest relative to the limits; false, and zeros,
-    /// if the motors cannot push every motion there. Allocates nothing.
+    /// if the motors cannot drive every motion there. Allocates nothing.
     pub fn torques(&mut self, position: &[f64], speed: &[f64], acceleration: &[f64], out: &mut [f64]) -> bool {
         let r = self.dynamics.degrees_of_freedom;
         out.fill(0.0);
@@ -87,7 +87,7 @@ impl Inverse {
         true
     }
 
-    /// Whether torques keep to a part of the limits.
+    /// Whether torques stay within a fraction of the limits.
     pub fn within_limits(&self, torques: &[f64], part: f64) -> bool {
         let fits = |(torque, limit): (&f64, &Option<f64>)| limit.is_none_or(|limit| torque.abs() <= part * limit);
         torques.iter().zip(&self.limits).all(fits)

@@ -1,4 +1,4 @@
-//! The virtual test bench: a plant that its model does not know, moved so that a log tells most, or under the file's controllers.
+//! The virtual test bench: a plant with values unknown to its model, excited for maximum information in the log, or under the file's controllers.
 
 mod closed_loop;
 mod inverse;
@@ -38,34 +38,34 @@ use servo::{Servo, ServoLaw, encoders};
 use spec::Spec;
 use truth::Truth;
 
-/// What runs on a bench.
+/// The mode of a bench.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum BenchRun {
-    /// The designed excitation, played by servo loops.
+    /// The designed excitation, executed by servo loops.
     #[default]
     Excitation,
     /// The scenario of the file under the controllers of the first variant with this one in the loop, designed on the model.
     Control(String),
 }
 
-/// How a bench is used.
+/// Settings of a bench.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BenchSettings {
-    /// Seed in place of the file's.
+    /// Seed, instead of the file's.
     pub seed: Option<u64>,
     /// Logs to write, with seeds from the first one on; 0 counts as 1.
     pub repetitions: usize,
-    /// Plan in place of the file's.
+    /// Plan, instead of the file's.
     pub plan: Option<String>,
-    /// Text of a file with `[bench.truth]`, in place of the model's.
+    /// Text of a file with `[bench.truth]`, instead of the model's.
     pub truth: Option<Named>,
-    /// The variant whose parameter values hold; the first if not given.
+    /// The variant whose parameter values apply; the first if not given.
     pub variant: Option<String>,
-    /// What runs.
+    /// The mode.
     pub run: BenchRun,
 }
 
-/// Relative tolerance of the integrator on a bench: its errors stay far below what encoders resolve.
+/// Relative tolerance of the integrator on a bench: its errors stay far below the resolution of encoders.
 const TOLERANCE: f64 = 1e-8;
 
 /// Runs the virtual bench of a model file.
@@ -75,13 +75,13 @@ const TOLERANCE: f64 = 1e-8;
 /// let source = model::builtin("harmonic-drive-bench").unwrap().source;
 /// let settings = study::BenchSettings { plan: Some("multisine".into()), ..Default::default() };
 /// let bench = study::prepare_bench(&study::Project::open(source), &settings).unwrap();
-/// // What the plan is to tell, and what it promises.
+/// // The parameters of the plan, and their expected errors.
 /// let plan = bench.plan().unwrap();
 /// assert!(plan.parameters.iter().all(|one| one.standard_error.is_some()) && plan.gain > 1.0);
 /// ```
 ///
 /// # Errors
-/// All mistakes of the file and of the truth; why there is no plan within the limits.
+/// All errors of the file and of the truth; the reason if no plan satisfies the limits.
 pub fn bench(source: &str, settings: &BenchSettings, progress: &dyn Progress) -> Result<Bench, Vec<Diagnostic>> {
     let bench = prepare_bench(&Project::open(source), settings)?;
     let logs = bench.logs(0..settings.repetitions.max(1) as u64, progress);
@@ -89,10 +89,10 @@ pub fn bench(source: &str, settings: &BenchSettings, progress: &dyn Progress) ->
     Ok(Bench { model, truth, plan, logs, notes })
 }
 
-/// A bench that is ready to run as often as one likes, from several threads.
+/// A bench ready for any number of runs, from several threads.
 pub struct PreparedBench {
     model: String,
-    /// What logs are called, before their seed.
+    /// Names of logs, before their seed.
     label: String,
     nominal: Arc<PreparedVariant>,
     plant: Reduced,
@@ -103,14 +103,14 @@ pub struct PreparedBench {
     scenario: Scenario,
     columns: Vec<Column>,
     seed: u64,
-    /// Whether a plan may begin anywhere.
+    /// Whether a plan may start at any angle.
     free: bool,
     period: f64,
     bandwidth: f64,
     torque_noise: f64,
     tolerance: Tolerance,
     notes: Vec<String>,
-    /// Whether controllers run in continuous time, whatever their sample time.
+    /// Whether controllers run in continuous time, independent of their sample time.
     continuous: bool,
 }
 
@@ -119,7 +119,7 @@ pub struct PreparedBench {
 struct Column {
     name: String,
     signal: String,
-    /// Another one than that of the signal.
+    /// A description other than that of the signal.
     description: Option<String>,
     noise: f64,
 }
@@ -135,7 +135,7 @@ impl PreparedBench {
         self.plan.as_ref()
     }
 
-    /// What the plant has and the model does not know.
+    /// Values of the plant that are unknown to the model.
     pub fn truth(&self) -> &[TrueValue] {
         &self.truth
     }
@@ -150,7 +150,7 @@ impl PreparedBench {
         &self.plant
     }
 
-    /// What the reader must know.
+    /// Notes for the reader.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
@@ -178,10 +178,10 @@ impl PreparedBench {
     }
 
     /// The log of a repetition, which is that of the seed plus its number: noise and the angles of the start differ from one to the
-    /// next (the latter if no spring holds the shafts and all ratios are constant), and how long constant speeds are held beyond their
+    /// next (the latter if no spring constrains the shafts and all ratios are constant), and how long constant speeds last after their
     /// dwell; the plant and the set points do not. The same bits for the same number, on any thread.
     ///
-    /// `progress` is told the fraction done, and gives a reason if the run is to end.
+    /// `progress` receives the completed fraction, and returns a reason to stop the run.
     pub fn log(&self, repetition: u64, progress: &mut dyn FnMut(f64) -> Option<String>) -> Run {
         self.log_limited(repetition, self.tolerance.most_steps, progress)
     }
@@ -270,7 +270,7 @@ fn prepare_excluding(
     let mut spec = Spec::read(document, &own, &mut out);
     spec.seed = settings.seed.unwrap_or(spec.seed);
     if spec.seed.checked_add(settings.repetitions as u64).is_none() {
-        let message = format!("there are not so many seeds from {} on", spec.seed);
+        let message = format!("the requested seeds from {} on exceed the largest seed", spec.seed);
         out.push(Diagnostic::error("bench::seed", message).help("begin with a smaller seed"));
     }
     if let Some(plan) = &settings.plan {
@@ -292,7 +292,7 @@ fn prepare_excluding(
     let motors: Vec<usize> = (0..nominal.reduced.equations.inputs.len()).filter(is_motor).collect();
     let tolerance = prepared.tolerance;
     let mut bench = PreparedBench {
-        // An excitation has nothing of the scenario of a variant.
+        // An excitation uses no part of the scenario of a variant.
         label: match (&settings.run, &settings.variant) {
             (BenchRun::Excitation, None) => file_stem(&prepared.name),
             _ => nominal.name.clone(),
@@ -327,7 +327,7 @@ fn prepare_excluding(
     if fails(&out) { Err(out) } else { Ok(bench) }
 }
 
-/// The number of the variant that is meant.
+/// The number of the selected variant.
 fn choose(variants: &[Arc<PreparedVariant>], settings: &BenchSettings) -> Result<usize, Box<Diagnostic>> {
     if let Some(name) = &settings.variant {
         let names = || variants.iter().map(|variant| variant.name.as_str());
@@ -369,7 +369,7 @@ fn true_values(
             Some(entries) => truth.given(document, own, entries, out),
             None => {
                 notes.push(format!(
-                    "No true values are given: each inertia, damping and friction was drawn within {} % of its value.",
+                    "The file has no true values: kardan drew each inertia, damping and friction within {} % of its value.",
                     100.0 * spec.spread
                 ));
                 truth.drawn(document, own, spec.spread, spec.seed)
@@ -384,7 +384,7 @@ fn true_values(
     };
     let truth = truth.given(document, own, &entries, &mut diagnostics);
     out.extend(diagnostics.into_iter().map(|diagnostic| Diagnostic {
-        message: format!("the true values that are given: {}", diagnostic.message),
+        message: format!("the given true values: {}", diagnostic.message),
         labels: Vec::new(),
         ..diagnostic
     }));
@@ -399,7 +399,7 @@ fn true_values(
 /// ```
 ///
 /// # Errors
-/// What is not TOML, or no such table, or other values than quantities in it; places lie in this text.
+/// Text that is not TOML, no such table, or values other than quantities in it; positions refer to this text.
 pub fn read_truth(text: &str) -> Result<Named, Vec<Diagnostic>> {
     let (entries, diagnostics) = syntax(text);
     if !diagnostics.is_empty() {
@@ -418,7 +418,7 @@ pub fn read_truth(text: &str) -> Result<Named, Vec<Diagnostic>> {
     })
 }
 
-/// True values of a bench as they are given to another.
+/// True values of a bench as input of another.
 pub fn truth_table(values: &[TrueValue]) -> Named {
     let one = |value: &TrueValue| {
         (value.name.clone(), Quantity::from(format!("{:?} {}", value.value, value.unit).trim_end().to_string()))
@@ -426,7 +426,7 @@ pub fn truth_table(values: &[TrueValue]) -> Named {
     Named(values.iter().map(one).collect())
 }
 
-/// The plant in explicit form, with the coordinates of the model as far as it has them.
+/// The plant in explicit form, with the coordinates of the model as far as they exist.
 fn true_plant(truth: &Truth, own: &[Setting], model: &Reduced, out: &mut Vec<Diagnostic>) -> Option<Reduced> {
     let (plant, diagnostics) = truth.document.model_with(&truth.settings(own), Some(&[]));
     let mut wrong: Vec<Diagnostic> = diagnostics.into_iter().filter(is_error).collect();
@@ -438,7 +438,7 @@ fn true_plant(truth: &Truth, own: &[Setting], model: &Reduced, out: &mut Vec<Dia
             let more = free.degrees_of_freedom().saturating_sub(names.len());
             let missing: Vec<String> =
                 equations.coordinates.iter().filter(|name| !names.contains(name)).cloned().collect();
-            // A spring in place of a constraint frees one shaft after the other.
+            // A spring that replaces a constraint frees one shaft after the other.
             for name in missing {
                 if names.len() == model.degrees_of_freedom() + more {
                     break;
@@ -476,7 +476,7 @@ impl PreparedBench {
         (self.scenario.position, self.scenario.speed) = (of(&kinematics.angles), of(&kinematics.speeds));
     }
 
-    /// The plan and a scenario as long as it.
+    /// The plan and a scenario of the same length.
     fn excite(&mut self, document: &Document, spec: &Spec, out: &mut Vec<Diagnostic>) {
         let model = &self.nominal.reduced;
         let all = coefficients(model);
@@ -489,7 +489,7 @@ impl PreparedBench {
                 let help = unknown_name(&name.value, names());
                 let message =
                     format!("`parameters` of `[bench]`: the model has no coefficient `{}`", shortened(&name.value));
-                out.push(Diagnostic::error("name::unknown", message).at(name.place.clone(), "not known").help(help));
+                out.push(Diagnostic::error("name::unknown", message).at(name.place.clone(), "unknown").help(help));
             }
             planner.coefficients.extend(found);
         }
@@ -516,8 +516,7 @@ impl PreparedBench {
                 let trajectory = Arc::new(sequence.trajectory(spec.seed).0);
                 let (_, complete) = Servo::new(model, &self.motors, trajectory, spec.period, spec.bandwidth);
                 if !complete {
-                    let note =
-                        "The encoders do not tell all coordinates: the servo loops read their angles as they are.";
+                    let note = "The encoders do not determine all coordinates: the servo loops read the exact angles.";
                     self.notes.push(note.into());
                 }
                 self.scenario.position = angles_at(model, &vec![0.0; model.degrees_of_freedom()], &self.plant);
@@ -584,20 +583,20 @@ impl PreparedBench {
     }
 }
 
-/// The coordinates of the plant where the model stands.
+/// The coordinates of the plant at the position of the model.
 fn angles_at(model: &Reduced, position: &[f64], plant: &Reduced) -> Vec<f64> {
     let mut kinematics = Kinematics::new(model);
     kinematics.update(position, &vec![0.0; position.len()]);
     plant.coordinates.iter().map(|&shaft| kinematics.angles[shaft]).collect()
 }
 
-/// Why there is no plan, for a reader.
+/// The diagnostic of a missing plan.
 fn why(refusal: Refusal, document: &Document, spec: &Spec, determinable: &str) -> Diagnostic {
     let (key, message, help) = match refusal {
         Refusal::NotDriven => (
             "plan",
-            "the motors cannot push every motion of the model, so they cannot play a plan".to_string(),
-            "the bench needs a motor for each degree of freedom: make the model rigid (compliance belongs into `truth`), or add \
+            "the motors cannot drive every motion of the model, so they cannot execute a plan".to_string(),
+            "the bench needs a motor for each degree of freedom: make the model rigid (compliance belongs in `truth`), or add \
              motors"
                 .to_string(),
         ),
@@ -608,34 +607,34 @@ fn why(refusal: Refusal, document: &Document, spec: &Spec, determinable: &str) -
         ),
         Refusal::TooMany(looked) => (
             "levels",
-            format!("the speeds of all coordinates make {looked} combinations"),
+            format!("the speeds of all coordinates have {looked} combinations"),
             "choose fewer levels, or sines or steps".to_string(),
         ),
         Refusal::TooFew { candidates, looked, count } => (
             "points",
             format!(
-                "of {looked} set points only {candidates} keep the limits of speeds and torques, and {count} are to be chosen"
+                "of {looked} set points only {candidates} satisfy the limits of speeds and torques, and the plan needs {count}"
             ),
             "raise `levels`, lower `speed_limit`, `least_speed` or `points`, or give the motors more torque".to_string(),
         ),
         Refusal::Undetermined(mixed) if mixed.is_empty() => (
             "plan",
-            "this kind of motion tells no coefficient of the model".to_string(),
-            "give the model an inertia, damping or friction that is to be told, or choose another plan".to_string(),
+            "this kind of motion identifies no coefficient of the model".to_string(),
+            "give the model an inertia, damping or friction to identify, or choose another plan".to_string(),
         ),
         Refusal::Undetermined(mixed) => (
             "parameters",
-            format!("no log of this kind of motion can tell {} apart", quoted(mixed.iter().map(String::as_str))),
-            if determinable.is_empty() { "choose another plan".into() } else { format!("this kind of motion can tell {determinable}") },
+            format!("no log of this kind of motion can distinguish {}", quoted(mixed.iter().map(String::as_str))),
+            if determinable.is_empty() { "choose another plan".into() } else { format!("this kind of motion can identify {determinable}") },
         ),
         Refusal::Singular => (
             "points",
-            "so few points do not determine all that is to be told".to_string(),
-            "raise `points`, list more `speeds`, or ask for fewer parameters".to_string(),
+            "so few points do not determine all parameters to identify".to_string(),
+            "raise `points`, list more `speeds`, or request fewer parameters".to_string(),
         ),
         Refusal::TooLong(time) => (
             "duration",
-            format!("the plan takes {time:.1} s or more, and {} s are allowed", spec.duration),
+            format!("the plan takes {time:.1} s or more, but the limit is {} s", spec.duration),
             "choose fewer points, a shorter dwell, or a longer duration".to_string(),
         ),
     };

@@ -1,4 +1,4 @@
-//! Excitations: candidates within the limits, the choice among them, and the motion to be played.
+//! Excitations: candidates within the limits, the choice among them, and the resulting motion.
 
 use kardan_rt::functions::{exp, ln, powi, sin};
 
@@ -14,19 +14,19 @@ use crate::num::{Cholesky, Matrix, Random, Scalar};
 use crate::reduce::{Kinematics, Reduced};
 use crate::results::{BenchPlan, BenchPoint, PlannedParameter};
 
-/// Part of the torque limits that a plan uses; the rest is for the servo loops.
+/// Fraction of the torque limits that a plan uses; the rest is for the servo loops.
 const TORQUE: f64 = 0.8;
-/// Most combinations of speeds that are looked at.
+/// Most evaluated combinations of speeds.
 const MOST_CANDIDATES: usize = 20_000;
-/// Sections of sines or steps that are drawn for each one that is chosen.
+/// Sections of sines or steps drawn for each chosen one.
 const DRAWS: usize = 6;
-/// Samples of a section between two that are looked at for limits and information.
+/// Stride of the samples of a section that are evaluated for limits and information.
 const SAMPLE_STEP: usize = 5;
-/// Parts of a plan, where the file does not tell.
+/// Parts of a plan, if the file does not specify them.
 const POINTS: usize = 16;
-/// Least speed of a shaft with friction at a constant speed, as a part of its limit, where the file gives none.
+/// Least speed of a shaft with friction at a constant speed, as a fraction of its limit, if the file gives none.
 const LEAST: f64 = 0.05;
-/// Longest time that a constant speed is held beyond its dwell, as a part of that.
+/// Longest extension of a constant speed after its dwell, as a fraction of that.
 const BEYOND: f64 = 0.5;
 /// Highest frequency of a sum of sines, Hz, and the number of sines for each coordinate.
 const SINES: (f64, usize) = (4.0, 5);
@@ -56,7 +56,7 @@ impl Trajectory {
         self.speeds.len() / self.degrees_of_freedom
     }
 
-    /// Position, speed and acceleration of a sample; beyond the end those at the end.
+    /// Position, speed and acceleration of a sample; after the end those at the end.
     pub fn at(&self, sample: usize) -> (&[f64], &[f64], &[f64]) {
         let k = sample.min(self.samples() - 1) * self.degrees_of_freedom;
         let of = |values: &'_ [f64]| -> std::ops::Range<usize> { k..(k + self.degrees_of_freedom).min(values.len()) };
@@ -65,22 +65,22 @@ impl Trajectory {
     }
 }
 
-/// The parts of a plan in the order in which they are played.
+/// The parts of a plan in the order of execution.
 pub(super) struct MotionSequence {
     degrees_of_freedom: usize,
     period: f64,
     legs: Vec<Leg>,
 }
 
-/// Speeds on the way, sample by sample, and then those held for so many samples; neither repeats the sample before.
+/// Speeds of the ramp, sample by sample, then constant speeds for a number of samples; neither repeats the sample before.
 struct Leg {
     way: Vec<f64>,
     dwell_samples: usize,
 }
 
 impl MotionSequence {
-    /// The motion, and of each part the samples between which it is measured. Constant speeds are held longer by a random part, so that
-    /// what comes back with each turn of a shaft is not in step from one speed to the next.
+    /// The motion, and for each part its measured range of samples. Constant speeds last longer by a random fraction, so that
+    /// effects periodic in a shaft angle are not synchronous from one speed to the next.
     pub fn trajectory(&self, seed: u64) -> (Trajectory, Vec<(usize, usize)>) {
         let r = self.degrees_of_freedom;
         let mut random = Random::named(seed, "holds");
@@ -95,12 +95,12 @@ impl MotionSequence {
             (0..dwell_samples).for_each(|_| speeds.extend(&last));
             parts.push((if leg.dwell_samples > 0 { from } else { begin }, speeds.len() / r - 1));
         }
-        // The last way leads to rest.
+        // The last ramp ends at rest.
         parts.pop();
         (Trajectory::new(r, self.period, speeds), parts)
     }
 
-    /// The longest that a motion can take, s.
+    /// The longest duration of a motion, s.
     fn longest(&self) -> f64 {
         let samples =
             |leg: &Leg| (leg.way.len() / self.degrees_of_freedom) as f64 + leg.dwell_samples as f64 * (1.0 + BEYOND);
@@ -115,17 +115,17 @@ struct Candidate {
     torques: Vec<f64>,
 }
 
-/// Why there is no plan.
+/// Reasons for a missing plan.
 pub(super) enum Refusal {
-    /// The motors leave a motion without torque.
+    /// The motors do not drive a motion.
     NotDriven,
     /// A coordinate has no speed limit.
     NoLimit(String),
-    /// There are more combinations than can be looked at.
+    /// There are too many combinations to evaluate.
     TooMany(usize),
-    /// Too few candidates keep the limits.
+    /// Too few candidates satisfy the limits.
     TooFew { candidates: usize, looked: usize, count: usize },
-    /// What was asked for cannot be told from one another by this motion.
+    /// This motion cannot distinguish the requested parameters.
     Undetermined(Vec<String>),
     /// The choice does not determine everything.
     Singular,
@@ -133,12 +133,12 @@ pub(super) enum Refusal {
     TooLong(f64),
 }
 
-/// The model with what makes a plan.
+/// The model with the data of a plan.
 pub(super) struct Planner<'a> {
     pub reduced: &'a Reduced,
     pub motors: &'a [usize],
     pub spec: &'a Spec,
-    /// Coefficients to be told; empty: all that can be.
+    /// Coefficients to identify; empty: all identifiable ones.
     pub coefficients: Vec<Coefficient>,
 }
 
@@ -147,7 +147,7 @@ impl Planner<'_> {
         if self.spec.plan == ExcitationPlan::ConstantSpeeds { Excitation::Steady } else { Excitation::Free }
     }
 
-    /// Of these coefficients those that this kind of motion can tell from all others.
+    /// The coefficients among these that this kind of motion can distinguish from all others.
     pub fn determinable(&self, all: &[Coefficient]) -> Vec<Coefficient> {
         let lost = undetermined(self.reduced, all, &[], self.excitation());
         let determined = |column: usize| lost.iter().all(|row| Scalar::is_zero(&row[column]));
@@ -173,7 +173,7 @@ impl Planner<'_> {
         self.reduced.equations.coordinates.iter().map(limit).collect()
     }
 
-    /// What a coefficient acts along.
+    /// The domain of a coefficient.
     fn domain(&self, one: &Coefficient) -> Domain {
         let element = names::parameter(&one.name).map_or(one.name.as_str(), |(element, _)| element);
         self.reduced.equations.domain_of_element(element)
@@ -277,13 +277,13 @@ impl Planner<'_> {
         Ok((plan, sequence))
     }
 
-    /// How many parts are chosen.
+    /// Number of chosen parts.
     fn count(&self, candidates: usize) -> usize {
         let gridded = self.spec.plan == ExcitationPlan::ConstantSpeeds && !self.spec.speeds.is_empty();
         self.spec.points.unwrap_or(if gridded { candidates.max(1) } else { POINTS })
     }
 
-    /// All combinations of the speeds of the coordinates that keep the limits and do not creep.
+    /// All combinations of the speeds of the coordinates that satisfy the limits and do not creep.
     fn constant(&self, rating: &mut Rating, limits: &[f64]) -> Result<(Vec<Candidate>, usize), Refusal> {
         let r = self.reduced.degrees_of_freedom();
         let levels: Vec<Vec<f64>> = (0..r).map(|i| self.levels(i, limits)).collect();
@@ -317,7 +317,7 @@ impl Planner<'_> {
         Ok((out, looked))
     }
 
-    /// Sections of sines or steps, drawn from the seed and scaled down until they keep the limits.
+    /// Sections of sines or steps, drawn from the seed and scaled down until they satisfy the limits.
     fn sections(&self, rating: &mut Rating, limits: &[f64]) -> (Vec<Candidate>, usize) {
         let (r, period) = (self.reduced.degrees_of_freedom(), self.spec.period);
         let samples = ((self.dwell() / period).round() as usize).max(10);
@@ -378,7 +378,7 @@ impl Planner<'_> {
         let mut points = Vec::new();
         let mut now = vec![0.0; r];
         while !unplanned.is_empty() {
-            // The nearest one next, so that ramps are short.
+            // Nearest neighbour next, for short ramps.
             let far = |k: usize| -> f64 {
                 let scaled = |i: usize| (candidates[k].speeds[i] - now[i]) / limits[self.reduced.coordinates[i]];
                 if constant { (0..r).map(|i| powi(scaled(i), 2)).sum() } else { 0.0 }
@@ -415,7 +415,7 @@ impl Planner<'_> {
             let length = samples as f64 * period;
             let acceleration: Vec<f64> = (0..r).map(|i| (to[i] - from[i]) / length).collect();
             let at = |part: f64| -> Vec<f64> { (0..r).map(|i| from[i] + part * (to[i] - from[i])).collect() };
-            // Torques are straight in the speed but where a friction turns round.
+            // Torques are linear in the speed except where a friction changes its sign.
             let fits = (0..=20).all(|k| rating.keeps(&vec![0.0; r], &at(f64::from(k) / 20.0), &acceleration, limits));
             if fits {
                 return Ok((1..=samples).flat_map(|k| at(k as f64 / samples as f64)).collect());
@@ -428,7 +428,7 @@ impl Planner<'_> {
     }
 }
 
-/// What candidates are rated with.
+/// Data to rate candidates.
 struct Rating {
     inverse: Inverse,
     regressor: Regressor,
@@ -437,7 +437,7 @@ struct Rating {
     inputs: usize,
     x: Vec<f64>,
     y: Vec<f64>,
-    /// Rows over the error of a measurement.
+    /// Rows divided by the error of a measurement.
     whiten: Cholesky,
     sigma: f64,
 }
@@ -482,7 +482,7 @@ impl Rating {
         self.regressor.columns()
     }
 
-    /// Whether a motion keeps the limits of speeds and torques; the torques are left in `torques`.
+    /// Whether a motion satisfies the limits of speeds and torques; `torques` receives the torques.
     fn keeps(&mut self, position: &[f64], speed: &[f64], acceleration: &[f64], limits: &[f64]) -> bool {
         let mut torques = std::mem::take(&mut self.torques);
         let driven = self.inverse.torques(position, speed, acceleration, &mut torques);
@@ -494,7 +494,7 @@ impl Rating {
         fits
     }
 
-    /// Adds the rows of a motion, in units of the error of the torques; false, and none, where the sign of a friction is not known.
+    /// Adds the rows of a motion, in units of the error of the torques; false, and none, if the sign of a friction is unknown.
     fn rows(&mut self, position: &[f64], speed: &[f64], acceleration: &[f64], weight: f64, out: &mut Vec<f64>) -> bool {
         let (r, p) = (self.y.len(), self.columns());
         let motion = Motion { position, speed, acceleration };
@@ -552,7 +552,7 @@ fn sines(samples: usize, period: f64, ramp: usize, random: &mut Random) -> Vec<f
     out
 }
 
-/// Random speeds of 0.3 to 1 either way, held for random times, with ramps between them and from and to rest.
+/// Random speeds of 0.3 to 1 in either direction for random times, with ramps between them and from and to rest.
 fn steps(samples: usize, ramp: usize, random: &mut Random) -> Vec<f64> {
     let mut out = Vec::with_capacity(samples);
     let mut now = 0.0;

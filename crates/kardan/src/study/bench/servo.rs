@@ -1,4 +1,4 @@
-//! The servo loops that play a plan: feed-forward of the model, and feedback of what the encoders read.
+//! The servo loops that execute a plan: feed-forward of the model, and feedback of the encoder readings.
 
 use std::sync::Arc;
 
@@ -17,11 +17,11 @@ use crate::synthesis::{Block, Clock, Law, LinearLaw, Observation, Reference};
 /// Poles of the filter that finds speeds from encoder readings, in bandwidths of the loop.
 const FILTER: f64 = 10.0;
 
-/// Reads encoders, commands all motors. The plan begins where the first readings are.
+/// Reads encoders, commands all motors. The plan starts at the first readings.
 ///
-/// From the readings a tracking filter with a double pole finds position and speed of the reduced coordinates; the acceleration asked
-/// for is that of the plan plus `3ω(v_p − v) + 3ω²(q_p − q) + ω³ ∫(q_p − q)`, a triple pole at −ω; the torques follow from the
-/// model's inverse dynamics at the planned motion. At a torque limit the integral waits.
+/// From the readings a tracking filter with a double pole finds position and speed of the reduced coordinates; the commanded acceleration
+/// is that of the plan plus `3ω(v_p − v) + 3ω²(q_p − q) + ω³ ∫(q_p − q)`, a triple pole at −ω; the torques follow from the
+/// model's inverse dynamics at the planned motion. At a torque limit the integral stops.
 #[derive(Clone)]
 pub(super) struct Servo {
     inputs: Vec<String>,
@@ -30,14 +30,14 @@ pub(super) struct Servo {
     inverse_of_readings: Matrix<f64>,
     /// Readings at zero coordinates.
     offsets: Vec<f64>,
-    /// Shafts that are read as they are, where there are not enough encoders.
+    /// Shafts with exact readings, if there are not enough encoders.
     shafts: Vec<usize>,
     period: f64,
     bandwidth: f64,
     trajectory: Arc<Trajectory>,
     inverse: Inverse,
     sample: usize,
-    /// Where the plan begins.
+    /// Start of the plan.
     start: Vec<f64>,
     position: Vec<f64>,
     speed: Vec<f64>,
@@ -47,7 +47,7 @@ pub(super) struct Servo {
     planned: Vec<f64>,
 }
 
-/// The encoders of a model whose shafts turn in constant ratios: name of the sensor, shaft.
+/// The encoders of a model with constant ratios of its shafts: name of the sensor, shaft.
 pub(super) fn encoders(reduced: &Reduced) -> Vec<(String, usize)> {
     let kinematics = Kinematics::new(reduced);
     let sensors = reduced.equations.sensors.iter();
@@ -61,8 +61,8 @@ pub(super) fn encoders(reduced: &Reduced) -> Vec<(String, usize)> {
 }
 
 impl Servo {
-    /// For a model; the plant may have more coordinates, its shafts are the same. The second value tells whether the encoders suffice:
-    /// else the loops read the angles of the coordinates as they are.
+    /// For a model; the plant may have more coordinates, its shafts are the same. The second value states whether the encoders suffice:
+    /// otherwise the loops read the exact angles of the coordinates.
     pub fn new(
         reduced: &Reduced,
         motors: &[usize],

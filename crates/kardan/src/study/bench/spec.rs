@@ -1,4 +1,4 @@
-//! What `[bench]` asks for.
+//! Settings of `[bench]`.
 
 use super::truth::{Entry, Truth};
 use crate::diagnostics::{Diagnostic, shortened};
@@ -10,7 +10,7 @@ use crate::study::read::{of_dimension, quantity, read_names, read_word};
 use crate::study::scenario::whole;
 use crate::units::Dimension;
 
-/// The table `[bench]` with what holds for keys that are left out.
+/// The table `[bench]`, with defaults for omitted keys.
 pub(super) struct Spec {
     pub truth: Option<Vec<Entry>>,
     pub spread: f64,
@@ -21,12 +21,12 @@ pub(super) struct Spec {
     pub signals: Vec<Placed<String>>,
     /// Shaft and speed, rad/s.
     pub speed_limits: Vec<(String, f64)>,
-    /// The same, of those that are not to creep.
+    /// The same, for shafts that must not creep.
     pub least_speeds: Vec<(String, f64)>,
     /// Coordinate and speed, an entry for each speed of a grid.
     pub speeds: Vec<(String, f64)>,
     pub levels: usize,
-    /// `None`: as many as usual.
+    /// `None`: the default number.
     pub points: Option<usize>,
     pub dwell: Option<f64>,
     pub ramp: f64,
@@ -37,7 +37,7 @@ pub(super) struct Spec {
     pub bandwidth: f64,
 }
 
-/// Bandwidth of the servo loops that have no other, rad/s.
+/// Default bandwidth of the servo loops, rad/s.
 const USUAL: f64 = 30.0;
 /// Largest bandwidth of the servo loops times their sample time; their filter is ten times as fast.
 const FASTEST: f64 = 0.3;
@@ -59,7 +59,7 @@ impl Spec {
             let wrong = format!("{spread} would let a value change its sign");
             bench.refuse("bench::spread", "spread", &wrong, "not below 1", "give a part of the values, such as 0.1");
         }
-        let period = bench.time("sample_time").unwrap_or(1e-3); // Unreadable: checked on with a usual one.
+        let period = bench.time("sample_time").unwrap_or(1e-3); // Unreadable: the checks continue with the default.
         if !(1e-5..=0.1).contains(&period) {
             let wrong = format!("a bench cannot sample every {period} s");
             let help = "choose a time from 10 us to 0.1 s, such as \"1 ms\"";
@@ -68,9 +68,9 @@ impl Spec {
         let levels = bench.count("levels", 8, (2, 50));
         let points = bench.count("points", 16, (1, 1000));
         let seed = bench.whole("seed").unwrap_or_default();
-        let positive = (Sign::Positive, "write the largest speed either way, such as \"60 rad/s\"");
+        let positive = (Sign::Positive, "write the largest speed in either direction, such as \"60 rad/s\"");
         let nonnegative =
-            (Sign::NonNegative, "write the least speed either way, such as \"0.5 rad/s\", or \"0 rad/s\"");
+            (Sign::NonNegative, "write the least speed in either direction, such as \"0.5 rad/s\", or \"0 rad/s\"");
         let speed_limits = bench.speeds("speed_limit", positive);
         let least_speeds = bench.speeds("least_speed", nonnegative);
         let speeds = bench.speeds("speeds", (Sign::Any, "write speeds such as \"-60 rad/s\""));
@@ -105,7 +105,7 @@ impl Spec {
 
 const WHAT: &str = "`[bench]`";
 
-/// The table while it is read.
+/// The table during reading.
 struct BenchTable<'a> {
     document: &'a Document,
     reader: TableReader<'a>,
@@ -155,7 +155,7 @@ impl BenchTable<'_> {
                 if !self.document.suppressed.has(&name.value) {
                     let help = unknown_name(&name.value, bodies().map(|body| body.name.as_str()));
                     self.out.push(
-                        Diagnostic::error("name::unknown", format!("{label}: there is no such shaft or mass"))
+                        Diagnostic::error("name::unknown", format!("{label}: the model has no such shaft or mass"))
                             .at(name.place.clone(), "not a shaft, not a mass")
                             .help(help),
                     );
@@ -186,7 +186,7 @@ impl BenchTable<'_> {
     }
 }
 
-/// What is wrong with `[bench]` itself; what depends on a plan is found where one is made.
+/// Errors of `[bench]` itself; the planner reports those that depend on a plan.
 pub(in crate::study) fn check(document: &Document, settings: &[Setting], out: &mut Vec<Diagnostic>) {
     if !document.bench.values.is_empty() {
         let spec = Spec::read(document, settings, out);

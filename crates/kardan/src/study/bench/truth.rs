@@ -1,4 +1,4 @@
-//! The plant on the bench: the model's tables with values that the model does not know.
+//! The plant on the bench: the model's tables with values unknown to the model.
 
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::model::{Document, Setting, TableReader};
@@ -11,11 +11,11 @@ use crate::schema::{Field, Kind, Placed, SHORTEST_PERIOD, Scalar, Sign, Value};
 use crate::study::read::of_dimension;
 use crate::units::{Dimension, Exact};
 
-/// The tables of the plant, and what is different in them.
+/// The tables of the plant, and their differences.
 pub(super) struct Truth {
     pub document: Document,
     pub values: Vec<TrueValue>,
-    /// Names that stay as the model has them.
+    /// Names with the values of the model.
     removed: Vec<String>,
 }
 
@@ -23,12 +23,12 @@ pub(super) struct Truth {
 pub(super) type Entry = (Placed<String>, Placed<Scalar>);
 
 impl Truth {
-    /// The plant is the model but for what is set yet; some names stay so.
+    /// The plant equals the model except for later changes; some names remain unchanged.
     pub fn new(document: &Document, removed: &[String]) -> Self {
         Self { document: document.clone(), values: Vec::new(), removed: removed.to_vec() }
     }
 
-    /// The values that are given.
+    /// The explicit values.
     pub fn given(
         mut self,
         document: &Document,
@@ -47,8 +47,8 @@ impl Truth {
         self
     }
 
-    /// Every inertia, damping and friction of the file within a part of its value. What is drawn for a key depends on its name and
-    /// the seed alone; a breakaway torque keeps its ratio to the friction.
+    /// Every inertia, damping and friction of the file within a fraction of its value. The draw for a key depends only on its name and
+    /// the seed; a breakaway torque has the same ratio to the friction as before.
     pub fn drawn(mut self, document: &Document, settings: &[Setting], spread: f64, seed: u64) -> Self {
         let reader = TableReader::new(document, settings);
         for (number, element) in document.elements.iter().enumerate() {
@@ -120,20 +120,20 @@ impl Truth {
         }
     }
 
-    /// Settings of the variant that the truth leaves as they are.
+    /// Settings of the variant that the truth does not change.
     pub fn settings(&self, settings: &[Setting]) -> Vec<Setting> {
         let own = |setting: &&Setting| self.values.iter().all(|value| value.name != setting.name);
         settings.iter().filter(own).cloned().collect()
     }
 }
 
-/// What a name stands for.
+/// The meaning of a name.
 enum Target {
     Parameter(usize),
     Key { element: usize, field: &'static Field, dimension: Dimension, sign: Sign },
 }
 
-/// Dimension and sign of a key that holds a number.
+/// Dimension and sign of a numeric key.
 fn numeric(field: &Field) -> Option<(Dimension, Sign)> {
     match field.kind {
         Kind::Quantity(dimension, sign) | Kind::Mechanical(dimension, sign) => Some((dimension, sign)),
@@ -148,7 +148,7 @@ fn find(document: &Document, name: &Placed<String>, label: &str, out: &mut Vec<D
         if !document.suppressed.has(head) {
             out.push(
                 Diagnostic::error("name::unknown", format!("{label}: {message}"))
-                    .at(name.place.clone(), "not known")
+                    .at(name.place.clone(), "unknown")
                     .help(help),
             );
         }
@@ -174,10 +174,10 @@ fn find(document: &Document, name: &Placed<String>, label: &str, out: &mut Vec<D
     let Some((field, (dimension, sign))) = found else {
         let names = || numbers().map(|field| field.name);
         let help = nearest(key, names()).map_or_else(
-            || format!("keys of a {} that are numbers: {}", kind.keyword, quoted(names())),
+            || format!("numeric keys of a {}: {}", kind.keyword, quoted(names())),
             |near| format!("did you mean `{head}.{near}`?"),
         );
-        return wrong(format!("a {} has no number `{}`", kind.keyword, shortened(key)), help);
+        return wrong(format!("a {} has no numeric key `{}`", kind.keyword, shortened(key)), help);
     };
     Some(Target::Key { element: number, field, dimension, sign })
 }
@@ -209,7 +209,7 @@ fn read(
     out.push(
         Diagnostic::error("number::sign", format!("{label} must be {rule}, found {}", value.to_f64()))
             .at(scalar.place.clone(), "out of range")
-            .help("the plant must be one that could be built"),
+            .help("the plant must be physically possible"),
     );
     None
 }

@@ -1,4 +1,4 @@
-//! Which channel of which log is which signal of the model.
+//! Mapping of log channels to signals of the model.
 
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::Domain;
@@ -21,7 +21,7 @@ pub(super) struct Harmonic {
     pub sine: bool,
 }
 
-/// A measured quantity, or what follows from one sample by sample.
+/// A measured quantity, or a quantity computed from one sample by sample.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Quantity {
     /// Of a shaft, or the position of a mass.
@@ -30,7 +30,7 @@ pub(super) enum Quantity {
     Speed(String, Domain),
     /// Of an input, or its force.
     Torque(String, Domain),
-    /// Of an angle: it passes the same filter as the torque, so that windows may hold many of its periods.
+    /// Of an angle: it passes the same filter as the torque, so that windows may contain many of its periods.
     Harmonic(Harmonic),
 }
 
@@ -92,7 +92,7 @@ pub(super) struct MappedChannel {
     pub group: usize,
     pub channel: usize,
     pub quantity: Quantity,
-    /// Of a reading to SI.
+    /// Factor from a reading to SI.
     pub factor: f64,
     /// First samples whose mean is subtracted.
     pub zero_samples: usize,
@@ -100,7 +100,7 @@ pub(super) struct MappedChannel {
     pub noise: Option<f64>,
 }
 
-/// What a coordinate of a model is.
+/// The domain of a coordinate of a model.
 fn domain_of(model: &Model, coordinate: &str) -> Domain {
     let own = model.terms.iter().find_map(|named| match &named.term {
         Term::Position { name } | Term::Charge { name } if name == coordinate => Some(named.term.domain()),
@@ -109,7 +109,7 @@ fn domain_of(model: &Model, coordinate: &str) -> Domain {
     own.unwrap_or_default()
 }
 
-/// What the first coordinate of a direction is.
+/// The domain of the first coordinate of a direction.
 fn domain_of_direction(model: &Model, direction: &Direction) -> Domain {
     direction.entries.first().map_or(Domain::Rotation, |(name, _)| domain_of(model, name))
 }
@@ -154,7 +154,7 @@ fn reads(name: SignalName<'_>, measured: &Measured) -> bool {
     }
 }
 
-/// All signals that a channel may be.
+/// All signals to which a channel may be mapped.
 pub(super) fn signals(model: &Model) -> Vec<String> {
     let motion = |shaft: &String| domain_of(model, shaft).motion().map(|quantity| quantity.of(shaft));
     let shafts = model.all_coordinates.iter().flat_map(motion);
@@ -169,7 +169,7 @@ pub(super) fn number(table: &Table, key: &str, reader: &TableReader<'_>, out: &m
     quantity(reader, table, key, (Dimension::NONE, Sign::Any), "a log", out).map(|x| x.to_f64())
 }
 
-/// Wires columns that are called like a signal.
+/// Maps columns that are named like a signal.
 pub(super) fn wire_by_name(
     model: &Model,
     file: &str,
@@ -195,14 +195,14 @@ pub(super) fn wire_by_name(
                         "unit::dimension",
                         format!("`{file}`, channel `{}`: {why}", shortened(&named.name)),
                     )
-                    .help("say what it is in `[[log.NAME.channel]]` with `signal`, `column` and `unit`"),
+                    .help("describe it in `[[log.NAME.channel]]` with `signal`, `column` and `unit`"),
                 ),
             }
         }
     }
 }
 
-/// Of a reading in a unit to SI.
+/// Factor from a reading in a unit to SI.
 fn unit_factor(unit: &str, quantity: &Quantity) -> Result<f64, String> {
     let unit = unit.trim();
     let per_minute = Exact::from_ratio(1, 60);
@@ -211,10 +211,10 @@ fn unit_factor(unit: &str, quantity: &Quantity) -> Result<f64, String> {
         Ok((factor, Dimension::NONE)) if factor == Exact::one() => Ok(1.0),
         Ok((factor, dimension)) if quantity.is_turning() && dimension == Dimension::FREQUENCY => {
             match factor == per_minute {
-                // Nobody measures radians per minute.
+                // Radians per minute is not a usual unit.
                 true => Ok(header_unit("rpm").map_or(1.0, |(factor, _)| factor.to_f64())),
                 false => Err(format!(
-                    "`{}` is a speed, and `{unit}` may be turns or radians in a time: write `rev/s` or `rad/s`",
+                    "`{}` is a speed, and `{unit}` may mean revolutions or radians per time: write `rev/s` or `rad/s`",
                     quantity.signal()
                 )),
             }
@@ -225,7 +225,7 @@ fn unit_factor(unit: &str, quantity: &Quantity) -> Result<f64, String> {
             quantity.dimension().noun(),
             dimension.noun()
         )),
-        Err(_) => Err(format!("the unit `{}` is not known", shortened(unit))),
+        Err(_) => Err(format!("kardan does not know the unit `{}`", shortened(unit))),
     }
 }
 
@@ -262,14 +262,15 @@ pub(super) struct Channel<'a, 'd> {
 }
 
 impl Channel<'_, '_> {
-    /// The channel of the file that is meant, with what it measures.
+    /// The selected channel of the file, with its measured quantity.
     pub fn wire(&self, model: &Model, out: &mut Vec<Diagnostic>) -> Option<MappedChannel> {
         let signal = read_word(self.table, "signal")?;
         let Some((quantity, _)) = quantity_of(signal, model) else {
             let all = signals(model);
             let help = unknown_name(signal, all.iter().map(String::as_str));
             let what = self.what;
-            let message = format!("{what}: `{}` is no measured angle, speed or torque of an input", shortened(signal));
+            let message =
+                format!("{what}: `{}` is not a measured angle, speed or torque of an input", shortened(signal));
             let place = TableReader::place(self.table, "signal");
             out.push(Diagnostic::error("name::unknown", message).at(place, "no such signal").help(help));
             return None;
@@ -286,13 +287,13 @@ impl Channel<'_, '_> {
         Some(MappedChannel { group, channel, quantity, factor, zero_samples, noise })
     }
 
-    /// Group and channel that `column` or `number` means.
+    /// Group and channel that `column` or `number` selects.
     fn column(&self, out: &mut Vec<Diagnostic>) -> Option<(usize, usize)> {
         let Self { table, what, file, groups, .. } = *self;
         let name = read_word(table, "column");
         let number = number(table, "number", self.reader, out).map(|x| x as usize);
         if name.is_none() && number.is_none() {
-            let message = format!("{what} says neither `column` nor `number`");
+            let message = format!("{what} has neither `column` nor `number`");
             out.push(
                 Diagnostic::error("key::missing", message)
                     .at(table.place.clone(), "which column?")
@@ -319,7 +320,7 @@ impl Channel<'_, '_> {
         place
     }
 
-    /// A value in the unit of what is measured, SI.
+    /// A value in the unit of the measured quantity, SI.
     fn of_quantity(&self, key: &str, quantity: &Quantity, out: &mut Vec<Diagnostic>) -> Option<f64> {
         let scalar = read_scalar(self.table, key)?;
         let label = format!("`{key}` of {}", self.what);
@@ -332,7 +333,7 @@ impl Channel<'_, '_> {
         Some(value.to_f64())
     }
 
-    /// Of a reading to SI by its unit: that of the table, or that of the file.
+    /// Factor from a reading to SI by its unit: that of the table, or that of the file.
     fn unit_factor(&self, in_file: &str, quantity: &Quantity, out: &mut Vec<Diagnostic>) -> Option<f64> {
         let unit = read_word(self.table, "unit");
         unit_factor(unit.unwrap_or(in_file), quantity)
@@ -341,9 +342,7 @@ impl Channel<'_, '_> {
                 out.push(
                     Diagnostic::error("unit::dimension", format!("{}: {why}", self.what))
                         .at(TableReader::place(self.table, key), "this unit")
-                        .help(
-                            "say it with `unit = \"...\"`, or what one unit of a reading is with `scale = \"200 N m\"`",
-                        ),
+                        .help("add `unit = \"...\"`, or the value of one unit of a reading with `scale = \"200 N m\"`"),
                 );
             })
             .ok()

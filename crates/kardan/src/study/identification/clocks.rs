@@ -1,4 +1,4 @@
-//! How the time of each group of a log is known.
+//! Time source of each group of a log.
 
 use super::channels::{MappedChannel, find};
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
@@ -9,7 +9,7 @@ use crate::study::read::{quantity, read_word};
 use crate::units::{Dimension, Exact, header_unit};
 use kardan_tables::read::{Group, unit_in_name};
 
-/// How the time of a group is known.
+/// Time source of a group.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Clock {
     /// A channel, by a factor to s.
@@ -18,10 +18,10 @@ pub(super) enum Clock {
     Step(f64),
 }
 
-/// Names of a column that everyone takes for the time.
+/// Usual names of a time column.
 const USUAL: [&str; 5] = ["time", "t", "timestamp", "time [s]", "time (s)"];
 
-/// The clock of each group that is read.
+/// The clock of each group read.
 pub(super) fn clocks(
     table: &Table,
     groups: &[Group],
@@ -62,7 +62,7 @@ pub(super) fn clocks(
     clocks
 }
 
-/// Of a group that has no time, what is to be said: where another one has, that their channels are not equally long.
+/// The message for a group without time: if another group has a time, that their channels differ in length.
 fn no_time(file: &str, groups: &[Group], number: usize, named: Option<&str>) -> Diagnostic {
     let own = &groups[number];
     let names = || quoted(own.channels.iter().map(|channel| channel.name.as_str()).take(24));
@@ -72,19 +72,19 @@ fn no_time(file: &str, groups: &[Group], number: usize, named: Option<&str>) -> 
     {
         let time = &group.channels[time].name;
         let message = format!(
-            "`{file}`: the time `{time}` has {rows} rows, but {own_rows} rows have {}: they have no time",
+            "`{file}`: the time `{time}` has {rows} rows, but {own_rows} rows have {}, which therefore have no time",
             names()
         );
         return Diagnostic::error("log::no-time", message).help(
-            "save channels that were recorded together with equally many rows, others each with a time of its own, or give `sample_time` \
+            "save channels recorded together with the same number of rows, other channels with a time of their own, or give `sample_time` \
              in `[log.NAME]`",
         );
     }
-    Diagnostic::error("log::no-time", format!("`{file}`: nobody knows which column is the time"))
+    Diagnostic::error("log::no-time", format!("`{file}`: kardan cannot find the time column"))
         .help(format!("name it in `[log.NAME]` with `time = \"...\"`, one of {}, or give `sample_time`", names()))
 }
 
-/// The channel that is the time: as the table names it, as the file says, or by a usual name.
+/// The time channel: named by the table, by the file, or by a usual name.
 fn time_channel(group: &Group, named: Option<&str>) -> Option<usize> {
     let own = named.and_then(|name| find(std::slice::from_ref(group), Some(name), None)).map(|(_, channel)| channel);
     let usual = || group.channels.iter().position(|one| USUAL.contains(&one.name.trim().to_lowercase().as_str()));
@@ -104,11 +104,11 @@ fn time_factor(table: &Table, group: &Group, channel: usize, file: &str, out: &m
         Ok((factor, Dimension::NONE)) if factor == Exact::one() => return 1.0,
         _ => {}
     }
-    let message = format!("`{file}`: the unit `{}` of its time is none of a time", shortened(unit));
+    let message = format!("`{file}`: the unit `{}` of its time is not a unit of time", shortened(unit));
     out.push(
         Diagnostic::error("unit::dimension", message)
             .at(TableReader::place(table, "time_unit"), "this log")
-            .help("say it in `[log.NAME]` with `time_unit = \"ms\"`"),
+            .help("set it in `[log.NAME]` with `time_unit = \"ms\"`"),
     );
     1.0
 }

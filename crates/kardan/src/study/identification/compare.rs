@@ -17,7 +17,7 @@ use crate::model::{Document, Setting};
 use crate::results::{Candidate, PredictionError};
 use crate::study::Progress;
 
-/// What is compared: the model of all that is asked for, and the windows that it uses.
+/// Basis of the comparison: the model with all requested terms, and its windows.
 pub(super) struct Whole<'a> {
     pub document: &'a Document,
     pub settings: &'a [Setting],
@@ -26,7 +26,7 @@ pub(super) struct Whole<'a> {
     pub chosen: &'a Chosen,
 }
 
-/// Compares models by what they predict of segments that they have not seen.
+/// Compares models by their predictions of segments that were not fitted.
 pub(super) fn compare(
     whole: &Whole<'_>,
     material: &Material<'_>,
@@ -41,7 +41,7 @@ pub(super) fn compare(
     for (k, spec) in specs.into_iter().enumerate() {
         progress.advance(1, "candidates", k as f64 / count as f64);
         if progress.stop().is_some() {
-            // Of some of them none is the best.
+            // Without all candidates the best one is undefined.
             return Ok(out);
         }
         out.push(judged(spec, whole, material)?);
@@ -65,7 +65,7 @@ fn usual_candidates(request: &FitRequest) -> Vec<CandidateSpec> {
     let mut specs = vec![
         spec("without Coulomb friction".into(), names(&[Kind::Inertia, Kind::Damping, Kind::Stiffness]), Vec::new()),
         spec("without damping".into(), names(&[Kind::Inertia, Kind::Friction, Kind::Stiffness]), Vec::new()),
-        spec("as asked, no extra terms".into(), all.clone(), Vec::new()),
+        spec("as requested, no extra terms".into(), all.clone(), Vec::new()),
     ];
     specs.extend(extras.iter().map(|extra| spec(format!("with {extra}"), all.clone(), vec![extra.clone()])));
     if extras.len() > 1 {
@@ -81,7 +81,7 @@ fn usual_candidates(request: &FitRequest) -> Vec<CandidateSpec> {
     specs
 }
 
-/// What is asked for by a candidate.
+/// The request of a candidate.
 fn candidate_request(
     spec: &CandidateSpec,
     whole: &Whole<'_>,
@@ -92,7 +92,7 @@ fn candidate_request(
     let mut own = request(whole.document, &whole.plant.model, whole.settings, &options, &mut diagnostics);
     for name in &spec.extras {
         if !own.declared.iter().any(|extra| extra.is(name)) {
-            let message = format!("candidate `{}`: there is no extra term `{name}`", spec.name);
+            let message = format!("candidate `{}`: the file has no extra term `{name}`", spec.name);
             diagnostics
                 .push(Diagnostic::error("name::unknown", message).help("declare it as `[[identification.extra]]`"));
         }
@@ -113,7 +113,7 @@ fn candidate_request(
 /// A candidate with its error. The windows and their covariances are those of the whole model, so that all predict the same on one scale.
 fn judged(spec: CandidateSpec, whole: &Whole<'_>, material: &Material<'_>) -> Result<Candidate, Vec<Diagnostic>> {
     let (own, method) = (candidate_request(&spec, whole, material)?, whole.chosen.method);
-    // What is not among its parameters is left out of the model, not taken from the file.
+    // Terms that are not among its parameters are removed from the model, not taken from the file.
     let silent: Vec<&UnknownParameter> =
         whole.request.unknowns.iter().filter(|one| !spec.parameters.contains(&one.name)).collect();
     let mut trial = plant_without(whole.plant, &silent);
@@ -140,7 +140,7 @@ fn judged(spec: CandidateSpec, whole: &Whole<'_>, material: &Material<'_>) -> Re
     Ok(candidate)
 }
 
-/// Chooses of those that are as good as the best, by its spread, the one of the fewest parameters.
+/// Chooses among the candidates within one spread of the best the one with the fewest parameters.
 fn choose_simplest(candidates: &mut [Candidate]) {
     let errors = candidates.iter().filter_map(|one| one.error).filter(|error| error.mean.is_finite());
     let Some(best) = errors.min_by(|a, b| a.mean.total_cmp(&b.mean)) else { return };
@@ -150,7 +150,7 @@ fn choose_simplest(candidates: &mut [Candidate]) {
     }
 }
 
-/// Keeps the samples at the places of others, which are in order, with the covariances of those.
+/// Selects the samples at the positions of other ones, which are in order, with the covariances of those.
 pub(super) fn align_places(samples: &mut Samples, reference: &Samples) {
     let mut retained = Vec::new();
     let mut covariance = Vec::new();

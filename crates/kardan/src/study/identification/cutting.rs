@@ -1,4 +1,4 @@
-//! Teeth whose losses depend on what they carry: where they are cut, so that the logs tell what that is.
+//! Cuts through gears with load-dependent losses, from which the logs determine the load.
 
 use super::extra::{ExtraTerm, Law, law_parameters};
 use super::request::FitRequest;
@@ -11,40 +11,40 @@ use crate::num::{Matrix, Rational, Scalar, echelon, rational_to_f64};
 use crate::reduce::{Kinematics, LawTorques, Reduced, linearise};
 use crate::schema::Table;
 
-/// Teeth with what is to be said of where they are cut.
+/// The gear data of a cut, with remarks about it.
 #[derive(Clone)]
 pub(super) struct Cut {
     pub teeth: Teeth,
-    /// Coefficients that are sought and enter as the file gives them.
+    /// Unknown coefficients that enter with the values of the file.
     pub load_independent: Vec<String>,
-    /// Whether what they carry is all that the logs tell besides what is sought: then any loss fits.
+    /// Whether the load contains all information of the logs besides the unknowns: then any loss fits.
     pub explains_itself: bool,
 }
 
-/// Whether teeth rub only so that there is a direction.
+/// Whether the gear loss exists only to provide a direction.
 fn is_lossless(gear: &GearLoss) -> bool {
     gear.loss.is_none() && [&gear.forth, &gear.back].iter().all(|part| part.to_f64().abs() < 1e-8)
 }
 
-/// The teeth of all meshes in order; of some why they cannot be cut.
+/// The cuts of all gear losses in order, or the reason why a cut is impossible.
 pub(super) fn cuts(balance: &Balance<'_>) -> Vec<Result<Cut, String>> {
     balance.reduced.equations.gear_losses().map(|(unilateral, gear)| balance.cut(unilateral, gear)).collect()
 }
 
-/// What a cut follows from.
+/// Inputs of the cut computation.
 #[derive(Clone, Copy)]
 pub(super) struct Balance<'a> {
     pub reduced: &'a Reduced,
-    /// Inputs that nobody measured.
+    /// Unmeasured inputs.
     pub unmeasured: &'a [usize],
-    /// Places of the inputs among what is measured.
+    /// Positions of the inputs among the measured quantities.
     pub torques: &'a [Option<usize>],
-    /// What is sought.
+    /// The unknowns.
     pub sought: &'a [Coefficient],
     pub request: &'a FitRequest,
 }
 
-/// A condition on the motion of a cut: a row over the shafts, and what it is to give.
+/// A condition on the motion of a cut: a row over the shafts, and its required value.
 type Condition = (Row, Rational);
 /// A direction over the shafts.
 type Row = Vec<(usize, Rational)>;
@@ -53,14 +53,15 @@ impl Balance<'_> {
     fn cut(&self, unilateral: &DirectionalTerm<UnilateralConstraint>, gear: &GearLoss) -> Result<Cut, String> {
         let equations = &self.reduced.equations;
         if !Kinematics::new(self.reduced).is_constant() {
-            return Err("ratios of the model change with the angle".into());
+            return Err("ratios of the model depend on the angle".into());
         }
         let first = unilateral.row.iter().find(|(_, x)| *x > Rational::ZERO).map(|(body, _)| *body);
         let entry =
             |row: &[(usize, Rational)]| row.iter().find(|(body, _)| Some(*body) == first).map(|(_, x)| x.clone());
         let own = equations.constraints.iter().position(|one| one.element == unilateral.element);
-        let own = own.ok_or("a spring stands in place of their constraint")?;
-        let lever = entry(&equations.constraints[own].row).ok_or("their constraint does not hold their first body")?;
+        let own = own.ok_or("a spring replaces their constraint")?;
+        let lever =
+            entry(&equations.constraints[own].row).ok_or("their constraint does not contain their first body")?;
         let mut conditions: Vec<Condition> = vec![(equations.constraints[own].row.clone(), lever)];
         let zero = |row: &[(usize, Rational)]| (row.to_vec(), Rational::ZERO);
         conditions
@@ -74,7 +75,7 @@ impl Balance<'_> {
         let n = equations.coordinates.len();
         let mut motion = solution(&conditions, n).ok_or_else(|| {
             let names = self.unmeasured.iter().map(|&k| equations.inputs[k].element.as_str());
-            format!("what they carry follows from no torque in the logs ({} are not there)", quoted(names))
+            format!("no torque in the logs determines their load ({} are not logged)", quoted(names))
         })?;
         let mut load_independent: Vec<String> = Vec::new();
         let mut try_condition = |row: &[(usize, Rational)], motion: &mut Vec<Rational>| {
@@ -103,13 +104,13 @@ impl Balance<'_> {
             row: unilateral.row_f64(),
             cut: motion.iter().map(rational_to_f64).collect(),
             fixed: [forth, back],
-            loss: loss.transpose().map_err(|_| "their loss is not known")?,
+            loss: loss.transpose().map_err(|_| "their loss is unknown")?,
             rest_speed: 0.0,
         };
         Ok(Cut { teeth, load_independent, explains_itself: !self.has_reference(&motion) })
     }
 
-    /// How a play is cut, whose torque is that of an input that nobody measured; and what of that which is sought enters its torque.
+    /// The cut of a backlash whose torque is an unmeasured input, and the unknowns that enter its torque.
     fn cut_of_play(&self, input: usize) -> Option<(Teeth, Vec<String>)> {
         let equations = &self.reduced.equations;
         let zero = |row: &[(usize, Rational)]| (row.to_vec(), Rational::ZERO);
@@ -140,7 +141,7 @@ impl Balance<'_> {
         Some((teeth, entering))
     }
 
-    /// Names and directions of what is sought.
+    /// Names and directions of the unknowns.
     fn unknown(&self) -> Vec<(String, Vec<Row>)> {
         let equations = &self.reduced.equations;
         let row = |kind: Kind, term: usize| match kind {
@@ -160,7 +161,7 @@ impl Balance<'_> {
         out
     }
 
-    /// Whether something known that moves with the plant is no part of what the teeth carry.
+    /// Whether a known term that moves with the plant is no part of the gear load.
     fn has_reference(&self, motion: &[Rational]) -> bool {
         let equations = &self.reduced.equations;
         let basis = linearise(self.reduced, &vec![0.0; self.reduced.degrees_of_freedom()]).basis;
@@ -202,7 +203,7 @@ fn row_dot(row: &[(usize, Rational)], of: &[Rational]) -> Rational {
     row.iter().fold(Rational::ZERO, |sum, (k, x)| sum.plus(&x.times(&of[*k])))
 }
 
-/// A motion of n shafts that fulfils all conditions; exact.
+/// A motion of n shafts that satisfies all conditions; exact.
 fn solution(conditions: &[Condition], n: usize) -> Option<Vec<Rational>> {
     let mut matrix = Matrix::from_fn(conditions.len(), n + 1, |_, _| Rational::ZERO);
     for (i, (row, value)) in conditions.iter().enumerate() {
@@ -214,12 +215,12 @@ fn solution(conditions: &[Condition], n: usize) -> Option<Vec<Rational>> {
     Some((0..n).map(|k| kernel[(k, column)].over(&kernel[(n, column)])).collect())
 }
 
-/// How the play is cut whose torque is that of an input.
+/// The cut of the backlash whose torque is that of an input.
 pub(super) fn cut_of_play(balance: &Balance<'_>, input: usize) -> Option<(Teeth, Vec<String>)> {
     balance.cut_of_play(input)
 }
 
-/// What stands in the way of terms of teeth, and what is to be said of others.
+/// Errors of gear-loss terms, and notes about other gears.
 pub(super) fn check_teeth(balance: &Balance<'_>) -> Result<Vec<String>, Vec<Diagnostic>> {
     let mut notes = Vec::new();
     let request = balance.request;
@@ -228,25 +229,25 @@ pub(super) fn check_teeth(balance: &Balance<'_>) -> Result<Vec<String>, Vec<Diag
         let own = request.extras.iter().find(|one| one.element == *element && matches!(one.law, Law::Teeth { .. }));
         match (cut, own) {
             (Err(why), Some(own)) => {
-                let message = format!("what the teeth of `{element}` lose cannot be found: {why}");
+                let message = format!("the gear loss of `{element}` cannot be identified: {why}");
                 return Err(vec![Diagnostic::error("identify::teeth", message)
-                    .help(format!("take `{}` out of the parameters, or log what is missing", own.term))]);
+                    .help(format!("remove `{}` from the parameters, or log the missing signal", own.term))]);
             }
             (Ok(cut), Some(own)) if cut.explains_itself => {
                 let message = format!(
-                    "what the teeth of `{element}` lose cannot be told from what the rest takes: all that is on the other side of them is sought too"
+                    "the gear loss of `{element}` is unidentifiable: all parameters on the other side of the gear are unknown too"
                 );
                 return Err(vec![Diagnostic::error("identify::teeth", message).help(format!(
-                    "give the file what is known of one side (an inertia, a weight, a torque that is logged) and ask for the others; or take \
-                     `{}` out of the parameters",
+                    "put known values of one side (an inertia, a weight, a logged torque) into the file and identify the others; or remove \
+                     `{}` from the parameters",
                     own.term
                 ))]);
             }
             (_, None) if is_lossless(gear) => {}
-            (Err(why), None) => notes.push(format!("the teeth of {element} are taken as lossless: {why}")),
+            (Err(why), None) => notes.push(format!("kardan treats the gear {element} as lossless: {why}")),
             (Ok(cut), _) if !cut.load_independent.is_empty() => notes.push(format!(
-                "what the teeth of {element} carry is computed with {} as the file gives them, which is exact to first order only: write what \
-                 was found into the file (`--write`) and identify again until nothing changes",
+                "kardan computes the load on the gear {element} with {} of the file, which is exact to first order only: write the \
+                 identified values into the file (`--write`) and identify again until they no longer change",
                 quoted(cut.load_independent.iter().map(String::as_str))
             )),
             _ => {}
@@ -255,14 +256,14 @@ pub(super) fn check_teeth(balance: &Balance<'_>) -> Result<Vec<String>, Vec<Diag
     Ok(notes)
 }
 
-/// Teeth for a regressor; those that cannot be cut lose nothing.
+/// Gear losses for a regressor; gears without a cut are lossless.
 pub(super) fn teeth(balance: &Balance<'_>) -> Vec<Teeth> {
     let n = balance.reduced.equations.coordinates.len();
     let none = || Teeth { row: Vec::new(), cut: vec![0.0; n], fixed: [0.0; 2], loss: None, rest_speed: 0.0 };
     cuts(balance).into_iter().map(|cut| cut.map_or_else(|_| none(), |cut| cut.teeth)).collect()
 }
 
-/// Teeth of all elements that have some, and of which the file does not say what they lose.
+/// All gears whose losses the file does not specify.
 pub(super) fn teeth_to_try(document: &Document) -> Vec<ExtraTerm> {
     let has_key = |key: &str, table: &Table| table.values.contains_key(key);
     let own = document.elements.iter().filter(|one| {
@@ -273,7 +274,7 @@ pub(super) fn teeth_to_try(document: &Document) -> Vec<ExtraTerm> {
     own.flat_map(|one| ExtraTerm::teeth(&one.name)).collect()
 }
 
-/// Terms of teeth that the logs can tell. What they carry must follow from the motion: a measured torque brings along all that the balance does not
+/// Gear-loss terms that the logs can identify. The load must follow from the motion: a measured torque includes everything that the balance does not
 /// explain, and the loss would explain it by itself.
 pub(super) fn identifiable_teeth(balance: &Balance<'_>) -> Vec<Vec<ExtraTerm>> {
     let all = balance.reduced.equations.gear_losses().zip(cuts(balance));

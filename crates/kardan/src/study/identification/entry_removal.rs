@@ -1,11 +1,11 @@
-//! One entry of a list of tables taken out of the text of a model file, the rest of which stays as it is.
+//! Removes one entry of a list of tables from the text of a model file and leaves the rest unchanged.
 
 use std::ops::Range;
 
 use crate::entries::{Entries, Entry, RawValue};
 use crate::file::syntax;
 
-/// The text without the table of a list that begins at a place; `None` where the text that is left would not say the same of all else.
+/// The text without the table of a list that begins at a place; `None` if the remaining text would not have the same content otherwise.
 pub(super) fn remove_entry(text: &str, [table, key]: [&str; 2], start: usize) -> Option<String> {
     let (before, _) = syntax(text);
     let list = listed(&before, [table, key])?;
@@ -15,7 +15,7 @@ pub(super) fn remove_entry(text: &str, [table, key]: [&str; 2], start: usize) ->
         false => of_line(text, list, number)?,
     };
     let mut out = text.to_string();
-    // From behind, so that places stay right.
+    // From the end, so that positions stay valid.
     spans.into_iter().rev().for_each(|span| out.replace_range(span, ""));
     let (after, diagnostics) = syntax(&out);
     let rest: Vec<&Entry> = list.iter().enumerate().filter(|(k, _)| *k != number).map(|(_, entry)| entry).collect();
@@ -40,7 +40,7 @@ fn of_header(text: &str, entry: &Entry) -> Option<Range<usize>> {
     let behind = &text[last..];
     let end = last + behind.find('\n').map_or(behind.len(), |at| at + 1);
     let rest = text[last..end].trim();
-    // A line that goes on with something else is not the entry's alone.
+    // A line with further content does not belong to the entry only.
     let own = text[begin..entry.place.start()].trim().is_empty() && (rest.is_empty() || rest.starts_with('#'));
     let empty = |line: &str| line.trim().is_empty();
     let above_empty = begin == 0 || empty(&text[line_start(text, begin - 1)..begin]);
@@ -48,7 +48,7 @@ fn of_header(text: &str, entry: &Entry) -> Option<Range<usize>> {
     own.then_some(begin..next.unwrap_or(end))
 }
 
-/// An item of a list in brackets, and its comma: that behind it, or of the last one that before it.
+/// An item of a list in brackets, and its comma: the one after it, or before it for the last item.
 fn of_line(text: &str, list: &[Entry], number: usize) -> Option<[Range<usize>; 2]> {
     let own = list[number].place.span();
     let Some(comma) = comma(text, own.end) else {
@@ -72,7 +72,7 @@ fn of_line(text: &str, list: &[Entry], number: usize) -> Option<[Range<usize>; 2
     }
 }
 
-/// A span with nothing behind it.
+/// A span with no text after it.
 fn one_span(span: Range<usize>) -> [Range<usize>; 2] {
     let end = span.end;
     [span, end..end]
@@ -82,7 +82,7 @@ fn line_start(text: &str, at: usize) -> usize {
     text[..at].rfind('\n').map_or(0, |line| line + 1)
 }
 
-/// The comma behind an item of a list, past blanks and comments.
+/// The comma after an item of a list, past blanks and comments.
 fn comma(text: &str, mut at: usize) -> Option<usize> {
     loop {
         at = text.len() - text[at..].trim_start().len();
@@ -94,7 +94,7 @@ fn comma(text: &str, mut at: usize) -> Option<usize> {
     }
 }
 
-/// Whether two tables say the same, apart from what stands at a path of keys and from tables that are empty without it.
+/// Whether two tables are equal, except for the value at a path of keys and for tables that are empty without it.
 fn same_table(a: &Entries, b: &Entries, apart: &[&str]) -> bool {
     let empty = RawValue::Table(Entries::default());
     let keys = a.iter().chain(b.iter()).map(|one| one.key.as_str());
@@ -108,7 +108,7 @@ fn same_table(a: &Entries, b: &Entries, apart: &[&str]) -> bool {
     })
 }
 
-/// Whether two values say the same, wherever they stand.
+/// Whether two values are equal, independent of their positions.
 fn same_value(a: &RawValue, b: &RawValue) -> bool {
     match (a, b) {
         (RawValue::List(a), RawValue::List(b)) => {

@@ -1,4 +1,4 @@
-//! Terms beyond those of the model: `[[identification.extra]]`.
+//! Additional terms besides those of the model: `[[identification.extra]]`.
 
 use super::channels::{Harmonic, Quantity};
 use crate::assemble::Equations;
@@ -11,10 +11,10 @@ use crate::schema::{Sign, Table, Value};
 use crate::study::read::{quantity, read_word};
 use crate::units::Dimension;
 
-/// What a term beyond those of the model is.
+/// The law of an additional term.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Law {
-    /// With the Stribeck speed, where it is known.
+    /// With the Stribeck speed, if known.
     Stribeck {
         shape: Shape,
         speed: Option<f64>,
@@ -27,7 +27,7 @@ pub(super) enum Law {
     SenseDamping,
     Quadratic,
     Drift,
-    /// One column for each recording but the last of those that turned the same way, once the logs are read.
+    /// One column for each recording except the last of those with the same direction of rotation, after the logs are read.
     Recordings,
     Recording {
         recording: usize,
@@ -39,31 +39,31 @@ pub(super) enum Law {
     Backlash {
         clear: f64,
     },
-    /// What the teeth of an element lose in proportion to what they carry; `back`: while its first body is driven.
+    /// Gear loss of an element, proportional to its load; `back`: while its first body is driven.
     Teeth {
         back: bool,
     },
     /// A parameter of laws of torques.
     Parameter {
         unit: String,
-        /// As the file gives it.
+        /// The value of the file.
         before: f64,
-        /// Whether such a law goes with an angle.
+        /// Whether such a law depends on an angle.
         over_angle: bool,
     },
 }
 
-/// A term beyond those of the model, or one column of it.
+/// An additional term, or one column of it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ExtraTerm {
     /// Of the column: `fs.stribeck`, `wg.load_loss`, `wg.cogging_6_cos`.
     pub name: String,
     /// Of the term: `wg.cogging_6`; the same as the name where it has one column.
     pub term: String,
-    /// In whose direction it acts: an element with friction, a motor, a spring.
+    /// The element along whose direction it acts: an element with friction, a motor, a spring.
     pub element: String,
     pub law: Law,
-    /// What to say of the column beside its value.
+    /// Remark about the column beside its value.
     pub remark: String,
 }
 
@@ -84,7 +84,7 @@ impl ExtraTerm {
         })
     }
 
-    /// The two columns of teeth.
+    /// The two columns of a gear loss.
     pub fn teeth(element: &str) -> [Self; 2] {
         [false, true].map(|back| {
             let own = Self::new(element, "tooth_loss", Law::Teeth { back });
@@ -97,7 +97,7 @@ impl ExtraTerm {
         if let Law::Stribeck { shape, speed } = self.law { Some((shape, speed)) } else { None }
     }
 
-    /// The input whose torque it goes with.
+    /// The input on whose torque it depends.
     pub fn torque(&self) -> Option<&str> {
         match &self.law {
             Law::Load { torque } => Some(torque),
@@ -106,7 +106,7 @@ impl ExtraTerm {
         }
     }
 
-    /// The harmonic that it goes with.
+    /// The harmonic on which it depends.
     pub fn harmonic(&self) -> Option<&Harmonic> {
         if let Law::Cogging(harmonic) | Law::Ripple(harmonic) = &self.law { Some(harmonic) } else { None }
     }
@@ -183,7 +183,7 @@ pub(super) fn declared_terms(document: &Document, model: &Model, out: &mut Vec<D
             out.push(
                 Diagnostic::error("name::duplicate", format!("{what}: there are two terms `{}`", first.term))
                     .at(table.place.clone(), "again here")
-                    .help("keep one"),
+                    .help("remove one of them"),
             );
             continue;
         }
@@ -200,19 +200,19 @@ struct Declared<'a> {
     what: &'a str,
 }
 
-/// What a key that a kind needs is for.
+/// Help for a key that a kind needs.
 const NEEDS: [(&str, &str, &str); 7] = [
     ("load", "torque", "name the motor or disturbance whose torque goes through the gear"),
     ("offset", "torque", "name the motor or disturbance whose torque was measured"),
-    ("cogging", "order", "write so many periods in a turn: `order = 6`"),
-    ("ripple", "order", "write so many periods in a turn: `order = 1`"),
-    ("teeth", "teeth", "name the gear, harmonic_drive, rack_and_pinion or screw whose teeth rub"),
+    ("cogging", "order", "write the number of periods per revolution: `order = 6`"),
+    ("ripple", "order", "write the number of periods per revolution: `order = 1`"),
+    ("teeth", "teeth", "name the gear, harmonic_drive, rack_and_pinion or screw with the gear loss"),
     ("backlash", "spring", "name the spring_damper that has it"),
-    ("backlash", "clear", "write a twist that is beyond the backlash for certain: `clear = \"1 mrad\"`"),
+    ("backlash", "clear", "write a twist that certainly exceeds the backlash: `clear = \"1 mrad\"`"),
 ];
 
 impl Declared<'_> {
-    /// Its columns, if nothing is wrong with it.
+    /// Its columns, if it has no error.
     fn columns(&self, out: &mut Vec<Diagnostic>) -> Vec<ExtraTerm> {
         let Some(kind) = read_word(self.table, "kind") else { return Vec::new() };
         let before = out.len();
@@ -283,7 +283,7 @@ impl Declared<'_> {
         if out.len() == before { columns } else { Vec::new() }
     }
 
-    /// Keys that would do nothing.
+    /// Keys without effect.
     fn refuse_idle_keys(&self, kind: &str, out: &mut Vec<Diagnostic>) {
         let fits = |key: &str| match key {
             "shape" | "speed" => kind == "stribeck",
@@ -298,14 +298,14 @@ impl Declared<'_> {
             if self.table.values.contains_key(key) && !fits(key) {
                 out.push(
                     Diagnostic::error("key::idle", format!("{}: the kind `{kind}` has no `{key}`", self.what))
-                        .at(TableReader::place(self.table, key), "does nothing here")
+                        .at(TableReader::place(self.table, key), "has no effect here")
                         .help("leave it out, or write another kind"),
                 );
             }
         }
     }
 
-    /// The element that a key names; empty where there is none.
+    /// The element that a key names; empty if there is none.
     fn element(&self, key: &str, out: &mut Vec<Diagnostic>) -> String {
         let Some(name) = read_word(self.table, key) else { return String::new() };
         let is_input = |name: &str| {
@@ -326,7 +326,7 @@ impl Declared<'_> {
             let (what, label) = match key {
                 "torque" => ("motor or disturbance", "no such input"),
                 "spring" => ("spring_damper", "no such spring"),
-                "teeth" => ("gear, harmonic_drive, rack_and_pinion or screw", "no such teeth"),
+                "teeth" => ("gear, harmonic_drive, rack_and_pinion or screw", "no such gear"),
                 _ => ("shaft, mass or spring_damper", "no such element"),
             };
             let help = did_you_mean(nearest(name, names.iter().copied()), || "name one of the model".into());
@@ -340,7 +340,7 @@ impl Declared<'_> {
     }
 }
 
-/// The harmonics that terms go with, each once, beside what is measured.
+/// The harmonics on which terms depend, each once, besides the measured quantities.
 pub(super) fn with_harmonics(slots: Vec<Quantity>, extras: &[ExtraTerm]) -> Result<Vec<Quantity>, Vec<Diagnostic>> {
     let mut out = slots;
     for extra in extras {
@@ -349,7 +349,7 @@ pub(super) fn with_harmonics(slots: Vec<Quantity>, extras: &[ExtraTerm]) -> Resu
             let angles = out.iter().filter(|slot| matches!(slot, Quantity::Angle(..))).map(Quantity::signal);
             let angles: Vec<String> = angles.collect();
             let message =
-                format!("`{}` goes with the angle of `{}`, which is not in the logs", extra.term, extra.element);
+                format!("`{}` depends on the angle of `{}`, which is not in the logs", extra.term, extra.element);
             let help = match angles.as_slice() {
                 [] => "log it: no angle is in the logs".to_string(),
                 all => format!("log it; the angles in the logs are {}", quoted(all.iter().map(String::as_str))),
@@ -364,8 +364,8 @@ pub(super) fn with_harmonics(slots: Vec<Quantity>, extras: &[ExtraTerm]) -> Resu
     Ok(out)
 }
 
-/// Terms with a column for each recording in place of those that stand for them all, and what is left out, with the reason. `senses`
-/// tells whether an element turned forwards and backwards in each recording.
+/// Terms with a column for each recording instead of one placeholder, and notes about omitted terms. `senses`
+/// returns whether an element rotated forwards and backwards in each recording.
 pub(super) fn with_recordings(
     extras: &[ExtraTerm],
     logs: &[String],
@@ -391,7 +391,7 @@ pub(super) fn with_recordings(
         }
         out[before..].sort_by_key(|one| if let Law::Recording { recording, .. } = one.law { recording } else { 0 });
         if out.len() == before {
-            notes.push(format!("{} is left out: no two logs turned the same way", extra.term));
+            notes.push(format!("kardan omits {}: no two logs have the same direction of rotation", extra.term));
         }
     }
     (out, notes)
@@ -412,7 +412,7 @@ pub(super) fn extra_columns(equations: &Equations, extras: &[ExtraTerm], harmoni
         match &extra.law {
             Law::Stribeck { .. } => Extra::Stribeck { friction: friction() },
             Law::Load { torque } => Extra::Load { friction: friction(), input: input(torque) },
-            // Where the recordings are not told apart yet it stands for its friction alone.
+            // Before the recordings are separated it represents its friction only.
             Law::Sense | Law::Recordings => Extra::Sense { friction: friction() },
             Law::SenseDamping => Extra::SenseDamping { friction: friction() },
             Law::Quadratic => Extra::Quadratic { friction: friction() },
@@ -425,7 +425,7 @@ pub(super) fn extra_columns(equations: &Equations, extras: &[ExtraTerm], harmoni
             Law::Offset => Extra::Offset { input: input(&extra.element) },
             Law::Teeth { back } => {
                 let place = equations.gear_losses().position(|(unilateral, _)| unilateral.element == extra.element);
-                Extra::Teeth { teeth: place.expect("every such term has teeth"), back: *back }
+                Extra::Teeth { teeth: place.expect("every such term has a gear"), back: *back }
             }
             Law::Parameter { .. } => {
                 let names = law_parameters(extras);

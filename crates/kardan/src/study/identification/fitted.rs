@@ -1,4 +1,4 @@
-//! A fit with what was fitted.
+//! A fit with its data.
 
 use super::plant::{Columns, Plant};
 use super::plays::Play;
@@ -12,7 +12,7 @@ pub(super) struct Fitted<'a> {
     /// The samples of the fit.
     pub samples: &'a Samples,
     pub fit: &'a Fit,
-    /// Predictions without having seen, sample by sample, row by row.
+    /// Cross-validated predictions, sample by sample, row by row.
     pub cross_validated: Option<&'a [f64]>,
     pub method: &'a str,
     pub window: f64,
@@ -41,7 +41,7 @@ impl Fitted<'_> {
     }
 }
 
-/// Six digits at most.
+/// At most six digits.
 pub(super) fn short(x: f64) -> String {
     let text = format!("{x:.6}");
     if x != 0.0 && (x.abs() < 1e-3 || x.abs() >= 1e6) {

@@ -1,4 +1,4 @@
-//! Which samples of the logs are fitted, and how.
+//! Selection of the fitted samples of the logs, and the fit.
 
 use super::extra::{ExtraTerm, Law};
 use super::fitted::short;
@@ -10,22 +10,22 @@ use crate::diagnostics::Diagnostic;
 use crate::identify::{Fit, FitOptions, Samples, cross_validate, fit};
 use crate::results::WindowCount;
 
-/// Steady segments are taken unasked where they have so many rows for each parameter, and at least this part of the windows.
+/// The automatic choice takes steady segments if they have this many rows per parameter, and at least this fraction of the windows.
 const PLENTY: usize = 3;
 const RARE: usize = 5;
 /// Folds of the cross-validation.
 const FOLDS: usize = 5;
-/// Blocks of windows that stay together in it, for each fold.
+/// Blocks of consecutive windows per fold.
 const BLOCKS: usize = 20;
 
-/// What of the logs is fitted, and why.
+/// The fitted samples of the logs, and the reason for the choice.
 pub(super) struct Chosen {
     pub method: Method,
     pub columns: Columns,
     pub built: Built,
     pub samples: Samples,
     pub notes: Vec<String>,
-    /// What the logs say against the model, whatever is fitted.
+    /// Contradictions between logs and model, independent of the fit.
     pub warnings: Vec<String>,
 }
 
@@ -40,11 +40,11 @@ impl Chosen {
         Self { method, columns, built, samples, notes: Vec::new(), warnings: Vec::new() }
     }
 
-    /// What became of the windows.
+    /// Counts of the windows.
     pub fn windows(&self) -> WindowCount {
         let used = self.samples.windows.iter().sum();
         let moving = if self.method == Method::Steady { self.built.samples.len() - used } else { 0 };
-        WindowCount { moving, used, ..self.built.count }
+        WindowCount { unsteady: moving, used, ..self.built.count }
     }
 
     /// The fit of all samples.
@@ -58,7 +58,7 @@ impl Chosen {
     }
 }
 
-/// Chooses between segments of constant speed and everything, where nobody has, and makes the rows.
+/// Chooses between segments of constant speed and all windows, unless the user chose, and builds the rows.
 pub(super) fn choose(plant: &Plant, request: &FitRequest, material: &Material<'_>) -> Result<Chosen, Vec<Diagnostic>> {
     let by = |method: Method| Chosen::by(method, plant, request, material);
     let needed = |chosen: &Chosen| chosen.columns.identifiable.len() + 2 * request.extras.len();
@@ -72,8 +72,8 @@ pub(super) fn choose(plant: &Plant, request: &FitRequest, material: &Material<'_
     let free = request.method.is_none() && chosen.method == Method::Steady;
     if free && !plenty && enough(&chosen, &chosen.built.samples) {
         let note = format!(
-            "the logs have {} segments of constant speed, few for {} parameters: everything is used, with filtered derivatives \
-             (`--method steady` takes the segments alone)",
+            "the logs have {} segments of constant speed, few for {} parameters: kardan uses all samples, with filtered derivatives \
+             (`--method steady` uses the segments only)",
             chosen.samples.len(),
             needed(&chosen)
         );
@@ -81,10 +81,10 @@ pub(super) fn choose(plant: &Plant, request: &FitRequest, material: &Material<'_
         chosen.notes.push(note);
     }
     if chosen.columns.identifiable.is_empty() && request.extras.is_empty() {
-        let message = "none of the parameters asked for can be told by a log of this kind";
+        let message = "a log of this kind identifies none of the requested parameters";
         let help = match chosen.method {
-            Method::Steady => "at constant speed nothing accelerates: use `--method dynamic`",
-            Method::Dynamic => "they do not enter the torque balance of what moves",
+            Method::Steady => "at constant speed all accelerations are zero: use `--method dynamic`",
+            Method::Dynamic => "they do not enter the torque balance of the moving parts",
         };
         return Err(vec![Diagnostic::error("identify::structure", message).help(help)]);
     }
@@ -108,7 +108,7 @@ pub(super) fn fit_options(request: &FitRequest, columns: &Columns, method: Metho
     }
 }
 
-/// What fits that have not seen a sample predict of it, sample by sample, row by row; and the fold of each sample.
+/// Cross-validated predictions, sample by sample, row by row; and the fold of each sample.
 pub(super) fn cross_validated(
     samples: &Samples,
     method: Method,
@@ -129,26 +129,26 @@ fn folds(samples: &Samples, method: Method) -> Vec<usize> {
 fn too_little(chosen: &Chosen, needed: usize, window: f64) -> Diagnostic {
     let (count, steady) = (&chosen.built.count, chosen.method == Method::Steady);
     let message = format!(
-        "{} {} tell too little for {needed} parameters: of {} windows of {} s, {} lack samples of a channel, in {} a \
-         friction rests or its sign is not known",
+        "{} {} are too few for {needed} parameters: of {} windows of {} s, {} lack samples of a channel, and in {} a \
+         friction sticks or its sign is unknown",
         chosen.samples.len(),
         if steady { "segments of constant speed" } else { "windows" },
         count.all,
         short(window),
         count.incomplete,
-        count.resting,
+        count.sticking,
     );
     let help = if steady {
-        "use `--method dynamic`, a wider `steady_tolerance`, or a shorter `--window`; or ask for fewer parameters"
+        "use `--method dynamic`, a wider `steady_tolerance`, or a shorter `--window`; or request fewer parameters"
     } else {
-        "log longer, use a shorter `--window`, lower `rest_speed`, or ask for fewer parameters"
+        "log longer, use a shorter `--window`, lower `rest_speed`, or request fewer parameters"
     };
     Diagnostic::error("identify::too-little", message).help(help)
 }
 
 fn too_large() -> Diagnostic {
-    Diagnostic::error("identify::numbers", "the logs hold numbers too large to compute with").help(
-        "check units and factors of the channels, and whether a large number stands for a reading that is missing (it may be left \
+    Diagnostic::error("identify::numbers", "the logs contain numbers too large to compute with").help(
+        "check units and factors of the channels, and whether a large number marks a missing reading (leave such a reading \
          empty)",
     )
 }

@@ -1,4 +1,4 @@
-//! The rows of a group of channels to windows, and what is wrong with its clock.
+//! Rows of a group of channels to windows, with errors of its clock.
 
 use std::collections::BTreeMap;
 
@@ -10,21 +10,21 @@ use crate::identify::{Reading, Windows};
 use crate::results::LogRead;
 use kardan_tables::read::Block;
 
-/// A time between rows is a gap from so many usual ones on.
+/// A time between rows of at least this many usual steps is a gap.
 const GAP: f64 = 5.0;
-/// A clock that begins later (s, some 3000 years), or is slower (s), is doubted.
+/// A clock that begins later (s, some 3000 years), or is slower (s), is suspicious.
 const LATE: f64 = 1e11;
 const SLOW: f64 = 0.5;
-/// Of the rows of a channel, the part without a number from which on its log counts as damaged.
+/// Fraction of rows without a number from which on the log of a channel counts as damaged.
 const MISSING: f64 = 0.01;
-/// Of the rows with a number, the part with one in the row before too, up to which a channel is slower than others.
+/// Largest fraction of rows with a number that follow a row with a number, for a channel slower than others.
 const ADJACENT: f64 = 0.1;
-/// Remarks of one kind that are told in full.
+/// Number of remarks of one kind that are reported in full.
 const MOST_REMARKS: usize = 3;
 /// Windows by section (after clock jumps) and number; for each the readings of all slots.
 pub(super) type SlotWindows = BTreeMap<(usize, i64), Vec<Reading>>;
 
-/// When the rows of a group were recorded.
+/// Times of the rows of a group.
 #[derive(Clone, Copy)]
 pub(super) struct Timing {
     pub clock: Clock,
@@ -33,7 +33,7 @@ pub(super) struct Timing {
 }
 
 impl Timing {
-    /// The first column that is no time.
+    /// The first column that is not the time.
     fn first_column(self) -> usize {
         usize::from(matches!(self.clock, Clock::Channel(..)))
     }
@@ -59,13 +59,13 @@ impl Timing {
     }
 }
 
-/// The rows of a channel that hold no measurement.
+/// The rows of a channel without a measurement.
 #[derive(Debug, Clone, Default)]
 struct Missing {
     /// Rows without a number.
     none: u64,
     infinite: u64,
-    /// Rows with a number behind a row with one.
+    /// Rows with a number after a row with one.
     adjacent: u64,
     /// Whether the last row has a number.
     last: bool,
@@ -82,7 +82,7 @@ impl Missing {
         }
     }
 
-    /// Whether a channel is slower than others: it has numbers in less than half of the rows, and hardly ever in two that follow each other.
+    /// Whether a channel is slower than others: it has numbers in less than half of the rows, and rarely in two consecutive ones.
     fn is_slower(&self, rows: u64) -> bool {
         let present = rows - self.none;
         present > 0 && 2 * present <= rows && self.adjacent as f64 <= ADJACENT * present as f64
@@ -106,16 +106,16 @@ pub(super) struct GroupReader {
     /// For each channel.
     missing: Vec<Missing>,
     windows: Windows,
-    /// Places of the channels among all slots.
+    /// Positions of the channels among all slots.
     pub slots: Vec<usize>,
-    /// Of which channel, order n, and whether it is the sine: what follows from angles, behind the channels.
+    /// Harmonics of angles, after the channels: the channel, order n, and whether it is the sine.
     harmonics: Vec<(usize, f64, bool)>,
     derived: Vec<Vec<f64>>,
-    /// For each channel of how many samples the mean is subtracted, how many of them came, and their mean.
+    /// For each channel the number of samples whose mean is subtracted, the number read so far, and their mean.
     zeros: Vec<(usize, f64, f64)>,
 }
 
-/// The usual time between rows; zero if it never goes on.
+/// The usual time between rows; zero if the time never advances.
 pub(super) fn median_step(times: &[f64]) -> f64 {
     median(times.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect()).unwrap_or(0.0)
 }
@@ -126,7 +126,7 @@ pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
 }
 
 impl GroupReader {
-    /// `block` is the first one; `slots` are the places of the channels among all, then those of the harmonics.
+    /// `block` is the first one; `slots` are the positions of the channels among all, then those of the harmonics.
     pub fn new(
         timing: Timing,
         block: &Block,
@@ -173,7 +173,7 @@ impl GroupReader {
         }
     }
 
-    /// Computes what follows from angles.
+    /// Computes the harmonics of angles.
     fn derive(&mut self, columns: &[Vec<f64>]) {
         for (&(channel, order, sine), out) in self.harmonics.iter().zip(&mut self.derived) {
             let of = |angle: &f64| if sine { sin(order * angle) } else { cos(order * angle) };
@@ -182,7 +182,7 @@ impl GroupReader {
         }
     }
 
-    /// Takes the rows of a block.
+    /// Adds the rows of a block.
     pub fn add(&mut self, block: &mut Block, slots: usize, windows: &mut SlotWindows, remarks: &mut Vec<String>) {
         let first_column = self.timing.first_column();
         for (missing, column) in self.missing.iter_mut().zip(&block.columns[first_column..]) {
@@ -204,7 +204,7 @@ impl GroupReader {
         let mut parts: Vec<&[f64]> = vec![&[]; columns.len()];
         let mut from = 0;
         while from < rows {
-            // As far as the time goes on.
+            // As far as the time increases.
             let mut to = from;
             while to < rows {
                 let t = times[to];
@@ -247,33 +247,33 @@ impl GroupReader {
         self.rows += rows as u64;
     }
 
-    /// What is to be said of the readings of a channel that are no numbers, and whether they are so many that its log counts as damaged.
+    /// The remark about readings of a channel that are not numbers, and whether they are so many that its log counts as damaged.
     pub fn lacks(&self, channel: usize) -> Option<(String, bool)> {
         let missing = &self.missing[channel];
         let none = if missing.is_slower(self.rows) { 0 } else { missing.none };
         let text = match (none, missing.infinite) {
             (0, 0) => return None,
-            (0, infinite) => format!("is infinite in {infinite} of {} rows, which are left out", self.rows),
-            (none, 0) => format!("has no number in {none} of {} rows, which are left out", self.rows),
+            (0, infinite) => format!("is infinite in {infinite} of {} rows, which kardan omits", self.rows),
+            (none, 0) => format!("has no number in {none} of {} rows, which kardan omits", self.rows),
             (none, infinite) => format!(
-                "has no number in {none} of {} rows and is infinite in {infinite}, which are left out",
+                "has no number in {none} of {} rows and is infinite in {infinite}, which kardan omits",
                 self.rows
             ),
         };
         Some((text, (none + missing.infinite) as f64 > MISSING * self.rows as f64))
     }
 
-    /// Ends the windows, and tells what is wrong with the clock.
+    /// Ends the windows, and reports errors of the clock.
     pub fn finish(&mut self, slots: usize, windows: &mut SlotWindows, read: &mut LogRead) {
         let remarks = &mut read.remarks;
         let mut clock_issues: Vec<String> = read.clock.take().into_iter().collect();
         let (section, own) = (self.section, &self.slots);
         self.windows.finish(&mut |k, readings| store_window(windows, section, k, slots, own, readings));
         if self.gaps > MOST_REMARKS {
-            remarks.push(format!("{} gaps in all", self.gaps));
+            remarks.push(format!("{} gaps in total", self.gaps));
         }
         if self.jumps > MOST_REMARKS {
-            remarks.push(format!("{} jumps of the clock in all", self.jumps));
+            remarks.push(format!("{} jumps of the clock in total", self.jumps));
         }
         if self.jumps > 0 {
             clock_issues.push(format!(
@@ -281,18 +281,21 @@ impl GroupReader {
                 if self.jumps == 1 { "once".into() } else { format!("{} times", self.jumps) }
             ));
         }
-        // Milliseconds or nanoseconds that nobody called so.
+        // Milliseconds or nanoseconds without a declared unit.
         if self.first.abs() > LATE || self.step >= SLOW {
             clock_issues.push("may not be in seconds".into());
             remarks.push(format!(
-                "the clock begins at {:.6} s with a row every {:.3e} s: if its numbers are no seconds, say so with `time_unit` in \
+                "the clock begins at {:.6} s with a row every {:.3e} s: if its unit is not seconds, set `time_unit` in \
                  `[log.NAME]`",
                 self.first, self.step
             ));
         }
         if self.repeated > 0 {
-            clock_issues.push(format!("stands still or is missing in {} rows", self.repeated));
-            remarks.push(format!("{} rows repeat the time of the row before, or have none: left out", self.repeated));
+            clock_issues.push(format!("does not advance or is missing in {} rows", self.repeated));
+            remarks.push(format!(
+                "{} rows repeat the time of the row before, or have none: kardan omits them",
+                self.repeated
+            ));
         }
         read.clock = (!clock_issues.is_empty()).then(|| clock_issues.join(", "));
     }

@@ -1,4 +1,4 @@
-//! Parameters of torques that expressions give.
+//! Parameters of torques given by expressions.
 
 use super::channels::{Harmonic, Quantity};
 use super::extra::{ExtraTerm, Law, law_parameters};
@@ -10,7 +10,7 @@ use crate::reduce::{LawTorques, NotLinear, Reduced, Wave, law_waves};
 use crate::schema::{Scalar, Table, Value};
 use crate::units::{Exact, Expression};
 
-/// Takes from the names those of parameters that stand in laws of torques, and makes terms of them.
+/// Removes from the names the parameters that occur in laws of torques, and turns them into terms.
 pub(super) fn law_terms(
     document: &Document,
     model: &Model,
@@ -41,9 +41,9 @@ pub(super) fn law_terms(
             }
             return false;
         }
-        let message = format!("the parameter `{name}` stands in the law of `{element}` and in {} too", quoted(further_uses.iter().map(String::as_str)));
+        let message = format!("the parameter `{name}` occurs in the law of `{element}` and also in {}", quoted(further_uses.iter().map(String::as_str)));
         out.push(Diagnostic::error("identify::parameter", message).help(
-            "what is found of a law must stand in laws of torques alone: give the law a parameter of its own, or take this one out of \
+            "an identified parameter of a law may occur in laws of torques only: give the law its own parameter, or remove this one from \
              `parameters`",
         ));
         false
@@ -51,7 +51,7 @@ pub(super) fn law_terms(
     terms
 }
 
-/// The value of a parameter in a formula, if it stands there.
+/// The value of a parameter in a formula, if it occurs there.
 fn constant<'a>(formula: &'a Formula, name: &str) -> Option<&'a Exact> {
     formula.names.iter().find_map(|(candidate, meaning)| match meaning {
         Meaning::Constant(value, _) if candidate == name => Some(value),
@@ -59,7 +59,7 @@ fn constant<'a>(formula: &'a Formula, name: &str) -> Option<&'a Exact> {
     })
 }
 
-/// Where a parameter stands besides laws of torques.
+/// Where a parameter occurs besides laws of torques.
 fn further_uses_of(document: &Document, name: &str) -> Vec<String> {
     let in_expression = |expression: &Expression| expression.names().contains(&name);
     let in_scalar = |scalar: &Scalar| match scalar {
@@ -92,7 +92,7 @@ fn further_uses_of(document: &Document, name: &str) -> Vec<String> {
     out
 }
 
-/// The harmonics of measured angles that laws go with, beside what is measured.
+/// The harmonics of measured angles on which laws depend, besides the measured quantities.
 pub(super) fn with_harmonics_of_laws(slots: Vec<Quantity>, model: &Model) -> Vec<Quantity> {
     let mut out = slots;
     let equations = assemble(&model.all_coordinates, &model.terms);
@@ -106,7 +106,7 @@ pub(super) fn with_harmonics_of_laws(slots: Vec<Quantity>, model: &Model) -> Vec
     out
 }
 
-/// The torques of the laws with these terms open, their values in the file, and the numbers of the harmonics that they are given.
+/// The torques of the laws with these terms open, their values in the file, and the numbers of the harmonics that they use.
 pub(super) fn law_torques(
     reduced: &Reduced,
     extras: &[ExtraTerm],
@@ -133,13 +133,13 @@ fn not_linear(reduced: &Reduced, wrong: &NotLinear) -> Diagnostic {
     let law = &reduced.equations.laws[*formula];
     let text = law.value.expression.text();
     let why = match kink {
-        true => "where it bends or jumps depends on it",
-        false => "its derivative by it depends on parameters that are sought",
+        true => "the place of its kink or jump depends on it",
+        false => "its derivative with respect to it depends on unknown parameters",
     };
     let message = format!("the law of `{}` is not linear in `{parameter}`: {why}: `{text}`", law.element);
     Diagnostic::error("identify::not-linear", message).help(format!(
-        "write it with a factor of its own, as in `-k * sin(arm.phi)`, and ask for that; or take `{parameter}` out of `parameters`: what is \
-         not asked for is known"
+        "give the term its own factor, as in `-k * sin(arm.phi)`, and identify that; or remove `{parameter}` from `parameters`: kardan takes \
+         other parameters as known"
     ))
 }
 

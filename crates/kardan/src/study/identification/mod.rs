@@ -1,4 +1,4 @@
-//! Parameters from measured logs: what the file asks for, the logs read, the samples fitted, and what was found said.
+//! Parameters from measured logs: reads the request of the file and the logs, fits the samples, and reports the result.
 
 mod channels;
 mod clocks;
@@ -78,7 +78,7 @@ const REMARKS: usize = 4;
 /// ```
 ///
 /// # Errors
-/// Mistakes of the file and of what is asked for; logs that cannot be read, or hold too little.
+/// Errors of the file and of the request; logs that cannot be read, or contain too few data.
 pub fn identify(
     source: &str,
     files: Vec<LogFile>,
@@ -92,7 +92,7 @@ impl Project {
     /// Identifies parameters from logs; see [`identify`](super::identify()).
     ///
     /// # Errors
-    /// Mistakes of the model and of what is asked for; logs that cannot be read, or hold too little.
+    /// Errors of the model and of the request; logs that cannot be read, or contain too few data.
     pub fn identify(
         &self,
         files: Vec<LogFile>,
@@ -103,7 +103,7 @@ impl Project {
     }
 }
 
-/// The same of a model that is open.
+/// The same for an open model.
 fn of_project(
     project: &Project,
     files: Vec<LogFile>,
@@ -118,7 +118,7 @@ fn of_project(
     if files.is_empty() {
         return Err(vec![
             Diagnostic::error("log::none", "there is no log to read")
-                .help("name one or more behind the model: `kardan identify my.toml bench.mf4`"),
+                .help("name one or more after the model: `kardan identify my.toml bench.mf4`"),
         ]);
     }
     let set = variant(document, settings.variant.as_deref())?;
@@ -141,13 +141,13 @@ fn of_project(
         Some(window) => window,
         None => logs.usual_window()?,
     };
-    // What was read of the logs by the time that all is to end is fitted all the same.
+    // After an early stop the part of the logs read so far is fitted nevertheless.
     let (recorded, early) = logs.read(&slots, window, progress)?;
     let material = Material { recorded: &recorded, slots: &slots, window };
     let mut notes = request.split_by_recording(&plant, &material);
     notes.extend(drop_unused_directions(&mut request, &plant, &material));
     notes.extend(plant.notes.iter().cloned());
-    // What was wrong with a log is likely to be why it does not suffice.
+    // An error of a log is a likely reason for insufficient data.
     let mut chosen =
         choose(&plant, &request, &material).map_err(|diagnostics| with_remarks(diagnostics, &material.remarks()))?;
     let contradictions = contradictions(&plant, &material);
@@ -159,18 +159,18 @@ fn of_project(
     Fitting { whole, material, options, fit, early }.validated(settings, progress)
 }
 
-/// The parameters are found, and how good they are is not known yet.
+/// The identified parameters, before validation.
 struct Fitting<'a> {
     whole: Whole<'a>,
     material: Material<'a>,
     options: FitOptions,
     fit: Fit,
-    /// How much of the logs was read, if not all.
+    /// The fraction of the logs read, if not all.
     early: Option<String>,
 }
 
 impl Fitting<'_> {
-    /// Validates the fit and compares other models, until all is to end.
+    /// Validates the fit and compares other models, until a stop is requested.
     fn validated(
         &self,
         request: &IdentifySettings,
@@ -182,33 +182,36 @@ impl Fitting<'_> {
             |what: &str| Some(self.early.iter().map(String::as_str).chain([what]).collect::<Vec<_>>().join("; "));
         let ends = || self.early.is_some() || progress.stop().is_some();
         store_partial(&|| Identification {
-            unfinished: missing("validation and comparison are missing"),
+            incomplete_reason: missing("validation and comparison are missing"),
             ..self.summary(None)
         });
         let chosen = self.whole.chosen;
         let cross_validated =
             (!ends()).then(|| cross_validated(&chosen.samples, chosen.method, &self.options).0).flatten();
         let mut out = self.summary(cross_validated.as_deref());
-        store_partial(&|| Identification { unfinished: missing("the comparison of models is missing"), ..out.clone() });
+        store_partial(&|| Identification {
+            incomplete_reason: missing("the comparison of models is missing"),
+            ..out.clone()
+        });
         if request.compare && !ends() {
             out.candidates = compare(&self.whole, &self.material, progress)?;
             if out.candidates.is_empty() {
-                let note = "there is nothing to compare: the terms asked for are one model, and the file has no other candidate";
+                let note = "kardan has no models to compare: the requested terms are one model, and the file has no other candidate";
                 out.notes.insert(0, note.into());
             }
         }
         if request.suggest && !ends() {
-            store_partial(&|| Identification { unfinished: missing("suggestions are missing"), ..out.clone() });
+            store_partial(&|| Identification { incomplete_reason: missing("suggestions are missing"), ..out.clone() });
             out.suggestions = suggest(&self.whole, &self.material, &self.options, &self.plays(), progress);
         }
         if ends() {
-            out.unfinished = missing("what was left to validate and to compare is missing");
+            out.incomplete_reason = missing("the remaining validation and comparison are missing");
         }
         progress.release();
         Ok(out)
     }
 
-    /// What the teeth of plays did, by the values that were found.
+    /// Contacts of the backlashes with the identified values.
     fn plays(&self) -> Vec<Play> {
         let Whole { request, chosen, .. } = self.whole;
         let identifiable =
@@ -217,7 +220,7 @@ impl Fitting<'_> {
         chosen.built.plays.iter().map(|play| play.fitted(&self.fit, &names)).collect()
     }
 
-    /// What was found, with the predictions of fits that have not seen what they predict, if there are any.
+    /// The result, with cross-validated predictions, if any.
     fn summary(&self, cross_validated: Option<&[f64]>) -> Identification {
         let Whole { request, plant, chosen, .. } = self.whole;
         let plays = self.plays();
@@ -241,12 +244,12 @@ impl Fitting<'_> {
     }
 }
 
-/// Diagnostics that tell what was remarked about the logs.
+/// Diagnostics with the remarks about the logs.
 fn with_remarks(mut diagnostics: Vec<Diagnostic>, remarks: &[String]) -> Vec<Diagnostic> {
     if let (Some(first), false) = (diagnostics.first_mut(), remarks.is_empty()) {
         let own_help = first.help.take().unwrap_or_default();
         let shown = remarks[..remarks.len().min(REMARKS)].join("; ");
-        first.help = Some(format!("{own_help}; and see what the logs say: {shown}"));
+        first.help = Some(format!("{own_help}; remarks about the logs: {shown}"));
     }
     diagnostics
 }

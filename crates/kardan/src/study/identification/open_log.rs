@@ -1,4 +1,4 @@
-//! A log, open, with what is read of it.
+//! An open log, with its mapped channels.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::study::read::{quantity, read_word};
 use crate::units::Dimension;
 use kardan_tables::read::{Bytes, CsvOptions, Log, LogError, open};
 
-/// A log with what is read of it.
+/// A log with its mapped channels.
 pub(super) struct OpenLog {
     pub name: String,
     pub log: Box<dyn Log>,
@@ -25,7 +25,7 @@ pub(super) struct OpenLog {
     pub file: Arc<dyn Bytes>,
 }
 
-/// What went wrong with a log, as a diagnostic.
+/// An error of a log, as a diagnostic.
 pub(super) fn log_error(name: &str, error: &LogError) -> Diagnostic {
     Diagnostic::error("log::unreadable", format!("`{name}`: {error}"))
 }
@@ -65,13 +65,13 @@ pub(super) fn open_log(
     let offset = quantity(&reader, table, "time_offset", (Dimension::TIME, Sign::Any), "a log", out);
     if mapped.is_empty() && out.len() == before {
         let names = groups.iter().flat_map(|group| group.channels.iter().map(|channel| channel.name.as_str()));
-        let message = format!("no channel of `{}` is known to the model", file.name);
+        let message = format!("no channel of `{}` matches a signal of the model", file.name);
         let notes = log.notes();
         out.push(Diagnostic::error("log::no-channel", message).help(format!(
-            "say which is which in `[log.NAME]` (`kardan elements log`); the file has {}, the model {}{}{}",
+            "map them in `[log.NAME]` (`kardan elements log`); the file has {}, the model {}{}{}",
             quoted(names.take(24)),
             quoted(signals(model).iter().map(String::as_str)),
-            if notes.is_empty() { "" } else { "; and see what the log says: " },
+            if notes.is_empty() { "" } else { "; remarks about the log: " },
             notes.join("; ")
         )));
     }
@@ -86,7 +86,7 @@ pub(super) fn open_log(
     })
 }
 
-/// How a text is read as a table.
+/// Settings to read a text as a table.
 fn csv_options(table: &Table, reader: &TableReader<'_>, out: &mut Vec<Diagnostic>) -> CsvOptions {
     let mut row = |key: &str| number(table, key, reader, out).map(|x| x as usize);
     CsvOptions {

@@ -1,4 +1,4 @@
-//! The logs of an identification, open, with the part of their bytes that was read.
+//! The open logs of an identification, with the number of bytes read.
 
 use std::io::{Read, Seek, SeekFrom};
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use crate::model::{Document, Model};
 use crate::study::Progress;
 use kardan_tables::read::{Bytes, LogError, ReadSeek};
 
-/// Bytes that count what was read of them.
+/// Bytes with a counter of those read.
 struct Counted {
     inner: Arc<dyn Bytes>,
     read: Arc<AtomicU64>,
@@ -52,11 +52,11 @@ impl Counted {
     }
 }
 
-/// Logs that are open.
+/// Open logs.
 pub(super) struct OpenLogs {
-    /// Those recorded together in one list each.
+    /// One list for each set recorded together.
     experiments: Vec<Vec<OpenLog>>,
-    /// What counts the bytes read.
+    /// The counter of the bytes read.
     counters: Vec<Arc<AtomicU64>>,
     /// All of them.
     bytes: u64,
@@ -85,23 +85,23 @@ impl OpenLogs {
         if diagnostics.is_empty() { Ok(out) } else { Err(diagnostics) }
     }
 
-    /// What the files say of themselves.
+    /// The notes of the files.
     pub fn notes(&self) -> Vec<String> {
         let all = self.experiments.iter().flatten();
         all.flat_map(|open| open.log.notes().into_iter().map(|note| format!("`{}`: {note}", open.name))).collect()
     }
 
-    /// The quantities that the logs hold: the same in all that were recorded apart, or those that all have.
+    /// The quantities of the logs: the same in all separate recordings, or those that all have.
     pub fn slots(&self) -> Result<Vec<Quantity>, Vec<Diagnostic>> {
         let mut of: Vec<Vec<Quantity>> = Vec::new();
         for logs in &self.experiments {
             let mut own: Vec<Quantity> = Vec::new();
             for one in logs.iter().flat_map(|log| &log.mapped) {
                 if own.contains(&one.quantity) {
-                    let message = format!("`{}` is in the logs twice", one.quantity.signal());
+                    let message = format!("the logs contain `{}` in two channels", one.quantity.signal());
                     return Err(vec![
                         Diagnostic::error("log::twice", message)
-                            .help("keep one channel for each signal in the `[log.NAME]` tables"),
+                            .help("leave one channel per signal in the `[log.NAME]` tables"),
                     ]);
                 }
                 own.push(one.quantity.clone());
@@ -114,9 +114,9 @@ impl OpenLogs {
             let more: Vec<String> = own.iter().filter(|one| !first.contains(one)).map(Quantity::signal).collect();
             if !missing.is_empty() || !more.is_empty() {
                 let name = self.experiments[k].first().map_or("", |log| log.name.as_str());
-                let message = format!("`{name}` holds other signals than the first log");
+                let message = format!("`{name}` contains other signals than the first log");
                 let help = format!(
-                    "it lacks {}, it has {} besides; logs of one identification hold the same. Two files of one recording are joined by their \
+                    "it lacks {} and has {} in addition; all logs of one identification need the same signals. kardan joins two files of one recording by \
                      time if the model has a `[log.NAME]` with `file` for each",
                     if missing.is_empty() { "nothing".into() } else { quoted(missing.iter().map(String::as_str)) },
                     if more.is_empty() { "nothing".into() } else { quoted(more.iter().map(String::as_str)) }
@@ -127,7 +127,7 @@ impl OpenLogs {
         Ok(first)
     }
 
-    /// The width of windows that holds enough samples of every channel, s.
+    /// The width of windows with enough samples of every channel, s.
     pub fn usual_window(&mut self) -> Result<f64, Vec<Diagnostic>> {
         let mut widest = 0.0_f64;
         for logs in &mut self.experiments {
@@ -136,7 +136,7 @@ impl OpenLogs {
         Ok(widest)
     }
 
-    /// Reads all in windows; if all is to end before, what was read by then, and how much that is.
+    /// Reads all logs into windows; after an early stop the part read so far, and its fraction.
     pub fn read(
         self,
         slots: &[Quantity],
@@ -156,7 +156,7 @@ impl OpenLogs {
         for logs in experiments {
             recorded.push(read(logs, slots, window, &enough).map_err(failed)?);
             if progress.stop().is_some() {
-                early = Some(format!("of the logs {:.1} % were read", 100.0 * part()));
+                early = Some(format!("kardan read {:.1} % of the logs", 100.0 * part()));
                 break;
             }
         }

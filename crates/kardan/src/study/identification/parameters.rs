@@ -1,4 +1,4 @@
-//! The parameters that were found, and what they mean for the model file.
+//! The identified parameters, and their values for the model file.
 
 use super::cutting::teeth;
 use super::extra::{ExtraTerm, Law};
@@ -13,7 +13,7 @@ use crate::reduce::linearise;
 use crate::results::{FIXED_REMARK, FileLaw, FileTerm, FileValue, IdentifiedDamping, IdentifiedParameter, Interval};
 use crate::units::Exact;
 
-/// Parameters by the file's order of what was asked for, then those of the extra terms.
+/// Parameters in the order of the request, then those of the extra terms.
 pub(super) fn parameters(fitted: &Fitted<'_>) -> Vec<IdentifiedParameter> {
     let Fitted { request, columns, .. } = fitted;
     let mut out: Vec<IdentifiedParameter> =
@@ -49,12 +49,12 @@ fn published(request: &FitRequest, name: &str) -> Option<f64> {
 }
 
 impl Fitted<'_> {
-    /// What an element acts along.
+    /// The domain of an element.
     pub fn domain(&self, element: &str) -> Domain {
         self.plant.reduced.equations.domain_of_element(element)
     }
 
-    /// What was found in a column of the fit.
+    /// The result of a column of the fit.
     fn column(&self, name: String, unit: &str, column: usize, before: Option<f64>) -> IdentifiedParameter {
         let fit = self.fit;
         let (value, error) = (fit.values[column], fit.standard_errors[column]);
@@ -66,22 +66,20 @@ impl Fitted<'_> {
             remark: match (bounded, undetermined) {
                 (true, _) => "at its bound, zero".into(),
                 (_, true) => "these data do not determine it".into(),
-                _ if half.is_nan() => {
-                    "no interval: the fit leaves nothing that could tell how large the errors are".into()
-                }
+                _ if half.is_nan() => "no interval: the fit has no residual from which to estimate the errors".into(),
                 _ => String::new(),
             },
             published: published(self.request, &name),
             standard_error: (!bounded && !error.is_nan()).then_some(error),
             name,
             unit: unit.into(),
-            before,
+            model_value: before,
             value: Some(value),
             combination: String::new(),
         }
     }
 
-    /// A coefficient that was asked for: with others in a combination, or left out as no test of this kind determines it.
+    /// A requested coefficient: with others in a combination, or omitted because no test of this kind determines it.
     fn coefficient(&self, number: usize) -> IdentifiedParameter {
         let (columns, before) = (self.columns, self.request.unknowns[number].before);
         let Coefficient { name, kind, .. } = &columns.coefficients[number];
@@ -90,10 +88,10 @@ impl Fitted<'_> {
             return IdentifiedParameter {
                 name: name.clone(),
                 unit: unit.into(),
-                before,
+                model_value: before,
                 value: before,
                 standard_error: Some(f64::INFINITY),
-                remark: "not determined by a test of this kind, whatever is logged".into(),
+                remark: "a test of this kind does not determine it, whichever signals are logged".into(),
                 published: published(self.request, name),
                 ..IdentifiedParameter::default()
             };
@@ -106,7 +104,7 @@ impl Fitted<'_> {
         };
         found.combination = with.iter().map(part).collect();
         if !with.is_empty() {
-            found.remark = "only this combination can be told".into();
+            found.remark = "only this combination is identifiable".into();
         }
         found
     }
@@ -126,7 +124,7 @@ impl Fitted<'_> {
             found.interval = None;
             found.standard_error = None;
         } else if self.fit.at_end.contains(&number) {
-            found.remark = "at the end of the speeds measured: these data do not determine it".into();
+            found.remark = "at the end of the measured speed range: these data do not determine it".into();
             found.interval = None;
             found.standard_error = Some(f64::INFINITY);
         }
@@ -173,13 +171,13 @@ impl Fitted<'_> {
 }
 
 impl Fitted<'_> {
-    /// Widths of the plays that are sought.
+    /// Widths of the requested backlashes.
     fn widths(&self) -> Vec<IdentifiedParameter> {
         let is_sought = |play: &&Play| self.request.plays.as_ref().is_none_or(|plays| plays.contains(&play.element));
         let of = |play: &Play| {
             let stops =
                 self.plant.reduced.equations.unilaterals.iter().filter(|unilateral| unilateral.element == play.element);
-            // δ is at most the one, and at least the opposite of the other.
+            // δ is at most the first value, and at least the negative of the second.
             let ends = stops.map(|unilateral| match &unilateral.value {
                 UnilateralConstraint::Stop { upper: true, offset, .. } => [offset.to_f64(), 0.0],
                 UnilateralConstraint::Stop { offset, .. } => [0.0, offset.to_f64()],
@@ -194,7 +192,7 @@ impl Fitted<'_> {
         self.plays.iter().filter(is_sought).flat_map(of).collect()
     }
 
-    /// The efficiency of teeth that lose so much of what they carry where they are cut.
+    /// The efficiency of a gear with this loss of the load at its cut.
     fn efficiency(&self, extra: &ExtraTerm, back: bool, column: usize) -> IdentifiedParameter {
         let name = format!("{}.{}", extra.element, if back { "efficiency_back" } else { "efficiency" });
         let mut found = self.column(name, "1", column, None);
@@ -220,12 +218,12 @@ impl Fitted<'_> {
     }
 }
 
-/// The value of a parameter that is found alone, with an interval.
+/// The value of a parameter that is identified individually, with an interval.
 fn determined(one: &IdentifiedParameter) -> Option<f64> {
     one.value.filter(|_| one.combination.is_empty() && one.interval.is_some())
 }
 
-/// What a model file can hold of what was found, and what not. Stribeck friction goes there as the torque at which it breaks away.
+/// The results that a model file can contain, and the others with reasons. The file gets Stribeck friction as the breakaway torque.
 pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> (Vec<FileValue>, Vec<String>) {
     let Fitted { request, columns, .. } = fitted;
     let (mut values, mut omissions) = (Vec::new(), Vec::new());
@@ -286,16 +284,16 @@ pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) 
                 values.push(value("stribeck_speed", speed, interval));
             }
             (Shape::Gaussian, ..) => {
-                omissions.push(format!("{}: it is not told well enough, or {friction} is not", extra.name));
+                omissions.push(format!("{}: it or {friction} is not determined well enough", extra.name));
             }
-            _ => omissions.push(format!("{}: a model file has the gaussian shape only", extra.name)),
+            _ => omissions.push(format!("{}: a model file supports the gaussian shape only", extra.name)),
         }
     }
     of_teeth_and_plays(fitted, parameters, &mut values, &mut omissions);
     (values, omissions)
 }
 
-/// What a model file can hold of teeth and plays.
+/// Gear losses and backlashes for a model file.
 fn of_teeth_and_plays(
     fitted: &Fitted<'_>,
     parameters: &[IdentifiedParameter],
@@ -308,10 +306,10 @@ fn of_teeth_and_plays(
         let found = parameters.iter().find(|one| one.name == name);
         match found.and_then(determined).filter(|value| *value <= 1.0 && (back || *value > 0.0)) {
             Some(value) => values.push(FileValue { name, value, interval: None }),
-            None => omissions.push(format!("{name}: it is not told from 1, or not determined")),
+            None => omissions.push(format!("{name}: it is not distinguishable from 1, or not determined")),
         }
     }
-    // A file has no `efficiency_back` alone.
+    // A file needs `efficiency` beside `efficiency_back`.
     for (unilateral, gear) in fitted.plant.reduced.equations.gear_losses() {
         let named = |word: &str, values: &[FileValue]| {
             let name = format!("{}.{word}", unilateral.element);
@@ -333,7 +331,7 @@ fn of_teeth_and_plays(
     }
 }
 
-/// How a law of a torque says a term, if it can.
+/// The law of a torque that expresses a term, if any.
 fn law_of_file(extra: &ExtraTerm) -> Option<FileLaw> {
     match &extra.law {
         Law::Sense => Some(FileLaw::Sense),
@@ -344,7 +342,7 @@ fn law_of_file(extra: &ExtraTerm) -> Option<FileLaw> {
     }
 }
 
-/// The terms that a model file can hold as laws of torques; those that are not determined are left out, with the reason.
+/// The terms that a model file can contain as laws of torques; undetermined ones are omitted, with the reason.
 pub(super) fn terms_for_file(request: &FitRequest, parameters: &[IdentifiedParameter]) -> (Vec<FileTerm>, Vec<String>) {
     let (mut terms, mut omissions): (Vec<FileTerm>, Vec<String>) = (Vec::new(), Vec::new());
     for extra in &request.extras {
@@ -370,23 +368,23 @@ pub(super) fn terms_for_file(request: &FitRequest, parameters: &[IdentifiedParam
     (terms, omissions)
 }
 
-/// Whether a law of a torque, or a key of an element, says a term.
+/// Whether a law of a torque, or a key of an element, expresses a term.
 pub(super) fn is_in_file(extra: &ExtraTerm) -> bool {
     law_of_file(extra).is_some() || matches!(extra.law, Law::Teeth { .. } | Law::Parameter { .. })
 }
 
-/// Why a term beyond those of the model stays beyond them.
+/// Why an additional term cannot be written into the model file.
 fn not_in_a_file(law: &Law) -> &'static str {
     match law {
-        Law::Load { .. } => "no key of an element holds it; what teeth lose does: the kind `teeth`",
-        Law::Recordings | Law::Recording { .. } | Law::Drift => "friction does not change with time in a model",
-        Law::Offset => "it is the sensor's: subtract it from the readings",
-        Law::Backlash { .. } => "its width goes there",
-        _ => "no key of an element holds it",
+        Law::Load { .. } => "no key of an element describes it; for a gear loss use the kind `teeth`",
+        Law::Recordings | Law::Recording { .. } | Law::Drift => "friction of a model does not change with time",
+        Law::Offset => "it belongs to the sensor: subtract it from the readings",
+        Law::Backlash { .. } => "kardan writes its width there",
+        _ => "no key of an element describes it",
     }
 }
 
-/// Kᵀ D K at what was found, where dampings were asked for.
+/// Kᵀ D K at the identified values, if dampings were requested.
 pub(super) fn damping(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> Option<IdentifiedDamping> {
     let Fitted { plant, columns, .. } = fitted;
     let damping_terms = || columns.coefficients.iter().filter(|one| one.kind == Kind::Damping);
@@ -413,7 +411,7 @@ pub(super) fn damping(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -
     Some(IdentifiedDamping { coordinates, values: damping.to_rows(), unit, passive })
 }
 
-/// The value of a parameter with the others of its combination as the file gives them.
+/// The value of a parameter, with the others of its combination at the values of the file.
 fn own_value(name: &str, parameters: &[IdentifiedParameter], fitted: &Fitted<'_>) -> Option<f64> {
     let found = parameters.iter().find(|one| one.name == name)?;
     let columns = fitted.columns;

@@ -11,12 +11,12 @@ use crate::results::{FrictionCurve, FrictionPoint, Trace, TracePoint};
 /// Points of a picture.
 const POINTS: usize = 2000;
 
-/// Every so many of a list that it stays short.
+/// A subset of a list at a constant stride, of limited length.
 fn stride(count: usize) -> usize {
     count.div_ceil(POINTS).max(1)
 }
 
-/// Torques as they were measured and as they are predicted.
+/// Measured and predicted torques.
 pub(super) fn traces(fitted: &Fitted<'_>) -> Vec<Trace> {
     let Fitted { samples, fit, cross_validated, .. } = fitted;
     let step = stride(samples.len());
@@ -38,17 +38,17 @@ pub(super) fn traces(fitted: &Fitted<'_>) -> Vec<Trace> {
         .collect()
 }
 
-/// For each friction asked for: what is measured along it less all other terms, over its speed.
+/// For each requested friction: the measured torque along it less all other terms, over its speed.
 pub(super) fn curves(fitted: &Fitted<'_>) -> Vec<FrictionCurve> {
     let Fitted { plant, request, samples, .. } = fitted;
-    // Rows are those of the coordinates only where nothing was eliminated.
+    // Rows are those of the coordinates only without eliminated torques.
     if samples.rows != plant.reduced.degrees_of_freedom() {
         return Vec::new();
     }
     let basis = plant.basis();
     let keys = request.unknowns.iter().flat_map(|one| &one.keys).filter(|(_, kind)| *kind == Kind::Friction);
     let all = keys.map(|(element, _)| element).chain(request.extras.iter().map(|extra| &extra.element));
-    // Terms that go with an input or a spring have no friction of that name, and no curve.
+    // Terms of an input or a spring have no friction of that name, and no curve.
     let mut elements: Vec<&String> = Vec::new();
     for element in all {
         if !elements.contains(&element) {
@@ -63,7 +63,7 @@ pub(super) fn curves(fitted: &Fitted<'_>) -> Vec<FrictionCurve> {
     elements.into_iter().filter_map(curve).collect()
 }
 
-/// The curve of a friction along a direction, in the row of the balance that has most of it.
+/// The curve of a friction along a direction, in the row of the balance with its largest share.
 fn curve(fitted: &Fitted<'_>, element: &str, direction: &[f64]) -> Option<FrictionCurve> {
     let Fitted { request, columns, samples, fit, .. } = fitted;
     let row = (0..direction.len()).max_by(|&a, &b| direction[a].abs().total_cmp(&direction[b].abs()))?;

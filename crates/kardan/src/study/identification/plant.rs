@@ -1,4 +1,4 @@
-//! The plant in coordinates that were measured, and the columns that its logs can tell.
+//! The plant in measured coordinates, and the columns that its logs can identify.
 
 use super::channels::{Harmonic, Quantity, quantity_of};
 use super::cutting::{Balance, check_teeth};
@@ -22,32 +22,32 @@ use crate::units::Exact;
 pub(super) struct Plant {
     pub reduced: Reduced,
     pub model: Model,
-    /// Places of the coordinates among the slots: angle, speed.
+    /// Positions of the coordinates among the slots: angle, speed.
     pub sensors: Vec<(Option<usize>, Option<usize>)>,
-    /// Places of the inputs among the slots.
+    /// Positions of the inputs among the slots.
     pub torques: Vec<Option<usize>>,
-    /// Inputs that nobody measured.
+    /// Unmeasured inputs.
     pub unmeasured: Vec<usize>,
-    /// Harmonics of angles that are read, and their places among the slots.
+    /// Harmonics of angles in use, and their positions among the slots.
     pub harmonics: Vec<(Harmonic, usize)>,
     /// Step of the sensor of each slot, rad.
     pub steps: Vec<Option<f64>>,
-    /// Elements with a play, whose torque is eliminated.
+    /// Elements with backlash, whose torque is eliminated.
     pub plays: Vec<String>,
-    /// What is to be said of it.
+    /// Notes about it.
     pub notes: Vec<String>,
 }
 
-/// What is fitted: columns and what they mean.
+/// The fitted columns and their meaning.
 pub(super) struct Columns {
     pub coefficients: Vec<Coefficient>,
-    /// Those of them that are columns; each with what else enters its value: `(number, factor)`.
+    /// Those of them that are columns; each with the others that enter its value: `(number, factor)`.
     pub identifiable: Vec<(usize, Vec<(usize, f64)>)>,
     pub structural: Vec<Vec<Rational>>,
     pub extras: Vec<Extra>,
 }
 
-/// The model with terms for all that is asked for, in coordinates that were measured.
+/// The model with terms for the whole request, in measured coordinates.
 pub(super) fn plant(
     document: &Document,
     set: &[Setting],
@@ -66,7 +66,7 @@ pub(super) fn plant(
     let mut equations = assemble(&model.all_coordinates, &model.terms);
     let plays = open_plays(&document, &mut equations);
     let failed = |error: &dyn std::fmt::Display| {
-        wrong(format!("the model cannot be reduced: {error}"), "`kardan check` says more")
+        wrong(format!("the model cannot be reduced: {error}"), "`kardan check` reports the details")
     };
     let free = reduce(equations.clone(), None).map_err(|error| failed(&error))?;
     let coordinates = measured_coordinates(&model, &free, slots)?;
@@ -106,7 +106,7 @@ fn wrong(message: String, help: impl Into<String>) -> Vec<Diagnostic> {
     vec![Diagnostic::error("identify::motion", message).help(help)]
 }
 
-/// Shafts whose measured motion tells that of all others; those of the file's coordinates first.
+/// Shafts whose measured motion determines that of all others; those of the file's coordinates first.
 fn measured_coordinates(model: &Model, free: &Reduced, slots: &[Quantity]) -> Result<Vec<String>, Vec<Diagnostic>> {
     let mut measured: Vec<String> = Vec::new();
     for slot in slots {
@@ -124,14 +124,15 @@ fn measured_coordinates(model: &Model, free: &Reduced, slots: &[Quantity]) -> Re
     let transposed = Matrix::from_fn(basis.columns(), rows.len(), |i, j| basis[(rows[j], i)].clone());
     let pivots = echelon(&transposed, &(0..rows.len()).collect::<Vec<_>>()).pivots;
     if pivots.len() < freedom {
-        let message = format!("the model has {freedom} degrees of freedom, and the logs tell {} of them", pivots.len());
+        let message =
+            format!("the model has {freedom} degrees of freedom, and the logs determine {} of them", pivots.len());
         let help = if measured.is_empty() {
-            "no angle and no speed of a shaft is in the logs; say in `[log.NAME]` which column is which".to_string()
+            "no angle and no speed of a shaft is in the logs; map the columns to signals in `[log.NAME]`".to_string()
         } else {
             let loggable =
                 free.equations.coordinates.iter().filter(|shaft| !measured.contains(shaft)).map(String::as_str);
             let measured = quoted(measured.iter().map(String::as_str));
-            format!("measured are {measured}; log the motion of one of {} too", quoted(loggable))
+            format!("the logs contain {measured}; log the motion of one of {} too", quoted(loggable))
         };
         return Err(wrong(message, help));
     }
@@ -139,12 +140,12 @@ fn measured_coordinates(model: &Model, free: &Reduced, slots: &[Quantity]) -> Re
 }
 
 impl Plant {
-    /// Where torques depend on angles, the logs must have them.
+    /// If torques depend on angles, the logs must contain them.
     fn check_angles(&self) -> Result<(), Vec<Diagnostic>> {
         let reduced = &self.reduced;
         if let Some(moving) = reduced.equations.moving.keys().next() {
-            let message = format!("identification does not know constraints that move: `{moving}`");
-            return Err(wrong(message, "give it an offset that is a number"));
+            let message = format!("identification does not support moving constraints: `{moving}`");
+            return Err(wrong(message, "give it a constant offset"));
         }
         let names = reduced.coordinate_names();
         let blind = names.iter().zip(&self.sensors).filter(|(_, (angle, _))| angle.is_none());
@@ -161,7 +162,7 @@ impl Plant {
         Err(wrong(message, "log the angles too: springs and universal joints need them"))
     }
 
-    /// What cuts follow from, of these equations.
+    /// Inputs of the cut computation for these equations.
     pub fn balance<'a>(
         &'a self,
         reduced: &'a Reduced,
@@ -171,7 +172,7 @@ impl Plant {
         Balance { reduced, unmeasured: &self.unmeasured, torques: &self.torques, sought, request }
     }
 
-    /// What holds, blocks or presses, and is no part of the balance.
+    /// Notes about stops, brakes and contacts, which are no part of the balance.
     fn open_unilaterals(&self) -> Vec<String> {
         let unilaterals = self
             .reduced
@@ -182,11 +183,11 @@ impl Plant {
         let mut names: Vec<&str> = unilaterals.map(|unilateral| unilateral.element.as_str()).collect();
         names.retain(|name| !self.plays.iter().any(|play| play == name));
         names.dedup();
-        let note = |name| format!("{name} is taken as open: what it holds or presses is no part of the torque balance");
+        let note = |name| format!("kardan treats {name} as open: the torque balance contains no force of it");
         names.into_iter().map(note).collect()
     }
 
-    /// So must they for laws that go with an angle.
+    /// The same for laws that depend on an angle.
     fn check_angles_of_laws(&self, blind: &[&str]) -> Result<(), Vec<Diagnostic>> {
         let (reduced, basis) = (&self.reduced, self.basis());
         let hidden = |shaft: &str| {
@@ -210,13 +211,13 @@ impl Plant {
         Ok(())
     }
 
-    /// The logs must have a torque, those that extra terms go with, and enough of them for a row of the balance to be left.
+    /// The logs must contain a torque, those on which extra terms depend, and enough of them that a row of the balance remains.
     fn check_torques(&self, request: &FitRequest) -> Result<(), Vec<Diagnostic>> {
         let inputs = &self.reduced.equations.inputs;
         if self.torques.iter().all(Option::is_none) {
             let names = quoted(inputs.iter().map(|input| input.element.as_str()));
             return Err(wrong(
-                "no torque of an input is in the logs: without one only ratios of parameters could be told".into(),
+                "no torque of an input is in the logs: without one only ratios of parameters are identifiable".into(),
                 format!("log the torque of one of {names}"),
             ));
         }
@@ -224,16 +225,16 @@ impl Plant {
         for extra in &request.extras {
             if let Some(motor) = extra.torque().filter(|motor| unmeasured.contains(motor)) {
                 return Err(wrong(
-                    format!("`{}` goes with the torque of `{motor}`, which is not in the logs", extra.name),
-                    format!("log the torque of `{motor}`, or leave `{}` out of the parameters", extra.name),
+                    format!("`{}` depends on the torque of `{motor}`, which is not in the logs", extra.name),
+                    format!("log the torque of `{motor}`, or remove `{}` from the parameters", extra.name),
                 ));
             }
         }
         if Regressor::new(&self.reduced, &[], &self.unmeasured, 0.0).rows() == 0 {
             let names = quoted(unmeasured);
             return Err(wrong(
-                format!("nothing is left to compare: the torques of {names} are not in the logs"),
-                "log them, or name those that did nothing under `absent` in `[identification]`",
+                format!("no torque balance remains: the torques of {names} are not in the logs"),
+                "log them, or list those that were zero under `absent` in `[identification]`",
             ));
         }
         Ok(())
@@ -245,19 +246,19 @@ impl Plant {
         self.reduced.coordinate_names().iter().map(speed).collect()
     }
 
-    /// What a coordinate is; of another name rotation.
+    /// The domain of a coordinate; rotation for another name.
     pub fn domain_of_coordinate(&self, name: &str) -> Domain {
         let equations = &self.reduced.equations;
         self.reduced.coordinate(name).map_or(Domain::Rotation, |number| equations.domain(number))
     }
 
-    /// Names of so many rows of the balance.
+    /// Names of this many rows of the balance.
     pub fn row_names(&self, rows: usize) -> Vec<String> {
         let names = self.reduced.coordinate_names();
         if rows == names.len() {
             return names;
         }
-        (0..rows).map(|k| format!("row {}, without the torques not measured", k + 1)).collect()
+        (0..rows).map(|k| format!("row {}, without the unmeasured torques", k + 1)).collect()
     }
 
     /// `K` at rest: the angles of the shafts by the coordinates.
@@ -272,7 +273,7 @@ pub(super) fn in_coordinates(row: &[(usize, Rational)], basis: &Matrix<Rational>
     (0..basis.columns()).map(component).collect()
 }
 
-/// The columns for a kind of excitation: what is dependent by structure is left out.
+/// The columns for a kind of excitation, without structurally dependent ones.
 pub(super) fn columns(plant: &Plant, request: &FitRequest, method: Method) -> Columns {
     let all = coefficients(&plant.reduced.equations, &request.unknowns);
     let structural = undetermined(&plant.reduced, &all, &plant.unmeasured, method.excitation());

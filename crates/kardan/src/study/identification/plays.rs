@@ -1,4 +1,4 @@
-//! Play between two angles that are measured: its width, where the sense of what the teeth carry is known.
+//! Backlash between two measured angles: its width, where the sign of the transmitted torque is known.
 
 use crate::assemble::{DirectionalTerm, Equations};
 use crate::diagnostics::quoted;
@@ -8,33 +8,33 @@ use crate::model::Document;
 use crate::num::{Rational, dot};
 use crate::results::{IdentifiedParameter, Interval};
 
-/// Part of the largest torque from which teeth are pressed together for certain.
+/// Fraction of the largest torque from which contact is certain.
 const PRESSED: f64 = 0.05;
-/// Standard errors from which the sense of a torque is certain.
+/// Standard errors from which the sign of a torque is certain.
 const CERTAIN: f64 = 3.0;
 /// Fewest windows on either side.
 const FEWEST: f64 = 5.0;
 
-/// What the teeth of a play did, window by window.
+/// Angle and torque of a backlash, window by window.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Play {
     pub element: String,
-    /// Whether it is one between masses.
+    /// Whether it is between masses.
     pub straight: bool,
-    /// Angle of the first body against the others (rad), and the torque that the teeth put on it (N m), by log, section and time; until
-    /// [`Self::fitted`] without what the columns add.
+    /// Angle of the first body against the others (rad), and the torque of the gear on it (N m), by log, section and time; before
+    /// [`Self::fitted`] without the contribution of the columns.
     pub windows: Vec<(usize, usize, f64, [f64; 2])>,
-    /// What each column adds to the torque by its value, window by window.
+    /// Contribution of each column to the torque per value, window by window.
     pub parts: Vec<f64>,
     /// Errors of the torque from those of the values, window by window, N m.
     pub errors: Vec<f64>,
-    /// What enters the torque and is not known.
+    /// Unknowns that enter the torque.
     pub untold: Vec<String>,
-    /// How far the angle of one contact may be off by the steps and digits of the readings, whatever its length, rad.
+    /// Error of the angle of one contact from the steps and digits of the readings, independent of its length, rad.
     pub grain: f64,
 }
 
-/// Windows in a row in which the teeth stay pressed on one side.
+/// Consecutive windows with contact on one side.
 #[derive(Debug, Clone, Copy, Default)]
 struct Contact {
     windows: f64,
@@ -42,12 +42,12 @@ struct Contact {
     angle: f64,
 }
 
-/// The angle at which the teeth meet on one side, from all contacts there.
+/// The contact angle of one side, from all contacts there.
 struct Meeting {
     angle: f64,
-    /// Variance of the mean, rad²; NaN of one contact alone.
+    /// Variance of the mean, rad²; NaN for a single contact.
     variance: f64,
-    /// As how many independent contacts the variance is sure, less one.
+    /// Degrees of freedom of the variance: equivalent independent contacts, less one.
     freedom: f64,
     windows: f64,
     contacts: f64,
@@ -55,7 +55,7 @@ struct Meeting {
 
 impl Meeting {
     /// The mean over all windows. Contacts are independent of each other, windows within one need not be: the angle of each contact against
-    /// the mean tells the variance. It is what it should be if windows are independent too, and as sure as Satterthwaite says for those
+    /// the mean gives the variance. It is unbiased for independent windows too, with Satterthwaite's degrees of freedom for those
     /// \[Bell, McCaffrey 2002\].
     fn of(contacts: &[Contact]) -> Self {
         let windows: f64 = contacts.iter().map(|one| one.windows).sum();
@@ -80,7 +80,7 @@ impl Meeting {
     }
 }
 
-/// Elements with a play, and its direction over the shafts.
+/// Elements with backlash, and its direction over the shafts.
 pub(super) fn plays(document: &Document, equations: &Equations) -> Vec<(String, Vec<(usize, Rational)>)> {
     let has_play = |element: &str| {
         let of = document.elements.get(element);
@@ -95,7 +95,7 @@ pub(super) fn plays(document: &Document, equations: &Equations) -> Vec<(String, 
     upper.map(|unilateral| (unilateral.element.clone(), unilateral.row.clone())).collect()
 }
 
-/// The torques of plays as inputs that nobody measured: they are eliminated.
+/// The torques of backlashes as unmeasured inputs, which are eliminated.
 pub(super) fn open_plays(document: &Document, equations: &mut Equations) -> Vec<String> {
     let found = plays(document, equations);
     for (element, row) in &found {
@@ -120,14 +120,14 @@ impl Play {
         for (window, row) in out.windows.iter_mut().zip(&rows) {
             window.3[1] += dot(row, &fit.values[..columns]);
             let covariance = |i: usize| (0..columns).map(|j| fit.covariance[(i, j)] * row[j]).sum::<f64>();
-            // No number where a value is at its bound: then the torque alone tells.
+            // NaN where a value is at its bound: then only the torque decides.
             let variance: f64 = (0..columns).filter(|&i| row[i] != 0.0).map(|i| row[i] * covariance(i)).sum();
             out.errors.push(variance.max(0.0).sqrt());
         }
         out
     }
 
-    /// Contacts with the side on which the teeth are pressed: windows in a row that agree, without the first and the last.
+    /// Contacts with their side: consecutive windows that agree, without the first and the last.
     fn pressed(&self) -> Vec<(Contact, f64)> {
         let largest = self.windows.iter().map(|(.., [_, torque])| torque.abs()).fold(0.0, f64::max);
         let side = |k: usize| {
@@ -154,7 +154,7 @@ impl Play {
         out
     }
 
-    /// The width and offset that are not told, and why.
+    /// The unidentified width and offset, with the reason.
     fn untold(&self, remark: String, before: Option<f64>) -> Vec<IdentifiedParameter> {
         let found =
             IdentifiedParameter { standard_error: Some(f64::INFINITY), remark, ..self.named("backlash", before) };
@@ -165,7 +165,7 @@ impl Play {
         IdentifiedParameter {
             name: format!("{}.{word}", self.element),
             unit: if self.straight { "m" } else { "rad" }.into(),
-            before,
+            model_value: before,
             ..IdentifiedParameter::default()
         }
     }
@@ -178,15 +178,15 @@ impl Play {
         });
         let windows = |side: &[Contact]| side.iter().map(|one| one.windows).sum::<f64>();
         if windows(&upper).min(windows(&lower)) < FEWEST {
-            return self.untold("in these logs its teeth are hardly ever pressed on both sides".into(), before[0]);
+            return self.untold("in these logs it rarely has contact on both sides".into(), before[0]);
         }
         if !self.untold.is_empty() {
             let names = quoted(self.untold.iter().map(String::as_str));
-            let remark = format!("which way its teeth are pressed needs {names}, which these data do not tell alone");
+            let remark = format!("its contact side depends on {names}, which these data do not identify separately");
             return self.untold(remark, before[0]);
         }
         let [upper, lower] = both([Meeting::of(&upper), Meeting::of(&lower)]);
-        // Steps of the sensors are there in each contact anew.
+        // Sensor steps act in each contact independently.
         let grain = self.grain * self.grain * (1.0 / upper.contacts + 1.0 / lower.contacts);
         let scatter = upper.variance + lower.variance;
         let error = if scatter < grain { grain } else { scatter }.sqrt();
@@ -202,8 +202,8 @@ impl Play {
                 interval: half.is_finite().then_some(Interval { lower: value - half, upper: value + half }),
                 remark: match half.is_finite() {
                     true => String::new(),
-                    false => "no interval: its teeth are pressed once on each side, and nothing tells how far one contact differs from the \
-                              next"
+                    false => "no interval: it has one contact on each side, so the scatter between contacts is \
+                              unknown"
                         .into(),
                 },
                 ..one
@@ -216,7 +216,7 @@ impl Play {
     }
 }
 
-/// Two sides, of which one may have one contact alone: then the variance of its windows is that of the other.
+/// Two sides, of which one may have a single contact: then the variance of its windows is that of the other.
 fn both([upper, lower]: [Meeting; 2]) -> [Meeting; 2] {
     let like = |one: &Meeting, other: &Meeting| match one.variance.is_nan() {
         true => (other.variance * other.windows / one.windows, other.freedom),

@@ -1,4 +1,4 @@
-//! Logs to windows: streamed, each channel in its own rate, joined by time.
+//! Logs to windows: streamed, each channel at its own rate, joined by time.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,12 +12,12 @@ use crate::identify::Windows;
 use crate::results::{ChannelRead, LogRead, Span};
 use kardan_tables::read::{Block, Group, LogError};
 
-/// Blocks that are looked at for the rates of the channels.
+/// Blocks examined for the rates of the channels.
 const LOOKED_AT: usize = 16;
 /// Samples of the slowest channel in a window.
 const SAMPLES: f64 = 50.0;
 
-/// All that was recorded together, in windows: for each the readings of the slots.
+/// All channels recorded together, in windows: for each the readings of the slots.
 pub(super) struct Recording {
     pub windows: SlotWindows,
     /// Start of window 0, s.
@@ -37,7 +37,7 @@ fn selection(open: &OpenLog) -> Vec<(usize, usize)> {
     open.clocks.iter().enumerate().flat_map(columns).collect()
 }
 
-/// What follows from the angles among channels: its slot, the number of the channel, the order, and whether it is the sine.
+/// Harmonics of the angles among channels: the slot, the number of the channel, the order, and whether it is the sine.
 fn harmonics(slots: &[Quantity], channels: &[&MappedChannel]) -> Vec<(usize, (usize, f64, bool))> {
     let of = |(slot, quantity): (usize, &Quantity)| {
         let Quantity::Harmonic(Harmonic { shaft, order, sine }) = quantity else { return None };
@@ -47,7 +47,7 @@ fn harmonics(slots: &[Quantity], channels: &[&MappedChannel]) -> Vec<(usize, (us
     slots.iter().enumerate().filter_map(of).collect()
 }
 
-/// The width of the windows: 50 samples of the slowest channel, as the first rows show it.
+/// The width of the windows: 50 samples of the slowest channel, estimated from the first rows.
 pub(super) fn usual_window(logs: &mut [OpenLog]) -> Result<f64, (String, LogError)> {
     let mut slowest = 0.0_f64;
     for open in logs {
@@ -82,7 +82,7 @@ pub(super) fn usual_window(logs: &mut [OpenLog]) -> Result<f64, (String, LogErro
     Ok(if slowest > 0.0 { SAMPLES * slowest } else { 0.05 })
 }
 
-/// Reads logs that were recorded together. `slots` are the quantities asked for; `enough` is asked after every block.
+/// Reads logs that were recorded together. `slots` are the requested quantities; `enough` is queried after every block.
 pub(super) fn read(
     logs: Vec<OpenLog>,
     slots: &[Quantity],
@@ -157,15 +157,15 @@ impl Recording {
             if read.rows == 0 {
                 return Err((name, error));
             }
-            damage.insert(0, format!("{} rows of it are used", read.rows));
-            read.remarks.push(format!("{error}; the {} rows before it are used", read.rows));
+            damage.insert(0, format!("kardan uses {} rows of it", read.rows));
+            read.remarks.push(format!("{error}; kardan uses the {} rows before it", read.rows));
         }
         read.damage = (!damage.is_empty()).then(|| damage.join(", "));
         self.logs.push(read);
         Ok(())
     }
 
-    /// Tells of the channels of a group that was read; gives what of them counts as damage.
+    /// Reports the channels of a group after reading; returns the remarks that count as damage.
     fn add_channels(
         &mut self,
         group: &Group,
@@ -174,8 +174,8 @@ impl Recording {
         read: &mut LogRead,
     ) -> Vec<String> {
         let mut damage = Vec::new();
-        let before = read.span.unwrap_or(Span { from: reader.first, until: reader.last });
-        read.span = Some(Span { from: before.from.min(reader.first), until: before.until.max(reader.last) });
+        let before = read.span.unwrap_or(Span { start: reader.first, end: reader.last });
+        read.span = Some(Span { start: before.start.min(reader.first), end: before.end.max(reader.last) });
         for (number, (slot, one)) in reader.slots.iter().zip(channels).enumerate() {
             if let Some((lacks, is_damage)) = reader.lacks(number) {
                 let remark = format!("`{}` {lacks}", group.channels[one.channel].name);
@@ -198,7 +198,7 @@ impl Recording {
         damage
     }
 
-    /// Noise that nobody stated: the median over the windows.
+    /// Unstated noise: the median over the windows.
     fn estimate_noise(&mut self) {
         for (slot, (noise, stated)) in self.noise.iter_mut().enumerate() {
             let noises = self.windows.values().map(|row| row[slot].noise).filter(|noise| noise.is_finite());

@@ -1,4 +1,4 @@
-//! Which files were recorded together, and which table describes each.
+//! Files recorded together, and the table that describes each.
 
 use super::settings::LogFile;
 use crate::diagnostics::{Diagnostic, quoted};
@@ -31,7 +31,7 @@ fn base(name: &str) -> &str {
     name.rsplit(['/', '\\']).next().unwrap_or(name)
 }
 
-/// The table that describes a file: the first that fits.
+/// The table that describes a file: the first match.
 pub(super) fn table_of<'a>(document: &'a Document, name: &str) -> Option<(usize, &'a Table)> {
     document.logs.iter().enumerate().map(|(k, (_, table))| (k, table)).find(|(_, table)| {
         read_word(table, "file").is_none_or(|pattern| fits(pattern, base(name)) || fits(pattern, name))
@@ -63,8 +63,8 @@ pub(super) fn recordings(document: &Document, files: Vec<LogFile>) -> Result<Vec
     if used.iter().any(|&k| of_table[k].len() != count) {
         let each: Vec<String> =
             used.iter().map(|&k| format!("{} of `{}`", of_table[k].len(), document.logs[k].0)).collect();
-        let message = format!("files of several `[log.NAME]` are joined by time, but there are {}", each.join(", "));
-        out.push(Diagnostic::error("log::unpaired", message).help("give as many of each, in the same order"));
+        let message = format!("kardan joins files of several `[log.NAME]` by time, but there are {}", each.join(", "));
+        out.push(Diagnostic::error("log::unpaired", message).help("give the same number of each, in the same order"));
     }
     if !out.is_empty() {
         return Err(out);

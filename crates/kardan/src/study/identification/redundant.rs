@@ -1,4 +1,4 @@
-//! What was measured more than once: by the constraints the motion of some shafts tells that of others, and the logs may say otherwise.
+//! Redundant measurements: by the constraints the motion of some shafts determines that of others, and the logs may contradict this.
 
 use super::channels::Quantity;
 use super::fitted::short;
@@ -9,58 +9,58 @@ use crate::identify::{LeastSquares, Reading};
 use crate::num::{Rational, dot};
 use crate::reduce::Kinematics;
 
-/// Times the noise from which a difference is more than that.
+/// Multiple of the noise from which a difference is significant.
 const LOUD: f64 = 3.0;
-/// Part of what is apart that other coefficients must leave at most, and by which part they must differ.
+/// Largest residual fraction of the deviation with other coefficients, and the fraction by which these must differ.
 const RESIDUAL_SHARE: f64 = 0.5;
 const APART: f64 = 1e-3;
-/// Part of the square of what is apart that goes with the torque, from which that is said.
+/// Fraction of the squared deviation explained by the torque from which kardan reports it.
 const GOES: f64 = 0.3;
-/// Part of the range that counts as its end, and the part of the windows at either end from which it is a play: of a sine 0.41 are there.
+/// Part of the range that counts as its end, and the fraction of the windows at either end from which it is backlash: for a sine 0.41.
 const NEAR_END: f64 = 0.1;
 const AT_ENDS: f64 = 0.55;
-/// Fewest windows of a log in a row.
+/// Fewest consecutive windows of a log.
 const FEWEST: usize = 8;
-/// Part of the windows left out at either end of the range of what is apart.
+/// Fraction of the windows omitted at either end of the range of the deviation.
 const TAIL: f64 = 0.02;
-/// What a wrong unit makes of a reading, and how near it must be.
+/// Factors of wrong units on a reading, and the tolerance of the match.
 const UNITS: [(f64, &str); 6] = [
     (180.0 / std::f64::consts::PI, "deg for rad"),
     (30.0 / std::f64::consts::PI, "rpm for rad/s"),
-    (2.0 * std::f64::consts::PI, "turns for rad"),
-    (360.0, "turns for deg"),
+    (2.0 * std::f64::consts::PI, "revolutions for rad"),
+    (360.0, "revolutions for deg"),
     (1000.0, "a thousandth of the unit for the unit"),
     (60.0, "1/min for 1/s"),
 ];
 const NEAR: f64 = 0.01;
 
-/// A measured motion that follows from others.
+/// A measured motion that other ones determine.
 struct Redundant {
     signal: String,
     unit: &'static str,
-    /// Elements whose constraints tie it, with their coefficients of it.
+    /// Elements whose constraints contain it, with their coefficients of it.
     ties: Vec<(String, f64)>,
-    /// Signals that it follows from.
+    /// Signals that determine it.
     of: Vec<String>,
     coefficients: Vec<f64>,
-    /// Motions, window by window: those it follows from, without their means over a log, then its own.
+    /// Motions, window by window: those that determine it, without their means over a log, then its own.
     rows: Vec<f64>,
     /// Torques of the measured inputs in the same windows.
     torques: Vec<f64>,
-    /// What noise makes of the difference.
+    /// Noise of the difference.
     noise: f64,
     /// Whether it is a rate.
     rate: bool,
 }
 
-/// What contradicts the constraints, and what is only to be said.
+/// Contradictions of the constraints as warnings, and notes.
 #[derive(Default)]
 pub(super) struct Contradictions {
     pub warnings: Vec<String>,
     pub notes: Vec<String>,
 }
 
-/// Compares all that was measured more than once.
+/// Compares all redundant measurements.
 pub(super) fn contradictions(plant: &Plant, material: &Material<'_>) -> Contradictions {
     let mut out = Contradictions::default();
     let kinematics = Kinematics::new(&plant.reduced);
@@ -79,7 +79,7 @@ pub(super) fn contradictions(plant: &Plant, material: &Material<'_>) -> Contradi
 }
 
 impl Redundant {
-    /// The motion of a slot, if it follows from others.
+    /// The motion of a slot, if other ones determine it.
     fn new(
         plant: &Plant,
         material: &Material<'_>,
@@ -157,13 +157,13 @@ impl Redundant {
         (!out.rows.is_empty()).then_some(out)
     }
 
-    /// By how much it is apart from what follows, window by window.
+    /// Its deviation from the computed motion, window by window.
     fn apart(&self) -> Vec<f64> {
         let one = |row: &[f64]| row[self.of.len()] - dot(&row[..self.of.len()], &self.coefficients);
         self.rows.chunks_exact(self.of.len() + 1).map(one).collect()
     }
 
-    /// Says what is wrong with it, if anything is.
+    /// Reports its contradiction, if any.
     fn report(&self, plant: &Plant, out: &mut Contradictions) {
         let apart = self.apart();
         let before = rms(&apart);
@@ -205,14 +205,14 @@ impl Redundant {
         let units = UNITS.iter().find_map(|(size, word)| unit(*size, word).or_else(|| unit(-size, word)));
         let hint = match (all(-1.0), units, self.ties.is_empty()) {
             (true, ..) => "a sign is wrong: of the ratio, or of a channel (`factor = -1`)".into(),
-            (_, Some(unit), _) => format!("it looks as if a channel had another unit ({unit}): say it with `unit`"),
+            (_, Some(unit), _) => format!("a channel probably has another unit ({unit}): set it with `unit`"),
             (.., true) => "check the unit or the scale of both channels".into(),
             _ => "correct the ratio, or the unit or the scale of a channel".to_string(),
         };
         format!("measured, {} is {}, and {by} {}: {hint}", self.signal, sum(found), sum(&self.coefficients))
     }
 
-    /// Play or twist: what is apart stays within bounds.
+    /// Reports backlash or twist, if the deviation stays within bounds.
     fn report_play(&self, plant: &Plant, apart: &[f64], out: &mut Contradictions) {
         let mut sorted = apart.to_vec();
         sorted.sort_by(f64::total_cmp);
@@ -231,7 +231,7 @@ impl Redundant {
         let ((motor, by_sense), (_, by_torque)) = (best(true), best(false));
         let names = quoted(self.ties.iter().map(|(name, _)| name.as_str()));
         let size = format!(
-            "{} is apart from what {names} makes of {} by up to {} {}, {} times the noise",
+            "{} differs from the value that {names} gives for {} by up to {} {}, {} times the noise",
             self.signal,
             self.of.join(", "),
             short(range / 2.0),
@@ -239,26 +239,26 @@ impl Redundant {
             short((range / 2.0 / self.noise).round())
         );
         let (element, factor) = &self.ties[0];
-        // Teeth lie at either end; what twists goes through the middle as often.
+        // Backlash stays at either end; a twist passes the middle as often.
         let near_end = |x: &&f64| (**x - sorted[tail]).min(sorted[sorted.len() - 1 - tail] - **x) < NEAR_END * range;
         let at_ends = apart.iter().filter(near_end).count() as f64 > AT_ENDS * apart.len() as f64;
         if by_sense > GOES && (by_sense > by_torque || at_ends) {
             out.warnings.push(format!(
-                "{size}, one way or the other as the torque of {} has its sense: there is play; give `{element}` some \
-                 `backlash = \"{} {}\"` and find it with `--parameters {element}.backlash`",
+                "{size}; the sign follows that of the torque of {}: backlash; give `{element}` a \
+                 `backlash = \"{} {}\"` and identify it with `--parameters {element}.backlash`",
                 plant.reduced.equations.inputs[motor].element,
                 short(range * factor.abs()),
                 self.unit,
             ));
         } else if by_torque > GOES {
-            out.notes.push(format!("{size}, in proportion to a torque: something twists that is rigid in the model"));
+            out.notes.push(format!("{size}, proportional to a torque: a part that is rigid in the model twists"));
         } else {
-            out.notes.push(format!("{size}: play, twist, or readings that are not of the same time"));
+            out.notes.push(format!("{size}: backlash, twist, or readings taken at different times"));
         }
     }
 }
 
-/// Takes the mean of each column out of rows of so many.
+/// Subtracts the mean of each column from rows of this width.
 fn center(rows: &mut [f64], width: usize) {
     let count = (rows.len() / width) as f64;
     for k in 0..width {
@@ -271,7 +271,7 @@ fn rms(of: &[f64]) -> f64 {
     (dot(of, of) / of.len().max(1) as f64).sqrt()
 }
 
-/// The part of the square of y that goes with x.
+/// The fraction of the square of y that x explains.
 fn explained(x: &[f64], y: &[f64]) -> f64 {
     let (x, y) = (&mut x.to_vec(), &mut y.to_vec());
     center(x, 1);

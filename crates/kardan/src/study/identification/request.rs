@@ -1,4 +1,4 @@
-//! What an identification asks for: parameters, extra terms, candidates.
+//! The request of an identification: parameters, extra terms, candidates.
 
 use super::extra::{ExtraTerm, declared_terms};
 use super::laws::law_terms;
@@ -13,7 +13,7 @@ use crate::schema::{Sign, Table, Value};
 use crate::study::read::{quantity, read_names, read_scalar, read_word};
 use crate::units::Dimension;
 
-/// What of a log counts.
+/// Which samples of a log are fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Method {
     Steady,
@@ -48,23 +48,23 @@ pub(super) struct CandidateSpec {
     pub extras: Vec<String>,
 }
 
-/// All that is asked for.
+/// The whole request.
 #[derive(Debug, Clone)]
 pub(super) struct FitRequest {
     pub unknowns: Vec<UnknownParameter>,
     /// Extra terms that are fitted.
     pub extras: Vec<ExtraTerm>,
-    /// Elements whose play is sought; `None`: all.
+    /// Elements whose backlash is requested; `None`: all.
     pub plays: Option<Vec<String>>,
-    /// Whether windows count that do not tell of all extra terms.
+    /// Whether windows without information about all extra terms count.
     pub lenient: bool,
-    /// All that the file declares; candidates may have others.
+    /// All terms that the file declares; candidates may have others.
     pub declared: Vec<ExtraTerm>,
     pub candidates: Vec<CandidateSpec>,
-    /// `None`: as the logs suggest.
+    /// `None`: chosen from the logs.
     pub method: Option<Method>,
     pub window: Option<f64>,
-    /// With what it is a speed of.
+    /// With the domain of the speed.
     pub rest_speed: Option<(f64, Domain)>,
     pub steadiness: Steadiness,
     pub shortest: Option<f64>,
@@ -76,7 +76,7 @@ pub(super) struct FitRequest {
     pub source: String,
 }
 
-/// Reads what is asked for.
+/// Reads the request.
 pub(super) fn request(
     document: &Document,
     model: &Model,
@@ -97,7 +97,7 @@ pub(super) fn request(
         names = all_parameters(document, model, method == Some(Method::Dynamic));
     }
     let declared = declared_terms(document, model, out);
-    // Parameters of extra terms are named among the others, or all are meant.
+    // Parameters of extra terms are named among the others, or all are requested.
     let fitted = |extra: &&ExtraTerm| all || names.iter().any(|name| extra.is(name));
     let extras: Vec<ExtraTerm> = declared.iter().filter(fitted).cloned().collect();
     names.retain(|name| !extras.iter().any(|extra| extra.is(name)));
@@ -108,18 +108,23 @@ pub(super) fn request(
     let unknowns = unique_unknowns(document, settings, &names, out);
     if unknowns.is_empty() && extras.is_empty() && out.is_empty() {
         out.push(match plays.first() {
-            Some(gear) => Diagnostic::error("identify::nothing", format!("`{gear}.backlash` alone leaves no torque balance to fit"))
-                .help("which way the teeth are pressed follows from that: name a damping or a friction of the model beside it"),
-            None =>
-            Diagnostic::error("identify::nothing", "nothing is to be found: the model has no damping and no friction")
-                .help("name what is to be found with `--parameters shaft.damping,shaft.friction`"),
+            Some(gear) => Diagnostic::error(
+                "identify::nothing",
+                format!("`{gear}.backlash` alone gives no torque balance to fit"),
+            )
+            .help("the contact side follows from that balance: add a damping or a friction of the model"),
+            None => Diagnostic::error(
+                "identify::nothing",
+                "no parameters to identify: the model has no damping and no friction",
+            )
+            .help("name the parameters with `--parameters shaft.damping,shaft.friction`"),
         });
     }
     let confidence = confidence(document, options, out);
     if names.iter().any(|name| name.is_empty()) {
         out.push(
-            Diagnostic::error("identify::parameters", "one of the parameters asked for has no name")
-                .help("write them with commas and nothing empty between: `--parameters wg.damping,wg.friction`"),
+            Diagnostic::error("identify::parameters", "one of the requested parameters has no name")
+                .help("separate them with single commas: `--parameters wg.damping,wg.friction`"),
         );
     }
     let tolerance = number(document, "steady_tolerance", Dimension::NONE, out).unwrap_or_default();
@@ -148,8 +153,8 @@ pub(super) fn request(
     };
     if let Some(window) = request.window.filter(|window| !(*window > 0.0 && window.is_finite())) {
         out.push(
-            Diagnostic::error("identify::window", format!("a window of {window} s has no width"))
-                .help("write one of some 50 samples: `--window \"50 ms\"`"),
+            Diagnostic::error("identify::window", format!("a window of {window} s is empty"))
+                .help("use a window of about 50 samples: `--window \"50 ms\"`"),
         );
     }
     request.retain_sought_bounds(document, out);
@@ -189,7 +194,7 @@ fn unique_unknowns(
         let Some(one) = unknown_parameter(document, settings, name, out) else { continue };
         if let Some(other) = unique.iter().find(|other| other.keys.iter().any(|key| one.keys.contains(key))) {
             let message = format!("`{}` and `{}` are the same coefficient", other.name, one.name);
-            out.push(Diagnostic::error("name::duplicate", message).help("name it once"));
+            out.push(Diagnostic::error("name::duplicate", message).help("remove one of them"));
             continue;
         }
         unique.push(one);
@@ -197,7 +202,7 @@ fn unique_unknowns(
     unique
 }
 
-/// Takes the widths of plays from the names.
+/// Removes the widths of backlashes from the names.
 fn requested_plays(document: &Document, names: &mut Vec<String>, out: &mut Vec<Diagnostic>) -> Vec<String> {
     let mut found = Vec::new();
     names.retain(|name| {
@@ -206,9 +211,9 @@ fn requested_plays(document: &Document, names: &mut Vec<String>, out: &mut Vec<D
         };
         let Some(instance) = name.strip_suffix(".backlash").and_then(gear) else { return true };
         if !instance.table.values.contains_key("backlash") {
-            let message = format!("`{}` has no play whose width could be found", instance.name);
+            let message = format!("`{}` has no backlash to identify", instance.name);
             out.push(Diagnostic::error("identify::play", message).at(instance.place.clone(), "no `backlash`").help(
-                "give it some `backlash` to begin with, so that the angles on its two sides are two: `backlash = \"1 mrad\"`",
+                "give it an initial `backlash`, so that its two sides have separate angles: `backlash = \"1 mrad\"`",
             ));
         }
         found.push(instance.name.clone());
@@ -278,7 +283,7 @@ fn rest_speed(document: &Document, out: &mut Vec<Diagnostic>) -> Option<(f64, Do
 }
 
 impl FitRequest {
-    /// Keeps of `nonnegative` what is sought. What the file bounds need not be what is asked for this time, but the model must have it.
+    /// Reduces `nonnegative` to the requested parameters. The file may bound parameters that are not requested, but the model must have them.
     fn retain_sought_bounds(&mut self, document: &Document, out: &mut Vec<Diagnostic>) {
         let sought = |name: &String| {
             self.unknowns.iter().any(|one| one.name == *name)
@@ -295,7 +300,7 @@ impl FitRequest {
         for name in self.nonnegative.iter().filter(|name| !is_sought(name)) {
             let names = self.unknowns.iter().map(|one| one.name.as_str());
             out.push(
-                Diagnostic::error("name::unknown", format!("`nonnegative`: `{}` is not to be found", shortened(name)))
+                Diagnostic::error("name::unknown", format!("`nonnegative`: `{}` is not identified", shortened(name)))
                     .at(
                         TableReader::place(&document.identification, "nonnegative"),
                         "not a parameter of this identification",

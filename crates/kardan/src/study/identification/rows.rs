@@ -21,7 +21,7 @@ use crate::results::{LogRead, WindowCount};
 /// Noise that any sensor has, as a part of its largest reading.
 const FLOOR: f64 = 1e-7;
 
-/// What was read.
+/// The data read.
 #[derive(Clone, Copy)]
 pub(super) struct Material<'a> {
     pub recorded: &'a [Recording],
@@ -31,7 +31,7 @@ pub(super) struct Material<'a> {
 }
 
 impl Material<'_> {
-    /// What was remarked about the logs.
+    /// Remarks about the logs.
     pub fn remarks(&self) -> Vec<String> {
         let logs = self.recorded.iter().flat_map(|one| &one.logs);
         logs.flat_map(|log| log.remarks.iter().map(|remark| format!("`{}`: {remark}", log.name))).collect()
@@ -59,16 +59,16 @@ pub(super) struct Built {
     pub count: WindowCount,
     /// Standard deviations of a window's angles, speeds and accelerations of the coordinates, SI.
     pub noise: [Vec<f64>; 3],
-    /// What the teeth of plays did.
+    /// Data of the backlashes.
     pub plays: Vec<Play>,
-    /// Of each sample the number of its window among those that were whole.
+    /// For each sample the number of its window among the complete ones.
     windows_of_samples: Vec<usize>,
 }
 
-/// Rows of the torque balance in every window that tells one.
+/// Rows of the torque balance in every window that yields one.
 pub(super) fn rows(plant: &Plant, request: &FitRequest, columns: &Columns, material: &Material<'_>) -> Built {
     let mut reduced = plant.reduced.clone();
-    // What enters a combination is found with it, not known.
+    // Parameters of a combination are identified with it, not known.
     for &(free, _) in columns.identifiable.iter().flat_map(|(_, with)| with) {
         silence(&mut reduced.equations, &columns.coefficients[free]);
     }
@@ -146,7 +146,7 @@ pub(super) fn rows(plant: &Plant, request: &FitRequest, columns: &Columns, mater
     built
 }
 
-/// The speeds below which frictions, then teeth, are taken to rest: as stated for what is a speed of, else as the logs show.
+/// The speeds below which frictions, then gears, count as sticking: stated for their domain, else estimated from the logs.
 fn speeds_of_rest(
     plant: &Plant,
     request: &FitRequest,
@@ -170,10 +170,10 @@ fn speeds_of_rest(
     rest
 }
 
-/// What teeth carry in a window: its log, section and middle, and the torque of each where it is known.
+/// Gear loads in a window: its log, section and middle, and the torque of each where known.
 type Carried = (usize, usize, f64, Vec<Option<f64>>);
 
-/// Windows in which what teeth carry changes its sense, or may: neither its mean size is that of its mean, nor is one of its losses that of all.
+/// Windows in which a gear load changes its sign, or may: its mean magnitude is not that of its mean, and no single loss is valid.
 fn turning(carried: &[Carried], teeth: usize) -> Vec<bool> {
     let near = |a: &Carried, b: &Carried| (a.0, a.1) == (b.0, b.1);
     let of = |k: usize| carried[k].3.get(teeth).copied().flatten();
@@ -181,7 +181,7 @@ fn turning(carried: &[Carried], teeth: usize) -> Vec<bool> {
         .map(|k| {
             let Some(own) = of(k) else { return false };
             let neighbours = [k.checked_sub(1), (k + 1 < carried.len()).then_some(k + 1)];
-            // It may change within half a window by half of what it does to the next, and is curved.
+            // Within half a window it may change by half of its change to the next window, and is curved.
             neighbours.into_iter().flatten().filter(|&candidate| near(&carried[candidate], &carried[k])).any(
                 |candidate| {
                     of(candidate).is_none_or(|candidate| own * candidate <= 0.0 || own.abs() < (own - candidate).abs())
@@ -191,7 +191,7 @@ fn turning(carried: &[Carried], teeth: usize) -> Vec<bool> {
         .collect()
 }
 
-/// Whether there are motions along which no torque acts that was measured and is not always zero.
+/// Whether there are motions without a measured torque that is not always zero.
 fn has_silent_rows(plant: &Plant, reduced: &Reduced, material: &Material<'_>) -> bool {
     let acts = |slot: usize| {
         let mut readings = material.recorded.iter().flat_map(|one| one.windows.values()).map(|row| row[slot].value);
@@ -205,7 +205,7 @@ fn has_silent_rows(plant: &Plant, reduced: &Reduced, material: &Material<'_>) ->
     echelon(&columns, &(0..acting.len()).collect::<Vec<_>>()).pivots.len() < reduced.degrees_of_freedom()
 }
 
-/// What steps of the sensors, and the digits of the log, leave open of an angle along a direction, rad.
+/// Uncertainty of an angle along a direction from sensor steps and the digits of the log, rad.
 fn grain(plant: &Plant, cut: &Teeth, basis: &Matrix<Rational>, material: &Material<'_>) -> f64 {
     let component = |j: usize| cut.row.iter().map(|(shaft, a)| a * rational_to_f64(&basis[(*shaft, j)])).sum::<f64>();
     let of = |(j, (angle, _)): (usize, &(Option<usize>, Option<usize>))| {
@@ -214,21 +214,21 @@ fn grain(plant: &Plant, cut: &Teeth, basis: &Matrix<Rational>, material: &Materi
     plant.sensors.iter().enumerate().map(of).map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// What the step of a sensor and rounding leave open of a reading.
+/// Uncertainty of a reading from the sensor step and rounding.
 fn smallest(plant: &Plant, material: &Material<'_>, slot: usize) -> f64 {
     let readings = material.recorded.iter().flat_map(|one| one.windows.values()).map(|row| row[slot].value.abs());
     let largest = readings.filter(|x| x.is_finite()).fold(0.0, f64::max);
     (plant.steps[slot].unwrap_or(0.0) / 12.0_f64.sqrt()).max(FLOOR * largest)
 }
 
-/// The play of an element and where it is cut, if both angles are measured and the torque follows from what is.
+/// The backlash of an element and its cut, if both angles are measured and the measurements determine the torque.
 fn cut_plays(plant: &Plant, columns: &Columns, request: &FitRequest) -> Vec<(Play, Teeth)> {
     let free = |name: &String| {
         let number = columns.coefficients.iter().position(|one| one.name == *name);
         number.is_some_and(|number| columns.identifiable.iter().all(|(k, with)| *k != number || !with.is_empty()))
     };
     let equations = &plant.reduced.equations;
-    // Within soft ones the angle goes on with the torque.
+    // Within compliant ones the angle changes with the torque.
     let rigid = |element: &str| {
         equations.unilaterals.iter().any(|unilateral| {
             unilateral.element == element && matches!(unilateral.value, UnilateralConstraint::Stop { .. })
@@ -239,7 +239,7 @@ fn cut_plays(plant: &Plant, columns: &Columns, request: &FitRequest) -> Vec<(Pla
         let number = equations.inputs.iter().position(|input| input.element == *element)?;
         let (cut, mut untold) = cut_of_play(&plant.balance(&plant.reduced, &columns.coefficients, request), number)?;
         untold.retain(free);
-        // How large they are at a speed, the fit alone knows.
+        // Only the fit determines their size at a speed.
         let curved =
             request.extras.iter().filter(|extra| extra.shape().is_some() && enters(plant, &extra.element, &cut));
         untold.extend(curved.map(|extra| extra.name.clone()));
@@ -249,14 +249,14 @@ fn cut_plays(plant: &Plant, columns: &Columns, request: &FitRequest) -> Vec<(Pla
     own.collect()
 }
 
-/// Whether the friction of an element enters what is cut.
+/// Whether the friction of an element enters the cut torque.
 fn enters(plant: &Plant, element: &str, cut: &Teeth) -> bool {
     let mut own = plant.reduced.equations.frictions.iter().filter(|term| term.element == element);
     own.any(|term| term.row_f64().iter().map(|(shaft, x)| x * cut.cut[*shaft]).sum::<f64>() != 0.0)
 }
 
 impl Built {
-    /// Leaves out windows in which teeth whose losses are sought turn; or only their columns, where that is enough.
+    /// Omits windows in which the load of a gear with unknown loss changes its sign; or only their columns, where that suffices.
     fn leave_turning_teeth(&mut self, extras: &[Extra], carried: &[Carried], lenient: bool) {
         let (p, first) = (self.samples.columns, self.samples.columns - extras.len());
         let mut dropped = vec![false; self.samples.len()];
@@ -274,13 +274,13 @@ impl Built {
             }
         }
         if !lenient && dropped.contains(&true) {
-            self.count.resting += dropped.iter().filter(|dropped| **dropped).count();
+            self.count.sticking += dropped.iter().filter(|dropped| **dropped).count();
             let retained = (0..dropped.len()).filter(|&k| !dropped[k]).map(|k| k..k + 1);
             self.samples = self.samples.averaged(&retained.collect::<Vec<_>>());
         }
     }
 
-    /// The row of a window, unless something rests in it or its numbers are too large.
+    /// The row of a window, unless a friction sticks in it or its numbers are too large.
     fn add(&mut self, place: Where, motion: &Moving, regressor: &mut Regressor, lenient: bool) {
         let Moving { position, speed, acceleration, torques, .. } = motion;
         let room = self.samples.push(place, [position, speed, acceleration], torques);
@@ -308,7 +308,7 @@ impl Built {
         let finite = self.samples.x(last).iter().all(numbers) && self.samples.y(last).iter().all(|x| x.is_finite());
         if !certain || !finite {
             self.samples.pop();
-            self.count.resting += 1;
+            self.count.sticking += 1;
             return;
         }
         let parts = [&motion.position_variance, &motion.speed_variance, &motion.acceleration_variance];
@@ -331,7 +331,7 @@ pub(super) fn slot_noise(plant: &Plant, material: &Material<'_>) -> Vec<f64> {
     (0..material.slots.len()).map(noise).collect()
 }
 
-/// The speed below which what rubs along each direction is taken to rest: a part of its largest, and beyond what noise hides.
+/// The speed below which friction along each direction counts as sticking: a fraction of its largest, and above the noise level.
 fn rest_speeds(
     plant: &Plant,
     directions: &[Vec<f64>],
@@ -354,7 +354,7 @@ fn rest_speeds(
 }
 
 impl FitRequest {
-    /// Gives terms that differ from recording to recording a column for each; says what is left out, and why.
+    /// Gives terms that differ between recordings a column for each; returns notes about omitted ones, with the reason.
     pub fn split_by_recording(&mut self, plant: &Plant, material: &Material<'_>) -> Vec<String> {
         let names: Vec<String> = material.recorded.iter().map(Recording::name).collect();
         let (extras, notes) = with_recordings(&self.extras, &names, &|element| senses(plant, self, material, element));
@@ -363,7 +363,7 @@ impl FitRequest {
     }
 }
 
-/// Whether an element with friction turned forwards and backwards in each recording, in windows that tell.
+/// Whether an element with friction moved forwards and backwards in each recording, in usable windows.
 fn senses(plant: &Plant, request: &FitRequest, material: &Material<'_>, element: &str) -> Vec<[bool; 2]> {
     let frictions = &plant.reduced.equations.frictions;
     let nowhere = vec![[false; 2]; material.recorded.len()];
@@ -419,7 +419,7 @@ impl Moving {
         }
     }
 
-    /// Takes the readings of a window; false if one is missing.
+    /// Loads the readings of a window; false if one is missing.
     fn take(&mut self, plant: &Plant, row: &[Reading], noise: &[f64], window: f64) -> bool {
         let mut whole = true;
         let mut reading = |slot: usize| {

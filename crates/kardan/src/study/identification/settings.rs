@@ -1,4 +1,4 @@
-//! How parameters are identified.
+//! Settings of an identification.
 
 use std::sync::Arc;
 
@@ -6,18 +6,18 @@ use kardan_tables::read::Bytes;
 
 /// A log to be read.
 pub struct LogFile {
-    /// What to call it.
+    /// Its name.
     pub name: String,
-    /// What is in it.
+    /// Its content.
     pub bytes: Arc<dyn Bytes>,
 }
 
-/// How parameters are identified; what is left out is as the model file says.
+/// Settings of an identification; omitted ones come from the model file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct IdentifySettings {
     /// Variant of the model; the first if not given.
     pub variant: Option<String>,
-    /// What is to be found.
+    /// The parameters to identify.
     pub parameters: Vec<String>,
     /// `steady` or `dynamic`.
     pub method: Option<String>,
@@ -29,6 +29,6 @@ pub struct IdentifySettings {
     pub confidence: Option<f64>,
     /// Whether candidates are compared.
     pub compare: bool,
-    /// Whether terms that what is left over asks for are tried.
+    /// Whether to try terms that the residuals suggest.
     pub suggest: bool,
 }

@@ -4,10 +4,10 @@ use std::sync::mpsc::sync_channel;
 
 use kardan_tables::read::{Block, Log, LogError};
 
-/// More damaged places of one log are not looked at.
+/// Most damaged places of one log that are skipped.
 const DAMAGED: usize = 100;
 
-/// Reads the next block, past what is damaged (which may be one group of several); false at the end, or where `failed` wants no more.
+/// Reads the next block, past damaged parts (possibly one group of several); false at the end, or where `failed` stops.
 fn next(log: &mut dyn Log, block: &mut Block, damaged: &mut usize, failed: &mut dyn FnMut(LogError) -> bool) -> bool {
     loop {
         match log.next(block) {
@@ -22,8 +22,8 @@ fn next(log: &mut dyn Log, block: &mut Block, damaged: &mut usize, failed: &mut 
     }
 }
 
-/// All blocks of a log until `smooth` has enough: where a thread can wait, one reads while the other one smooths. A worker of the pool
-/// that readers share work in must not wait for them: there it is done in turn.
+/// All blocks of a log until `smooth` has enough: where a thread can wait, one thread reads while the other one smooths. A worker of the pool
+/// in which readers share work must not wait for them: there both alternate.
 pub(super) fn stream(log: &mut dyn Log, smooth: &mut dyn FnMut(&mut Block) -> bool, failed: &mut dyn FnMut(LogError)) {
     let mut damaged = 0;
     if rayon::current_thread_index().is_some() {
@@ -53,13 +53,13 @@ pub(super) fn stream(log: &mut dyn Log, smooth: &mut dyn FnMut(&mut Block) -> bo
             match block {
                 Ok(mut block) => {
                     if !smooth(&mut block) {
-                        break; // the one that reads finds nobody to send to
+                        break; // the reading thread has no receiver
                     }
                     let _ = empty.send(block);
                 }
                 Err(error) => failed(error),
             }
         }
-        drop(empty); // nothing is read any more
+        drop(empty); // the reader has ended
     });
 }

@@ -1,4 +1,4 @@
-//! Terms that what is left over asks for: tried one by one on segments that no fit has seen.
+//! Terms suggested by the residuals: each is tried on segments that were not fitted.
 
 use kardan_rt::functions::powi;
 
@@ -23,35 +23,35 @@ use crate::reduce::Kinematics;
 use crate::results::{HeldOutLogs, Suggestion, Suggestions};
 use crate::study::Progress;
 
-/// Probability below which a term is told from zero, for all terms of a round together.
+/// Significance level of a term against zero, for all terms of a round together.
 const LEVEL: f64 = 0.01;
-/// Least part of the unseen square error that a term must take away.
+/// Least fraction of the cross-validated square error that a term must remove.
 const WORTH: f64 = 0.01;
-/// Standard errors that the gain must be above zero: 95 % one-sided by Student's distribution, five folds.
+/// Standard errors by which the gain must exceed zero: 95 % one-sided by Student's distribution, five folds.
 const SURE: f64 = 2.132;
-/// Difference of gains below which two terms are the same.
+/// Difference of gains below which two terms count as equal.
 const SAME: f64 = 1e-9;
-/// Part of the largest twist that a backlash is clear of at first, and the most of it.
+/// Initial `clear` of a backlash as a fraction of the largest twist, and its limit.
 const CLEAR: f64 = 0.3;
 const CLEAREST: f64 = 0.8;
-/// What `clear` is of half the width found, and at least must be.
+/// `clear` as a multiple of half the identified width, and its least multiple.
 const BEYOND: f64 = 1.3;
 const JUST_BEYOND: f64 = 1.1;
-/// Times that it is found anew.
+/// Number of repetitions of this identification.
 const CLEARINGS: usize = 8;
-/// Part of the samples that a term must tell of.
+/// Fraction of the samples that must contain information about a term.
 const MIN_INFORMATIVE: f64 = 0.25;
-/// Terms that are taken at most.
+/// Most accepted terms.
 const MOST: usize = 6;
-/// Logs from which on each is predicted by the others.
+/// Fewest logs for the prediction of each by the others.
 const LOGS: usize = 3;
-/// Periods in a turn that are tried.
+/// Tried periods per revolution.
 const ORDERS: [f64; 15] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 18.0, 24.0, 36.0];
-/// Numbers in memory up to which all of them are tried; of more only the first few.
+/// Numbers in memory up to which all of them are tried; above that only the first few.
 const NUMBERS: usize = 40_000_000;
 const QUICK_ORDERS: usize = 6;
 
-/// The harmonics of measured angles that may be tried, beside what is measured.
+/// The candidate harmonics of measured angles, besides the measured quantities.
 pub(super) fn with_all_harmonics(slots: Vec<Quantity>) -> Vec<Quantity> {
     let mut out = slots;
     let angles: Vec<String> = out
@@ -69,12 +69,12 @@ pub(super) fn with_all_harmonics(slots: Vec<Quantity>) -> Vec<Quantity> {
     out
 }
 
-/// A term that may be tried.
+/// A candidate term.
 struct Pooled {
     extras: Vec<ExtraTerm>,
     /// Its columns among those of all.
     columns: Vec<usize>,
-    /// Samples that tell of it; empty: all.
+    /// Samples with information about it; empty: all.
     informative: Vec<bool>,
 }
 
@@ -87,22 +87,22 @@ impl Pooled {
         self.extras[0].harmonic().is_some()
     }
 
-    /// Whether a test that fails may fail for want of it.
+    /// Whether a missing term of this kind may explain a failing test.
     fn is_raised_by(&self, test: TestKind) -> bool {
         match self.extras[0].law {
             Law::Sense => matches!(test, TestKind::Mean(_) | TestKind::Speed(_)),
             Law::Offset => matches!(test, TestKind::Mean(_)),
             Law::SenseDamping | Law::Quadratic | Law::Stribeck { .. } => matches!(test, TestKind::Speed(_)),
             Law::Cogging(_) | Law::Ripple(_) => matches!(test, TestKind::Serial | TestKind::Normal),
-            // They go with whatever moves and loads.
+            // They depend on all motions and loads.
             Law::Teeth { .. } | Law::Load { .. } | Law::Backlash { .. } => true,
             _ => test == TestKind::Serial,
         }
     }
 }
 
-/// All terms that may be tried: of each friction, each measured torque, each angle, of teeth and springs. A loss in proportion to a torque is
-/// among them only in rows of the balance that do not hold that torque: else it would explain itself.
+/// All candidate terms: of each friction, each measured torque, each angle, of gears and springs. A loss proportional to a torque is
+/// among them only in rows of the balance without that torque: otherwise the torque would explain itself.
 fn pool(whole: &Whole<'_>, material: &Material<'_>, orders: &[f64]) -> Vec<Vec<ExtraTerm>> {
     let (plant, request) = (whole.plant, whole.request);
     let equations = &plant.reduced.equations;
@@ -143,7 +143,7 @@ fn pool(whole: &Whole<'_>, material: &Material<'_>, orders: &[f64]) -> Vec<Vec<E
     out
 }
 
-/// Losses in proportion to a torque that are not tried, as the row of their friction holds that torque: it would explain itself.
+/// Untried losses proportional to a torque: the row of their friction contains that torque, which would explain itself.
 fn not_tried(whole: &Whole<'_>) -> Vec<String> {
     let equations = &whole.plant.reduced.equations;
     let basis = whole.plant.basis();
@@ -159,7 +159,7 @@ fn not_tried(whole: &Whole<'_>) -> Vec<String> {
         for (input, _) in inputs.filter(|(input, _)| !declared(&input.element)) {
             if acts(&input.row).iter().zip(&own).any(|(a, b)| *a != 0.0 && *b != 0.0) {
                 let note = format!(
-                    "a loss of {} in proportion to the torque of {} (`kind = \"load\"`), as that torque would explain itself; \
+                    "a loss of {} proportional to the torque of {} (`kind = \"load\"`), as that torque would explain itself; \
                      declare it where the logs drive and brake",
                     friction.element, input.element
                 );
@@ -170,12 +170,12 @@ fn not_tried(whole: &Whole<'_>) -> Vec<String> {
     out
 }
 
-/// Digits that can be written.
+/// A number with few digits for the file.
 fn few_digits(x: f64) -> f64 {
     format!("{x:.1e}").parse().unwrap_or(0.0)
 }
 
-/// A twist that is beyond the backlash of a spring for certain: beyond half the width that is found with it. None where that is nearly the
+/// A twist that certainly exceeds the backlash of a spring: more than half the width identified with it. None if that is nearly the
 /// largest twist.
 fn clear_of(whole: &Whole<'_>, material: &Material<'_>, spring: &str, largest: f64) -> Option<f64> {
     let mut clear = few_digits(CLEAR * largest);
@@ -192,7 +192,7 @@ fn clear_of(whole: &Whole<'_>, material: &Material<'_>, spring: &str, largest: f
     None
 }
 
-/// Half the width of the backlash of a spring that is found on windows beyond a twist.
+/// Half the width of the backlash of a spring, identified on windows above a twist.
 fn half_width(whole: &Whole<'_>, material: &Material<'_>, spring: &str, clear: f64) -> Option<f64> {
     let mut own = whole.request.clone();
     own.extras.push(ExtraTerm::new(spring, "backlash_torque", Law::Backlash { clear }));
@@ -213,7 +213,7 @@ fn half_width(whole: &Whole<'_>, material: &Material<'_>, spring: &str, clear: f
     Some(found.values[samples.columns - 1] / stiffness).filter(|half| half.is_finite())
 }
 
-/// A backlash of each spring, clear of a part of its largest twist.
+/// A backlash of each spring, with `clear` a fraction of its largest twist.
 fn backlashes(whole: &Whole<'_>, material: &Material<'_>) -> Vec<Vec<ExtraTerm>> {
     let (reduced, samples) = (&whole.plant.reduced, &whole.chosen.built.samples);
     let mut kinematics = Kinematics::new(reduced);
@@ -245,15 +245,15 @@ fn backlashes(whole: &Whole<'_>, material: &Material<'_>) -> Vec<Vec<ExtraTerm>>
     out
 }
 
-/// The samples with the columns of all terms, and which are whose.
+/// The samples with the columns of all terms, and the owner of each column.
 struct Search<'a> {
     whole: &'a Whole<'a>,
     material: &'a Material<'a>,
-    /// How the model as it is, is fitted.
+    /// The fit options of the current model.
     options: &'a FitOptions,
     samples: Samples,
     pool: Vec<Pooled>,
-    /// Columns of the model as it is.
+    /// Columns of the current model.
     base: usize,
     /// Of the harmonics in the pool.
     orders: Vec<f64>,
@@ -266,7 +266,7 @@ struct Tried {
     fit: Fit,
 }
 
-/// The same predicted by fits that have not seen what they predict.
+/// Cross-validated predictions.
 struct Validated {
     predicted: Vec<f64>,
     /// Mean square error of each fold.
@@ -278,7 +278,7 @@ impl Validated {
         self.squares.iter().sum::<f64>() / self.squares.len().max(1) as f64
     }
 
-    /// The part of the mean square error that another model takes away, and its standard error over the folds.
+    /// The fraction of the mean square error that another model removes, and its standard error over the folds.
     fn gain(&self, other: &Self) -> (f64, f64) {
         let differences = self.squares.iter().zip(&other.squares).map(|(a, b)| a - b);
         let n = self.squares.len() as f64;
@@ -339,12 +339,12 @@ impl<'a> Search<'a> {
         Self { whole, material, options, samples, pool: pooled, base, orders }
     }
 
-    /// The model with some of the terms, on the samples that tell of them.
+    /// The model with some of the terms, on the samples with information about them.
     fn tried(&self, terms: &[usize]) -> Option<Tried> {
         self.tried_on(terms, terms)
     }
 
-    /// The model with some of the terms, on the samples that tell of others.
+    /// The model with some of the terms, on the samples with information about others.
     fn tried_on(&self, terms: &[usize], informative: &[usize]) -> Option<Tried> {
         let added: Vec<usize> = terms.iter().flat_map(|&k| self.pool[k].columns.iter().copied()).collect();
         let extras = self.whole.request.extras.len() + added.len();
@@ -372,7 +372,7 @@ impl<'a> Search<'a> {
         Some(Validated { predicted, squares })
     }
 
-    /// A parameter that would be below zero with a term, though no such parameter can be, and is not without.
+    /// A parameter that becomes impossibly negative with a term, and is not negative without it.
     fn impossible(&self, now: &Tried, tried: &Tried) -> Option<String> {
         let columns = &self.whole.chosen.columns;
         let below = |of: &Tried, column: usize| {
@@ -386,7 +386,7 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// A loss, or a width, that would be below zero.
+    /// A loss, or a width, that would be negative.
     fn gains_power(&self, k: usize, tried: &Tried) -> Option<String> {
         let (extras, fit, end) = (&self.pool[k].extras, &tried.fit, tried.samples.columns);
         let bounded = matches!(extras[0].law, Law::Teeth { .. } | Law::Load { .. } | Law::Backlash { .. });
@@ -402,7 +402,7 @@ impl<'a> Search<'a> {
             .map(|(_, one)| one.name.clone())
     }
 
-    /// A backlash whose half width, found with all terms, is not below the twist that was to be beyond it.
+    /// A backlash whose half width, identified with all terms, is not below the twist that should exceed it.
     fn unclear(&self, k: usize, tried: &Tried) -> bool {
         let (extra, columns) = (&self.pool[k].extras[0], &self.whole.chosen.columns);
         let Law::Backlash { clear } = extra.law else { return false };
@@ -416,14 +416,14 @@ impl<'a> Search<'a> {
         !(tried.fit.values[tried.samples.columns - 1] / stiffness < clear)
     }
 
-    /// Tests that speak against a model.
+    /// Tests that reject a model.
     fn failing(tried: &Tried) -> Vec<TestKind> {
         let all: Vec<usize> = (0..tried.samples.len()).collect();
         let tests = residual_tests(&tried.samples, &all, &tried.fit).into_iter();
         tests.filter(|test| test.probability < UNLIKELY).map(|test| test.what).collect()
     }
 
-    /// Tries one term beside those taken: what to say of it, and how much it helps, if it does.
+    /// Tries one term beside the accepted ones: its suggestion, and its gain, if it helps.
     fn attempt(
         &self,
         k: usize,
@@ -451,13 +451,13 @@ impl<'a> Search<'a> {
         let helps =
             impossible.is_none() && !unclear && gain.is_some_and(|(gain, error)| gain > WORTH && gain > SURE * error);
         let verdict = match (probability, &impossible, helps) {
-            (None, ..) => "in these logs it is always seen together with terms that are there".into(),
-            (Some(p), ..) if p >= level => "cannot be told from zero".into(),
-            (_, Some(name), _) => format!("with it {name} would be below zero, which it cannot be"),
+            (None, ..) => "in these logs it always occurs together with terms of the model".into(),
+            (Some(p), ..) if p >= level => "not distinguishable from zero".into(),
+            (_, Some(name), _) => format!("with it {name} would be negative, which is impossible"),
             _ if unclear => {
-                "half the width found is not within the twist from which it was taken to be in touch".into()
+                "half the identified width is not less than the twist that was assumed to mean contact".into()
             }
-            (.., false) => "predicts what was not seen no better".into(),
+            (.., false) => "does not predict unused data better".into(),
             _ => String::new(),
         };
         let suggestion = Suggestion {
@@ -468,13 +468,13 @@ impl<'a> Search<'a> {
             probability,
             gain: gain.map(|(gain, _)| gain),
             gain_spread: gain.map(|(_, error)| error),
-            accepted: false,
+            selected: false,
             verdict,
         };
         (suggestion, gain.map(|(gain, _)| gain).filter(|_| helps))
     }
 
-    /// Tries all that the tests ask for; the best of what is better, if any.
+    /// Tries all terms that failing tests suggest; returns the best improvement, if any.
     fn round(&self, now: &Tried, accepted: &[usize], out: &mut Suggestions, progress: &dyn Progress) -> Option<usize> {
         let failing = Self::failing(now);
         let before = self.validated(now)?;
@@ -483,30 +483,30 @@ impl<'a> Search<'a> {
             .filter_map(|k| Some((k, *failing.iter().find(|&&test| self.pool[k].is_raised_by(test))?)))
             .collect();
         let level = LEVEL / trials.len().max(1) as f64;
-        // Place in the list, number of the term, gain.
+        // Position in the list, number of the term, gain.
         let mut better: Vec<(usize, usize, f64)> = Vec::new();
-        out.silent = 0;
+        out.insignificant_harmonics = 0;
         for (number, &(k, test)) in trials.iter().enumerate() {
             progress.advance(1, "suggestions", number as f64 / trials.len() as f64);
             let (suggestion, gain) = self.attempt(k, test, level, (now, &before), accepted);
             if self.pool[k].is_harmonic() && suggestion.gain.is_none() {
-                out.silent += 1;
+                out.insignificant_harmonics += 1;
                 continue;
             }
-            better.extend(gain.map(|gain| (out.tried.len(), k, gain)));
-            out.tried.push(suggestion);
+            better.extend(gain.map(|gain| (out.tested_terms.len(), k, gain)));
+            out.tested_terms.push(suggestion);
         }
         let each = |one: &(usize, usize, f64)| one.2 / self.pool[one.1].columns.len() as f64;
-        // Of equal ones the first.
+        // The first of equal ones.
         let best = better.iter().copied().max_by(|a, b| each(a).total_cmp(&each(b)).then(b.0.cmp(&a.0)))?;
         let name = self.pool[best.1].term();
         for (place, _, gain) in better {
-            let one = &mut out.tried[place];
-            one.accepted = place == best.0;
+            let one = &mut out.tested_terms[place];
+            one.selected = place == best.0;
             one.verdict = match () {
-                () if one.accepted => "take it".into(),
+                () if one.selected => "take it".into(),
                 () if (gain - best.2).abs() < SAME => {
-                    format!("the same torques as {name} in these logs: which of the two it is they do not tell")
+                    format!("the same torques as {name} in these logs: the logs do not distinguish the two")
                 }
                 () => format!("helps, for each parameter less than {name}"),
             };
@@ -514,7 +514,7 @@ impl<'a> Search<'a> {
         Some(best.1)
     }
 
-    /// What a term acts along.
+    /// The domain of a term.
     fn domain(&self, extra: &ExtraTerm) -> Domain {
         self.whole.plant.reduced.equations.domain_of_element(&extra.element)
     }
@@ -523,8 +523,8 @@ impl<'a> Search<'a> {
         self.whole.plant.row_names(self.samples.rows)
     }
 
-    /// Each log predicted by the others, as the model is and with terms; those of single logs are left out, as nothing is known of them in
-    /// a log that was not seen.
+    /// Each log predicted by the others, with the current model and with terms; without terms of single logs, which are unknown in
+    /// a log that was not fitted.
     fn held_out_logs(&self, plain: &Tried, terms: &[usize]) -> Vec<HeldOutLogs> {
         let logs = self.material.recorded.len();
         if logs < LOGS || self.whole.chosen.method == Method::Steady {
@@ -553,7 +553,7 @@ impl<'a> Search<'a> {
         (0..names.len()).map(|k| HeldOutLogs { row: names[k].clone(), before: before[k], after: after[k] }).collect()
     }
 
-    /// What to write into the model file.
+    /// The text for the model file.
     fn text(&self, terms: &[usize]) -> String {
         let request = self.whole.request;
         let added = terms.iter().map(|&k| &self.pool[k].extras[0]);
@@ -572,8 +572,8 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Extends the model by the terms that what is left over asks for, one after the other, as long as they predict better what no fit has
-/// seen.
+/// Extends the model by the terms that the residuals suggest, one after the other, as long as they improve the prediction of data that were
+/// not fitted.
 pub(super) fn suggest(
     whole: &Whole<'_>,
     material: &Material<'_>,
@@ -582,7 +582,11 @@ pub(super) fn suggest(
     progress: &dyn Progress,
 ) -> Option<Suggestions> {
     let search = Search::new(whole, material, options);
-    let mut out = Suggestions { orders: search.orders.clone(), not_tried: not_tried(whole), ..Suggestions::default() };
+    let mut out = Suggestions {
+        harmonic_orders: search.orders.clone(),
+        untested_terms: not_tried(whole),
+        ..Suggestions::default()
+    };
     let mut terms: Vec<usize> = Vec::new();
     while terms.len() < MOST && progress.stop().is_none() {
         let now = search.tried(&terms)?;
@@ -607,9 +611,9 @@ pub(super) fn suggest(
         noise: &whole.chosen.built.noise,
         plays,
     });
-    out.accepted = terms.iter().map(|&k| search.pool[k].term().to_string()).collect();
+    out.selected_terms = terms.iter().map(|&k| search.pool[k].term().to_string()).collect();
     out.text = search.text(&terms);
-    out.held_out_logs = search.held_out_logs(&search.tried_on(&[], &terms)?, &terms);
+    out.log_cross_validation = search.held_out_logs(&search.tried_on(&[], &terms)?, &terms);
     let declared = terms.iter().map(|&k| &search.pool[k].extras[0]).filter(|extra| !is_in_file(extra));
     out.entries_for_file = declared.map(|extra| (extra.term.clone(), extra.file_entry(search.domain(extra)))).collect();
     (out.for_file, out.terms_for_file, out.not_for_file) = (found.for_file, found.terms_for_file, found.not_for_file);

@@ -1,4 +1,4 @@
-//! What was found, in words and numbers.
+//! The result, as text and numbers.
 
 use kardan_rt::functions::powi;
 
@@ -15,16 +15,16 @@ use crate::results::{
     Correlation, Identification, IdentifiedDamping, IdentifiedParameter, NotDetermined, ResidualTest, Validation,
 };
 
-/// Parameters that hardly differ from a combination of others.
+/// Correlation from which two parameters are hard to distinguish.
 const CORRELATED: f64 = 0.99;
-/// Probability below which a test speaks.
+/// Probability below which a test fails.
 pub(super) const UNLIKELY: f64 = 0.01;
-/// Part of its largest torque, and times the noise, that may be left of a balance in which no torque is measured; and the part of the torques by
-/// the file's coefficients below which nothing is left of it.
+/// Permitted residual of a balance without a measured torque, as a fraction of its largest torque and as a multiple of the noise; and the fraction of the torques by
+/// the file's coefficients below which its coefficients count as zero.
 const OPEN: f64 = 0.05;
 const LOUD: f64 = 10.0;
 const NOTHING: f64 = 1e-3;
-/// Part of a variance that noise may make up before it is said.
+/// Fraction of noise in a variance from which kardan warns.
 const NOISE: f64 = 0.01;
 
 pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
@@ -52,14 +52,14 @@ pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
         }
         .into(),
         outliers: fit.weights.iter().filter(|weight| **weight < 0.1).count(),
-        not_determined: NotDetermined {
-            by_structure: columns.structural.iter().map(|row| free_combination(row, columns)).collect(),
-            by_data: weak(fitted, &parameters),
+        unidentifiable: NotDetermined {
+            structurally: columns.structural.iter().map(|row| free_combination(row, columns)).collect(),
+            practically: weak(fitted, &parameters),
         },
         correlation: Correlation { names: fitted.column_names(), values: fit.correlation.to_rows() },
         condition: fit.condition,
         scale: fit.scale,
-        freedom: fit.freedom,
+        degrees_of_freedom: fit.freedom,
         lags: fit.lags,
         damping: damping(fitted, &parameters),
         tests: tests(fitted),
@@ -77,7 +77,7 @@ pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
     out.warnings = warnings(fitted, &out);
     if fit.lags > 0 {
         out.notes.push(format!(
-            "what is left of one window tells of the next: standard errors take {} of them as correlated (Newey, West)",
+            "residuals of successive windows are correlated: standard errors account for {} lags (Newey, West)",
             fit.lags
         ));
     }
@@ -108,13 +108,13 @@ fn free_combination(row: &[Rational], columns: &Columns) -> String {
     format!("{first} and {} give the same torques", terms.join(", "))
 }
 
-/// What these data hardly tell.
+/// Poorly determined parameters.
 fn weak(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> Vec<String> {
     let Fitted { fit, columns, .. } = fitted;
     let names = fitted.column_names();
     let mut out = Vec::new();
     for row in &fit.undetermined {
-        // The combination in parts of its largest entry, by the size of each column.
+        // The combination as fractions of its largest entry, scaled by the size of each column.
         let largest = row.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
         let parts: Vec<String> = row
             .iter()
@@ -127,7 +127,7 @@ fn weak(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> Vec<String> 
                 "{}: what it acts on never moved in the logs",
                 names[row.iter().position(|x| x.abs() > 1e-6 * largest).unwrap_or(0)]
             ),
-            _ => format!("in these logs {} are always seen together", parts.join(" : ")),
+            _ => format!("in these logs {} always occur together", parts.join(" : ")),
         });
     }
     let count = columns.identifiable.len() + fitted.request.extras.len();
@@ -136,19 +136,19 @@ fn weak(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> Vec<String> 
             let correlation = fit.correlation[(i, j)];
             if correlation.abs() > CORRELATED {
                 out.push(format!(
-                    "{} and {} are hardly told apart: the correlation of their errors is {correlation:.4}",
+                    "{} and {} are hard to distinguish: the correlation of their errors is {correlation:.4}",
                     names[j], names[i]
                 ));
             }
         }
     }
     for one in parameters.iter().filter(|one| one.interval.is_some_and(|it| it.lower <= 0.0 && it.upper >= 0.0)) {
-        out.push(format!("{} cannot be told from zero", one.name));
+        out.push(format!("{} is not distinguishable from zero", one.name));
     }
     out
 }
 
-/// What a test says that holds.
+/// The hypothesis of a test.
 pub(super) fn test_name(test: TestKind, rows: &[String], speeds: &[String]) -> String {
     match test {
         TestKind::Mean(row) => format!("mean zero: {}", rows[row]),
@@ -158,20 +158,20 @@ pub(super) fn test_name(test: TestKind, rows: &[String], speeds: &[String]) -> S
     }
 }
 
-/// What it means if it does not hold.
+/// The meaning of a failed test.
 fn meaning(test: TestKind, loss: Loss) -> &'static str {
     match test {
         TestKind::Mean(_) => {
-            "a constant torque is left over: an offset of a torque sensor, or friction that differs with the sense; --suggest tries them"
+            "constant residual torque: an offset of a torque sensor, or friction that depends on the direction; --suggest tries them"
         }
         TestKind::Serial => {
-            "something slow is missing in the model, or friction changes with time, angle or log; standard errors allow for it where \
+            "the model lacks slow dynamics, or friction changes with time, angle or log; standard errors allow for it where \
              windows are fitted; --suggest tries such terms"
         }
-        TestKind::Normal if loss == Loss::Squares => "outliers, or something missing; try the loss huber",
-        TestKind::Normal => "outliers, which the loss lets count less, or something missing",
+        TestKind::Normal if loss == Loss::Squares => "outliers, or a missing term; try the loss huber",
+        TestKind::Normal => "outliers, which the loss weights less, or a missing term",
         TestKind::Speed(_) => {
-            "friction is no straight line over the speed: --suggest tries other curves; or a loss with a torque (load)"
+            "friction is not linear in the speed: --suggest tries other curves; or a loss depends on a torque (load)"
         }
     }
 }
@@ -182,9 +182,9 @@ fn tests(fitted: &Fitted<'_>) -> Vec<ResidualTest> {
     residual_tests(fitted.samples, &chosen, fitted.fit)
         .into_iter()
         .map(|test| ResidualTest {
-            what: test_name(test.what, &rows, &speeds),
+            hypothesis: test_name(test.what, &rows, &speeds),
             probability: test.probability,
-            meaning: if test.probability < UNLIKELY {
+            if_rejected: if test.probability < UNLIKELY {
                 meaning(test.what, fitted.request.loss).into()
             } else {
                 String::new()
@@ -214,8 +214,8 @@ fn validation(fitted: &Fitted<'_>) -> Vec<Validation> {
         .collect()
 }
 
-/// Rows without a measured torque whose balance does not close, and those of which nothing is left of the coefficients: no torque says how
-/// large these are, and a term that is missing shows in nothing else.
+/// Rows without a measured torque whose balance does not close, and those with vanishing coefficients: no torque determines their
+/// magnitude, and a missing term has no other effect.
 fn open_balances(fitted: &Fitted<'_>) -> Vec<String> {
     let Fitted { samples, fit, columns, .. } = fitted;
     let Some(errors) = &samples.errors else { return Vec::new() };
@@ -239,13 +239,13 @@ fn open_balances(fitted: &Fitted<'_>) -> Vec<String> {
         let residual = rms(&|k| samples.y(k)[row] - fit.prediction(samples, k, row));
         if largest < NOTHING * before {
             out.push(format!(
-                "nothing is left of the coefficients of {name}, on which no measured torque acts: a term of it is missing, or its motion is \
-                 noise; log a torque on it, or give one of its coefficients"
+                "the coefficients of {name}, on which no measured torque acts, vanish: a term of it is missing, or its motion is \
+                 noise; log a torque on it, or fix one of its coefficients"
             ));
         } else if residual > OPEN * largest && residual > LOUD * noise(row) {
             out.push(format!(
-                "the balance of {name}, on which no measured torque acts, does not close: what is left over is {:.0} % of its largest torque, \
-                 far more than noise; a friction or another term of it is missing: ask for it",
+                "the balance of {name}, on which no measured torque acts, does not close: the residual is {:.0} % of its largest torque, \
+                 far more than noise; a friction or another term of it is missing: request it",
                 100.0 * residual / largest
             ));
         }
@@ -253,7 +253,7 @@ fn open_balances(fitted: &Fitted<'_>) -> Vec<String> {
     out
 }
 
-/// Parameters whose signal is noise of the sensors for a good part: errors in what they are multiplied with make them too small.
+/// Parameters whose signal contains much sensor noise: errors of their regressor make them too small.
 fn drowned(fitted: &Fitted<'_>) -> Vec<String> {
     let Fitted { plant, columns, samples, noise, .. } = fitted;
     let equations = &plant.reduced.equations;
@@ -275,8 +275,8 @@ fn drowned(fitted: &Fitted<'_>) -> Vec<String> {
         let share = variance / windows / (square / samples.len().max(1) as f64);
         if share > NOISE {
             out.push(format!(
-                "{:.0} % of the square of the {what} that {} acts on is noise of the sensors, which makes it come out too small by \
-                 about that: use a wider window, or move more",
+                "{:.0} % of the square of the {what} that {} acts on is sensor noise, which makes the estimate too small by \
+                 about that share: use a wider window, or larger motions",
                 100.0 * share.min(1.0),
                 one.name
             ));
@@ -291,8 +291,8 @@ fn warnings(fitted: &Fitted<'_>, out: &Identification) -> Vec<String> {
     warnings.extend(open_balances(fitted));
     if let Some(IdentifiedDamping { passive: false, .. }) = &out.damping {
         warnings.push(
-            "the damping found is not passive: some motion would gain energy from it; a single equivalent damping may be \
-             negative, the reduced matrix may not. Look at the intervals, or ask for fewer parameters"
+            "the identified damping is not passive: some motion would gain energy from it; a single equivalent damping may be \
+             negative, the reduced matrix may not. Check the intervals, or request fewer parameters"
                 .into(),
         );
     }
@@ -302,7 +302,7 @@ fn warnings(fitted: &Fitted<'_>, out: &Identification) -> Vec<String> {
         let width = out.parameters.iter().find(|one| one.name == name).and_then(|one| Some((one.value?, one)));
         if let Some((width, one)) = width.filter(|(width, _)| *width / 2.0 >= clear) {
             warnings.push(format!(
-                "half of {name} is {} {}, not within `clear = {}`: windows count in which the play may be open; write a larger `clear`",
+                "half of {name} is {} {}, not less than `clear = {}`: kardan uses windows in which the backlash may be open; write a larger `clear`",
                 short(width / 2.0),
                 one.unit,
                 short(clear)
@@ -313,7 +313,7 @@ fn warnings(fitted: &Fitted<'_>, out: &Identification) -> Vec<String> {
         let kind = request.unknowns.iter().find(|own| own.name == one.name).map(|own| own.keys[0].1);
         if matches!(kind, Some(Kind::Friction | Kind::Inertia | Kind::Stiffness)) {
             warnings.push(format!(
-                "{} is below zero, which no {} can be: check the signs of torques and speeds (`factor = -1`), or set `nonnegative`",
+                "{} is negative, which is impossible for {}: check the signs of torques and speeds (`factor = -1`), or set `nonnegative`",
                 one.name,
                 names::parameter(&one.name).map_or(one.name.as_str(), |(_, key)| key)
             ));

@@ -1,4 +1,4 @@
-//! Parameters that are to be found, and the model that has a term for each.
+//! Parameters to identify, and the model with a term for each.
 
 use super::extra::{ExtraTerm, Law};
 use crate::assemble::{CoefficientKind as Kind, Equations};
@@ -33,12 +33,12 @@ pub(super) fn parameter_name(document: &Document, element: &str, kind: Kind) -> 
     format!("{element}.{}", own.map_or(kind.key(), |instance| key(instance, kind)))
 }
 
-/// A parameter asked for: a key of an element, or an entry of `[parameters]` that stands for several.
+/// A requested parameter: a key of an element, or an entry of `[parameters]` for several keys.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct UnknownParameter {
     pub name: String,
     pub keys: Vec<(String, Kind)>,
-    /// What the file gives; none if it gives nothing.
+    /// The value of the file, if any.
     pub before: Option<f64>,
     /// The entry of `[parameters]`, if it is one.
     pub parameter: bool,
@@ -51,7 +51,7 @@ fn split<'a>(document: &Document, name: &'a str) -> Option<(&'a str, Kind)> {
     KINDS.into_iter().find(|kind| key(own, *kind) == word).map(|kind| (element, kind))
 }
 
-/// The keys that could be asked for of a model.
+/// The keys of a model that can be requested.
 pub(super) fn possible(document: &Document) -> Vec<String> {
     // The keys of a compliant gear are not the coefficients themselves.
     let plain =
@@ -116,7 +116,7 @@ pub(super) fn unknown_parameter(
             let set = settings.iter().find(|set| set.name == name).map_or(&parameter.value, |set| &set.value);
             return Some(UnknownParameter { name: name.into(), keys, before: Some(set.to_f64()), parameter: true });
         }
-        let message = format!("the parameter `{name}` stands for no single coefficient of the torque balance");
+        let message = format!("the parameter `{name}` is not a single coefficient of the torque balance");
         out.push(Diagnostic::error("identify::parameter", message).help(
             "only inertias, dampings, stiffnesses and Coulomb frictions enter it linearly; ratios and angles do not",
         ));
@@ -137,7 +137,7 @@ pub(super) fn unknown_parameter(
         None => help,
     };
     out.push(
-        Diagnostic::error("name::unknown", format!("there is no parameter `{}` to be found", shortened(name)))
+        Diagnostic::error("name::unknown", format!("the model has no parameter `{}` to identify", shortened(name)))
             .help(help),
     );
     None
@@ -160,7 +160,7 @@ fn kind_of(key: &str) -> Option<&'static str> {
     }
 }
 
-/// A copy of the document with a term for each key that is asked for, where the file gives none or zero.
+/// A copy of the document with a term for each requested key, where the file has none or zero.
 pub(super) fn with_terms(
     document: &Document,
     settings: &[Setting],
@@ -175,7 +175,7 @@ pub(super) fn with_terms(
         _ => Some((extra.element.clone(), Kind::Friction)),
     });
     let tiny = Exact::from_ratio(1, 1_000_000_000);
-    // A spring whose backlash is a term of its own is one without.
+    // A spring whose backlash is a separate term has no backlash itself.
     for extra in extras.iter().filter(|extra| matches!(extra.law, Law::Backlash { .. })) {
         out.elements.get_mut(&extra.element).map(|instance| instance.table.values.remove("backlash"));
     }
@@ -204,7 +204,7 @@ pub(super) fn with_terms(
     for extra in extras.iter().filter(|extra| matches!(extra.law, Law::Teeth { .. })) {
         let Some(instance) = out.elements.get_mut(&extra.element) else { continue };
         let place = instance.place.clone();
-        // They rub, however little, so that there is a direction.
+        // A tiny friction provides the direction.
         let value = Value::Scalar(Scalar::Literal(Exact::one().plus(&-&tiny), Dimension::NONE));
         instance.table.values.entry("efficiency").or_insert(Placed { value, place });
     }

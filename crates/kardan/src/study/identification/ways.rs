@@ -1,11 +1,11 @@
-//! Ways of teeth that logs go.
+//! Power-flow directions of gears in the logs.
 
 use super::extra::{ExtraTerm, Law};
 use super::plant::{Plant, columns};
 use super::request::{FitRequest, Method};
 use super::rows::{Material, rows};
 
-/// Leaves out ways of teeth that no log goes; says so.
+/// Omits gear-loss terms of directions that no log contains, with a note.
 pub(super) fn drop_unused_directions(request: &mut FitRequest, plant: &Plant, material: &Material<'_>) -> Vec<String> {
     let of_teeth = |extra: &ExtraTerm| matches!(extra.law, Law::Teeth { .. });
     if !request.extras.iter().any(of_teeth) {
@@ -19,9 +19,9 @@ pub(super) fn drop_unused_directions(request: &mut FitRequest, plant: &Plant, ma
     request.extras.retain(|extra| {
         let idle = number.next().is_some_and(silent) && of_teeth(extra);
         if let (true, Law::Teeth { back }) = (idle, &extra.law) {
-            let way = if *back { "driven by what is behind it" } else { "driving" };
+            let way = if *back { "driven by the load" } else { "driving" };
             notes.push(format!(
-                "{} is left out: in these logs the first body of {} is never {way}",
+                "kardan omits {}: in these logs the first body of {} is never {way}",
                 extra.name, extra.element
             ));
         }

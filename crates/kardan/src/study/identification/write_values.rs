@@ -1,4 +1,4 @@
-//! What was found, in the text of the model file: values in place, terms as laws of torques.
+//! Writes identified values into the text of the model file, and terms as laws of torques.
 
 use crate::diagnostics::Diagnostic;
 use crate::file::syntax;
@@ -13,13 +13,13 @@ use super::entry_removal::remove_entry;
 use super::request::request;
 use super::settings::IdentifySettings;
 
-/// The text of the model file with what was found in place, and what it cannot hold, with the reason. Terms that were suggested and taken are
-/// in it too: those that a law of a torque can say as `[torque.NAME]` with parameters of their own, others as `[[identification.extra]]`.
+/// The text of the model file with the identified values, and those that it cannot contain, with the reason. Accepted suggested terms are
+/// in it too: those that a law of a torque can express as `[torque.NAME]` with parameters of their own, others as `[[identification.extra]]`.
 ///
 /// # Errors
-/// Mistakes of the file, or those that the values found would make of it.
+/// Errors of the file, or those that the identified values would cause.
 pub fn write_values(source: &str, found: &Identification) -> Result<(String, Vec<String>), Vec<Diagnostic>> {
-    let suggested = found.suggestions.as_ref().filter(|suggestions| !suggestions.accepted.is_empty());
+    let suggested = found.suggestions.as_ref().filter(|suggestions| !suggestions.selected_terms.is_empty());
     let (values, terms, entries, not) = match suggested {
         Some(own) => (&own.for_file, &own.terms_for_file, own.entries_for_file.as_slice(), &own.not_for_file),
         None => (&found.for_file, &found.terms_for_file, [].as_slice(), &found.not_for_file),
@@ -48,8 +48,8 @@ pub fn write_values(source: &str, found: &Identification) -> Result<(String, Vec
     let before = diagnostics(source);
     let refused = |new: Vec<Diagnostic>| -> Vec<Diagnostic> {
         let refused = |one: Diagnostic| {
-            let message = format!("with what was found the file would have a mistake: {}", one.message);
-            // Its places are those of a text that nobody has.
+            let message = format!("the identified values would make the file invalid: {}", one.message);
+            // Its positions refer to a text that the user does not have.
             Diagnostic { message, labels: Vec::new(), ..one }
         };
         new.into_iter()
@@ -70,7 +70,7 @@ pub fn write_values(source: &str, found: &Identification) -> Result<(String, Vec
     Ok((text, omissions))
 }
 
-/// Mistakes of a file that is read to identify: of the model, and of the names of what is sought.
+/// Errors of a file read for an identification: of the model, and of the requested names.
 fn diagnostics(text: &str) -> Vec<Diagnostic> {
     let (document, mut out) = model::read(text);
     out.retain(is_error);
@@ -81,7 +81,7 @@ fn diagnostics(text: &str) -> Vec<Diagnostic> {
     let (model, diagnostics) = document.model_with(&set, Some(&[]));
     out.extend(diagnostics);
     request(&document, &model, &set, &IdentifySettings::default(), &mut out);
-    // A file need not seek anything.
+    // A file need not request any parameter.
     out.retain(|one| is_error(one) && one.code != "identify::nothing");
     out
 }
@@ -103,7 +103,7 @@ fn word<'a>(instance: &'a Instance, key: &str) -> Option<&'a str> {
 }
 
 impl TermEdit {
-    /// Nothing where the element has no direction that a `torque` can have.
+    /// `None` if the element has no direction that a `torque` can have.
     fn new(document: &Document, term: &FileTerm) -> Option<Self> {
         let instance = document.elements.get(&term.element)?;
         let ends: Vec<&str> = match instance.kind.keyword {
@@ -161,7 +161,7 @@ impl TermEdit {
         Some(Self::of(values, unit, &on, &law, &free(&format!("{} law", term.term))))
     }
 
-    /// Along the second body alone, the other way round.
+    /// Along the second body only, with the opposite sign.
     fn reversed(
         values: Vec<FileValue>,
         unit: &str,
@@ -179,22 +179,22 @@ impl TermEdit {
         Self { parameters, torque: format!("[torque.{name}]\n{on}law = \"{law}\"\n"), values }
     }
 
-    /// The text of a model file with it, in place of its term; and what is to be said where that is still there.
+    /// The text of a model file with it, in place of its term; and a warning if that term remains.
     fn put(&self, text: &str, document: &Document, term: &FileTerm) -> (String, Option<String>) {
         let names: Vec<String> = self.values.iter().map(|one| one.name.clone()).collect();
         let mut own: Vec<String> = vec![term.term.clone()];
         own.extend(term.coefficients.iter().map(|one| one.name.clone()));
         let mut out = with_names(text, document, &own, &names);
         let mut warning = None;
-        // Places in the text behind the names are others now.
+        // Positions in the text after the names have changed.
         let (document, _) = model::read(&out);
         if let Some(entry) = entry(&document, term) {
             match remove_entry(&out, ["identification", "extra"], entry) {
                 Some(text) => out = text,
                 None => {
                     warning = Some(format!(
-                        "{}: it is a law of a torque now, and its entry of `extra` in `[identification]` cannot be told from what stands \
-                         beside it: remove it before you identify again",
+                        "{}: it is now a law of a torque, and kardan cannot separate its entry of `extra` in `[identification]` from the text \
+                         around it: remove it before you identify again",
                         term.term
                     ));
                 }
@@ -242,7 +242,7 @@ fn entry(document: &Document, term: &FileTerm) -> Option<usize> {
     tables.iter().find(own).map(|table| table.place.span().start)
 }
 
-/// The text with some of the names of what is sought in place of others, where the file names what is sought; new ones come last.
+/// The text with some requested names replaced by others, where the file lists them; new ones come last.
 fn with_names(text: &str, document: &Document, old: &[String], new: &[String]) -> String {
     let table = &document.identification;
     let Some(entry) = table.values.get("parameters") else { return text.to_string() };

@@ -1,4 +1,4 @@
-//! How wrong each motor and reading of a loop may be alone, and all motors at once.
+//! Margins of each motor and reading of a loop alone, and of all motors at once.
 
 use kardan_rt::functions::{atan2, hypot};
 use rayon::prelude::*;
@@ -14,7 +14,7 @@ use crate::synthesis::{ControlLoop, Law, Limit, Plant, Readings, Survey};
 fn named(name: &str, reading: bool, found: &ChannelMargins) -> ChannelMargin {
     ChannelMargin {
         name: name.into(),
-        reading,
+        is_sensor: reading,
         gain: found.gain,
         gain_frequency: found.gain_frequency,
         phase: found.phase,
@@ -25,13 +25,13 @@ fn named(name: &str, reading: bool, found: &ChannelMargins) -> ChannelMargin {
         disk_frequency: Some(found.disk_frequency),
         own_time: None,
         sampled: false,
-        searched: false,
+        multirate_search: false,
         disk_gain: found.disk_gain(),
         disk_phase: found.disk_phase(),
     }
 }
 
-/// How wrong the torque of each motor may be alone; with `late` the delay that a sampled loop tolerates is searched too.
+/// The margins of each motor; with `late` the tolerated delay of a sampled loop is searched too.
 pub(super) fn of_motors(survey: &Survey<'_>, response: Option<&Response>, late: bool) -> Vec<ChannelMargin> {
     let clock = survey.clocks[survey.number];
     let law = &survey.laws[survey.number];
@@ -56,7 +56,7 @@ pub(super) fn of_motors(survey: &Survey<'_>, response: Option<&Response>, late: 
     law.inputs().par_iter().enumerate().filter_map(one).collect()
 }
 
-/// How wrong the torque of each motor may be alone, from the response of a stable loop; of a sampled one without the delay. `None` if
+/// The margins of each motor, from the response of a stable loop; of a sampled one without the delay. `None` if
 /// it cannot be computed.
 pub(in crate::study) fn motor_margins(view: &ControlLoop<'_>, motors: &[String]) -> Option<Vec<ChannelMargin>> {
     let response = view.motors()?;
@@ -79,7 +79,7 @@ fn searched(survey: &Survey<'_>, motor: usize, name: &str) -> Option<ChannelMarg
         disk: lifted.disk(),
         ..ChannelMargins::default()
     };
-    Some(ChannelMargin { searched: true, disk_frequency: None, ..named(name, false, &found) })
+    Some(ChannelMargin { multirate_search: true, disk_frequency: None, ..named(name, false, &found) })
 }
 
 /// Each sensor of a law with its row over `[q_r; q̇_r]`.
@@ -87,13 +87,13 @@ pub(super) fn sensor_rows(model: &Plant, law: &dyn Law) -> Vec<(String, Vec<Rati
     law.sensors().iter().map(|signal| (signal.name.clone(), row_of(model, law, signal))).collect()
 }
 
-/// What a signal is over `[q_r; q̇_r]`.
+/// The row of a signal over `[q_r; q̇_r]`.
 pub(super) fn row_of(model: &Plant, law: &dyn Law, signal: &OutputSignal) -> Vec<Rational> {
     let found = model.system(law.inputs(), std::slice::from_ref(signal));
     found.c.row(0).to_vec()
 }
 
-/// How wrong each channel may be alone, and all motors at once.
+/// The margins of each channel alone, and of all motors at once.
 pub(super) fn errors(
     variant: &PreparedVariant,
     number: usize,
@@ -119,7 +119,7 @@ pub(super) fn errors(
     (out, together)
 }
 
-/// How wrong all channels of a response may be at once, with their names; `None` of one channel alone, or if an iteration fails.
+/// The margin of all channels of a response at once, with their names; `None` for one channel alone, or if an iteration fails.
 pub(super) fn named_together(response: &Response, names: &[String]) -> Option<TogetherMargin> {
     if response.channels() < 2 {
         return None;
@@ -128,8 +128,8 @@ pub(super) fn named_together(response: &Response, names: &[String]) -> Option<To
     let wrong = |(name, (re, im)): (&String, &(f64, f64))| WrongTorque {
         motor: name.clone(),
         factor: hypot(*re, *im),
-        turn: atan2(*im, *re),
+        phase: atan2(*im, *re),
     };
     let worst = names.iter().zip(&found.worst).map(wrong).collect();
-    Some(TogetherMargin { disk: found.disk, frequency: found.frequency, worst })
+    Some(TogetherMargin { disk: found.disk, frequency: found.frequency, worst_perturbation: worst })
 }

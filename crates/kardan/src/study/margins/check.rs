@@ -1,4 +1,4 @@
-//! Mistakes and warnings of loops before a run.
+//! Errors and warnings of loops before a run.
 
 use std::sync::Arc;
 
@@ -16,10 +16,10 @@ use crate::study::PreparedVariant;
 use crate::study::loop_blocks::{blocks, loop_blocks};
 use crate::synthesis::{Law, LoopBlocks, LoopPlant, SampledLoop, SampledPart, Slowest, Survey};
 
-/// Codes of mistakes that `--force` overrules.
+/// Codes of errors that `--force` overrules.
 const FORCED: [&str; 2] = [UNSTABLE, LIMIT];
 
-/// What stands in the way of a run only for its user's good becomes a warning.
+/// Errors that only protect the user from a bad run become warnings.
 pub fn overrule(diagnostics: &mut [Diagnostic]) {
     for diagnostic in diagnostics.iter_mut().filter(|diagnostic| FORCED.contains(&diagnostic.code)) {
         diagnostic.severity = Severity::Warning;
@@ -28,16 +28,16 @@ pub fn overrule(diagnostics: &mut [Diagnostic]) {
 
 /// An unstable loop.
 pub(in crate::study) const UNSTABLE: &str = "control::unstable";
-/// A reference that no motor can hold.
+/// A reference that no motor can reach.
 const LIMIT: &str = "control::limit";
-/// Largest relative change of a torque at the instants at which it is looked at, if it has settled.
+/// Largest relative change of a torque between its samples, if it has settled.
 const SETTLED: f64 = 0.01;
-/// Parts of the time from the last change of a reference to the end of the run.
+/// Fractions of the time from the last change of a reference to the end of the run.
 const CHECK_TIMES: [f64; 5] = [0.6, 0.7, 0.8, 0.9, 1.0];
-/// Periods of the map in that time, at least.
+/// Least number of periods of the map in that time.
 const FEWEST: f64 = 50.0;
 
-/// Sampled controllers, slow sensors and blocks of a loop with their times, in words.
+/// Sampled controllers, slow sensors and blocks of a loop with their times, as text.
 fn together(variant: &PreparedVariant, parts: &[SampledPart]) -> Vec<String> {
     let controls = variant.model.controls.iter().zip(parts);
     let sampled = controls.filter_map(|(control, part)| Some((control, part.clock?.period)));
@@ -55,11 +55,11 @@ fn together(variant: &PreparedVariant, parts: &[SampledPart]) -> Vec<String> {
     out
 }
 
-/// The mistakes of sampled controllers whose loop is unstable, with the spectral radius of the exact sampled loop.
+/// The errors of sampled controllers whose loop is unstable, with the spectral radius of the exact sampled loop.
 pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
     let clocks = clocks(&variant.model.controls);
     let period = |place: &usize| clocks[*place].map_or(0.0, |clock| clock.period);
-    // Of several the slowest one, as it has the most to gain.
+    // Of several the slowest one, as it gains the most.
     let places = (0..clocks.len()).rev().filter(|place| clocks[*place].is_some());
     let Some(place) = places.max_by(|a, b| period(a).total_cmp(&period(b))) else { return };
     let control = &variant.model.controls[place];
@@ -77,8 +77,9 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
     let (slowest, sample_time) = match judged {
         Ok(judged) => judged,
         Err(why) => {
-            let message = format!("whether the sampled loop is stable is not known: {why} ({})", all.join(", "));
-            let help = "choose times with a common period that holds few of the shortest; the run shows what happens";
+            let message = format!("whether the sampled loop is stable is not decided: {why} ({})", all.join(", "));
+            let help = "choose times whose common period is a small multiple of the shortest; a run shows what \
+                        happens";
             let warning = Diagnostic::warning("control::no-map", message).at(control.place.clone(), "this controller");
             out.push(warning.help(help));
             return;
@@ -92,7 +93,7 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
         has_blocks: !between.of_loop.is_empty(),
     };
     let decided = problem.decide(&slowest, problem.exact().as_ref());
-    // What grows by a power of the time alone is no exponential, and what floating point does not see grow is slow: a run shows it.
+    // Polynomial growth is not exponential, and growth below the resolution of floating point is slow: a run shows both.
     let is_slow = slowest.stable || decided.verdict.border.iter().any(|motion| motion.grows());
     if decided.controlled != Stability::Unstable || is_slow {
         if decided.controlled != Stability::Stable {
@@ -112,19 +113,19 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
             "choose a shorter `sample_time` or `delay`, or less `effort`; `--force` runs it as it is"
         }
         [_] => {
-            "choose a shorter `sample_time` or `delay`, or `law = \"sampled_noninteracting\"`, which is designed for them; \
-             `kardan design` without `sample_time` tells the slowest stable rate, `--force` runs it as it is"
+            "choose a shorter `sample_time` or `delay`, or `law = \"sampled_noninteracting\"`, which is designed for \
+             them; `kardan design` without `sample_time` reports the slowest stable rate, `--force` runs it as it is"
         }
         _ => "choose shorter times, the longest one first; `--force` runs it as it is",
     };
     let at = |diagnostic: Diagnostic| diagnostic.at(control.place.clone(), "unstable at this sample time");
-    // Blocks that saturate or switch do something else where the motion has grown: that stands in no one's way.
+    // Blocks that saturate or switch act differently once the motion has grown: kardan only warns.
     if between.nonlinear && !between.of_loop.is_empty() {
         let names = quoted(between.of_loop.names().iter().map(String::as_str));
-        let message = format!("{message}; the loop closes through the blocks {names}, with their slopes at rest");
+        let message = format!("{message}; the loop closes through the blocks {names}, linearised at rest");
         out.push(
             at(Diagnostic::warning(UNSTABLE, message))
-                .help("a run shows where the motion goes; `kardan design` shows the loop"),
+                .help("a run shows how the motion develops; `kardan design` shows the loop"),
         );
         return;
     }
@@ -144,7 +145,7 @@ fn describe_growth(verdict: &StabilityVerdict, slowest: &Slowest, sample_time: f
     }
 }
 
-/// The mistakes of references that ask for more torque than a motor has: at their values at the end of the run, once the linear
+/// The errors of references that demand more torque than a motor has: at their values at the end of the run, once the linear
 /// loop has settled.
 fn check_limits(
     variant: &PreparedVariant,
@@ -196,14 +197,14 @@ fn check_limits(
             }
             let control = &variant.model.controls[number];
             let message = format!(
-                "control `{}`: with {} the motor `{name}` would have to give {:.4} N m in the end, and its limit is {limit} N m: \
-                 this can never be reached",
+                "control `{}`: with {} the motor `{name}` would have to give {:.4} N m in steady state, and its \
+                 limit is {limit} N m: the reference can never be reached",
                 control.name,
                 values.join(" and "),
                 needed.abs()
             );
             let help = format!(
-                "ask for at most {:.3} times as much, or choose a stronger motor; `--force` runs it",
+                "request at most {:.3} times as much, or choose a stronger motor; `--force` runs it",
                 limit / needed.abs()
             );
             out.push(Diagnostic::error(LIMIT, message).at(control.place.clone(), "this controller").help(help));
@@ -249,7 +250,7 @@ pub(in crate::study) fn check_margins(variant: &PreparedVariant, out: &mut Vec<D
         let Some(found) = survey.slowest(survey.unchanged()) else { continue };
         let parts = survey.parts().map_or_else(Vec::new, |(parts, _)| parts);
         let problem = StabilityProblem { variant, laws, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
-        // Of sampled loops `check_sampled` tells; only what floating point is not sure of needs more.
+        // `check_sampled` reports sampled loops; only verdicts that floating point cannot decide need more.
         let is_sure = found.excluded == 0 && found.word == Stability::Stable;
         let decided = if is_sure { None } else { Some(problem.decide(&found, problem.exact().as_ref())) };
         let controlled = decided.as_ref().map_or(Stability::Stable, |decided| decided.controlled);
@@ -270,7 +271,8 @@ pub(in crate::study) fn check_margins(variant: &PreparedVariant, out: &mut Vec<D
             let message = format!("control `{}`: {message}", control.name);
             let warning = Diagnostic::warning("control::hardly", message).at(control.place.clone(), "this controller");
             out.push(warning.help(
-                "ask for less bandwidth, or a shorter lag, delay or sample time; `kardan design` shows all margins",
+                "request less bandwidth, or choose a shorter lag, delay or sample time; `kardan design` shows all \
+                 margins",
             ));
         }
     }

@@ -1,4 +1,4 @@
-//! Margins of a loop with backlash in contact, beside those where it stands.
+//! Margins of a loop with backlash in contact, besides those at its operating point.
 
 use std::collections::BTreeSet;
 
@@ -16,13 +16,13 @@ use crate::study::PreparedVariant;
 use crate::study::loop_blocks::loop_blocks;
 use crate::synthesis::{LoopBlocks, Plant, Survey};
 
-/// Elements with backlash of which all choices of open and closed ones are looked at; of more all closed alone.
+/// Number of elements with backlash up to which all combinations of open and closed ones are analysed; above it only all closed.
 const MAX_PLAYS: usize = 3;
 
 /// An element whose backlash is open, with its contacts.
 struct Play<'a> {
     element: &'a str,
-    /// At its lower and at its upper flank, as numbers of holds.
+    /// At its lower and at its upper flank, as numbers of unilateral constraints.
     flanks: [usize; 2],
 }
 
@@ -48,8 +48,8 @@ fn open_plays(variant: &PreparedVariant) -> Vec<Play<'_>> {
     names.iter().filter_map(play).collect()
 }
 
-/// The margins of a controller's loop with backlash in contact: with few elements each choice of those that are closed, else all. One entry for both
-/// flanks where these make the same loop. Also why some are not looked at.
+/// The margins of a controller's loop with backlash in contact: with few elements every combination of closed ones, else all closed. One entry for both
+/// flanks if these give the same loop. Also why some are not computed.
 pub(in crate::study) fn margins_in_contact(
     variant: &PreparedVariant,
     number: usize,
@@ -63,7 +63,7 @@ pub(in crate::study) fn margins_in_contact(
     });
     if let Some(sensor) = read {
         let why = format!(
-            "with backlash in contact the loop is not looked at: `{}` reads the torque of the contact",
+            "the loop is not analysed with backlash in contact: `{}` reads the torque of the contact",
             sensor.name
         );
         return (Vec::new(), Some(why));
@@ -106,7 +106,10 @@ pub(in crate::study) fn margins_in_contact(
     }
     let omission = (plays.len() > MAX_PLAYS).then(|| {
         let names = quoted(plays.iter().map(|play| play.element));
-        format!("of {names} the margins with all in contact stand beside those with all open; those with some in contact were not looked at")
+        format!(
+            "for {names} kardan lists the margins with all in contact and with all open; those with some in contact \
+             were not computed"
+        )
     });
     (out, omission)
 }
@@ -129,7 +132,7 @@ fn in_contact(variant: &PreparedVariant, closed: &BTreeSet<usize>) -> PreparedVa
     PreparedVariant { design_models, ..variant.with_model(model, point) }
 }
 
-/// The plants of the laws of a variant, but for those that leave elements out, with another model.
+/// The plants of the laws of a variant with another model, except those that leave elements out.
 pub(in crate::study) fn replaced_plants(variant: &PreparedVariant, plant: &dyn Fn() -> Plant) -> Vec<Plant> {
     let own = variant.design_models.iter().enumerate();
     own.map(|(number, own)| {
@@ -165,7 +168,7 @@ fn touching(reduced: &Reduced, position: &[f64], closed: &BTreeSet<usize>) -> Ve
     position.iter().enumerate().map(|(k, x)| x - change[(k, 0)]).collect()
 }
 
-/// Whether the loop of a controller is stable, and how wrong its channels may be.
+/// Whether the loop of a controller is stable, and the margins of its channels.
 fn of_loop(variant: &PreparedVariant, number: usize) -> ContactMargins {
     let (laws, plant) = (&variant.designed, variant.loop_plant());
     let clocks = clocks(&variant.model.controls);
@@ -182,10 +185,10 @@ fn of_loop(variant: &PreparedVariant, number: usize) -> ContactMargins {
     let stable = decided.as_ref().and_then(LoopStability::controlled_is_stable);
     let (channels, together) =
         if stable == Some(true) { errors(variant, number, &reduced_survey) } else { Default::default() };
-    ContactMargins { stable, channels, together, ..ContactMargins::default() }
+    ContactMargins { stable, channels, multiloop: together, ..ContactMargins::default() }
 }
 
-/// `mesh1 and mesh2 in contact`, with the flank where it matters.
+/// `mesh1 and mesh2 in contact`, with the flank if it matters.
 fn describe_contact(one: &ContactMargins) -> String {
     let flank = match one.flank.as_str() {
         "either" => "on either flank".to_string(),
@@ -198,15 +201,15 @@ fn describe_contact(one: &ContactMargins) -> String {
     format!("{} in contact ({flank}){open}", quoted(one.closed.iter().map(String::as_str)))
 }
 
-/// What is told of a loop with backlash: which contacts its margins leave open, and the least disk margin in contact.
+/// Text for a loop with backlash: which contacts its margins leave open, and the least disk margin in contact.
 pub(in crate::study) fn contacts_verdict(margins: &Margins) -> Option<String> {
     let first = margins.contacts.first()?;
     let mut out = vec![format!(
-        "All this is with {} open (backlash).",
+        "All results above are with {} open (backlash).",
         quoted(first.closed.iter().chain(&first.open).map(String::as_str))
     )];
     for one in &margins.contacts {
-        let least = one.channels.iter().filter(|one| !one.reading).min_by(|a, b| a.disk.total_cmp(&b.disk));
+        let least = one.channels.iter().filter(|one| !one.is_sensor).min_by(|a, b| a.disk.total_cmp(&b.disk));
         out.push(match (one.stable, least) {
             (Some(false), _) => format!("With {} the loop is UNSTABLE.", describe_contact(one)),
             (Some(true), Some(least)) => format!(
@@ -214,7 +217,7 @@ pub(in crate::study) fn contacts_verdict(margins: &Margins) -> Option<String> {
                 describe_contact(one),
                 least.disk,
                 least.name,
-                one.together
+                one.multiloop
                     .as_ref()
                     .map_or(String::new(), |all| format!(", of all its motors at once {:.4}", all.disk[0]))
             ),
@@ -224,12 +227,12 @@ pub(in crate::study) fn contacts_verdict(margins: &Margins) -> Option<String> {
     Some(out.join(" "))
 }
 
-/// What of the loop in contact must not be overlooked: of each choice of contacts its worst motor.
+/// Important warnings for the loop in contact: the worst motor of each combination of contacts.
 pub(in crate::study) fn contact_warnings(margins: &Margins) -> Vec<String> {
     let of = |one: &ContactMargins| match one.stable {
         Some(false) if margins.stable != Some(false) => Some("the loop is unstable".to_string()),
         _ => {
-            let motors = one.channels.iter().filter(|one| !one.reading);
+            let motors = one.channels.iter().filter(|one| !one.is_sensor);
             motors.min_by(|a, b| a.disk.total_cmp(&b.disk)).and_then(close)
         }
     };

@@ -1,4 +1,4 @@
-//! What sampling, delay, lag and limits leave of a controller's loop, and whether that is still a design.
+//! Stability and margins of a controller's loop with sampling, delay, lag and limits.
 
 mod channels;
 mod check;

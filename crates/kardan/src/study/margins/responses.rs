@@ -1,4 +1,4 @@
-//! What the loop of a controller answers to sines and to steps, and its largest singular values.
+//! Frequency and step responses of the loop of a controller, and its largest singular values.
 
 use faer::{Mat, c64};
 use kardan_rt::functions::ln;
@@ -16,24 +16,24 @@ use crate::study::loop_blocks::loop_blocks;
 use crate::synthesis::margins::{Response, frequency_range, refined};
 use crate::synthesis::{ControlLoop, Law, Plant, Readings, SampledLoop, SampledPart};
 
-/// Loop gains below this are none.
+/// Loop gains below this count as zero.
 const NOTHING: f64 = 1e-12;
-/// Readings whose errors at once are looked at; more take long.
+/// Largest number of readings whose simultaneous errors are analysed; more take long.
 const MOST_TOGETHER: usize = 4;
-/// Times of a step that are shown.
+/// Number of times of a step response.
 const TIMES: usize = 400;
-/// Time constants of the slowest motion that a step is followed for, at first.
+/// Length of a step response at first, in time constants of the slowest motion.
 const FOLLOWED: f64 = 8.0;
-/// Part of its range within which a signal is at rest.
+/// Fraction of its range within which a signal counts as settled.
 const AT_REST: f64 = 0.005;
-/// Part of the time shown by which all is at rest, at least.
+/// Least fraction of the plotted time by which all signals have settled.
 const SETTLED: f64 = 0.4;
-/// Times this, where all is at rest earlier, are shown.
+/// Factor of the settling time that is plotted, if all signals settle earlier.
 const SHOWN: f64 = 2.2;
-/// How often a shorter time is tried.
+/// Number of trials with a shorter time.
 const TRIES: usize = 8;
 
-/// What is looked at in a loop.
+/// The inputs and outputs of a loop for its responses.
 struct Views {
     motors: Response,
     readings: Option<Readings>,
@@ -96,14 +96,14 @@ pub(in crate::study) fn responses(
     let is_small = |found: &&Readings| stable && found.names.len() <= MOST_TOGETHER;
     let readings = views.readings.as_ref().filter(is_small);
     Ok(LoopResponses {
-        readings_together: readings.and_then(|found| named_together(&found.loops, &found.names)),
+        sensors_multiloop: readings.and_then(|found| named_together(&found.loops, &found.names)),
         frequencies: points.iter().map(|(frequency, _)| *frequency).collect(),
         nyquist: views.motors.nyquist(),
         loops: views.loops(law, &points),
         sensitivities: if stable { views.sensitivities(&points) } else { Vec::new() },
         references: from_references(law, &outputs.names, design, &points),
         steps,
-        over_positions: None,
+        margins_over_position: None,
     })
 }
 
@@ -116,7 +116,7 @@ struct FrequencyPoint {
 }
 
 impl FrequencyPoint {
-    /// What is drawn of it, and how far the loops are from −1.
+    /// Curves to draw, and the distance of the loops from −1.
     fn curves(&self) -> Vec<c64> {
         let mut curves = Vec::new();
         for m in std::iter::once(&self.motors).chain(&self.readings) {
@@ -130,10 +130,10 @@ impl FrequencyPoint {
 }
 
 impl Views {
-    /// All responses at frequencies at which they are well seen.
+    /// All responses at frequencies that resolve them well.
     fn points(&self) -> Vec<(f64, FrequencyPoint)> {
         let poles = self.motors.pole_frequencies();
-        // Beside a lightly damped pole as well.
+        // Next to a lightly damped pole as well.
         let places: Vec<f64> =
             poles.iter().flat_map(|pole| [0.9, 0.98, 1.0, 1.02, 1.1].map(|factor| factor * pole)).collect();
         let look = |frequency: f64| FrequencyPoint {
@@ -159,7 +159,7 @@ impl Views {
     /// S and T at the motors and at the readings, and K S between them.
     fn sensitivities(&self, points: &[(f64, FrequencyPoint)]) -> Vec<SingularValues> {
         let motors = |one: &FrequencyPoint| Some(one.motors.clone());
-        let about = |function, readings| SingularValues { function, readings, ..SingularValues::default() };
+        let about = |function, readings| SingularValues { function, at_sensors: readings, ..SingularValues::default() };
         let mut out = vec![
             singular(&self.motors.sensitivity(), about(LoopFunction::S, false), points, &|one| {
                 motors(one).map(sensitivity)
@@ -220,7 +220,7 @@ fn from_references(
                 reference: reference.name.clone(),
                 output: output.clone(),
                 unit: quotient(SignalName::new(output).unit(), reference.physical.unit()),
-                own: channel.is_some_and(|channel| channel.output == *output),
+                same_channel: channel.is_some_and(|channel| channel.output == *output),
                 real: all.iter().map(|m| m[(i, j)].re).collect(),
                 imaginary: all.iter().map(|m| m[(i, j)].im).collect(),
             });
@@ -229,13 +229,13 @@ fn from_references(
     out
 }
 
-/// The loop gains of a response, broken at each of its channels alone, from what it is at each frequency.
+/// The loop gains of a response, broken at each of its channels alone, from the matrix at each frequency.
 fn broken(response: &Response, names: &[String], reading: bool, all: &[&Mat<c64>]) -> Vec<LoopGain> {
     let one = |(k, name): (usize, &String)| {
         let gains: Vec<c64> = all.iter().map(|m| gain(m[(k, k)])).collect();
         LoopGain {
             name: name.clone(),
-            reading,
+            is_sensor: reading,
             open: all.iter().all(|m| m[(k, k)].norm_sqr() < NOTHING * NOTHING),
             unstable_poles: response.channel(k).feedback_transform().and_then(|broken| broken.unstable_poles()),
             real: gains.iter().map(|gain| gain.re).collect(),
@@ -245,12 +245,12 @@ fn broken(response: &Response, names: &[String], reading: bool, all: &[&Mat<c64>
     names.iter().enumerate().map(one).collect()
 }
 
-/// L of one channel, from what errors see of the closed loop.
+/// L of one channel, from the closed-loop response to errors.
 fn gain(m: c64) -> c64 {
     -m / (1.0 + m)
 }
 
-/// The unit of a quotient; empty where they are alike.
+/// The unit of a quotient; empty if both are equal.
 fn quotient(above: &str, below: &str) -> String {
     match (above, below) {
         (above, below) if above == below => String::new(),
@@ -259,7 +259,7 @@ fn quotient(above: &str, below: &str) -> String {
     }
 }
 
-/// What follows a step of each reference by one unit.
+/// The responses to a step of each reference by one unit.
 fn steps(view: &ControlLoop<'_>, law: &dyn Law, outputs: &Outputs, duration: f64) -> Vec<StepResponse> {
     let references = law.references().iter().enumerate();
     references
@@ -296,7 +296,7 @@ fn steps(view: &ControlLoop<'_>, law: &dyn Law, outputs: &Outputs, duration: f64
         .collect()
 }
 
-/// Some time constants of the slowest motion; what nobody holds is followed as long as the run of the file, s.
+/// Some time constants of the slowest motion; an uncontrolled rigid-body mode is followed for the duration of the file's run, s.
 fn first_window(view: &ControlLoop<'_>, duration: f64) -> Option<f64> {
     let (found, per) = match SampledLoop::new(view.plant, view.parts) {
         Ok(found) => (found.slowest()?, found.sample_time),
@@ -308,7 +308,7 @@ fn first_window(view: &ControlLoop<'_>, duration: f64) -> Option<f64> {
     Some(if window.is_finite() { window } else { duration })
 }
 
-/// Times, and at each the outputs and what the motors are told, after a step of a reference by one.
+/// Times, and at each the outputs and the motor commands, after a step of a reference by one.
 fn follow(
     view: &ControlLoop<'_>,
     (reference, law, outputs): (usize, &dyn Law, &Outputs),
@@ -339,7 +339,7 @@ fn follow(
     finite.then_some((time, values))
 }
 
-/// The time after which a signal stays where it ends, s; zero for one that hardly moves.
+/// The time after which a signal stays at its final value, s; zero for one that does not move noticeably.
 fn rest(time: &[f64], values: &[f64]) -> f64 {
     let (low, high) = values.iter().fold((0.0f64, 0.0f64), |(low, high), x| (low.min(*x), high.max(*x)));
     let last = values.last().copied().unwrap_or(0.0);

@@ -1,4 +1,4 @@
-//! Where the model, the laws and the blocks of a loop have a kink or jump at its operating point.
+//! Kinks and jumps of the model, the laws and the blocks of a loop at its operating point.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use crate::study::PreparedVariant;
 use crate::study::kinks::Kinks;
 use crate::study::loop_blocks::loop_blocks;
 
-/// What vanishes where a loop has a kink, and where it jumps, at its operating point.
+/// The guards that vanish where a loop has a kink, and where it jumps, at its operating point.
 pub(in crate::study) struct LoopKinks {
     kinks: Kinks,
     jumps: Vec<String>,
@@ -35,7 +35,7 @@ impl LoopKinks {
         self.kinks.opposite()
     }
 
-    /// A side in words.
+    /// A side as text.
     pub(in crate::study) fn description(&self, side: &Side) -> String {
         self.kinks.description(side)
     }
@@ -44,14 +44,14 @@ impl LoopKinks {
     pub(in crate::study) fn jump_note(&self) -> Option<String> {
         (!self.jumps.is_empty()).then(|| {
             format!(
-                "The loop jumps at its operating point, where {} = 0: it has no linear model there. What is said of its stability and its margins \
-                 leaves the jump out; a run shows what it does",
+                "The loop jumps at its operating point, where {} = 0: it has no linear model there. Its stability \
+                 and margins do not include the jump; a run shows its effect",
                 quoted(self.jumps.iter().map(String::as_str))
             )
         })
     }
 
-    /// What the verdict is about, where the loop has a kink.
+    /// The side that the verdict is for, if the loop has a kink.
     pub(in crate::study) fn kink_note(&self) -> Option<String> {
         self.opposite().map(|_| self.kinks.explained("The loop", "poles and margins"))
     }

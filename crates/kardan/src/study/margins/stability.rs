@@ -1,4 +1,4 @@
-//! Whether the loop of a variant is stable: one verdict for all that tells it.
+//! Whether the loop of a variant is stable: one verdict for all reports.
 
 use std::sync::Arc;
 
@@ -9,33 +9,33 @@ use crate::results::{Pole, Stability, StabilityEvidence, StabilityVerdict, ZeroP
 use crate::study::PreparedVariant;
 use crate::synthesis::{ExactMap, ExactMotions, Law, LoopPlant, SampledPart, Slowest, exact_motions_of, roots};
 
-/// Other numbers within the last digits of rounded ones that are tried.
+/// Number of trials with other numbers within the last digits of rounded ones.
 const PERTURBATIONS: u64 = 8;
 
-/// What is decided about a loop as it is, exactly where it can be.
+/// The verdicts about a loop as it is, exact where possible.
 pub(in crate::study) struct LoopStability {
-    /// Of all motions, those that nobody holds among them.
+    /// Of all motions, including uncontrolled rigid-body modes.
     pub verdict: StabilityVerdict,
     /// Of all others.
     pub controlled: Stability,
-    /// How many motions nobody holds.
+    /// The number of uncontrolled rigid-body modes.
     pub zeros: usize,
-    /// How it is known that these are at zero.
+    /// The evidence that these poles are at zero.
     pub how: ZeroPoleEvidence,
-    /// Real parts of poles that are not at zero, and that floating point would take for it.
+    /// Real parts of poles that are not at zero but indistinguishable from zero in floating point.
     pub next_to_zero: Vec<f64>,
     /// All poles, where the verdict on a loop in continuous time is exact.
     pub poles: Option<Vec<Pole>>,
 }
 
 impl LoopStability {
-    /// Whether all motions but free ones die away; `None` if that is not decided.
+    /// Whether all motions except free ones decay; `None` if that is not decided.
     pub fn controlled_is_stable(&self) -> Option<bool> {
         (self.controlled != Stability::Undecided).then_some(self.controlled == Stability::Stable)
     }
 }
 
-/// A loop whose stability is asked for.
+/// A loop to analyse for stability.
 pub(in crate::study) struct StabilityProblem<'a> {
     pub variant: &'a PreparedVariant,
     /// Its laws as designed.
@@ -48,7 +48,7 @@ pub(in crate::study) struct StabilityProblem<'a> {
 }
 
 impl StabilityProblem<'_> {
-    /// The exact loop in continuous time; `None` where a law is made for a sample time, and of sampled laws with blocks.
+    /// The exact loop in continuous time; `None` if a law is designed for a sample time, and for sampled laws with blocks.
     pub fn exact(&self) -> Option<ExactMotions> {
         if self.parts.iter().all(|part| part.clock.is_none()) {
             return exact_motions_of(self.plant, self.parts, self.laws);
@@ -72,13 +72,13 @@ impl StabilityProblem<'_> {
         (plant, self.parts.iter().map(|part| part.near(&mut digits)).collect())
     }
 
-    /// The verdict, beside what floating point found of the loop.
+    /// The verdict, combined with that of floating point.
     pub fn decide(&self, found: &Slowest, exact: Option<&ExactMotions>) -> LoopStability {
         let mut decided = match self.parts.iter().all(|part| part.clock.is_none()) {
             true => self.continuous(found, exact),
             false => self.sampled(found, exact),
         };
-        // Of motions that do not grow in the linear model the nonlinear one decides.
+        // For motions that do not grow in the linear model the nonlinear one decides.
         let is_bent = !laws_are_linear(&self.variant.reduced) || self.laws.iter().any(|law| law.is_nonlinear());
         if is_bent && decided.controlled == Stability::Marginal {
             decided.verdict = decided.verdict.of_linearisation();
@@ -91,7 +91,7 @@ impl StabilityProblem<'_> {
         let Some((exact, verdict)) = exact.and_then(|exact| Some((exact, exact.stability()?))) else {
             return rounded(found);
         };
-        // Rounding of the gains moves what a design leaves at zero.
+        // Rounding of the gains moves poles that a design leaves at zero.
         if exact.zeros() != found.excluded && !exact.before_rounding && found.word == Stability::Stable {
             return rounded(found);
         }
@@ -99,13 +99,13 @@ impl StabilityProblem<'_> {
         if verdict.word == Stability::Undecided {
             let because = verdict.why;
             let decided = rounded(found);
-            // What floating point is sure of rounding does not change.
+            // Rounding does not change verdicts that floating point bounds.
             return match decided.verdict.word {
                 Stability::Undecided => LoopStability { verdict: StabilityVerdict::undecided(because), ..decided },
                 _ => decided,
             };
         }
-        let free = verdict.border.iter().any(|motion| motion.free);
+        let free = verdict.border.iter().any(|motion| motion.uncontrolled);
         let zeros = if free { exact.zeros() } else { 0 };
         let poles = roots(&crate::num::characteristic_polynomial(&exact.matrix));
         let more = found.excluded.saturating_sub(zeros);
@@ -120,7 +120,7 @@ impl StabilityProblem<'_> {
         }
     }
 
-    /// The verdict on the loop with its numbers as they are, if it is the same within the last digits of rounded ones.
+    /// The verdict on the loop with its given numbers, if it is the same within the last digits of rounded ones.
     fn within_rounding(&self, verdict: StabilityVerdict, exact: &ExactMotions, found: &Slowest) -> StabilityVerdict {
         let model = self.variant.linear_model();
         let is_rounded = model.is_rounded();
@@ -141,7 +141,7 @@ impl StabilityProblem<'_> {
     fn sampled(&self, found: &Slowest, exact: Option<&ExactMotions>) -> LoopStability {
         let at_one = exact.map_or(0, |exact| exact.sampled);
         let model = self.variant.linear_model();
-        // A part of a block, or a torque that follows from blocks, is no part of the linear model.
+        // A part of a block, or a torque that depends on blocks, is not part of the linear model.
         let verdict = match self.has_blocks || model.inputs.len() != self.plant.inputs.len() {
             true => None,
             false => ExactMap::stability_of(self.plant, self.parts, at_one),
@@ -177,7 +177,7 @@ impl StabilityProblem<'_> {
 }
 
 impl StabilityProblem<'_> {
-    /// The same of a sampled loop.
+    /// The same for a sampled loop.
     fn sampled_within_rounding(
         &self,
         verdict: StabilityVerdict,
@@ -203,7 +203,7 @@ fn evidence(exact: &ExactMotions) -> ZeroPoleEvidence {
     if exact.before_rounding { ZeroPoleEvidence::Design } else { ZeroPoleEvidence::Rounded }
 }
 
-/// What eigenvalues in floating point tell, with a bound on their rounding.
+/// The verdict of eigenvalues in floating point, with a bound on their rounding.
 fn rounded(found: &Slowest) -> LoopStability {
     let verdict = match (found.word, found.excluded) {
         (Stability::Undecided, _) => {

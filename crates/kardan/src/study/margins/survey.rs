@@ -18,23 +18,23 @@ use crate::synthesis::{
     Clock, ExactMotions, GAINS, Law, Limit, LoopBlocks, LoopPlant, Plant, Survey, counting_charges,
 };
 
-/// Relative distance of two frequencies that belong to one motion.
+/// Relative distance of two frequencies that count as one motion.
 const SAME_MOTION: f64 = 0.3;
-/// States of blocks with which margins are searched over the common period of several sample times.
+/// Number of block states up to which margins are searched over the common period of several sample times.
 const MAX_STATES: usize = 24;
-/// Part of the largest movement below which a shaft stands still.
+/// Fraction of the largest movement below which a shaft counts as fixed.
 const STILL: f64 = 1e-9;
 /// Frequencies below this are written with an exponent, rad/s.
 const SLOW: f64 = 1e-2;
 
-/// How fast the slowest motion of a sampled loop decays, 1/s; `None` if it does not, or is not known.
+/// The decay rate of the slowest motion of a sampled loop, 1/s; `None` if it does not decay, or if that is unknown.
 pub(in crate::study) fn decay(variant: &PreparedVariant, margins: &Margins) -> Option<f64> {
     let own = margins.sample_time.unwrap_or_else(|| shortest(&clocks(&variant.model.controls)));
     let rate = -ln(margins.spectral_radius?) / own;
     (rate > 0.0).then_some(rate)
 }
 
-/// How many motions of the loop of the file's controllers nobody holds.
+/// The number of uncontrolled rigid-body modes of the loop of the file's controllers.
 pub(in crate::study) fn excluded(variant: &PreparedVariant, number: usize, plant: &LoopPlant) -> usize {
     let (laws, clocks) = (&variant.designed, clocks(&variant.model.controls));
     let blocks = loop_blocks(variant, plant);
@@ -42,7 +42,7 @@ pub(in crate::study) fn excluded(variant: &PreparedVariant, number: usize, plant
     survey.slowest(survey.unchanged()).map_or(0, |found| found.excluded)
 }
 
-/// How far the loop of a controller is from instability. Peaks of the torques are left to the simulation.
+/// The stability margins of the loop of a controller. The simulation gives the peaks of the torques.
 pub(in crate::study) fn survey(
     variant: &PreparedVariant,
     number: usize,
@@ -67,7 +67,7 @@ pub(in crate::study) fn survey(
             motion: found.map(|limit| motion(&limit)).unwrap_or_default(),
         }
     };
-    // Beside a law that is designed for its sample time, hardly any other one has a common period with it.
+    // With a law that is designed for its sample time, few other clocks have a common period.
     let for_one_time = laws.iter().any(|law| law.clock().is_some());
     let radius = |growth: f64| own.map_or(growth, |own| powf(growth, own.period / shortest(&clocks)));
     let parts = survey.parts().map_or_else(Vec::new, |(parts, _)| parts);
@@ -76,7 +76,7 @@ pub(in crate::study) fn survey(
     let decided = as_it_is.as_ref().map(|found| problem.decide(found, exact.as_ref()));
     let stable = decided.as_ref().and_then(LoopStability::controlled_is_stable);
     let is_unstable = |decided: &LoopStability| decided.verdict.word == Stability::Unstable;
-    // A loop that is unstable as it is has no rate and tolerates nothing.
+    // A loop that is unstable as it is has no slowest rate and tolerates nothing.
     let tolerated = stable != Some(false);
     let channels = || if stable == Some(true) { errors(variant, number, &reduced_survey) } else { Default::default() };
     let limits = || {
@@ -89,10 +89,11 @@ pub(in crate::study) fn survey(
     };
     let ((channels, together), ([longest_delay, longest_lag], rates)) =
         rayon::join(channels, || rayon::join(|| <[_; 2]>::from(limits()), rates));
-    let only_motor = channels.first().filter(|one| laws[number].inputs().len() == 1 && !one.reading && !one.searched);
+    let only_motor =
+        channels.first().filter(|one| laws[number].inputs().len() == 1 && !one.is_sensor && !one.multirate_search);
     let gain_margin = only_motor.map(of_motor).or_else(|| reduced_survey.gain_margin().filter(|_| tolerated));
     let hard = |[low, high]: [f64; 2]| low > 1.0 / LOW_MARGIN || high < LOW_MARGIN;
-    let low_margins = channels.iter().any(|one| !one.reading && low_margins(one))
+    let low_margins = channels.iter().any(|one| !one.is_sensor && low_margins(one))
         || gain_margin.is_some_and(|[down, up]| hard([down.value, up.value]));
     let free = match &exact {
         Some(exact) => moving_exactly(&exact.motions, &variant.linear_model(), &variant.reduced.equations.coordinates),
@@ -103,12 +104,12 @@ pub(in crate::study) fn survey(
     Margins {
         sample_time: own.map(|clock| clock.period),
         delay: own.map_or(0.0, |clock| clock.delay),
-        single: own.is_some_and(|clock| clock.single),
+        single_precision: own.is_some_and(|clock| clock.single),
         spectral_radius: as_it_is
             .as_ref()
             .filter(|_| clocks.iter().any(Option::is_some))
             .map(|found| radius(found.growth))
-            // That of a growth which floating point does not see would speak against the verdict.
+            // The motion of a growth below the resolution of floating point would contradict the verdict.
             .filter(|radius| *radius >= 1.0 || !decided.as_ref().is_some_and(is_unstable)),
         stable,
         stability: decided.as_ref().map(|decided| decided.verdict.clone()).unwrap_or_default(),
@@ -118,14 +119,16 @@ pub(in crate::study) fn survey(
         longest_delay: longest_delay.map(limit),
         longest_lag: longest_lag.map(limit),
         gain_margin: gain_margin.map(|both| both.map(limit)),
-        free,
-        free_poles: decided.as_ref().map_or(0, |decided| decided.zeros),
-        zero_pole_evidence: decided.as_ref().map(|decided| decided.how).unwrap_or_default(),
-        only_count: exact.as_ref().is_some_and(|exact| only_count(exact, &variant.whole_model(number), laws)),
-        next_to_zero: decided.map(|decided| decided.next_to_zero).unwrap_or_default(),
+        uncontrolled_modes: free,
+        uncontrolled_poles: decided.as_ref().map_or(0, |decided| decided.zeros),
+        uncontrolled_poles_method: decided.as_ref().map(|decided| decided.how).unwrap_or_default(),
+        uncontrolled_are_integrals: exact
+            .as_ref()
+            .is_some_and(|exact| only_count(exact, &variant.whole_model(number), laws)),
+        near_zero_poles: decided.map(|decided| decided.next_to_zero).unwrap_or_default(),
         drift: as_it_is.as_ref().map_or(0.0, |found| found.drift),
         channels,
-        together,
+        multiloop: together,
         low_margins,
         contacts: Vec::new(),
         peaks: Vec::new(),
@@ -133,7 +136,7 @@ pub(in crate::study) fn survey(
     }
 }
 
-/// The factors of all torques that a loop tolerates, where there is one: those of its motor.
+/// The factors of all torques that a loop tolerates, if there is one torque: those of its motor.
 fn of_motor(motor: &ChannelMargin) -> [Limit; 2] {
     let [low, high] = motor.gain;
     let [at_low, at_high] = motor.gain_frequency.map(|frequency| frequency.unwrap_or(0.0));
@@ -142,17 +145,17 @@ fn of_motor(motor: &ChannelMargin) -> [Limit; 2] {
     [Limit { value: low, frequency: at_low }, Limit { value: high, frequency: at_high }]
 }
 
-/// Whether margins are looked for with blocks in the loop: where many of these have another sample time than the controller that would take minutes, and
-/// they are taken as given.
+/// Whether margins are searched with blocks in the loop: if many of these have another sample time than the controller, that would take minutes, and
+/// they are treated as independent inputs.
 pub(in crate::study) fn searches(blocks: &LoopBlocks, own: Option<Clock>) -> bool {
     own.map_or_else(|| blocks.is_continuous(), |own| blocks.has_sample_time(own.period) || blocks.size() <= MAX_STATES)
 }
 
-/// Whether all that is at zero are charges that only count.
+/// Whether all poles at zero are integrators without effect (charges).
 fn only_count(exact: &ExactMotions, plant: &Plant, laws: &[Arc<dyn Law>]) -> bool {
     let counters = counting_charges(plant, laws);
-    // They are among what is at zero, so they are all of it where there is as much. Where none was found exactly, those that rounding takes for zero are
-    // others.
+    // They are among the poles at zero, so they are all of them if the numbers are equal. If none was found exactly, the poles that rounding takes for zero are
+    // other ones.
     exact.motions.columns() > 0 && exact.motions.columns() == counters.measured.len()
 }
 
@@ -183,7 +186,7 @@ fn moving(motions: &Matrix<f64>, plant: &LoopPlant, shafts: &[String]) -> Vec<St
     (0..shafts.len()).filter(|shaft| moves(*shaft)).map(|shaft| shafts[shaft].clone()).collect()
 }
 
-/// The motion at a frequency in words; that of the zero dynamics by this name.
+/// The motion at a frequency as text; the zero dynamics by that name.
 fn motion(limit: &Limit, design: &Design) -> String {
     if !limit.value.is_finite() || limit.value == 0.0 {
         return String::new();

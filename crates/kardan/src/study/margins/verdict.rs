@@ -1,9 +1,9 @@
-//! Margins in sentences.
+//! Margins as sentences.
 
 use crate::results::{Margins, RateLimit, Stability, TogetherMargin, ZeroPoleEvidence};
 use crate::synthesis::LIMIT_STEP;
 
-/// The paragraph: what sampling leaves of this design.
+/// The paragraph on the effect of sampling on this design.
 pub(in crate::study) fn verdict(margins: &Margins) -> String {
     let mut out = vec![stability(margins)];
     free_motions(margins, &mut out);
@@ -12,7 +12,8 @@ pub(in crate::study) fn verdict(margins: &Margins) -> String {
     for peak in margins.peaks.iter().filter(|peak| peak.limit.is_some_and(|limit| peak.peak > limit * (1.0 + 1e-9))) {
         let limit = peak.limit.unwrap_or_default();
         out.push(format!(
-            "A step of {} by {} {} asks {:.3} N m of {}, which has {limit} N m: filter the reference, or ask for {:.3} {}.",
+            "A step of {} by {} {} demands {:.3} N m of {}, whose limit is {limit} N m: filter the reference, or \
+             request {:.3} {}.",
             peak.reference,
             peak.step,
             peak.step_unit,
@@ -46,41 +47,48 @@ fn stability(margins: &Margins) -> String {
     format!("{when} the loop is {state}{radius}.")
 }
 
-/// Motions that nobody holds, and those that only look so.
+/// Uncontrolled rigid-body modes, and poles that are only close to zero.
 fn free_motions(margins: &Margins, out: &mut Vec<String>) {
-    if margins.free_poles > 0 {
-        let poles = if margins.free_poles == 1 { "pole".to_string() } else { "poles".into() };
-        let of = if margins.free.is_empty() { "its own states".into() } else { list(&margins.free) };
-        let how = match margins.zero_pole_evidence {
+    if margins.uncontrolled_poles > 0 {
+        let poles = if margins.uncontrolled_poles == 1 { "pole".to_string() } else { "poles".into() };
+        let of = if margins.uncontrolled_modes.is_empty() {
+            "its own states".into()
+        } else {
+            list(&margins.uncontrolled_modes)
+        };
+        let how = match margins.uncontrolled_poles_method {
             ZeroPoleEvidence::Design => {
                 "exactly (over the rationals, with the gains before they are rounded)".to_string()
             }
             ZeroPoleEvidence::Rounded => "exactly (over the rationals, with the gains as they are rounded)".into(),
             ZeroPoleEvidence::ToRounding(size) => format!("to the rounding of the loop (below {size:.0e} 1/s)"),
         };
-        let what = match margins.only_count {
-            true => format!("Charges that nothing depends on only count what has flowed, through {of}"),
-            false => format!("Nobody holds a motion of {of}"),
+        let what = match margins.uncontrolled_are_integrals {
+            true => format!("Charges without effect (integrators of the current) through {of}"),
+            false => format!("Uncontrolled rigid-body motion of {of}"),
         };
-        out.push(format!("{what}: {} {poles} at zero, {how}, left out of all that is said here.", margins.free_poles));
-        if margins.drift > 0.0 && !margins.only_count {
+        out.push(format!(
+            "{what}: {} {poles} at zero, {how}, left out of all statements here.",
+            margins.uncontrolled_poles
+        ));
+        if margins.drift > 0.0 && !margins.uncontrolled_are_integrals {
             out.push(format!(
-                "At this sample time it does not stay quite free: left alone it grows with {:.2e} 1/s.",
+                "At this sample time it is not quite free: without control it grows with {:.2e} 1/s.",
                 margins.drift
             ));
         }
     }
-    if !margins.next_to_zero.is_empty() {
-        let all: Vec<String> = margins.next_to_zero.iter().map(|re| format!("{re:.2e}")).collect();
+    if !margins.near_zero_poles.is_empty() {
+        let all: Vec<String> = margins.near_zero_poles.iter().map(|re| format!("{re:.2e}")).collect();
         out.push(format!(
-            "Not at zero, but too close to it for floating point, which would take it for zero: {} 1/s; this was decided exactly, and \
-             limits are told without it.",
+            "Not at zero, but indistinguishable from zero in floating point: {} 1/s; this was decided exactly, and \
+             the limits leave it out.",
             all.join(", ")
         ));
     }
 }
 
-/// What rate the loop needs, and which delay, lag and gain it tolerates.
+/// The rate that the loop needs, and the delay, lag and gain that it tolerates.
 fn limits(margins: &Margins, out: &mut Vec<String>) {
     let hertz = |rate: f64| {
         if rate >= 1000.0 { format!("{:.2} kHz", rate / 1000.0) } else { format!("{rate:.3} Hz") }
@@ -120,20 +128,24 @@ fn limits(margins: &Margins, out: &mut Vec<String>) {
     if let Some([down, up]) = &margins.gain_margin {
         let up_to = if up.value.is_finite() { format!("{:.3}", up.value) } else { "100 and more".into() };
         let motion = if up.motion.is_empty() { &down.motion } else { &up.motion };
-        out.push(format!("Its torques may be wrong by factors from {:.3} to {up_to}{}.", down.value, because(motion)));
+        out.push(format!(
+            "It tolerates torque errors by factors from {:.3} to {up_to}{}.",
+            down.value,
+            because(motion)
+        ));
     }
     if margins.longest_delay.is_some() || margins.longest_lag.is_some() || margins.gain_margin.is_some() {
         out.push(format!(
-            "Delays, lags and factors are searched in steps (a twentieth of a sample, {:.0} %) and between steps where the loop comes closest \
-             to growing: what lies between is not proven.",
+            "Delays, lags and factors are searched in steps (a twentieth of a sample, {:.0} %) and between steps \
+             where the loop comes closest to growing: the values between are not proven.",
             100.0 * (LIMIT_STEP - 1.0)
         ));
     }
 }
 
-/// How wrong single motors may be, and all at once.
+/// The margins of single motors, and of all at once.
 fn channels(margins: &Margins, out: &mut Vec<String>) {
-    let motors = margins.channels.iter().filter(|one| !one.reading);
+    let motors = margins.channels.iter().filter(|one| !one.is_sensor);
     if let Some(worst) = motors.min_by(|a, b| a.disk.total_cmp(&b.disk)) {
         out.push(format!(
             "The least disk margin of a motor is {:.3} (`{}`{}): factors from {:.3} to {:.3} with {:.1}° of phase.",
@@ -144,7 +156,7 @@ fn channels(margins: &Margins, out: &mut Vec<String>) {
             worst.disk_gain[1],
             worst.disk_phase.to_degrees()
         ));
-        if worst.searched {
+        if worst.multirate_search {
             out.push(
                 "With several clocks these margins of its motors are searched on the exact map over the common period, each for an \
                  error that is the same at each sample: factor and delay in steps, phase every 5°, the disk in 25 directions. Those \
@@ -159,7 +171,7 @@ fn channels(margins: &Margins, out: &mut Vec<String>) {
                 .into(),
         );
     }
-    if let Some(all) = &margins.together {
+    if let Some(all) = &margins.multiloop {
         let sentence = at_once(all);
         out.push(format!("W{}.", &sentence[1..]));
     }
@@ -190,7 +202,7 @@ pub(super) fn at(frequency: Option<f64>) -> String {
     }
 }
 
-/// A time in words.
+/// A time as text.
 pub(super) fn time(seconds: f64) -> String {
     match seconds {
         s if s < 1e-3 => format!("{:.1} us", 1e6 * s),
@@ -199,12 +211,12 @@ pub(super) fn time(seconds: f64) -> String {
     }
 }
 
-/// The margin of all motors at once in words.
+/// The margin of all motors at once as text.
 pub(super) fn at_once(found: &TogetherMargin) -> String {
     let worst: Vec<String> = found
-        .worst
+        .worst_perturbation
         .iter()
-        .map(|one| format!("`{}` × {:.3} ∠ {:.1}°", one.motor, one.factor, one.turn.to_degrees()))
+        .map(|one| format!("`{}` × {:.3} ∠ {:.1}°", one.motor, one.factor, one.phase.to_degrees()))
         .collect();
     format!(
         "with errors of all its motors at once the disk margin is between {:.4} and {:.4}: {} make the loop unstable{}",

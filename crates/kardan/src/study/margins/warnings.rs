@@ -1,31 +1,32 @@
-//! Margins that are too small, in words.
+//! Warnings of margins that are too small.
 
 use kardan_rt::functions::ln;
 
 use super::verdict::{at, at_once, because, time};
 use crate::results::{ChannelMargin, LOW_DISK, Margins, TogetherMargin};
 
-/// Factor of a torque within which a loop must be stable, or is hardly so.
+/// Factor of a torque that a loop must tolerate, or its margins count as low.
 pub(super) const LOW_MARGIN: f64 = 1.1;
 /// The same for all motors at once: a factor of 1.22, 11°.
 const DISK_TOGETHER: f64 = 0.2;
-/// Turn of the phase of one channel, rad, below which a loop deserves a warning: 15°.
+/// Phase margin of one channel, rad, below which kardan warns: 15°.
 const PHASE: f64 = std::f64::consts::PI / 12.0;
-/// Disk margin of a loop that is not hardly stable: it holds the factor 1.1, and 5.5°.
+/// Disk margin above which margins do not count as low: it includes the factor 1.1, and 5.5°.
 pub(super) const CLOSE: f64 = 2.0 * (LOW_MARGIN - 1.0) / (LOW_MARGIN + 1.0);
-/// Part of its lag, or of one sample, by which a motor must be allowed to be late.
+/// Fraction of its lag, or of one sample, by which a motor must be allowed to be late.
 const LATE: f64 = 0.25;
-/// How much smaller the disk of all motors at once must be than that of each channel, if others have been warned of.
+/// Ratio of the disk margin of all motors at once to that of each channel below which kardan warns, if it has warned of others.
 const WORSE: f64 = 0.75;
 
-/// What of the margins must not be overlooked.
+/// Important warnings about margins.
 pub(in crate::study) fn warnings(found: &Margins) -> Vec<String> {
     let mut out: Vec<String> = found.channels.iter().filter_map(close).collect();
     let wrong = |one: &&ChannelMargin| close(one).is_none() && one.disk < LOW_DISK;
     out.extend(found.channels.iter().filter(wrong).map(|one| {
         format!(
-            "{} may be wrong by no more than factors from {:.3} to {:.3} with up to {:.1}° of phase: the disk margin is {:.3}{}, and \
-             below {LOW_DISK} (a factor of 1.5, 23°) small errors of the model are too much",
+            "{} tolerates errors only by factors from {:.3} to {:.3} with up to {:.1}° of phase: the disk margin is \
+             {:.3}{}, and below {LOW_DISK} (a factor of 1.5, 23°) small errors of the model can make the loop \
+             unstable",
             of(one),
             one.disk_gain[0],
             one.disk_gain[1],
@@ -39,44 +40,44 @@ pub(in crate::study) fn warnings(found: &Margins) -> Vec<String> {
     if let Some([down, up]) = common.filter(|[down, up]| down.value > 1.0 / LOW_MARGIN || up.value < LOW_MARGIN) {
         let motion = if up.value < LOW_MARGIN { &up.motion } else { &down.motion };
         out.push(format!(
-            "stable, but hardly: its torques may be wrong by factors from {:.4} to {:.4} only{}",
+            "stable with low margins: it tolerates torque errors only by factors from {:.4} to {:.4}{}",
             down.value,
             up.value,
             because(motion)
         ));
     }
-    // All at once are never better than each alone: said where they are much worse.
+    // The margin of all at once never exceeds that of each alone: reported if it is much worse.
     let single_disk = found.channels.iter().map(|one| one.disk).fold(f64::INFINITY, f64::min);
     let worse =
         |all: &&TogetherMargin| all.disk[1] < DISK_TOGETHER && (out.is_empty() || all.disk[1] < WORSE * single_disk);
-    if let Some(all) = found.together.as_ref().filter(worse) {
+    if let Some(all) = found.multiloop.as_ref().filter(worse) {
         out.push(format!(
-            "{}; below {DISK_TOGETHER} (a factor of 1.22, 11°) small errors of the model are too much",
+            "{}; below {DISK_TOGETHER} (a factor of 1.22, 11°) small errors of the model can make the loop unstable",
             at_once(all)
         ));
     }
     out
 }
 
-/// Of which channel something is said.
+/// The name of a channel.
 fn of(one: &ChannelMargin) -> String {
-    if one.reading { format!("the reading `{}`", one.name) } else { format!("the torque of `{}`", one.name) }
+    if one.is_sensor { format!("the reading `{}`", one.name) } else { format!("the torque of `{}`", one.name) }
 }
 
-/// Whether factors within 10 %, together with the turn of the phase that goes with them (5.5°), are more than a channel bears.
+/// Whether a channel does not tolerate factors within 10 %, together with the corresponding phase change (5.5°).
 pub(super) fn low_margins(one: &ChannelMargin) -> bool {
     [one.gain, one.disk_gain].iter().any(|[low, high]| *low > 1.0 / LOW_MARGIN || *high < LOW_MARGIN)
 }
 
-/// A channel that a small factor, or a small turn of the phase, makes unstable.
+/// A channel that a small factor, or a small phase change, makes unstable.
 pub(super) fn close(one: &ChannelMargin) -> Option<String> {
     let ([low, high], what) = (one.gain, of(one));
     let (factor, frequency) =
         if ln(high) < -ln(low) { (high, one.gain_frequency[1]) } else { (low, one.gain_frequency[0]) };
-    let prefix = if low_margins(one) { "stable, but hardly: " } else { "" };
+    let prefix = if low_margins(one) { "stable with low margins: " } else { "" };
     if low == 1.0 || high == 1.0 {
         let factors = match (low == 1.0, high == 1.0) {
-            (true, true) => "any factor but 1",
+            (true, true) => "any factor except 1",
             (true, false) => "any factor below 1",
             _ => "any factor above 1",
         };
@@ -95,7 +96,7 @@ pub(super) fn close(one: &ChannelMargin) -> Option<String> {
     } else {
         low_margins(one).then(|| {
             format!(
-                "{prefix}{what} may be wrong by no more than factors from {:.4} to {:.4} with up to {:.1}° of phase{}",
+                "{prefix}{what} tolerates errors only by factors from {:.4} to {:.4} with up to {:.1}° of phase{}",
                 one.disk_gain[0],
                 one.disk_gain[1],
                 one.disk_phase.to_degrees(),
@@ -105,12 +106,12 @@ pub(super) fn close(one: &ChannelMargin) -> Option<String> {
     }
 }
 
-/// A motor that may be late by a small part of its own time only.
+/// A motor that tolerates only a delay of a small fraction of its own time.
 fn late(one: &ChannelMargin) -> Option<String> {
     let (delay, own) = (one.delay?, one.own_time?);
     (delay < LATE * own).then(|| {
         format!(
-            "{} may come {} later, no more{}: that is {:.1} % of {}",
+            "{} tolerates a delay of only {}{}: that is {:.1} % of {}",
             of(one),
             time(delay),
             at(one.delay_frequency),
@@ -129,7 +130,7 @@ mod tests {
     use super::*;
     use crate::results::WrongTorque;
 
-    /// A channel that bears everything.
+    /// A channel with large margins.
     fn good(name: &str) -> ChannelMargin {
         ChannelMargin {
             name: name.into(),
@@ -144,30 +145,30 @@ mod tests {
         }
     }
 
-    /// Motors that each alone bear everything, and at once nothing, are warned of; also beside a channel with a warning of its own.
+    /// Motors with large margins alone and none at once lead to a warning; also with a channel that has a warning of its own.
     #[test]
     fn all_at_once_are_not_overlooked() {
         let together = TogetherMargin {
             disk: [0.05, 0.0501],
             frequency: 3.0,
-            worst: vec![WrongTorque { motor: "a".into(), factor: 1.05, turn: 0.0 }],
+            worst_perturbation: vec![WrongTorque { motor: "a".into(), factor: 1.05, phase: 0.0 }],
         };
         let found =
-            Margins { channels: vec![good("a"), good("b")], together: Some(together.clone()), ..Margins::default() };
+            Margins { channels: vec![good("a"), good("b")], multiloop: Some(together.clone()), ..Margins::default() };
         let texts = warnings(&found);
         assert!(
             matches!(&texts[..], [one] if one.contains("errors of all its motors at once") && one.contains("3.0000 rad/s"))
         );
         let beside = Margins {
             channels: vec![ChannelMargin { disk: 0.3, ..good("a") }, good("b")],
-            together: Some(together.clone()),
+            multiloop: Some(together.clone()),
             ..Margins::default()
         };
         assert_eq!(warnings(&beside).len(), 2);
-        // What follows from one channel alone is not said twice.
+        // Warnings that follow from one channel alone are not repeated.
         let same = Margins {
             channels: vec![ChannelMargin { disk: 0.055, ..good("a") }, good("b")],
-            together: Some(together),
+            multiloop: Some(together),
             ..Margins::default()
         };
         assert_eq!(warnings(&same).len(), 1);

@@ -1,10 +1,10 @@
-//! A run with a fault beside the one without it: what was detected, what it did, and what that comes to.
+//! A run with a fault beside the one without it: detection, effects and verdict.
 
 use super::spec::{Effect, SafetySpec};
 use crate::results::{EffectMeasured, Outcome, Run, SafetyVerdict, StateEntered};
 use crate::study::measure::{Window, measured};
 
-/// What is looked at of a run.
+/// The evaluated signals of a run.
 pub(super) struct Traces {
     pub(super) time: Vec<f64>,
     pub(super) failed: Option<String>,
@@ -32,19 +32,19 @@ impl Traces {
         }
     }
 
-    /// The first row in which a condition holds.
+    /// The first row in which a condition is true.
     pub(super) fn alarm(&self) -> Option<usize> {
         self.detected.as_ref()?.iter().position(|value| is_true(*value))
     }
 
-    /// Monitors that are raised some time: their numbers.
+    /// Numbers of the monitors raised at any time.
     pub(super) fn raised(&self) -> impl Iterator<Item = usize> {
         let raised =
             |(number, values): (usize, &Vec<f64>)| values.iter().any(|value| is_true(*value)).then_some(number);
         self.monitors.iter().enumerate().filter_map(raised)
     }
 
-    /// Monitors that are raised where they are not without the fault.
+    /// Monitors raised at times without an alarm in the fault-free run.
     pub(super) fn raised_beside(&self, free: &Self, begins: f64) -> Vec<usize> {
         let first = self.first(begins);
         let differs = |(values, fault_free): (&Vec<f64>, &Vec<f64>)| {
@@ -54,7 +54,7 @@ impl Traces {
         both.filter_map(|(number, both)| differs(both).then_some(number)).collect()
     }
 
-    /// The first row from a time on.
+    /// The first row at or after a time.
     fn first(&self, time: f64) -> usize {
         self.time.partition_point(|at| *at < time * (1.0 - 1e-12))
     }
@@ -75,14 +75,14 @@ pub(super) struct Judged {
     pub(super) note: Option<String>,
 }
 
-/// When faults begin: the first and the last of them.
+/// Start times of faults: the first and the last.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Begins {
     pub(super) all: [f64; 2],
 }
 
 impl Begins {
-    /// Time since the one that began last before a row.
+    /// Time since the last fault that started before a row.
     fn since(self, time: f64) -> f64 {
         let [first, last] = self.all;
         (time - if time >= last * (1.0 - 1e-12) { last } else { first }).max(0.0)
@@ -118,7 +118,7 @@ pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: Begi
         notes.extend(found.err().map(|why| format!("{}: {why}", effect.definition.name)));
     }
     if run.failed.is_none() && before(run, free, first) {
-        notes.push("the condition of detection holds before the fault begins, with and without it".into());
+        notes.push("the detection condition is true before the fault begins, with and without it".into());
     }
     Judged {
         detected_after,
@@ -132,8 +132,8 @@ pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: Begi
 }
 
 fn verdict(effects: &[EffectMeasured], in_time: bool, ever: bool) -> SafetyVerdict {
-    let harmful = effects.iter().any(|effect| effect.satisfied == Some(false));
-    let bounded = effects.iter().any(|effect| effect.satisfied.is_some());
+    let harmful = effects.iter().any(|effect| effect.within_bounds == Some(false));
+    let bounded = effects.iter().any(|effect| effect.within_bounds.is_some());
     match (in_time, harmful) {
         (true, false) => SafetyVerdict::Detected,
         (true, true) => SafetyVerdict::DetectedHarmful,
@@ -145,21 +145,21 @@ fn verdict(effects: &[EffectMeasured], in_time: bool, ever: bool) -> SafetyVerdi
     }
 }
 
-/// The first row from the begin on in which the condition holds and does not hold without the fault.
+/// The first row after the start in which the condition is true, and is not true without the fault.
 fn detection(run: &Traces, free: &Traces, first: usize) -> Option<usize> {
     let (found, fault_free) = (run.detected.as_ref()?, free.detected.as_ref()?);
     let in_fault_free = |row: usize| fault_free.get(row).is_some_and(|value| is_true(*value));
     (first..found.len()).find(|row| is_true(found[*row]) && !in_fault_free(*row))
 }
 
-/// Whether the condition holds at the last row before the fault.
+/// Whether the condition is true at the last row before the fault.
 fn before(run: &Traces, free: &Traces, first: usize) -> bool {
     let row = first.checked_sub(1);
     let at = |traces: &Traces| row.and_then(|row| traces.detected.as_ref()?.get(row).copied()).is_some_and(is_true);
     at(run) && at(free)
 }
 
-/// The states that are entered from the begin on, where they are not at that time without the fault.
+/// The states entered after the start, but not at that time without the fault.
 fn reaction(spec: &SafetySpec, run: &Traces, free: &Traces, (first, begins): (usize, Begins)) -> Vec<StateEntered> {
     let Some(((_, names), (values, fault_free))) =
         spec.reaction.as_ref().zip(run.reaction.as_ref().zip(free.reaction.as_ref()))
@@ -177,7 +177,7 @@ fn reaction(spec: &SafetySpec, run: &Traces, free: &Traces, (first, begins): (us
     out
 }
 
-/// An effect from the begin of the first fault to the end of its window behind that of the last.
+/// An effect from the start of the first fault to the end of its window after the start of the last.
 fn measure(
     effect: &Effect,
     (values, fault_free): (&[f64], &[f64]),
@@ -191,7 +191,7 @@ fn measure(
     let values: Vec<f64> = match effect.difference {
         false => values.to_vec(),
         true => {
-            let fault_free = fault_free.get(rows).ok_or("the run without the fault ended before")?;
+            let fault_free = fault_free.get(rows).ok_or("the run without the fault ended earlier")?;
             values.iter().zip(fault_free).map(|(value, reference)| value - reference).collect()
         }
     };
@@ -203,10 +203,10 @@ fn measured_effect(effect: &Effect, measured: Option<f64>) -> EffectMeasured {
     let in_bounds =
         |value: f64| bounds[0].is_none_or(|below| value < below) && bounds[1].is_none_or(|above| value > above);
     let bounded = bounds.iter().any(Option::is_some);
-    EffectMeasured { measured, satisfied: bounded.then(|| measured.is_some_and(in_bounds)) }
+    EffectMeasured { measured, within_bounds: bounded.then(|| measured.is_some_and(in_bounds)) }
 }
 
-/// The effect that is nearest to a bound or the farthest beyond it; without bounds the first.
+/// The effect nearest to a bound, or with the largest violation; without bounds the first.
 fn worst(spec: &SafetySpec, effects: &[EffectMeasured]) -> Option<usize> {
     let of = |effect: &Effect, value: f64| {
         let size = |bound: f64| if bound == 0.0 { f64::MIN_POSITIVE } else { bound.abs() };

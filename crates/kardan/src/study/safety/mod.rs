@@ -25,26 +25,26 @@ use crate::units::format_quantity;
 /// Most rows of a table.
 const MOST_ROWS: usize = 20_000;
 
-/// How the table is made.
+/// Settings of the table.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SafetySettings {
-    /// What the model is called in the commands that run a row again: `my.toml`.
+    /// Name of the model in the commands that run a row again: `my.toml`.
     pub origin: String,
-    /// Values that were written anew, as they stand behind `--set` there.
+    /// Changed values, in the form of `--set` there.
     pub changes: Vec<String>,
 }
 
-/// Tries every fault of a file; see [`Project::safety`].
+/// Runs every fault of a file; see [`Project::safety`].
 ///
 /// # Errors
-/// All mistakes of the file, if there are any (warnings alone do not count), and a file that has nothing to try.
+/// All errors of the file (warnings do not count), and a file without faults.
 pub fn safety(source: &str, settings: &SafetySettings, progress: &dyn Progress) -> Result<Safety, Vec<Diagnostic>> {
     Project::open(source).safety(settings, progress)
 }
 
 impl Project {
-    /// Runs every fault of `[safety]` in every variant and at every value, each beside the run without it, and judges what was detected and
-    /// what it did. Each row is one run of [`Project::run`] with [`Settings::faults`].
+    /// Runs every fault of `[safety]` in every variant and at every value, each beside the run without it, and judges the detection and
+    /// the effects. Each row is one run of [`Project::run`] with [`Settings::faults`].
     ///
     /// ```
     /// use kardan::project::Project;
@@ -63,7 +63,7 @@ impl Project {
     /// ```
     ///
     /// # Errors
-    /// All mistakes, if there are any (warnings alone do not count), and a file that has nothing to try.
+    /// All errors (warnings do not count), and a file without faults.
     pub fn safety(&self, settings: &SafetySettings, progress: &dyn Progress) -> Result<Safety, Vec<Diagnostic>> {
         let (prepared, diagnostics) = (self.prepared(), self.diagnostics());
         if diagnostics.iter().any(is_error) {
@@ -113,7 +113,7 @@ impl Project {
         Ok(finished(out, why))
     }
 
-    /// The values of each parameter, as they are written.
+    /// The values of each parameter, as source text.
     fn lists(&self, spec: &SafetySpec) -> Vec<Vec<SafetyValue>> {
         let tables = self.entries().table("safety").and_then(|safety| safety.table("values"));
         let text = |value: &RawValue| match value {
@@ -159,7 +159,7 @@ impl Project {
     }
 }
 
-/// Every combination of values; one without any for no values.
+/// Every combination of values; one empty combination for no values.
 fn combined(lists: &[Vec<SafetyValue>]) -> Vec<Vec<SafetyValue>> {
     lists.iter().fold(vec![Vec::new()], |all, list| {
         let with = |one: &Vec<SafetyValue>| {
@@ -169,25 +169,25 @@ fn combined(lists: &[Vec<SafetyValue>]) -> Vec<Vec<SafetyValue>> {
     })
 }
 
-/// Rows, and what monitors did in them: of each its number, the fault that raised it or none, and the variant.
+/// Rows, and the alarms of monitors in them: the number of the monitor, the fault that raised it or none, and the variant.
 type Found = (Vec<SafetyRow>, Vec<(usize, Option<String>, String)>);
 
-/// What is to be tried; a file that says nothing of it is refused.
+/// The request; a file without one is rejected.
 fn tried(prepared: &Prepared) -> Result<&SafetySpec, Diagnostic> {
     let help = "write faults, `[fault.encoder_lost]` with `sensor = \"encoder\"` and `at = \"0.5 s\"`, and a table `[safety]`; \
                 `kardan elements safety` shows one";
     let Some(spec) = prepared.safety.as_ref().filter(|spec| !spec.faults.is_empty()) else {
-        return Err(Diagnostic::error("safety::faults", "the file has no faults to try").help(help));
+        return Err(Diagnostic::error("safety::faults", "the file has no faults to analyse").help(help));
     };
     if spec.detected.is_none() && spec.effects.is_empty() {
-        let message = "`[safety]` says neither what tells that a fault was detected, nor which effects are unwanted";
+        let message = "`[safety]` defines neither a detection condition nor unwanted effects";
         let help = "add `detected = \"MONITOR\"`, or an effect: `[[safety.effect]]` with `signal` and `below`";
         return Err(Diagnostic::error("safety::judge", message).help(help));
     }
     Ok(spec)
 }
 
-/// The variants to try them in.
+/// The variants of the runs.
 fn chosen(prepared: &Prepared, spec: &SafetySpec) -> Result<Vec<String>, Diagnostic> {
     let all = prepared.all().filter(|variant| match spec.variants.is_empty() {
         true => !variant.has_faults,
@@ -200,21 +200,19 @@ fn chosen(prepared: &Prepared, spec: &SafetySpec) -> Result<Vec<String>, Diagnos
     }
     let names: Vec<String> = all.into_iter().map(|variant| variant.name.clone()).collect();
     if names.is_empty() {
-        let message = "every variant has faults of its own: none is left to compare with";
+        let message = "every variant has faults of its own: no fault-free run exists for comparison";
         return Err(Diagnostic::error("safety::variant", message).help("add a variant without `faults`"));
     }
     Ok(names)
 }
 
-/// Faults that happen in all runs.
+/// Note on faults that occur in all runs.
 fn always(prepared: &Prepared) -> Option<String> {
     let some = prepared.all().any(|variant| !variant.has_faults && !variant.scenario.faults.is_empty());
-    some.then(|| {
-        "The faults of `[[scenario.fault]]` happen in all runs, also in those that count as without a fault.".into()
-    })
+    some.then(|| "The faults of `[[scenario.fault]]` occur in all runs, also in the runs counted as fault-free.".into())
 }
 
-/// What fails in a row.
+/// The faults of the rows.
 struct Cases {
     /// Names.
     list: Vec<Vec<String>>,
@@ -222,7 +220,7 @@ struct Cases {
 }
 
 impl Cases {
-    /// Each fault alone, then in pairs that can be.
+    /// Single faults, then possible pairs.
     fn of(spec: &SafetySpec, prepared: &Prepared, variants: &[String]) -> Self {
         let mut list: Vec<Vec<String>> = spec.faults.iter().map(|name| vec![name.clone()]).collect();
         let mut notes = Vec::new();
@@ -231,7 +229,7 @@ impl Cases {
         for (k, one) in spec.faults.iter().enumerate().filter(|_| spec.pairs) {
             for second in &spec.faults[k + 1..] {
                 let pair = vec![one.clone(), second.clone()];
-                // At other values other times may hold: what cannot be together there is told in its row.
+                // At other values other times may apply: the row reports an impossible pair.
                 let values = !spec.values.is_empty();
                 match tried.iter().all(|variant| variant.failing(&pair).is_err()) && !values && !tried.is_empty() {
                     true => omitted.push(format!("{one} with {second}")),
@@ -241,13 +239,13 @@ impl Cases {
         }
         if !omitted.is_empty() {
             let all = omitted.join(", ");
-            notes.push(format!("Pairs of faults of one part at the same time are left out: {all}."));
+            notes.push(format!("kardan omits pairs of faults of one part at the same time: {all}."));
         }
         Self { list, notes }
     }
 }
 
-/// What the rows at some values are made with.
+/// Data for the rows at some values.
 struct Table<'a> {
     settings: &'a SafetySettings,
     cases: &'a Cases,
@@ -257,16 +255,16 @@ struct Table<'a> {
 }
 
 impl Table<'_> {
-    /// The run without a fault, then all others, several at once; those that the end of the command cuts short are left out.
+    /// The run without a fault, then all others, in parallel; without those that an early stop of the command interrupts.
     fn variant(&self, prepared: &Prepared, name: &str, counted: &Counted<'_>) -> Found {
         let (Some(spec), Some(variant)) = (&prepared.safety, prepared.all().find(|variant| variant.name == name))
         else {
-            return self.refused(name, "the variant is not there at these values", counted);
+            return self.refused(name, "the variant does not exist at these values", counted);
         };
         let run = |faults: &[String]| {
             let settings = Settings { faults: faults.to_vec(), runs_only: true, ..Settings::default() };
             let run = run_variant(0, variant, (prepared, &settings), counted);
-            // What a command ends early says nothing of the model.
+            // An early stop of the command is no result about the model.
             let whole = !matches!(run.outcome, Outcome::Failed { .. }) || counted.stop().is_none();
             counted.count(1);
             whole.then(|| Traces::of(run, spec))
@@ -280,12 +278,12 @@ impl Table<'_> {
             }
             let Some(begins) = begin(variant, faults) else {
                 counted.count(1);
-                let note = "nothing in the loop of this variant reads or computes what fails".to_string();
+                let note = "no part of the loop of this variant reads or computes the failing part".to_string();
                 return Some((self.row(name, faults, SafetyVerdict::Absent, Some(note)), Vec::new()));
             };
             if variant.failing(faults).is_err() {
                 counted.count(1);
-                let note = "these faults are of one part at the same time".to_string();
+                let note = "these faults affect one part at the same time".to_string();
                 return Some((self.row(name, faults, SafetyVerdict::Failed, Some(note)), Vec::new()));
             }
             let (at, end) = (begins.all[1], variant.scenario.duration);
@@ -302,9 +300,9 @@ impl Table<'_> {
             let raised = raised.into_iter().map(|number| (number, Some(faults.join("+")), name.to_string()));
             let row = self.row(name, faults, verdict, note);
             let row = SafetyRow {
-                begins: Some(begins),
-                detected_after,
-                detection_uncertainty,
+                fault_time: Some(begins),
+                detection_time: detected_after,
+                detection_resolution: detection_uncertainty,
                 reaction,
                 effects,
                 worst,
@@ -329,9 +327,9 @@ impl Table<'_> {
             (None, None) => SafetyVerdict::NoAlarm,
         };
         let row = self.row(name, &[], verdict, free.failed.clone());
-        let none = crate::results::EffectMeasured { measured: None, satisfied: None };
+        let none = crate::results::EffectMeasured { measured: None, within_bounds: None };
         let effects = vec![none; spec.effects.len()];
-        SafetyRow { detected_after: alarm.map(|row| free.time[row]), effects, ..row }
+        SafetyRow { detection_time: alarm.map(|row| free.time[row]), effects, ..row }
     }
 
     /// Rows that cannot be run, with the reason.
@@ -348,9 +346,9 @@ impl Table<'_> {
             faults: faults.to_vec(),
             variant: variant.to_string(),
             values: self.values.to_vec(),
-            begins: None,
-            detected_after: None,
-            detection_uncertainty: None,
+            fault_time: None,
+            detection_time: None,
+            detection_resolution: None,
             reaction: Vec::new(),
             effects: Vec::new(),
             worst: None,
@@ -360,7 +358,7 @@ impl Table<'_> {
         }
     }
 
-    /// The command that makes the run of a row again.
+    /// The command that repeats the run of a row.
     fn command(&self, variant: &str, faults: &[String]) -> String {
         let mut out = format!("kardan run {}", in_shell(&self.settings.origin));
         if self.several {
@@ -379,7 +377,7 @@ impl Table<'_> {
     }
 }
 
-/// When the first and the last of some faults begin in a variant; nothing if none of them does anything there.
+/// When the first and the last of some faults begin in a variant; `None` if none of them has an effect there.
 fn begin(variant: &PreparedVariant, faults: &[String]) -> Option<Begins> {
     let own = variant.faults.iter().filter(|fault| faults.contains(&fault.name));
     let mut begins: Vec<f64> = own.map(super::NamedFault::begins).filter(|begins| begins.is_finite()).collect();
@@ -412,7 +410,7 @@ fn add_outcomes(all: &mut [MonitorOutcome], found: Vec<(usize, Option<String>, S
     }
 }
 
-/// With what is to be noted of the whole table.
+/// Adds the notes on the whole table.
 fn finished(mut out: Safety, why: Option<String>) -> Safety {
     if out.missing > 0 {
         let why = why.unwrap_or_else(|| "ended early".into());
@@ -421,9 +419,9 @@ fn finished(mut out: Safety, why: Option<String>) -> Safety {
     }
     let faulty = || out.rows.iter().filter(|row| !row.faults.is_empty());
     if let Some(condition) = &out.detected
-        && !faulty().any(|row| row.detected_after.is_some())
+        && !faulty().any(|row| row.detection_time.is_some())
     {
-        out.notes.push(format!("No fault of this list ever makes `{condition}` hold."));
+        out.notes.push(format!("No fault of this list makes `{condition}` true."));
     }
     let alarms: BTreeSet<&str> = out
         .rows
@@ -432,11 +430,11 @@ fn finished(mut out: Safety, why: Option<String>) -> Safety {
         .map(|row| row.variant.as_str())
         .collect();
     if !alarms.is_empty() {
-        out.notes.push(format!("The condition of detection holds without a fault in {}.", quoted(alarms)));
+        out.notes.push(format!("The detection condition is true without a fault in {}.", quoted(alarms)));
     }
     for monitor in &out.monitors {
         if monitor.raised_by.is_empty() {
-            out.notes.push(format!("Monitor `{}`: no fault of this list ever raises it.", monitor.name));
+            out.notes.push(format!("Monitor `{}`: no fault of this list raises it.", monitor.name));
         }
         if !monitor.false_alarms.is_empty() {
             let variants = quoted(monitor.false_alarms.iter().map(String::as_str));

@@ -1,4 +1,4 @@
-//! Whether something can be seen in the times that `[safety]` names: rows of the results lie in them.
+//! Checks that the time windows of `[safety]` contain rows of the results.
 
 use super::spec::{Effect, SAFETY};
 use crate::diagnostics::Diagnostic;
@@ -7,7 +7,7 @@ use crate::schema::Value;
 use crate::study::read::read_word;
 use crate::study::{NamedFault, Prepared, PreparedVariant};
 
-/// Refuses times that are shorter than the rows of the results lie apart behind the begin of a fault: nothing would be seen in them.
+/// Rejects times shorter than the row interval of the results after the start of a fault: they would contain no row.
 pub(in crate::study) fn check_rows(document: &Document, prepared: &Prepared, out: &mut Vec<Diagnostic>) {
     let (Some(spec), table) = (&prepared.safety, &document.safety) else { return };
     let effects = match table.values.get("effect").map(|found| &found.value) {
@@ -34,8 +34,8 @@ pub(in crate::study) fn check_rows(document: &Document, prepared: &Prepared, out
             .find_map(|variant| variant.faults.iter().filter(own).find_map(|fault| next(variant, fault)));
         let Some((fault, begins, step)) = found else { continue };
         let message = format!(
-            "{what} of {length} s behind the begin of `{fault}` at {begins} s is over before the next row of the results, {step:.3e} s later: nothing \
-             can be seen in it"
+            "{what} of {length} s after the start of `{fault}` at {begins} s ends before the next row of the results, {step:.3e} s later: it \
+             contains no row"
         );
         out.push(
             Diagnostic::error("safety::window", message)

@@ -1,4 +1,4 @@
-//! What `[safety]` of a model file asks for, with the mistakes in it.
+//! The request of `[safety]` of a model file, with its errors.
 
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::Place;
@@ -16,18 +16,18 @@ use crate::units::Dimension;
 /// The table in messages.
 pub(super) const SAFETY: &str = "`[safety]`";
 
-/// What is tried, and how it is judged.
+/// The cases, and the criteria of the verdict.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SafetySpec {
     /// Names of the faults, in their order.
     pub faults: Vec<String>,
-    /// Whether they are tried in pairs too.
+    /// Whether pairs are included.
     pub pairs: bool,
     /// The variants; empty: all without faults of their own.
     pub variants: Vec<String>,
-    /// Parameters whose values make the grid.
+    /// Parameters whose values form the grid.
     pub values: Vec<String>,
-    /// The condition that says that something was detected.
+    /// The detection condition.
     pub detected: Option<String>,
     /// The longest time to detection, s.
     pub within: Option<f64>,
@@ -42,19 +42,19 @@ pub struct SafetySpec {
 /// An unwanted effect.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Effect {
-    /// Its name, in words, units and bounds.
+    /// Its name, text, units and bounds.
     pub definition: SafetyEffect,
     /// Signal, or an expression of signals.
     pub signal: String,
-    /// What is measured of it.
+    /// Its measure.
     pub measure: Measure,
-    /// How long after the begin of the fault, s.
+    /// Duration after the start of the fault, s.
     pub window: f64,
-    /// Whether the difference to the run without the fault is meant.
+    /// Whether it measures the difference to the run without the fault.
     pub difference: bool,
 }
 
-/// Reads it; nothing without a fault that has a name.
+/// Reads it; `None` without a named fault.
 pub(in crate::study) fn safety_spec<'a>(
     context: &'a SignalContext<'a>,
     variants: &'a [String],
@@ -97,7 +97,7 @@ pub(in crate::study) fn safety_spec<'a>(
         };
         if let Some(fault) = faults.iter().find(late) {
             let message = format!(
-                "effect `{}`: its window ends {} s behind the begin of `{}` at {} s, after the end of the run at {duration} s",
+                "effect `{}`: its window ends {} s after the start of `{}` at {} s, after the end of the run at {duration} s",
                 effect.definition.name,
                 effect.window,
                 fault.name,
@@ -106,7 +106,7 @@ pub(in crate::study) fn safety_spec<'a>(
             let place = TableReader::place(table, "window");
             out.push(
                 Diagnostic::error("safety::window", message)
-                    .at(place, "beyond the end")
+                    .at(place, "after the end")
                     .help("lengthen `duration`, or shorten it"),
             );
         }
@@ -124,21 +124,21 @@ pub(in crate::study) fn safety_spec<'a>(
     Some(spec)
 }
 
-/// The faults to try.
+/// The faults of the analysis.
 fn fault_names(document: &Document, is_declared: bool, out: &mut Vec<Diagnostic>) -> Vec<String> {
     let table = &document.safety;
     let all = || document.faults.iter().map(|(name, _)| name.value.clone()).collect::<Vec<_>>();
     let Some(Placed { value: Value::Names(names), place }) = table.values.get("faults") else {
         if is_declared && document.faults.is_empty() && !document.suppressed.all {
-            let message = format!("{SAFETY}: the file has no fault with a name to try");
+            let message = format!("{SAFETY}: the file has no named fault to analyse");
             let help = "write some: `[fault.encoder_lost]` with `sensor = \"encoder\"` and `at = \"0.5 s\"`";
-            out.push(Diagnostic::error("safety::faults", message).at(table.place.clone(), "nothing to try").help(help));
+            out.push(Diagnostic::error("safety::faults", message).at(table.place.clone(), "no faults").help(help));
         }
         return all();
     };
     if names.is_empty() {
-        let message = format!("{SAFETY}: `faults` is an empty list: nothing is tried");
-        let help = "name some, or leave it out for all of them";
+        let message = format!("{SAFETY}: `faults` is an empty list: the analysis has no case");
+        let help = "name some, or omit it to select all";
         out.push(Diagnostic::error("list::length", message).at(place.clone(), "empty").help(help));
     }
     for word in names.iter().filter(|word| !document.suppressed.all && !document.has_fault(&word.value)) {
@@ -147,7 +147,7 @@ fn fault_names(document: &Document, is_declared: bool, out: &mut Vec<Diagnostic>
     names.iter().map(|word| word.value.clone()).filter(|name| document.has_fault(name)).collect()
 }
 
-/// The variants that the table tries, with what they set: those that it names, else those without faults of their own.
+/// The variants of the table, with their settings: those that it names, otherwise those without faults of their own.
 fn tried_settings(document: &Document, chosen: &[String]) -> Vec<VariantSettings> {
     let tried = |variant: &VariantSettings| match chosen {
         [] => variant.faults.is_empty(),
@@ -156,7 +156,7 @@ fn tried_settings(document: &Document, chosen: &[String]) -> Vec<VariantSettings
     document.variant_settings().into_iter().filter(tried).collect()
 }
 
-/// The parameters of the grid; a value of another dimension is told, and one that a variant of the table sets anew.
+/// The parameters of the grid; kardan reports a value of another dimension, and one that a variant of the table sets.
 fn value_names(
     reader: &TableReader<'_>,
     document: &Document,
@@ -194,7 +194,7 @@ fn value_names(
             out.push(
                 Diagnostic::error("safety::varied", message)
                     .at(name.place.clone(), "set by a variant")
-                    .help("take it out here, or name under `variants` those that do not set it"),
+                    .help("remove it here, or list under `variants` those that do not set it"),
             );
             continue;
         }
@@ -258,15 +258,15 @@ fn monitors(document: &Document) -> Vec<String> {
     own.map(|block| block.name.clone()).collect()
 }
 
-/// Tells of keys that say nothing without another one.
+/// Reports keys without effect because another one is missing.
 fn check_alone(document: &Document, spec: &SafetySpec, out: &mut Vec<Diagnostic>) {
     let table = &document.safety;
     let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
     if spec.within.is_some() && !here("detected") {
-        let message = format!("{SAFETY}: `within` says nothing without `detected`");
+        let message = format!("{SAFETY}: `within` has no effect without `detected`");
         let place = TableReader::place(table, "within");
-        let help = "add the condition that says that something was detected: `detected = \"MONITOR\"`";
-        out.push(Diagnostic::error("key::missing", message).at(place, "of what?").help(help));
+        let help = "add the detection condition: `detected = \"MONITOR\"`";
+        out.push(Diagnostic::error("key::missing", message).at(place, "no `detected`").help(help));
     }
 }
 
@@ -289,12 +289,12 @@ fn effect<'a>(
     if let [Some(below), Some(above)] = bounds
         && above >= below
     {
-        let message = format!("{what}: nothing is above {above} and below {below}");
+        let message = format!("{what}: no value is above {above} and below {below}");
         let place = TableReader::place(table, "below");
         out.push(
             Diagnostic::error("requirement::bounds", message)
                 .at(place, "not above `above`")
-                .help("let `above` be less than `below`"),
+                .help("make `above` less than `below`"),
         );
     }
     let window = quantity(reader, table, "window", (Dimension::TIME, Sign::Positive), &what, out);
@@ -309,7 +309,7 @@ fn effect<'a>(
     Some(Effect { definition, signal: found.name, measure, window, difference })
 }
 
-/// A bound that differs between the variants is told.
+/// Reports a bound that differs between the variants.
 fn check_varied(document: &Document, table: &Table, (key, what): (&str, &str), out: &mut Vec<Diagnostic>) {
     let varied = |name: &str| document.is_varied(name);
     let found: Option<(String, Place)> = match read_scalar(table, key) {

@@ -1,4 +1,4 @@
-//! Rows of a sweep once more, as whole runs.
+//! Repeats rows of a sweep as full runs.
 
 use super::integrated;
 use super::recorded_signals::recorded_signals;
@@ -10,12 +10,12 @@ use crate::results::{ParameterValue, RowAgain, SweepRow};
 use crate::study::prepare::is_error;
 use crate::study::{Prepared, PreparedVariant, Project, Settings, Silent};
 
-/// Most rows that are run again at once.
+/// Most rows of one repetition.
 const MOST_ROWS: usize = 100;
 
 impl Project {
-    /// The model with rows of a sweep in place of its variants, called `<variant>_sample-<number>`: runs of it are those of the sweep, to the last bit,
-    /// with all signals. Laws are as they were there. `identity` is what the rows say that they follow from.
+    /// The model with rows of a sweep instead of its variants, named `<variant>_sample-<number>`: its runs equal those of the sweep, to the last bit,
+    /// with all signals. Laws are those of the sweep. `identity` is the identity stored with the rows.
     ///
     /// ```
     /// use kardan::project::Project;
@@ -31,7 +31,7 @@ impl Project {
     /// ```
     ///
     /// # Errors
-    /// Mistakes of the file; rows of another model or program, or integrated otherwise; a variant or a value that the model does not have; a sample
+    /// Errors of the file; rows of another model or program, or with other integration settings; a variant or a value that the model does not have; a sample
     /// that cannot be prepared.
     pub fn rows_again(&self, identity: &str, rows: &[RowAgain], settings: &Settings) -> Result<Self, Vec<Diagnostic>> {
         let (prepared, diagnostics) = (self.prepared(), self.diagnostics());
@@ -45,11 +45,11 @@ impl Project {
             return refused(message, "run with the model, its `--set`, and the version of kardan that made them");
         }
         if !identity.ends_with(&format!(", {integrated}")) {
-            let message = format!("the rows were integrated otherwise: {identity}; this is {integrated}");
+            let message = format!("the rows used other integration settings: {identity}; this is {integrated}");
             return refused(message, "give the `--method` and `--tolerance` of the sweep");
         }
         if rows.is_empty() || rows.len() > MOST_ROWS {
-            let message = format!("{} rows are to be run again: there can be 1 to {MOST_ROWS}", rows.len());
+            let message = format!("{} rows selected to run again: the allowed number is 1 to {MOST_ROWS}", rows.len());
             return refused(message, "choose some with `--sample 17,203` and `--variant NAME`");
         }
         let varied = prepared.sweep.as_ref().map(|spec| self.with_laws(&spec.varied)).unwrap_or_default();
@@ -108,7 +108,7 @@ impl Project {
 }
 
 impl Project {
-    /// What a row came to in lanes, where it ran in such.
+    /// The result of a row in lanes, if it ran in lanes.
     fn swept(
         &self,
         (variant, own, values): (&PreparedVariant, &VariantSettings, &[f64]),
@@ -125,12 +125,12 @@ impl Project {
     }
 }
 
-/// The runs of variants, in place of the variants.
+/// The runs of variants, instead of the variants.
 fn named(own: &[String], rows: &[RowAgain]) -> Vec<String> {
     let is_own = |row: &&RowAgain| own.contains(&row.variant);
     let found: Vec<String> =
         rows.iter().filter(is_own).map(|row| format!("{}_sample-{}", row.variant, row.sample)).collect();
-    // An empty list stands for all.
+    // An empty list means all.
     if found.is_empty() { own.to_vec() } else { found }
 }
 
@@ -142,12 +142,12 @@ fn renamed(mut prepared: Prepared, names: impl Fn(&[String]) -> Vec<String>) -> 
     prepared
 }
 
-/// Why a row cannot be run again, as the sweep said of it.
+/// Why a row cannot be repeated, with the message of the sweep.
 fn refused_row(row: &RowAgain, diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
     let in_row = |one: Diagnostic| {
         let message = format!("sample {} of `{}` cannot be run: {}", row.sample, row.variant, one.message);
         Diagnostic { message, labels: Vec::new(), ..one }
-            .help("it has a reason in place of numbers in its row: leave it out of `--sample`")
+            .help("its row contains a reason instead of numbers: omit it from `--sample`")
     };
     diagnostics.into_iter().filter(is_error).map(in_row).collect()
 }

@@ -1,4 +1,4 @@
-//! Runs of a sweep side by side in lanes, where what varies reaches nothing but coefficients of the equations.
+//! Runs of a sweep as a SIMD ensemble in lanes, if the varied parameters affect only coefficients of the equations.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -20,10 +20,10 @@ use crate::study::run::judged;
 use crate::study::{Prepared, PreparedVariant};
 use crate::units::Exact;
 
-/// Where what varies lies when it is looked at what it reaches, as a part of all values.
+/// Quantiles of the varied parameters for the analysis of their effects: the base, and others to compare.
 const BASE: f64 = 0.5;
 const PROBE_QUANTILES: [f64; 3] = [0.371, 0.993, 0.007];
-/// Runs that a thread takes at least.
+/// Fewest runs of a thread.
 const LEAST: usize = 16;
 
 type Slot = (CoefficientKind, usize);
@@ -34,13 +34,13 @@ pub(super) struct Batch<'p> {
     reduced: Reduced,
     scenario: Scenario,
     varying: Vec<Slot>,
-    /// Of each coefficient which value it follows, and what it is of it.
+    /// For each coefficient the value on which it depends, and its ratio to it.
     from: Vec<(usize, f64)>,
     tolerance: Tolerance,
     count: Option<usize>,
-    /// Whether each sample draws the noise of its sensors anew.
+    /// Whether each sample draws its own sensor noise.
     draws: bool,
-    /// Lanes that wait.
+    /// Idle lanes.
     ready: Mutex<Vec<Ensemble>>,
 }
 
@@ -56,7 +56,7 @@ fn slots(reduced: &Reduced) -> Vec<Slot> {
     kinds.into_iter().flat_map(|(kind, count)| (0..count).map(move |term| (kind, term))).collect()
 }
 
-/// Everything else that a run depends on, in words.
+/// All other dependencies of a run, as text.
 fn rest(variant: &PreparedVariant) -> String {
     let mut reduced = variant.reduced.clone();
     slots(&reduced).into_iter().for_each(|slot| *reduced.equations.coefficient_mut(slot) = Exact::one());
@@ -64,13 +64,13 @@ fn rest(variant: &PreparedVariant) -> String {
     format!("{reduced:?} {scenario:?} {computed:?} {start_notes:?}")
 }
 
-/// Whether two variants have the same laws: a program is written anew for each sample.
+/// Whether two variants have the same laws: each sample rewrites its program.
 fn has_same_laws(one: &PreparedVariant, two: &PreparedVariant) -> bool {
     let mut pairs = one.implemented.iter().zip(&two.implemented);
     one.implemented.len() == two.implemented.len() && pairs.all(|(one, two)| Arc::ptr_eq(one, two))
 }
 
-/// Of each coefficient which value it follows, and what it is of it.
+/// For each coefficient the value on which it depends, and its ratio to it.
 fn followed(
     all: &[Slot],
     spread: &[Varied],
@@ -83,17 +83,17 @@ fn followed(
         let name = &varied.name;
         let more = || {
             format!(
-                "`{name}` reaches more than inertias, dampings, stiffnesses and frictions, or these not in proportion"
+                "`{name}` affects more than inertias, dampings, stiffnesses and frictions, or these not proportionally"
             )
         };
         let mut values = base.to_vec();
-        // What has two values in a list may have the same one twice.
+        // A list of two values may contain equal ones.
         let probe_values = PROBE_QUANTILES.map(|part| varied.distribution.quantile(part));
         values[k] = probe_values
             .into_iter()
             .find(|value| *value != base[k])
-            .ok_or_else(|| format!("`{name}` has one value"))?;
-        let changed = prepared_with(&values).ok_or_else(|| format!("laws or programs follow `{name}`"))?;
+            .ok_or_else(|| format!("`{name}` has only one value"))?;
+        let changed = prepared_with(&values).ok_or_else(|| format!("laws or programs depend on `{name}`"))?;
         if slots(&changed.reduced) != *all || rest(&changed) != expected {
             return Err(more());
         }
@@ -116,10 +116,10 @@ fn followed(
 }
 
 impl<'p> Batch<'p> {
-    /// A variant whose runs differ in coefficients alone, each of them a multiple of one of the values.
+    /// A variant whose runs differ only in coefficients, each of them a multiple of one of the values.
     ///
     /// # Errors
-    /// What more there is to it.
+    /// The further difference that prevents lanes.
     pub fn new(
         (document, prepared): (&Document, &Prepared),
         (variant, own): (&'p PreparedVariant, &VariantSettings),
@@ -130,7 +130,7 @@ impl<'p> Batch<'p> {
             FigureOf::Measure(measure) => Some(&**measure),
             FigureOf::Value(_) => None,
         });
-        // Lanes tell of no events.
+        // Lanes report no events.
         let of_events = |one: &Requirement| matches!(one.measure, Measure::Events | Measure::TimeAtLimit);
         if prepared.requirements.iter().chain(measures).any(of_events) {
             return Err("figures or requirements count events".into());
@@ -140,7 +140,7 @@ impl<'p> Batch<'p> {
             let found = sampled(document, (variant, own), spread, (values, None)).ok();
             found.filter(|found| has_same_laws(found, variant))
         };
-        let first = prepared_with(&base).ok_or("laws or programs follow what varies")?;
+        let first = prepared_with(&base).ok_or("laws or programs depend on the varied parameters")?;
         let all = slots(&first.reduced);
         let from = followed(&all, spread, (&base, &first), &prepared_with)?;
         let varying: Vec<(Slot, (usize, f64))> =
@@ -151,10 +151,10 @@ impl<'p> Batch<'p> {
             let (kind, term) = *slot;
             let name = &spread[from.0].name;
             if base[from.0] * from.1 <= 0.0 {
-                return Err(format!("what follows `{name}` is not above zero"));
+                return Err(format!("a coefficient that depends on `{name}` is not positive"));
             }
             if kind == CoefficientKind::Friction && stribeck(term) {
-                return Err(format!("`{name}` is a friction that changes with the speed"));
+                return Err(format!("`{name}` is a friction that depends on the speed"));
             }
             let name = format!("given.{k}");
             let coefficient = reduced.equations.coefficient_mut(*slot);
@@ -189,7 +189,7 @@ impl<'p> Batch<'p> {
         self.ready.lock().unwrap_or_else(PoisonError::into_inner).push(ensemble);
     }
 
-    /// What is given to a run of its own, where all coefficients have the signs that they are to have.
+    /// The inputs of a single run, if all coefficients have the required signs.
     fn run_of(&self, row: &SweepRow) -> Option<LaneRun> {
         let values: Vec<f64> = self.from.iter().map(|(from, part)| row.values[*from] * part).collect();
         let own = self.scenario.seed;
@@ -197,7 +197,7 @@ impl<'p> Batch<'p> {
         values.iter().all(|value| *value > 0.0).then_some(LaneRun { values, seed })
     }
 
-    /// Fills rows of this variant; tells of each whether it is.
+    /// Fills rows of this variant; returns for each whether it succeeded.
     pub fn fill(&self, prepared: &Prepared, rows: &mut [&mut SweepRow], done: &(dyn Fn() + Sync)) -> Vec<bool> {
         let chunk = |rows: &mut [&mut SweepRow]| -> Vec<bool> {
             let lane_runs: Vec<(usize, LaneRun)> =
@@ -215,7 +215,7 @@ impl<'p> Batch<'p> {
                 });
                 self.put_back(ensemble);
             });
-            // What this program has a mistake in goes on by the reference, and the lanes are dropped.
+            // After an internal error the reference integrator continues, and the lanes are dropped.
             let _ = catch_unwind(run);
             filled
         };
@@ -223,7 +223,7 @@ impl<'p> Batch<'p> {
         rows.par_chunks_mut(chunk_size).flat_map_iter(chunk).collect()
     }
 
-    /// What a run comes to.
+    /// The result of a run.
     fn record(&self, prepared: &Prepared, row: &mut SweepRow, series: &mut Series) {
         let own = series.signals.len();
         let result = RunResult {

@@ -1,4 +1,4 @@
-//! What a sweep is for, where it is more than its samples: the requirement that a search is after, and when samples are enough.
+//! Goals of a sweep besides its samples: the requirement of a search, and the stopping rule.
 
 use super::rows::is_refusal;
 use super::statistics::{CONFIDENCE, clopper_pearson};
@@ -9,22 +9,22 @@ use crate::results::{SweepHead, SweepRow, SweptUntil};
 use crate::study::figure::FigureOf;
 use crate::study::{Prepared, Requirement};
 
-/// What a sweep is for.
+/// The goal of a sweep.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum SweepGoal {
     /// All its samples.
     #[default]
     Samples,
-    /// Samples until each requirement's interval is at most so wide, counted from its middle; all of them at most.
+    /// Samples until the half-width of each requirement's interval is at most this value; at most all of them.
     Until(f64),
-    /// The worst case of a requirement: by its number from 1, its words, or a part of them that no other one has.
+    /// The worst case of a requirement: by its number from 1, its text, or a unique part of the text.
     Worst(String),
     /// The probability that such a requirement fails, where that is rare.
     Rare(String),
 }
 
 impl SweepGoal {
-    /// Its option, and the requirement that is sought.
+    /// Its option, and the requirement of the search.
     pub(super) fn sought(&self) -> Option<(&'static str, &str)> {
         match self {
             Self::Worst(name) => Some(("--worst", name)),
@@ -34,7 +34,7 @@ impl SweepGoal {
     }
 }
 
-/// A requirement with bounds, whose margin tells the way.
+/// A requirement with bounds, whose margin gives the search direction.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Target {
     /// Its number, from 0.
@@ -44,7 +44,7 @@ pub(super) struct Target {
 }
 
 impl Target {
-    /// How far a run is from the bound, SI: at most zero where it fails, and less than all numbers where it fails without one.
+    /// Distance of a run from the bound, SI: at most zero if it fails, and −∞ if it fails without a value.
     pub fn margin(&self, row: &SweepRow) -> f64 {
         let measured = row.measured[self.requirement];
         let least = [self.below.map(|bound| bound - measured), self.above.map(|bound| measured - bound)];
@@ -56,7 +56,7 @@ impl Target {
         }
     }
 
-    /// The same for a search: what cannot be run is no case, and so never the worst one.
+    /// The same for a search: a sample that cannot run is no case, and never the worst one.
     pub fn margin_of_case(&self, row: &SweepRow) -> f64 {
         if is_refusal(&row.reason) { f64::INFINITY } else { self.margin(row) }
     }
@@ -68,7 +68,7 @@ impl Target {
     }
 }
 
-/// The requirement that is sought, in those of the chosen variants that it is of; the others are left out.
+/// The requirement of the search, in those chosen variants to which it applies; the others are omitted.
 pub(super) fn target(
     prepared: &Prepared,
     (option, name): (&str, &str),
@@ -80,14 +80,14 @@ pub(super) fn target(
         let listed: Vec<String> = all.iter().enumerate().map(|(k, text)| format!("{} `{text}`", k + 1)).collect();
         match listed.is_empty() {
             true => "write one: `[[requirement]]`".to_string(),
-            false => format!("name it by its number or its words: {}", listed.join(", ")),
+            false => format!("name it by its number or its text: {}", listed.join(", ")),
         }
     };
     let refused = |message: String, help: String| {
         Diagnostic::error("sweep::requirement", format!("`{option}`: {message}")).help(help)
     };
     let name = name.trim();
-    // A number is no part of the words.
+    // A number does not match the text.
     let number = name.parse::<usize>().ok();
     let is_part = |k: &usize| number.is_none() && !name.is_empty() && all[*k].contains(name);
     let with: Vec<usize> = (0..all.len()).filter(is_part).collect();
@@ -109,28 +109,34 @@ pub(super) fn target(
         },
     };
     if measured == Measure::Events {
-        let message = format!("`{}` counts: it holds or not, and has no magnitude that tells the way", all[number]);
-        return Err(refused(message, "name a requirement of a signal, or let samples tell how often it holds".into()));
+        let message = format!(
+            "`{}` is a count: it is satisfied or not, and has no magnitude that gives a search direction",
+            all[number]
+        );
+        return Err(refused(
+            message,
+            "name a requirement of a signal, or estimate with samples how often it is satisfied".into(),
+        ));
     }
     variants.retain(|name| requirement.variants.is_empty() || requirement.variants.contains(name));
     if variants.is_empty() {
-        let message = format!("`{}` is none of a variant that is chosen", all[number]);
-        return Err(refused(message, format!("choose one of its own: `--variant {}`", requirement.variants[0])));
+        let message = format!("`{}` applies to no chosen variant", all[number]);
+        return Err(refused(message, format!("choose one of its variants: `--variant {}`", requirement.variants[0])));
     }
     if varied.is_empty() {
-        return Err(refused("nothing varies".into(), "write tolerances, or `[[sweep.vary]]`".into()));
+        return Err(refused("no parameter varies".into(), "write tolerances, or `[[sweep.vary]]`".into()));
     }
     Ok(Target { requirement: number, below: requirement.below, above: requirement.above })
 }
 
-/// Each look at intervals sees so many times the samples of the one before.
+/// Ratio of the samples of successive interim analyses.
 const GROWTH: f64 = 1.5;
 
-/// When there are enough samples.
+/// The stopping rule of a sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct InterimAnalyses {
     half_width: f64,
-    /// The blocks behind which intervals are looked at.
+    /// The blocks after which an interim analysis follows.
     at: Vec<u64>,
     /// Samples of each requirement in each variant, passed and all.
     counts: Vec<[u64; 2]>,
@@ -138,7 +144,7 @@ pub(super) struct InterimAnalyses {
 }
 
 impl InterimAnalyses {
-    /// Of so many blocks: the last one, and those before it at steps that shrink.
+    /// For a number of blocks: the last one, and those before it at decreasing steps.
     pub fn new(half_width: f64, blocks: u64, head: &SweepHead) -> Self {
         let mut at: Vec<u64> = Vec::new();
         let mut next = blocks as f64;
@@ -154,11 +160,11 @@ impl InterimAnalyses {
             half_width,
             at,
             counts,
-            status: SweptUntil { half_width, samples: 0, interim_analyses, confidence, reached: false },
+            status: SweptUntil { half_width, samples: 0, interim_analyses, confidence, converged: false },
         }
     }
 
-    /// Takes the rows of the next block; those behind the first look that is narrow enough are not needed.
+    /// Adds the rows of the next block; those after the first sufficiently narrow analysis are not needed.
     pub fn take(&mut self, block: u64, rows: &[SweepRow], variants: usize) {
         for row in rows {
             for (k, passed) in row.passed.iter().enumerate().filter(|(_, passed)| !passed.is_nan()) {
@@ -172,11 +178,11 @@ impl InterimAnalyses {
                 let [low, high] = clopper_pearson(*passed, *all, self.status.confidence);
                 0.5 * (high - low) > self.half_width
             };
-            self.status.reached = !self.counts.iter().filter(|[_, all]| *all > 0).any(wide);
+            self.status.converged = !self.counts.iter().filter(|[_, all]| *all > 0).any(wide);
         }
     }
 
-    /// What is known so far.
+    /// The intermediate result.
     pub fn status(&self) -> &SweptUntil {
         &self.status
     }
@@ -200,7 +206,7 @@ mod tests {
         let ended = |probability: f64, seed: u64| {
             let (mut random, mut interim_analyses, mut block) =
                 (Random::new(seed * 7919 + 1), InterimAnalyses::new(0.05, 64, &head), 0);
-            while !interim_analyses.status().reached && block < 64 {
+            while !interim_analyses.status().converged && block < 64 {
                 let mut row = |k: u64| SweepRow {
                     sample: 64 * block + k,
                     variant: 0,
@@ -216,7 +222,7 @@ mod tests {
                 block += 1;
             }
             let [passed, all] = interim_analyses.counts[0];
-            assert_eq!((interim_analyses.status().samples, interim_analyses.status().reached), (64 * block, true));
+            assert_eq!((interim_analyses.status().samples, interim_analyses.status().converged), (64 * block, true));
             let [low, high] = clopper_pearson(passed, all, interim_analyses.status().confidence);
             assert!(0.5 * (high - low) <= 0.05);
             (low <= probability && probability <= high, all)

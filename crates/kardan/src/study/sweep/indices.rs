@@ -1,4 +1,4 @@
-//! What a number follows, from samples that were made for it: indices of Sobol, and elementary effects.
+//! Sensitivity indices of a number, from dedicated samples: indices of Sobol, and elementary effects.
 
 use rayon::prelude::*;
 
@@ -8,7 +8,7 @@ use crate::results::{SweptEffect, SweptIndex};
 
 /// Samples of the bootstrap.
 const RESAMPLES: u64 = 1000;
-/// Parts of the bootstrap's numbers between which the interval lies.
+/// Quantiles of the bootstrap's numbers that bound the interval.
 const ENDS: [f64; 2] = [0.025, 0.975];
 /// Fewest base samples.
 const LEAST: usize = 8;
@@ -27,7 +27,7 @@ fn index(groups: &[Vec<f64>], axis: usize, chosen: impl Iterator<Item = usize> +
     [first / variance, total / variance]
 }
 
-/// Indices of Sobol of groups of numbers, each of A, B and A with one axis after another of B; nothing of few groups, and of a number that never changes.
+/// Indices of Sobol of groups of numbers, each of A, B and A with one axis after another of B; `None` for few groups, and for a constant number.
 pub(super) fn sobol_indices(groups: &[Vec<f64>], names: &[String], seed: u64) -> Vec<SweptIndex> {
     let n = groups.len();
     let changes = groups.iter().flatten().any(|x| *x != groups[0][0]);

@@ -1,4 +1,4 @@
-//! Parameters that vary and stand in laws alone: these are designed anew for each sample.
+//! Varied parameters that occur in laws only: these laws are redesigned for each sample.
 
 use super::varied::Varied;
 use crate::diagnostics::quoted;
@@ -6,18 +6,18 @@ use crate::entries::{Entries, RawValue};
 use crate::schema::LawKeys;
 use crate::synthesis::Program;
 
-/// What is to be known of them.
+/// The notes about them.
 pub(super) fn designed_anew(spread: &[Varied]) -> impl Iterator<Item = String> {
     spread.iter().filter(|varied| !varied.laws.is_empty()).map(|varied| {
         format!(
-            "`{}` stands in laws alone ({}): they are designed anew for each sample, with its value and else those in the file.",
+            "`{}` occurs in laws only ({}): kardan redesigns them for each sample, with its value and otherwise the values in the file.",
             varied.name,
             quoted(varied.laws.iter().map(String::as_str))
         )
     })
 }
 
-/// The laws that name a parameter or what follows from it, if nothing else does.
+/// The laws that name a parameter or one computed from it, if nothing else does.
 pub(super) fn laws_of(entries: &Entries, name: &str) -> Option<Vec<String>> {
     let mut names = vec![name.to_string()];
     let parameters = entries.table("parameters")?;
@@ -32,7 +32,7 @@ pub(super) fn laws_of(entries: &Entries, name: &str) -> Option<Vec<String>> {
             ("model" | "parameters" | "sweep", _) => {}
             ("control", RawValue::Table(controls)) => {
                 for control in controls.iter().filter(|control| mentions(&control.entry.value, &names)) {
-                    // Programs follow the values of each sample.
+                    // Programs use the values of each sample.
                     if let RawValue::Table(keys) = &control.entry.value
                         && matches!(keys.get("law"), Some(RawValue::Text(law)) if law == Program::KEYWORD)
                     {
@@ -48,7 +48,7 @@ pub(super) fn laws_of(entries: &Entries, name: &str) -> Option<Vec<String>> {
     (!laws.is_empty()).then_some(laws)
 }
 
-/// Whether one of the names stands in a value as a word; more rather than less.
+/// Whether one of the names occurs in a value as a word; conservative.
 fn mentions(value: &RawValue, names: &[String]) -> bool {
     let part = |c: char| c.is_alphanumeric() || c == '_';
     let contains_word = |text: &str, name: &String| {

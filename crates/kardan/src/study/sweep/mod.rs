@@ -1,4 +1,4 @@
-//! `kardan sweep`: many runs with values drawn from distributions, each a function of the seed and its number alone.
+//! `kardan sweep`: many runs with values drawn from distributions, each a function of only the seed and its number.
 
 mod again;
 mod batch;
@@ -54,28 +54,28 @@ use crate::num::Random;
 use crate::results::{Sweep, SweepHead, SweepRequirement, SweepRow, SweepRows, SweptParameter};
 use crate::simulate::{Method, Recorded, Tolerance};
 
-/// Samples of a block, at least.
+/// Fewest samples of a block.
 const LEAST_BLOCK: u64 = 64;
-/// Blocks of a sweep, at most.
+/// Most blocks of a sweep.
 const MOST_BLOCKS: u64 = 1000;
-/// Samples of a block of a search: so many blocks at least, where they are not smaller than that.
+/// Blocks of a search: at least this many, with at least this many samples each.
 const BLOCKS_OF_SEARCH: u64 = 16;
 const LEAST_OF_SEARCH: u64 = 8;
-/// Samples of a level of a subset simulation, at least.
+/// Fewest samples of a level of a subset simulation.
 const LEAST_LEVEL: u64 = 200;
 
-/// Samples that are run by the reference too where runs go side by side, at most and at least, and one of as many.
+/// Samples that the reference integrator repeats for runs in lanes: most, fewest, and one of this many.
 const COMPARED: u64 = 64;
 const LEAST_COMPARED: u64 = 4;
 const SELDOM: u64 = 250;
-/// Takes the rows of a block by its number, or says why it cannot.
+/// Receives the rows of a block by its number, or returns the reason why it cannot.
 pub type TakeRows<'t> = dyn FnMut(u64, &[SweepRow]) -> Result<(), String> + 't;
 
 impl Project {
-    /// What a sweep of this model consists of.
+    /// The plan of a sweep of this model.
     ///
     /// # Errors
-    /// All mistakes, if there are any; nothing that varies; too many samples.
+    /// All errors; no varied parameter; too many samples.
     pub fn sweep_plan(&self, settings: &SweepSettings) -> Result<SweepPlan, Vec<Diagnostic>> {
         let (prepared, mut diagnostics) = (self.prepared(), self.diagnostics().to_vec());
         check_variants(prepared, &settings.variants, &mut diagnostics);
@@ -83,8 +83,8 @@ impl Project {
             return Err(diagnostics);
         }
         let nothing = || {
-            let help = "write tolerances behind values, \"100 N m/rad ± 10 %\", or a table `[sweep]`; `kardan elements sweep` shows one";
-            vec![Diagnostic::error("sweep::nothing", "nothing in the file varies").help(help)]
+            let help = "write tolerances after values, \"100 N m/rad ± 10 %\", or a table `[sweep]`; `kardan elements sweep` shows one";
+            vec![Diagnostic::error("sweep::nothing", "no value of the file varies").help(help)]
         };
         let spec = prepared.sweep.as_ref().filter(|spec| !spec.varied.is_empty()).ok_or_else(nothing)?;
         let seed = settings.seed.unwrap_or(spec.seed);
@@ -114,7 +114,7 @@ impl Project {
                 figures: prepared.figures.iter().map(|figure| (figure.name.clone(), figure.unit.clone())).collect(),
             },
             shard: None,
-            // A search makes its own ones.
+            // A search generates its own ones.
             axes: if search.is_some() { Vec::new() } else { axes(spec.sampling, (seed, samples), spread, &factors) },
             spread: self.with_laws(&spec.varied),
             together: spec.together.clone(),
@@ -126,7 +126,7 @@ impl Project {
         })
     }
 
-    /// What the rows of a sweep follow from: this program, the model with its files, the samples, the variants, how runs are integrated.
+    /// The identity of the rows of a sweep: this program, the model with its files, the samples, the variants, the integration settings.
     fn identity(
         &self,
         (samples, seed): (u64, u64),
@@ -149,9 +149,9 @@ impl Project {
         format!("kardan {}, model {sum:016x}", env!("CARGO_PKG_VERSION"))
     }
 
-    /// Runs every sample of a plan in every variant of it, block by block; `write` takes the rows of each block as soon as they are there, and
-    /// ends the sweep where it fails. Blocks whose `rows` are there are not run again; afterwards `rows` are all that the answers are of, by samples. Where
-    /// `progress` asks for the end, the block that is begun is finished.
+    /// Runs every sample of a plan in every variant of it, block by block; `write` receives the rows of each completed block, and
+    /// ends the sweep if it fails. Blocks with existing `rows` are not run again; afterwards `rows` contains all evaluated rows, by samples. If
+    /// `progress` requests a stop, the current block is finished.
     ///
     /// ```
     /// use kardan::project::Project;
@@ -168,7 +168,7 @@ impl Project {
     /// ```
     ///
     /// # Errors
-    /// All mistakes of the file, if there are any.
+    /// All errors of the file.
     pub fn sweep(
         &self,
         plan: &SweepPlan,
@@ -182,7 +182,7 @@ impl Project {
             return Err(diagnostics.to_vec());
         }
         if let (Some(_), false) = (plan.shard, plan.goal == SweepGoal::Samples) {
-            let message = "a shard is a part of samples that are known before: there is none of a search, nor of samples until there are enough";
+            let message = "a shard is a part of samples known in advance: a search has no shards, nor has a sweep with a stopping rule";
             return Err(vec![Diagnostic::error("sweep::shard", message).help("run it on one machine")]);
         }
         let all_settings = self.document().variant_settings();
@@ -215,7 +215,7 @@ impl Project {
                     found
                 }
                 true => {
-                    // What is begun is finished, and written.
+                    // The current block is finished, and written.
                     ended = progress.stop();
                     if ended.is_some() {
                         break;
@@ -237,18 +237,18 @@ impl Project {
             }
         }
         if !stopping_rule.is_done() {
-            // Those that are there behind the place where it was ended.
+            // Existing rows after the stop.
             let next = rows.iter().next_back().map_or(0, |row| row.sample + 1);
             rows.extend(previous.range(next..u64::MAX).map(|number| previous.get(number).to_row()));
         }
         drop(previous);
         let mut out = self.sweep_summary(plan, rows);
-        out.warnings.extend(ended.map(|why| format!("{why}: what was not computed by then is missing")));
+        out.warnings.extend(ended.map(|why| format!("{why}: results not computed by then are missing")));
         Ok(out)
     }
 
-    /// What rows of a plan say together, as many as there are; nothing is run. Rows behind the end of a sweep that has come to its goal, and those of no block
-    /// of it, are taken out; the others are by samples afterwards.
+    /// The summary of the existing rows of a plan, without runs. Rows after the end of a sweep that has reached its goal, and those of no block
+    /// of it, are removed; the others are sorted by samples afterwards.
     pub fn sweep_summary(&self, plan: &SweepPlan, rows: &mut SweepRows) -> Sweep {
         *rows = std::mem::take(rows).in_order();
         let mut stopping_rule = StoppingRule::of(plan);
@@ -259,7 +259,7 @@ impl Project {
             for block in plan.own_blocks() {
                 let samples = plan.samples_of(block..block + 1);
                 let range = rows.range(samples.clone());
-                // What follows from those that are missing tells nothing.
+                // Rows that depend on missing ones have no meaning.
                 if range.is_empty() || stopping_rule.is_led() && stopping_rule.values(plan, samples).is_none() {
                     break;
                 }
@@ -278,7 +278,7 @@ impl Project {
         out
     }
 
-    /// Rows of samples with their values: side by side those that can, the others one by one.
+    /// Rows of samples with their values: in lanes where possible, the others one by one.
     fn rows<'v>(
         &self,
         (prepared, settings, recorded): (&Prepared, &Settings, &Recorded),
@@ -317,7 +317,7 @@ impl Project {
         found
     }
 
-    /// What varies, with the laws that it stands in alone.
+    /// The varied parameters, with the laws for those that occur in laws only.
     fn with_laws(&self, spread: &[Varied]) -> Vec<Varied> {
         let laws = |varied: &Varied| laws::laws_of(self.entries(), &varied.name).unwrap_or_default();
         spread.iter().map(|varied| Varied { laws: laws(varied), ..varied.clone() }).collect()
@@ -356,7 +356,7 @@ impl Project {
     /// Lanes for a variant.
     ///
     /// # Errors
-    /// Why its runs cannot go side by side in such; nothing where a method was asked for.
+    /// Why its runs cannot use lanes; empty if the user requested a method.
     fn lanes_of<'p>(
         &self,
         variant: (&'p PreparedVariant, &VariantSettings),
@@ -374,7 +374,7 @@ impl Project {
     }
 }
 
-/// Says which variants run one by one, and why.
+/// Reports the variants that run one by one, with the reason.
 fn note_scalar_runs(
     chosen: &[(&PreparedVariant, &VariantSettings)],
     found: &[Result<Batch<'_>, String>],
@@ -391,20 +391,20 @@ fn note_scalar_runs(
     }
     for (why, names) in reasons {
         let of = if names.len() == chosen.len() { String::new() } else { format!(" of {}", names.join(", ")) };
-        progress.message(&format!("runs{of} go one by one, not side by side in lanes: {why}"));
+        progress.message(&format!("kardan runs samples{of} one by one, not as a SIMD ensemble in lanes: {why}"));
     }
 }
 
-/// What a sample comes to; one that this program has a mistake in is lost alone.
+/// The result of a sample; an internal error loses only this sample.
 fn answering<T>(run: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
-    // What it has begun to change is dropped with it.
+    // Its partial changes are dropped with it.
     catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|panic| {
         let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
-        Err(format!("a mistake in kardan, please report it: {}", text.unwrap_or("without words")))
+        Err(format!("an internal error of kardan, please report it: {}", text.unwrap_or("no message")))
     })
 }
 
-/// What a requirement asks, before any run.
+/// A requirement, before any run.
 fn required(one: &Requirement) -> SweepRequirement {
     SweepRequirement {
         text: one.describe(),
@@ -416,13 +416,13 @@ fn required(one: &Requirement) -> SweepRequirement {
     }
 }
 
-/// How many samples there are, at most, and how many of a block.
+/// The largest number of samples, and the samples of a block.
 fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagnostic> {
     let refused = |code, message: String, help: &str| Err(Diagnostic::error(code, message).help(help));
     let requested = settings.samples.unwrap_or(spec.samples);
     let too_many = |samples: u64| {
-        let message = format!("{samples} samples: there can be 1 to {MOST_SAMPLES}");
-        refused("sweep::samples", message, "ask for another number of samples")
+        let message = format!("{samples} samples: the allowed number is 1 to {MOST_SAMPLES}");
+        refused("sweep::samples", message, "request another number of samples")
     };
     if requested == 0 || requested > MOST_SAMPLES {
         return too_many(requested);
@@ -430,25 +430,25 @@ fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagn
     let drawn = spec.sampling.group(2) == 1 && !matches!(spec.sampling, SamplingMethod::Levels(_));
     match &settings.goal {
         SweepGoal::Until(width) if !(1e-5..0.5).contains(width) => {
-            let message = format!("`--until`: half of the width of intervals is between 1e-5 and 0.5, not {width}");
-            return refused("sweep::until", message, "0.01 asks for probabilities to 1 %");
+            let message = format!("`--until`: the half-width of intervals must be between 1e-5 and 0.5, not {width}");
+            return refused("sweep::until", message, "0.01 requests probabilities to 1 %");
         }
         SweepGoal::Until(_) if !drawn => {
             let word = spec.sampling.word();
             let message =
-                format!("`--until`: the samples of `points = \"{word}\"` are a whole, and not drawn one by one");
-            return refused("sweep::until", message, "take other points, or leave it out");
+                format!("`--until`: the samples of `points = \"{word}\"` are a fixed set, and not drawn one by one");
+            return refused("sweep::until", message, "choose other points, or omit it");
         }
         SweepGoal::Worst(_) => {
             let least = requested.div_ceil(BLOCKS_OF_SEARCH).clamp(LEAST_OF_SEARCH, LEAST_BLOCK);
             return Ok((requested, requested.div_ceil(MOST_BLOCKS).max(least)));
         }
         SweepGoal::Rare(_) if requested < LEAST_LEVEL => {
-            let message = format!("`--rare`: {requested} samples of a level are less than {LEAST_LEVEL}");
+            let message = format!("`--rare`: {requested} samples per level are fewer than {LEAST_LEVEL}");
             return refused(
                 "sweep::samples",
                 message,
-                "ask for more: 1000 tell a probability of 1e-5 to about a third of it",
+                "request more: 1000 give a probability of 1e-5 to about a third of it",
             );
         }
         SweepGoal::Rare(_) => {
@@ -461,8 +461,8 @@ fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagn
         SamplingMethod::Levels(levels) => {
             let all = combinations(levels, spec.varied.iter().map(|varied| &varied.distribution));
             if settings.samples.is_some_and(|requested| requested != all) {
-                let message = format!("{requested} samples: all combinations of the grid are {all}");
-                return refused("sweep::samples", message, "leave the number out, or take other `points`");
+                let message = format!("{requested} samples: the grid has {all} combinations");
+                return refused("sweep::samples", message, "omit the number, or choose other `points`");
             }
             if all > MOST_SAMPLES {
                 return Err(too_large(levels, spec, all));
@@ -477,15 +477,15 @@ fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagn
     Ok((samples, samples.div_ceil(MOST_BLOCKS).max(LEAST_BLOCK)))
 }
 
-/// A grid that has more combinations than there can be samples.
+/// The error of a grid with more combinations than the sample limit.
 fn too_large(levels: u64, spec: &SweepSpec, all: u64) -> Diagnostic {
     let (word, count) = (spec.sampling.word(), spec.varied.len());
     let more = if all == u64::MAX { "more than " } else { "" };
     let message = format!(
-        "{SWEEP}: `points = \"{word}\"` with {levels} levels of {count} parameters has {more}{all} samples: there can be {MOST_SAMPLES}"
+        "{SWEEP}: `points = \"{word}\"` with {levels} levels of {count} parameters has {more}{all} samples: the limit is {MOST_SAMPLES}"
     );
     let of = |levels: u64| combinations(levels, spec.varied.iter().map(|varied| &varied.distribution));
-    // The most levels that fit.
+    // The largest permitted number of levels.
     let (mut fit, mut over) = (1, levels);
     while over - fit > 1 {
         let middle = fit + (over - fit) / 2;
@@ -497,11 +497,11 @@ fn too_large(levels: u64, spec: &SweepSpec, all: u64) -> Diagnostic {
         format!("write `points = \"grid\"` with `levels = {fit}`, which has {}, ", of(fit))
     };
     let row_note =
-        "let fewer parameters vary, or take `points = \"latin_hypercube\"`, which has as many samples as asked for";
+        "vary fewer parameters, or choose `points = \"latin_hypercube\"`, which has as many samples as requested";
     Diagnostic::error("sweep::samples", message).help(format!("{fewer}{row_note}"))
 }
 
-/// Whether rows of a search that are there already are those that follow from the rows before them.
+/// Whether existing rows of a search are consistent with the rows before them.
 fn follows(
     plan: &SweepPlan,
     stopping_rule: &mut StoppingRule,
@@ -526,13 +526,13 @@ fn follows(
                 samples.start,
                 samples.end - 1
             );
-            let help = "some before them are missing or were changed: start anew with `--force`";
+            let help = "some before them are missing or were changed: restart with `--force`";
             Err(vec![Diagnostic::error("sweep::resume", message).help(help)])
         }
     }
 }
 
-/// How runs are integrated, in words.
+/// The integration settings, as text.
 fn integrated(Settings { method, tolerance, .. }: &Settings) -> String {
     let tolerance = tolerance.map_or(String::new(), |tolerance| format!(", tolerance {tolerance:e}"));
     format!("method {method:?}{tolerance}")

@@ -1,4 +1,4 @@
-//! What a sweep consists of: its samples, blocks, shards.
+//! The plan of a sweep: its samples, blocks, shards.
 
 use std::ops::Range;
 
@@ -9,31 +9,31 @@ use super::varied::Varied;
 use crate::results::SweepHead;
 use crate::study::Settings;
 
-/// How a model is swept.
+/// Settings of a sweep.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SweepSettings {
-    /// How many samples, in place of those of the file.
+    /// Number of samples, instead of the file's.
     pub samples: Option<u64>,
-    /// The seed, in place of that of the file.
+    /// The seed, instead of the file's.
     pub seed: Option<u64>,
-    /// Names of the variants, in place of those of the file; empty: those.
+    /// Names of the variants, instead of the file's; empty: those of the file.
     pub variants: Vec<String>,
-    /// How runs are integrated; variants and faults of it are not read.
+    /// Integration settings; their variants and faults are ignored.
     pub run: Settings,
-    /// Steps that a run may take, where [`Progress::most_steps`](crate::study::Progress::most_steps) of the sweep says otherwise than by itself: rows follow from them.
+    /// Steps that a run may take, where [`Progress::most_steps`](crate::study::Progress::most_steps) of the sweep differs from its default: rows depend on it.
     pub most_steps: Option<usize>,
-    /// What it is for.
+    /// The goal.
     pub goal: SweepGoal,
-    /// How many lanes there are where runs go side by side, 1, 4 or 8; `None`: as many as machine code has. Results do not depend on it.
+    /// Number of lanes of the SIMD ensemble, 1, 4 or 8; `None`: the width of the machine code. Results do not depend on it.
     pub lanes: Option<usize>,
 }
 
-/// What a sweep consists of, before a run.
+/// The plan of a sweep, before a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SweepPlan {
-    /// What its rows are of.
+    /// The header of its rows.
     pub head: SweepHead,
-    /// The part of the blocks that is run; `None`: all of them.
+    /// The shard of blocks to run; `None`: all of them.
     pub shard: Option<Shard>,
     pub(super) axes: Vec<Axis>,
     pub(super) spread: Vec<Varied>,
@@ -45,39 +45,39 @@ pub struct SweepPlan {
     pub(super) lanes: Option<usize>,
 }
 
-/// One of as many parts of a sweep: a process of its own runs it.
+/// One part of a sweep, for a separate process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
     /// Its number, from 1.
     pub number: u64,
-    /// How many there are.
+    /// The number of shards.
     pub of: u64,
 }
 
 impl SweepPlan {
-    /// Whether its samples are draws, each with noise of its own; a search and what compares samples pair by pair have the same noise in all of them.
+    /// Whether its samples are draws, each with its own noise; searches and pairwise comparisons use the same noise in all samples.
     pub(super) fn draws(&self) -> bool {
         self.sampling.draws() && self.goal.sought().is_none()
     }
 
-    /// The values of a sample, SI: they follow from the seed and its number alone; those of a search from the samples before it too, and are not told here.
+    /// The values of a sample, SI: they depend only on the seed and its number; those of a search also depend on earlier samples, and are not available here.
     pub fn values(&self, sample: u64) -> Vec<f64> {
         let places: Vec<f64> = self.axes.iter().map(|axis| axis.at(sample)).collect();
         values_at(&self.spread, &self.together, &places)
     }
 
-    /// Samples of a block, which is written as a whole: at most a thousand blocks, but for small ones.
+    /// Samples of a block, which is written as a whole: at most a thousand blocks, except for small ones.
     pub fn block(&self) -> u64 {
         self.block
     }
 
-    /// How many blocks a sweep has come to, of as many as there can be, with so many rows: fewer where it has ended by its goal, which shards have none of.
+    /// Completed blocks of a sweep with this many rows, and their largest number: fewer if it has reached its goal, which shards do not have.
     pub fn blocks_of(&self, rows: u64) -> u64 {
         let filled = || (rows / self.head.variants.len().max(1) as u64).div_ceil(self.block);
         if self.shard.is_some() { self.blocks() } else { filled() }
     }
 
-    /// How samples are made, in a word.
+    /// The word of the sampling method.
     pub(super) fn points(&self) -> &'static str {
         match self.goal {
             SweepGoal::Worst(_) => "worst",
@@ -86,12 +86,12 @@ impl SweepPlan {
         }
     }
 
-    /// How many blocks there are.
+    /// The number of blocks.
     pub fn blocks(&self) -> u64 {
         self.head.samples.div_ceil(self.block())
     }
 
-    /// The blocks that are run: all of them, or those of the shard.
+    /// The blocks to run: all of them, or those of the shard.
     pub fn own_blocks(&self) -> Range<u64> {
         let end = |number: u64, of: u64| (u128::from(self.blocks()) * u128::from(number) / u128::from(of)) as u64;
         self.shard.map_or(0..self.blocks(), |Shard { number, of }| end(number - 1, of)..end(number, of))

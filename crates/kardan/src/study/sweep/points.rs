@@ -1,39 +1,39 @@
-//! Where samples lie: points of a unit cube that follow from a seed and the number of a sample alone, and the distributions that they
-//! are taken to.
+//! Sampling: points of a unit cube that depend only on a seed and the number of a sample, and the distributions to which they
+//! are mapped.
 
 use crate::identify::normal_quantile;
 use crate::num::Random;
 
-/// Step of the sequence of [`Random`], so that the draw of a number follows without those before it.
+/// Step of the sequence of [`Random`], so that the draw of a number needs no earlier ones.
 const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 /// Rounds of the permutation.
 const ROUNDS: u64 = 6;
-/// Binary digits of Sobol's directions: of so many points at most.
+/// Binary digits of Sobol's directions, which limit the number of points.
 const SOBOL_DIGITS: usize = 32;
-/// Axes for which there are directions.
+/// Number of axes with directions.
 pub(super) const SOBOL_AXES: usize = 1000;
 
-/// How points fill the cube.
+/// The sampling method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum SamplingMethod {
-    /// Each one drawn by itself.
+    /// Independent draws.
     Random,
-    /// Each axis has one point in each of as many strips as there are points (McKay, Beckman, Conover, Technometrics 21, 1979, 239).
+    /// Latin hypercube: each axis is divided into as many strips as points, with one point in each (McKay, Beckman, Conover, Technometrics 21, 1979, 239).
     LatinHypercube,
     /// Sobol's sequence with the directions of Joe and Kuo (SIAM J. Sci. Comput. 30, 2008, 2635), shifted by the seed in its binary digits.
     Sobol,
     /// Halton's sequence (Numer. Math. 2, 1960, 84), shifted by the seed (Cranley and Patterson).
     Halton,
-    /// Every combination of so many values of each axis, from end to end.
+    /// Every combination of this many values of each axis, from end to end.
     Levels(u64),
-    /// Two samples A and B of Sobol's sequence, then A with one axis after another as it is in B (Saltelli and others, Comput. Phys. Commun. 181, 2010, 259).
+    /// Two samples A and B of Sobol's sequence, then A with one axis after another taken from B (Saltelli and others, Comput. Phys. Commun. 181, 2010, 259).
     Saltelli,
-    /// Paths on which one axis after another moves by a part of its probability, in an order by lot (Morris, Technometrics 33, 1991, 161); they begin anywhere
-    /// where there is room for it, so that no grid hides what repeats.
+    /// Paths on which one axis after another moves by a fraction of its probability, in random order (Morris, Technometrics 33, 1991, 161); they start anywhere
+    /// within the possible range, so that no grid hides periodic effects.
     Morris,
 }
 
-/// By how much of the probability paths of Morris move: by no half or third, which could be a period.
+/// Step of the paths of Morris in probability: not a half or a third, which could be a period.
 pub(super) const MORRIS_STEP: f64 = 0.6;
 
 impl SamplingMethod {
@@ -42,7 +42,7 @@ impl SamplingMethod {
         matches!(self, Self::Random | Self::LatinHypercube | Self::Sobol | Self::Halton)
     }
 
-    /// The words of files, in order.
+    /// The names in files, in order.
     pub fn named(word: &str, levels: u64) -> Self {
         match word {
             "random" => Self::Random,
@@ -69,7 +69,7 @@ impl SamplingMethod {
         }
     }
 
-    /// Samples that belong together, of so many axes, or of what moves together.
+    /// Samples of one group, for a number of axes, or of factors that move together.
     pub fn group(self, axes: usize) -> u64 {
         match self {
             Self::Saltelli => axes as u64 + 2,
@@ -102,7 +102,7 @@ pub(super) enum Axis {
         stride: u64,
         count: u64,
     },
-    /// With the same axis of the other sample, and the number of what it belongs to.
+    /// With the same axis of the other sample, and the number of its factor.
     Saltelli {
         own: Box<Axis>,
         resampled: Box<Axis>,
@@ -116,8 +116,8 @@ pub(super) enum Axis {
     },
 }
 
-/// Axes of these distributions, each with its name, for as many points as there are; a grid has as many as there are combinations. `factors`
-/// tells of each what it moves with, by number; none: each by itself.
+/// Axes of these distributions, each with its name, for the number of points; a grid has one point per combination. `factors`
+/// gives the factor of each axis, by number; empty: each axis separately.
 pub(super) fn axes<'d>(
     sampling: SamplingMethod,
     (seed, points): (u64, u64),
@@ -173,7 +173,7 @@ pub(super) fn axes<'d>(
     spread.iter().enumerate().map(axis).collect()
 }
 
-/// How many there are that move by themselves.
+/// The number of independent factors.
 pub(super) fn moved(factors: &[usize]) -> usize {
     factors.iter().max().map_or(0, |last| last + 1)
 }
@@ -189,7 +189,7 @@ fn next_prime(after: u64) -> u64 {
 }
 
 impl Axis {
-    /// Where the point of a number lies, from 0 to 1; at an end only on a grid.
+    /// The coordinates of the point of a number, from 0 to 1; at an end only on a grid.
     pub fn at(&self, number: u64) -> f64 {
         let drawn = |draws: u64| {
             let draw = Random::new(draws.wrapping_add(number.wrapping_mul(STEP))).next_u64() >> 11;
@@ -232,7 +232,7 @@ impl Axis {
     }
 }
 
-/// The digits of a number to a base, behind the point in the other order.
+/// The digits of a number to a base, in reverse order after the point.
 fn radical_inverse(mut number: u64, base: u64) -> f64 {
     let (mut inverse, mut digit) = (0.0, 1.0 / base as f64);
     while number > 0 {
@@ -243,7 +243,7 @@ fn radical_inverse(mut number: u64, base: u64) -> f64 {
     inverse
 }
 
-/// Another number below the count, each for one: a Feistel network over the next power of four, walked until it is below.
+/// A permutation of the numbers below the count: a Feistel network over the next power of four, iterated until the result is below.
 fn permuted(number: u64, count: u64, keys: u64) -> u64 {
     let bits = (u64::BITS - (count.max(2) - 1).leading_zeros()).div_ceil(2);
     let mask = (1u64 << bits) - 1;
@@ -261,34 +261,34 @@ fn permuted(number: u64, count: u64, keys: u64) -> u64 {
     }
 }
 
-/// How a value is distributed.
+/// The distribution of a value.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Distribution {
-    /// All values between two ones alike.
+    /// Uniform between two values.
     Uniform { from: f64, to: f64 },
     /// Normal, cut off at two ends, which may be infinite.
     Normal { mean: f64, deviation: f64, from: f64, to: f64 },
-    /// Of two normal halves that meet at the peak, cut off at two ends (Fechner's two-piece normal): with as much below a quantile of the one as above that of
+    /// Two normal halves that meet at the peak, cut off at two ends (Fechner's two-piece normal): with equal probability below a quantile of the one and above that of
     /// the other, both by their own deviations.
     Halves { peak: f64, below: f64, above: f64, from: f64, to: f64 },
-    /// From one end up to the peak and down to the other.
+    /// Triangular: rising from one end to the peak and falling to the other.
     Triangular { from: f64, peak: f64, to: f64 },
-    /// These alone, all alike.
+    /// Only these values, with equal probability.
     Listed(Vec<f64>),
 }
 
 impl Distribution {
-    /// How many of its values a grid has.
+    /// The number of its values on a grid.
     fn levels(&self, levels: u64) -> u64 {
         if let Self::Listed(values) = self { values.len() as u64 } else { levels }
     }
 
-    /// Whether it has a least and a largest value.
+    /// Whether it has a minimum and a maximum.
     pub fn has_ends(&self) -> bool {
         !self.is_open().contains(&true)
     }
 
-    /// Whether it goes on without an end below, and above.
+    /// Whether it is unbounded below, and above.
     pub fn is_open(&self) -> [bool; 2] {
         match self {
             Self::Normal { from, to, .. } | Self::Halves { from, to, .. } => [from.is_infinite(), to.is_infinite()],
@@ -296,7 +296,7 @@ impl Distribution {
         }
     }
 
-    /// The value below which there is this part of all.
+    /// The quantile of this probability.
     pub fn quantile(&self, part: f64) -> f64 {
         match self {
             Self::Uniform { from, to } => (from + (to - from) * part).clamp(*from, *to),
@@ -306,7 +306,7 @@ impl Distribution {
                 (mean - deviation * normal_quantile(part)).clamp(*from, *to)
             }
             Self::Halves { peak, below, above, from, to } => {
-                // Which part of all lies below the peak, and below a value.
+                // The probability below the peak, and below a value.
                 let left = below / (below + above);
                 let part_below = |value: f64| match value < *peak {
                     true => 2.0 * left * normal_below((value - peak) / below),
@@ -334,7 +334,7 @@ impl Distribution {
 }
 
 impl Distribution {
-    /// The value of which as much lies below as of a normal number with mean 0 and deviation 1 below so many deviations.
+    /// The quantile at the probability of a standard normal score.
     pub fn of_score(&self, score: f64) -> f64 {
         match self {
             Self::Normal { mean, deviation, from, to } if from.is_infinite() && to.is_infinite() => {
@@ -345,12 +345,12 @@ impl Distribution {
     }
 }
 
-/// The deviations below which this part of a normal distribution lies.
+/// The quantile of the standard normal distribution.
 pub(super) fn score(part: f64) -> f64 {
     -normal_quantile(part)
 }
 
-/// Part of a normal distribution that lies below so many deviations.
+/// The distribution function of the standard normal distribution.
 pub(super) fn normal_below(z: f64) -> f64 {
     if z.is_infinite() {
         if z > 0.0 { 1.0 } else { 0.0 }

@@ -1,5 +1,5 @@
-//! Rare failures by subset simulation: levels of ever smaller margins, each with its part of the samples, reached by chains that stay below the one before
-//! (Au, Beck, Probab. Eng. Mech. 16, 2001, 263). Chains move all scores at once and keep their normal distribution (Papaioannou and others,
+//! Rare failures by subset simulation: levels of decreasing margins, each with its fraction of the samples, reached by chains that stay below the level before
+//! (Au, Beck, Probab. Eng. Mech. 16, 2001, 263). Chains move all scores at once and preserve their normal distribution (Papaioannou and others,
 //! Probab. Eng. Mech. 41, 2015, 89).
 
 use kardan_rt::functions::{exp, ln};
@@ -14,11 +14,11 @@ use crate::results::SweptLevel;
 pub(super) const CHAIN: u64 = 10;
 /// Most levels.
 pub(super) const MOST_LEVELS: u64 = 8;
-/// How much of its scores a chain keeps at a step.
+/// Correlation of the scores of a chain between steps.
 const CORRELATION: f64 = 0.8;
-/// A level that has more than this part of its samples below its margin leads nowhere.
+/// A level with more than this fraction of its samples below its margin makes no progress.
 const MOST_PART: f64 = 0.5;
-/// Deviations of a normal number on both sides that hold 95 %.
+/// Standard deviations on both sides that contain 95 % of a normal distribution.
 const TWO_SIDED: f64 = 1.959_963_984_540_054;
 /// Steps of the sequence of [`Random`].
 const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
@@ -30,7 +30,7 @@ struct State {
     margin: f64,
 }
 
-/// A subset simulation, as far as its samples go.
+/// The state of a subset simulation.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Rare {
     seed: u64,
@@ -49,7 +49,7 @@ pub(super) struct Rare {
 }
 
 impl Rare {
-    /// With so many chains.
+    /// With this number of chains.
     pub fn new(seed: u64, chains: u64, spread: &[Varied]) -> Self {
         let named = spread.iter().map(|varied| (varied.name.as_str(), &varied.distribution));
         Self {
@@ -66,7 +66,7 @@ impl Rare {
         }
     }
 
-    /// Scores of the next samples, one of each chain; nothing once it has ended.
+    /// Scores of the next samples, one of each chain; empty after its end.
     pub fn propose(&mut self, samples: std::ops::Range<u64>) -> Option<Vec<Vec<f64>>> {
         if self.ended.is_some() {
             return None;
@@ -85,7 +85,7 @@ impl Rare {
         Some(self.pending.clone())
     }
 
-    /// Takes their margins.
+    /// Adds their margins.
     pub fn update(&mut self, margins: &[f64]) {
         let first = self.levels.is_empty();
         let before = self.members.len().saturating_sub(self.chains);
@@ -118,21 +118,21 @@ impl Rare {
         let tried = (all - self.chains) as f64;
         self.levels.push(SweptLevel {
             margin,
-            part,
+            fraction: part,
             samples: all as u64,
             correlation: if first { 0.0 } else { self.correlation(part, below) },
-            accepted: (!first).then(|| self.accepted as f64 / tried),
+            acceptance_rate: (!first).then(|| self.accepted as f64 / tried),
         });
         if self.failed {
             self.ended = Some("failures are a tenth of the samples of its last level, or more".into());
         } else if part > MOST_PART {
             self.ended = Some(format!(
-                "most samples of level {} have the same margin: there is no way down from there",
+                "most samples of level {} have the same margin: the search cannot descend further",
                 self.levels.len()
             ));
         } else if self.levels.len() as u64 == MOST_LEVELS {
             self.ended =
-                Some(format!("its {MOST_LEVELS} levels did not come to failures: they are rarer than it tells"));
+                Some(format!("its {MOST_LEVELS} levels did not reach failures: they are rarer than it can estimate"));
         } else {
             self.members = order[..self.chains].iter().map(|one| self.members[*one].clone()).collect();
             (self.bound, self.accepted) = (margin, 0);
@@ -155,23 +155,23 @@ impl Rare {
         (2.0 * sum).max(0.0)
     }
 
-    /// The probability with its standard deviations, parts of it: the levels independent, and wholly dependent.
+    /// The probability with its relative standard deviations: for independent, and for fully dependent levels.
     pub fn probability(&self) -> Option<(f64, [f64; 2])> {
         let own = |level: &SweptLevel| {
-            ((1.0 - level.part) / (level.part * level.samples as f64) * (1.0 + level.correlation)).sqrt()
+            ((1.0 - level.fraction) / (level.fraction * level.samples as f64) * (1.0 + level.correlation)).sqrt()
         };
         let deviations = || self.levels.iter().map(own);
         let apart = deviations().map(|x| x * x).sum::<f64>().sqrt();
-        self.failed.then(|| (self.levels.iter().map(|level| level.part).product(), [apart, deviations().sum()]))
+        self.failed.then(|| (self.levels.iter().map(|level| level.fraction).product(), [apart, deviations().sum()]))
     }
 
     /// An interval of about 95 %: that of a lognormal number with the mean of both deviations. On straight borders of 2 and 6 normal numbers, with 20 to 100 chains,
-    /// it held the probability of 3e-5 and 1e-6 for 94 % to 99 % of 200 seeds each, that of independent levels alone for 85 % to 91 %.
+    /// it contained the probability of 3e-5 and 1e-6 for 94 % to 99 % of 200 seeds each, that of independent levels only for 85 % to 91 %.
     pub fn interval(&self) -> Option<[f64; 2]> {
         let (probability, [apart, whole]) = self.probability()?;
-        // What fails in a tenth of the first samples, or more, are draws of the distributions.
+        // If a tenth of the first samples or more fail, they are draws of the distributions.
         if let [only] = &self.levels[..] {
-            let failing = (only.part * only.samples as f64).round() as u64;
+            let failing = (only.fraction * only.samples as f64).round() as u64;
             return Some(clopper_pearson(failing, only.samples, CONFIDENCE));
         }
         let deviation = 0.5 * (apart + whole);
@@ -181,7 +181,7 @@ impl Rare {
         Some([probability / factor, (probability * factor).min(1.0)])
     }
 
-    /// The levels that are complete, and why it ended, if it did.
+    /// The complete levels, and the reason of its end, if any.
     pub fn levels(&self) -> (&[SweptLevel], Option<&str>) {
         (&self.levels, self.ended.as_deref())
     }

@@ -1,22 +1,22 @@
-//! Why runs did not come to their end, told once for all that differ in numbers alone.
+//! Reasons of incomplete runs, merged for all that differ only in numbers.
 
 use std::collections::BTreeMap;
 
 use crate::results::{SweepRowOf, SweptFailure};
 
-/// Most reasons that are told apart.
+/// Most separate reasons.
 const MOST_REASONS: usize = 20;
-/// What stands for a number that differs.
+/// Placeholder for a number that differs.
 const DIFFERS: &str = "…";
-/// All reasons behind the last one that is told.
+/// All reasons after the last separate one.
 const OTHER_REASONS: &str = "other reasons";
 
-/// A reason with its numbers taken out.
+/// A reason with its numbers extracted.
 #[derive(Debug)]
 struct Reason<'r> {
-    /// What stands before each number, and behind the last one.
+    /// The text before each number, and after the last one.
     parts: Vec<&'r str>,
-    /// Each number as it is written.
+    /// The text of each number.
     numbers: Vec<&'r str>,
 }
 
@@ -40,15 +40,15 @@ impl<'r> Reason<'r> {
         Self { parts, numbers }
     }
 
-    /// With `…` in place of what differs.
+    /// With `…` for differing numbers.
     fn describe(&self, differs: &[bool]) -> String {
         let numbers = self.numbers.iter().zip(differs).map(|(number, differs)| if *differs { DIFFERS } else { number });
         self.parts.iter().copied().zip(numbers.chain([""])).flat_map(|(word, number)| [word, number]).collect()
     }
 }
 
-/// The length of the number that a text begins with, with its sign, what it is divided by, and `…` behind digits that are left out; digits of names and of
-/// powers are none.
+/// The length of the number that a text begins with, with its sign, its divisor, and `…` after omitted digits; digits of names and of
+/// powers are no numbers.
 fn number(before: Option<char>, text: &str) -> Option<usize> {
     let sign = text.chars().next().filter(|c| matches!(c, '-' | '−')).map_or(0, char::len_utf8);
     let digits = |from: usize| text[from..].bytes().take_while(u8::is_ascii_digit).count();

@@ -1,4 +1,4 @@
-//! What is recorded of the runs of a sweep.
+//! The recorded signals of the runs of a sweep.
 
 use std::collections::BTreeSet;
 
@@ -7,7 +7,7 @@ use crate::study::Prepared;
 use crate::study::figure::FigureOf;
 use crate::units::Expression;
 
-/// The signals that requirements and figures are measured of, with those that expressions of them name; they have the bits that they have in a run
+/// The signals of requirements and figures, with those that their expressions name; they are bit-identical to those of a run
 /// that records all.
 pub(super) fn recorded_signals(prepared: &Prepared) -> Recorded {
     let measures = prepared.figures.iter().filter_map(|figure| match &figure.of {

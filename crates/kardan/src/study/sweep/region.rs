@@ -1,8 +1,8 @@
-//! Where a requirement fails, as rules that a person can read: leaves of a small tree (CART: Breiman, Friedman, Olshen, Stone, Classification and
+//! Where a requirement fails, as readable rules: leaves of a small tree (CART: Breiman, Friedman, Olshen, Stone, Classification and
 //! Regression Trees, Wadsworth 1984).
 //!
-//! The tree is grown on one half of the samples, by lot; what it says is counted on the other one, which it has not seen. A leaf is a rule only if
-//! it fails more often there than chance alone lets the best of so many leaves.
+//! The tree is grown on a random half of the samples; its rules are counted on the other half, which it does not use. A leaf is a rule only if
+//! it fails more often there than chance explains for the best of this many leaves.
 
 use super::statistics::{CONFIDENCE, SweepStatistics, clopper_pearson};
 use super::tree::{Case, Count, SplitRange, leaves};
@@ -13,11 +13,11 @@ use crate::results::{SweptBound, SweptParameter, SweptRule};
 const LEAST_SAMPLES: (usize, usize) = (20, 5);
 /// Most rules of a requirement.
 const MOST_RULES: usize = 3;
-/// What a reader of rules must know.
-pub(super) const NOTE: &str = "Where requirements fail, a tree of thresholds (CART) says, grown on one half of the samples, by lot; \
-    how many are inside, how many of them fail and which part of all failures that is, is counted on the other half, which it has not seen.";
+/// The note on rules.
+pub(super) const NOTE: &str = "A tree of thresholds (CART), grown on a random half of the samples, gives the regions where requirements fail; \
+    kardan counts the samples inside, their failures and their share of all failures on the other half, which the tree does not use.";
 
-/// Where a requirement fails in a variant, what covers the most failures first; nothing of few samples, and where no rule is better than chance.
+/// Where a requirement fails in a variant, sorted by covered failures; empty for few samples, and if no rule is better than chance.
 pub(super) fn failing_rules(
     statistics: &SweepStatistics<'_>,
     (requirement, variant): (usize, &str),
@@ -29,19 +29,19 @@ pub(super) fn failing_rules(
     rules(&cases.collect::<Vec<_>>(), varied)
 }
 
-/// Those of samples with their verdicts.
+/// The rules of samples with their verdicts.
 fn rules(cases: &[Case<'_>], varied: &[SweptParameter]) -> Vec<SweptRule> {
     let all = Count::of(cases.iter());
     if all.all < LEAST_SAMPLES.0 || all.failed.min(all.all - all.failed) < LEAST_SAMPLES.1 {
         return Vec::new();
     }
-    // By lot, as numbers may tell where a sample lies (every second one of Halton's is in the same half of an axis).
+    // At random, as numbers may correlate with the location of a sample (every second one of Halton's is in the same half of an axis).
     let (first, second): (Vec<&Case<'_>>, Vec<&Case<'_>>) =
         cases.iter().partition(|case| Random::named(case.sample, "grown").next_u64() & 1 == 0);
     let (grown, counted) = (Count::of(first.iter().copied()), Count::of(second.iter().copied()));
     let mut leaves = leaves(first, varied.len());
     leaves.retain(|(bounds, count)| !bounds.is_empty() && count.share() > grown.share());
-    // Among several leaves one is above by chance sooner than a single one: each may be so by its part of that chance (Bonferroni).
+    // One of several leaves exceeds the level by chance more easily than a single one: each gets its share of the level (Bonferroni).
     let confidence = 1.0 - (1.0 - CONFIDENCE) / leaves.len().max(1) as f64;
     let found = leaves.into_iter().filter_map(|(bounds, _)| {
         let inside = Count::of(second.iter().copied().filter(|case| bounds.iter().all(|bound| bound.contains(case))));
@@ -54,7 +54,7 @@ fn rules(cases: &[Case<'_>], varied: &[SweptParameter]) -> Vec<SweptRule> {
             inside: total,
             failed: fails,
             interval: clopper_pearson(fails, total, CONFIDENCE),
-            covers: fails as f64 / counted.failed as f64,
+            coverage: fails as f64 / counted.failed as f64,
         })
     });
     let mut found: Vec<SweptRule> = found.collect();
@@ -63,7 +63,7 @@ fn rules(cases: &[Case<'_>], varied: &[SweptParameter]) -> Vec<SweptRule> {
     found
 }
 
-/// A bound with what it is of.
+/// A bound with its parameter.
 fn swept_bound(bound: SplitRange, varied: &[SweptParameter]) -> SweptBound {
     let SweptParameter { name, unit, .. } = &varied[bound.parameter];
     let [below, above] = [bound.below, bound.above].map(|bound| bound.is_finite().then_some(bound));
@@ -95,7 +95,7 @@ mod tests {
         // The tree grows on 2000 samples: along the sides of the box they are 1/800 and 1/600 apart.
         assert!((a.below.unwrap() - 0.3).abs() < 0.005 && a.above.is_none(), "{a:?}");
         assert!((b.above.unwrap() - 0.6).abs() < 0.005 && b.below.is_none(), "{b:?}");
-        assert!(rule.failed as f64 > 0.98 * rule.inside as f64 && rule.covers > 0.98, "{rule:?}");
+        assert!(rule.failed as f64 > 0.98 * rule.inside as f64 && rule.coverage > 0.98, "{rule:?}");
         assert!(rule.interval[0] < 1.0 && rule.interval[1] <= 1.0 && rule.bounds.iter().all(|one| one.unit == "m"));
     }
 

@@ -1,17 +1,17 @@
-//! What is different where rows are of another sweep.
+//! Differences to the identity of rows of another sweep.
 
 use crate::diagnostics::shortened;
 use crate::entries::{Entries, RawValue};
 use crate::file::value_to_toml;
 use crate::study::Project;
 
-/// Values of the model that are told, at most.
+/// Most listed values of the model.
 const MAX_LISTED: usize = 3;
-/// What rows follow from, by the first words of each part.
+/// Parts of the identity of rows, by their first words.
 const KINDS: [&str; 8] = ["kardan", "model", "samples", "seed", "--", "limit of steps", "method", "tolerance"];
 
 impl Project {
-    /// In what a sweep of this model differs from another one, in words; each as its rows tell what they follow from. `was` is the other model, if it is known.
+    /// The differences between a sweep of this model and another one, as text, from the identities of their rows. `was` is the other model, if known.
     ///
     /// ```
     /// use kardan::project::Project;
@@ -34,14 +34,14 @@ impl Project {
                     Some(was) => changed(Self::open(was).entries(), self.entries()),
                     None => format!("{other}, here {own}"),
                 }),
-                (Some(own), None) => differences.push(format!("{own} here alone")),
-                (None, other) => differences.extend(other.map(|other| format!("{other}, here not"))),
+                (Some(own), None) => differences.push(format!("{own} only here")),
+                (None, other) => differences.extend(other.map(|other| format!("{other} not here"))),
             }
         }
         differences.join("; ")
     }
 
-    /// The same of rows that are run again: in what this model differs from theirs; nothing, if it does not.
+    /// The same for repeated rows: the differences between this model and theirs; `None` if there are none.
     pub fn other_model(&self, other_identity: &str, was: Option<&str>) -> Option<String> {
         let here = self.origin();
         let other_identity =
@@ -61,14 +61,14 @@ fn changed(was: &Entries, now: &Entries) -> String {
     }
 }
 
-/// The number of the model that rows follow from.
+/// The checksum of the model of rows.
 pub fn swept_model(identity: &str) -> Option<&str> {
     part(identity, "model")?.strip_prefix("model ")
 }
 
-/// A part of what rows follow from.
+/// A part of the identity of rows.
 fn part<'i>(identity: &'i str, kind: &str) -> Option<&'i str> {
-    // Names of variants stand in backticks, with commas between them.
+    // Names of variants are in backticks, separated by commas.
     let samples = identity.find(" samples of ");
     if kind == "samples" {
         let (start, end) = (identity[..samples?].rfind(", ")? + 2, identity.rfind("`")? + 1);
@@ -79,14 +79,14 @@ fn part<'i>(identity: &'i str, kind: &str) -> Option<&'i str> {
     ends.0.split(", ").chain(ends.1.split(", ").skip(1)).find(is_kind)
 }
 
-/// Tells what one table says otherwise than another.
+/// Reports the differences between two tables.
 fn compare(path: &str, was: &Entries, now: &Entries, out: &mut Vec<String>) {
     let path_of = |key: &str| if path.is_empty() { key.to_string() } else { format!("{path}.{key}") };
     for one in was.iter() {
         compare_values(&path_of(&one.key), &one.entry.value, now.get(&one.key), out);
     }
     let new = now.iter().filter(|one| was.get(&one.key).is_none());
-    out.extend(new.map(|one| format!("`{}` is here alone", path_of(&one.key))));
+    out.extend(new.map(|one| format!("`{}` is only here", path_of(&one.key))));
 }
 
 fn compare_values(path: &str, was: &RawValue, now: Option<&RawValue>, out: &mut Vec<String>) {
@@ -98,7 +98,7 @@ fn compare_values(path: &str, was: &RawValue, now: Option<&RawValue>, out: &mut 
             for (k, one) in was.iter().enumerate() {
                 compare_values(&format!("{path}[{k}]"), &one.value, now.get(k).map(|now| &now.value), out);
             }
-            out.extend((was.len()..now.len()).map(|k| format!("`{path}[{k}]` is here alone")));
+            out.extend((was.len()..now.len()).map(|k| format!("`{path}[{k}]` is only here")));
         }
         (was, Some(now)) => {
             let [was, now] = [was, now].map(value_to_toml);

@@ -1,4 +1,4 @@
-//! Rows of a sweep: the settings of a sample, what a run tells, how far two rows are apart.
+//! Rows of a sweep: the settings of a sample, the results of a run, the difference of two rows.
 
 use super::varied::Varied;
 use crate::diagnostics::{Diagnostic, Severity};
@@ -9,7 +9,7 @@ use crate::study::prepare::prepare_sample;
 use crate::study::{Prepared, PreparedVariant};
 use crate::units::{Exact, format_quantity};
 
-/// The settings of a variant with values of what varies in place of its own.
+/// The settings of a variant with the sampled values instead of its own.
 pub(super) fn settings_with<'v>(
     own: &VariantSettings,
     values: impl Iterator<Item = (&'v Varied, f64)>,
@@ -24,15 +24,15 @@ pub(super) fn settings_with<'v>(
     all
 }
 
-/// The seed of the noise of sensors in a sample, where that of the scenario is `own`.
+/// The seed of the sensor noise in a sample, if that of the scenario is `own`.
 pub(super) fn seed_of(own: u64, sample: u64) -> u64 {
     Random::named(own, &format!("sample {sample}")).next_u64()
 }
 
-/// A variant with the values of a sample, and a seed for the noise of its sensors, where that is drawn anew. Its laws are those of the values in the file, and of the sample where these stand in laws alone.
+/// A variant with the values of a sample, and a seed for its sensor noise, if that is redrawn. Its laws use the values in the file, and those of the sample for parameters that occur in laws only.
 ///
 /// # Errors
-/// What speaks against these values.
+/// The errors of these values.
 pub(super) fn sampled(
     document: &Document,
     (variant, own): (&PreparedVariant, &VariantSettings),
@@ -64,18 +64,18 @@ pub(super) fn blank(prepared: &Prepared) -> SweepRow {
     }
 }
 
-/// Why a sample cannot be run, of what speaks against its values: its code and what it says.
+/// Why a sample cannot run, from the errors of its values: code and message.
 pub(super) fn refusal(diagnostics: &[Diagnostic]) -> String {
     let first = diagnostics.iter().find(|diagnostic| diagnostic.severity == Severity::Error);
-    first.map_or_else(|| "it cannot be prepared".into(), |one| format!("{}: {}", one.code, one.message))
+    first.map_or_else(|| "kardan cannot prepare it".into(), |one| format!("{}: {}", one.code, one.message))
 }
 
-/// Whether a reason is that a sample cannot be run, and not what came of its run: it begins with a code.
+/// Whether a reason is that a sample cannot run, and not a result of its run: it begins with a code.
 pub(super) fn is_refusal(reason: &str) -> bool {
     reason.split_once(": ").is_some_and(|(code, _)| code.contains("::") && !code.contains(' '))
 }
 
-/// What a run tells.
+/// The results of a run.
 pub(super) fn fill(row: &mut SweepRow, prepared: &Prepared, run: &Run) {
     if let Some(cause) = run.outcome.cause() {
         row.reason = cause.into();
@@ -92,7 +92,7 @@ pub(super) fn fill(row: &mut SweepRow, prepared: &Prepared, run: &Run) {
     }
 }
 
-/// By how much the numbers of a row differ from those of another one: as parts of the larger ones, or of bounds that are larger.
+/// The differences of the numbers of two rows, relative to the larger ones, or to bounds that are larger.
 pub(super) fn difference(prepared: &Prepared, row: &SweepRow, other: &SweepRow) -> f64 {
     let apart = |a: f64, b: f64, bounds: [Option<f64>; 2]| {
         let size = bounds.into_iter().flatten().fold(a.abs().max(b.abs()), |size, bound| size.max(bound.abs()));

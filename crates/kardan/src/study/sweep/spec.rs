@@ -1,4 +1,4 @@
-//! What `[sweep]` of a model file asks for, with the mistakes in it.
+//! The request of `[sweep]` of a model file, with its errors.
 
 use super::points::{Distribution, SOBOL_AXES, SamplingMethod};
 use super::together::{Together, together};
@@ -15,31 +15,31 @@ use crate::units::Exact;
 
 /// Most samples.
 pub(super) const MOST_SAMPLES: u64 = 10_000_000;
-/// Levels of a grid, where none are given.
+/// Default levels of a grid.
 const LEVELS: u64 = 5;
-/// An end of a normal distribution is at most so many deviations on the other side of its mean.
+/// An end of a normal distribution is at most this many deviations on the other side of its mean.
 const MOST_DEVIATIONS: f64 = 6.0;
-/// Part of an interval by which rounding alone may make its sides uneven.
+/// Fraction of an interval by which rounding may make its sides uneven.
 const EVEN: f64 = 1e-12;
 
-/// What is tried.
+/// The sweep request.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SweepSpec {
-    /// How many samples.
+    /// Number of samples.
     pub samples: u64,
-    /// Another one, other samples.
+    /// The seed of the samples.
     pub seed: u64,
-    /// How they fill the space.
+    /// The sampling method.
     pub(super) sampling: SamplingMethod,
     /// The variants; empty: all.
     pub variants: Vec<String>,
-    /// What varies.
+    /// The varied parameters.
     pub(super) varied: Vec<Varied>,
-    /// What of it varies together.
+    /// Those that vary together.
     pub(super) together: Vec<Together>,
 }
 
-/// Reads it; where a file says nothing of it, all its tolerances vary.
+/// Reads it; without a table `[sweep]` all tolerances of the file vary.
 pub(in crate::study) fn sweep_spec(
     context: &SignalContext<'_>,
     variants: &[String],
@@ -51,7 +51,7 @@ pub(in crate::study) fn sweep_spec(
     if samples > MOST_SAMPLES {
         let message = format!("{SWEEP}: {samples} samples are more than {MOST_SAMPLES}");
         let place = TableReader::place(table, "samples");
-        out.push(Diagnostic::error("sweep::samples", message).at(place, "too many").help("ask for fewer"));
+        out.push(Diagnostic::error("sweep::samples", message).at(place, "too many").help("request fewer"));
     }
     let mut varied: Vec<Varied> = Vec::new();
     if let Some(Value::Tables(tables)) = table.values.get("vary").map(|found| &found.value) {
@@ -77,7 +77,7 @@ pub(in crate::study) fn sweep_spec(
     }
 }
 
-/// Tells of keys that the points do not read, and of what has no ends.
+/// Reports keys that the points do not use, and distributions without ends.
 fn check_points(
     table: &Table,
     sampling: SamplingMethod,
@@ -92,23 +92,23 @@ fn check_points(
     let word = sampling.word();
     let on_grid = matches!(sampling, SamplingMethod::Levels(_));
     if here("levels") && read_word(table, "points") != Some("grid") {
-        refuse("levels", "`levels` are those of `points = \"grid\"`".into(), "take it out, or take a grid");
+        refuse("levels", "`levels` applies to `points = \"grid\"` only".into(), "remove it, or choose a grid");
     } else if levels < 2 {
-        refuse("levels", format!("a grid has {levels} level"), "from end to end it takes two at least");
+        refuse("levels", format!("a grid has {levels} level"), "a grid needs at least two levels");
     }
     if !on_grid {
         return;
     }
     for key in ["samples", "seed"].into_iter().filter(|key| here(key)) {
-        refuse(key, format!("`{key}`: the samples of `points = \"{word}\"` are all combinations"), "take it out");
+        refuse(key, format!("`{key}`: the samples of `points = \"{word}\"` are all combinations"), "remove it");
     }
     for one in varied.iter().filter(|one| !one.distribution.has_ends()) {
-        let message = format!("`{}` has no least or no largest value: {}", one.name, one.text);
-        refuse("points", message, "give it `from` and `to` in `[[sweep.vary]]`, or take other points");
+        let message = format!("`{}` has no minimum or no maximum: {}", one.name, one.text);
+        refuse("points", message, "give it `from` and `to` in `[[sweep.vary]]`, or choose other points");
     }
 }
 
-/// Tells of points that cannot be had of so many axes, or of those that vary together.
+/// Reports points that do not support this many axes, or parameters that vary together.
 fn check_axes(table: &Table, sampling: SamplingMethod, (axes, apart): (usize, bool), out: &mut Vec<Diagnostic>) {
     let word = sampling.word();
     let mut refuse = |message: String, help: &str| {
@@ -122,13 +122,14 @@ fn check_axes(table: &Table, sampling: SamplingMethod, (axes, apart): (usize, bo
     };
     if axes > most {
         refuse(
-            format!("there is `points = \"{word}\"` of {most} parameters at most, and {axes} vary"),
-            "take other points",
+            format!("`points = \"{word}\"` supports at most {most} parameters, and {axes} vary"),
+            "choose other points",
         );
     }
     if !apart && matches!(sampling, SamplingMethod::Levels(_) | SamplingMethod::Morris) {
-        let message = format!("samples of `points = \"{word}\"` move one parameter by itself, and some vary together");
-        refuse(message, "take other points, or `[[sweep.together]]` out");
+        let message =
+            format!("samples of `points = \"{word}\"` change one parameter at a time, and some vary together");
+        refuse(message, "choose other points, or remove `[[sweep.together]]`");
     }
 }
 
@@ -156,8 +157,8 @@ fn vary(reader: &TableReader<'_>, document: &Document, table: &Table, out: &mut 
         let place = TableReader::place(table, key);
         out.push(
             Diagnostic::error("sweep::distribution", message)
-                .at(place, "not read")
-                .help("take it out, or name another distribution"),
+                .at(place, "not used")
+                .help("remove it, or name another distribution"),
         );
     }
     let refuse = |key: &str, message: &str, help: &str, out: &mut Vec<Diagnostic>| {
@@ -174,11 +175,11 @@ fn vary(reader: &TableReader<'_>, document: &Document, table: &Table, out: &mut 
         let message = format!("`{key}` is missing, and the value in the file has no tolerance");
         refuse(key, &message, &format!("add `{key}`, the {other} value"), out);
     } else if low >= high {
-        refuse("from", "no value lies between `from` and `to`", "`from` is the lesser one", out);
+        refuse("from", "no value lies between `from` and `to`", "`from` must be the smaller one", out);
     }
     let shape_values = ["mean", "peak", "deviation"].map(|key| value(key, out));
     let distribution = shape(word, (low, high, nominal), shape_values, &mut |key, message, help| {
-        // What is wrong with a value itself was told.
+        // Errors of a value itself were reported.
         if key != "deviation" || shape_values[2].is_some() || !table.values.contains_key(key) {
             refuse(key, message, help, out);
         }
@@ -192,7 +193,7 @@ fn vary(reader: &TableReader<'_>, document: &Document, table: &Table, out: &mut 
     })
 }
 
-/// A distribution by its word, between its ends; mistakes by their keys, with what to do.
+/// A distribution by its name, between its ends; errors by their keys, with help.
 fn shape(
     word: &str,
     (low, high, nominal): (f64, f64, f64),
@@ -210,7 +211,11 @@ fn shape(
                 Some(deviation)
                     if low > mean + MOST_DEVIATIONS * deviation || high < mean - MOST_DEVIATIONS * deviation =>
                 {
-                    refuse("from", "hardly a value of the distribution lies between its ends", "move them to the mean");
+                    refuse(
+                        "from",
+                        "almost no value of the distribution lies between its ends",
+                        "move them towards the mean",
+                    );
                 }
                 Some(_) => {}
             }
@@ -219,7 +224,7 @@ fn shape(
         "triangular" => {
             let peak = peak.unwrap_or(nominal);
             if !(low..=high).contains(&peak) && low < high {
-                refuse("peak", "the peak lies beyond the ends", "let it lie between `from` and `to`");
+                refuse("peak", "the peak lies outside the ends", "put it between `from` and `to`");
             }
             Distribution::Triangular { from: low, peak, to: high }
         }
@@ -276,7 +281,7 @@ fn tolerances(document: &Document) -> Vec<Varied> {
                     () if nominal < 0.0 => [f64::NEG_INFINITY, 0.0],
                     () => [f64::NEG_INFINITY, f64::INFINITY],
                 };
-                // Of an uneven interval each side has a half of its own: as much lies outside as is said.
+                // Each side of an uneven interval has its own half: the probability outside is the stated one.
                 match (below - above).abs() <= EVEN * (below + above) {
                     true => {
                         let deviation = 0.5 * (below + above);

@@ -1,4 +1,4 @@
-//! What many rows say together.
+//! Statistics of many rows.
 
 use statrs::distribution::{Beta, ContinuousCDF};
 
@@ -13,55 +13,55 @@ use crate::results::{
 
 /// Confidence of intervals of probabilities.
 pub(super) const CONFIDENCE: f64 = 0.95;
-/// Parts of all numbers, of which quantiles are told.
+/// Probabilities of the reported quantiles.
 const PARTS: [f64; 7] = [0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0];
 
-/// How samples were made.
+/// The origin of samples.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Sampled<'a> {
     /// From the distributions.
     Drawn,
     /// All combinations of some values.
     Grid,
-    /// In groups of A, B, and A with one axis after another of B.
+    /// Groups of A, B, and A with one axis after another of B.
     Saltelli { group: u64 },
-    /// In paths.
+    /// Paths.
     Morris { group: u64, axes: &'a [Axis] },
-    /// One from another.
+    /// Each depends on earlier ones.
     Sought,
 }
 
 impl Sampled<'_> {
-    /// Whether parts of them are probabilities.
+    /// Whether their fractions are probabilities.
     pub fn is_drawn(self) -> bool {
         matches!(self, Self::Drawn | Self::Saltelli { .. })
     }
 
-    /// Whether a sample is drawn by itself.
+    /// Whether a sample is an independent draw.
     fn counts(self, sample: u64) -> bool {
         !matches!(self, Self::Saltelli { group } if sample % group > 1)
     }
 }
 
-/// Rows, by sample and variant, and what is known of them beside: what to fill in.
+/// Rows, by sample and variant, with their context: input of the statistics.
 pub(super) struct SweepStatistics<'a> {
     pub rows: &'a SweepRows,
-    /// Names of what varies.
+    /// Names of the varied parameters.
     pub parameters: Vec<String>,
-    /// The same, those that vary together in one.
+    /// The same, with parameters that vary together merged.
     pub moving: Vec<String>,
     /// Names of the variants.
     pub variants: &'a [String],
-    /// How they were made.
+    /// Their origin.
     pub sampled: Sampled<'a>,
-    /// What they follow from.
+    /// Their seed.
     pub seed: u64,
-    /// That of intervals of probabilities.
+    /// Confidence of intervals of probabilities.
     pub confidence: f64,
 }
 
 impl SweepStatistics<'_> {
-    /// Rows of a variant, those that are drawn by themselves where others are too.
+    /// Rows of a variant, only the independent draws if there are others.
     pub fn of(&self, variant: &str) -> impl Iterator<Item = SweepRowOf<'_>> {
         self.all_of(variant).filter(|row| self.sampled.counts(row.sample))
     }
@@ -88,19 +88,21 @@ impl SweepStatistics<'_> {
         out.values = self.spread(&out.variant, |row| row.figures[number]);
     }
 
-    /// Runs that did not come to their end, by reason, the most first.
+    /// Incomplete runs, by reason, the most frequent first.
     pub fn failures(&self) -> Vec<SweptFailure> {
         reasons(self.rows.iter(), self.variants)
     }
 
-    /// The numbers of a variant; what a run has measured up to an early end is none.
+    /// The numbers of a variant; a value measured up to an early end does not count.
     fn spread(&self, variant: &str, number: impl Fn(SweepRowOf<'_>) -> f64) -> SweptValues {
         let number = |row: SweepRowOf<'_>| if row.reason.is_empty() { number(row) } else { f64::NAN };
         let with: Vec<(SweepRowOf<'_>, f64)> =
             self.of(variant).map(|row| (row, number(row))).filter(|(_, x)| x.is_finite()).collect();
         let runs = self.of(variant).count() as u64;
         let ended = self.of(variant).filter(|row| !row.reason.is_empty()).count() as u64;
-        let Some(first) = with.first() else { return SweptValues { runs, ended, ..SweptValues::default() } };
+        let Some(first) = with.first() else {
+            return SweptValues { runs, invalid_runs: ended, ..SweptValues::default() };
+        };
         let count = with.len() as f64;
         // Sums about the first number lose nothing to a large mean.
         let mean = first.1 + with.iter().map(|(_, x)| x - first.1).sum::<f64>() / count;
@@ -114,20 +116,20 @@ impl SweepStatistics<'_> {
         let (indices, effects) = self.followed(variant, &number);
         SweptValues {
             runs,
-            ended,
+            invalid_runs: ended,
             count: with.len() as u64,
             mean: Some(mean),
             deviation: (with.len() > 1).then(|| (squares / (count - 1.0)).sqrt()),
             quantiles: Some(PARTS.map(|part| quantile(&sorted, part))),
-            ends: Some([end(|a, b| a < b), end(|a, b| a > b)]),
+            extreme_samples: Some([end(|a, b| a < b), end(|a, b| a > b)]),
             shares,
-            explained,
+            r_squared: explained,
             indices,
             effects,
         }
     }
 
-    /// What a number follows, of samples that were made for it: of whole groups alone.
+    /// Sensitivity of a number from dedicated samples: from complete groups only.
     fn followed(&self, variant: &str, number: &impl Fn(SweepRowOf<'_>) -> f64) -> (Vec<SweptIndex>, Vec<SweptEffect>) {
         let (Sampled::Saltelli { group } | Sampled::Morris { group, .. }) = self.sampled else {
             return (Vec::new(), Vec::new());
@@ -154,8 +156,8 @@ impl SweepStatistics<'_> {
         }
     }
 
-    /// The regression of numbers over all that varies, standardised; nothing of fewer samples than it has unknowns, of a number that is always
-    /// the same, and where parameters do not vary independently.
+    /// The standardised regression of numbers over all varied parameters; `None` for fewer samples than unknowns, for a constant
+    /// number, and if parameters do not vary independently.
     fn shares(&self, with: &[(SweepRowOf<'_>, f64)], mean: f64, squares: f64) -> (Vec<SweptShare>, Option<f64>) {
         let (n, k) = (with.len(), self.parameters.len());
         if n < 2 * k + 2 || squares <= 0.0 {
@@ -184,7 +186,7 @@ impl SweepStatistics<'_> {
     }
 }
 
-/// The number below which this part of sorted ones lies, between two of them on a straight line.
+/// The quantile of sorted numbers, with linear interpolation.
 fn quantile(sorted: &[f64], part: f64) -> f64 {
     let place = part * (sorted.len() - 1) as f64;
     let (below, rest) = (place.floor() as usize, place.fract());
@@ -192,11 +194,11 @@ fn quantile(sorted: &[f64], part: f64) -> f64 {
     sorted[below] + rest * (sorted[above] - sorted[below])
 }
 
-/// The interval of a probability of which `hits` of `all` were seen.
+/// The interval of a probability with `hits` of `all` observed.
 pub(super) fn clopper_pearson(hits: u64, all: u64, confidence: f64) -> [f64; 2] {
     let (k, n, tail) = (hits as f64, all as f64, 0.5 * (1.0 - confidence));
     let point = |a: f64, b: f64, part: f64| Beta::new(a, b).map_or(f64::NAN, |beta| beta.inverse_cdf(part));
-    // At its ends it has a closed form.
+    // At the ends there is a closed form.
     let low = match hits {
         0 => 0.0,
         _ if hits == all => kardan_rt::functions::exp(kardan_rt::functions::ln(tail) / n),
@@ -245,7 +247,10 @@ mod tests {
         let statistics =
             SweepStatistics { rows: &rows, moving, parameters, variants, sampled, seed: 0, confidence: CONFIDENCE };
         let found = statistics.spread("only", |row| row.figures[0]);
-        assert_eq!((found.runs, found.ended, found.count, found.mean, found.ends), (5, 2, 2, Some(2.0), Some([0, 2])));
+        assert_eq!(
+            (found.runs, found.invalid_runs, found.count, found.mean, found.extreme_samples),
+            (5, 2, 2, Some(2.0), Some([0, 2]))
+        );
     }
 
     /// A number that is a straight line of what varies is explained whole, by slopes in standard deviations.
@@ -268,7 +273,7 @@ mod tests {
         };
         let (a, b, y) =
             (deviation(&|row| row.values[0]), deviation(&|row| row.values[1]), deviation(&|row| row.figures[0]));
-        assert!((found.explained.unwrap() - 1.0).abs() < 1e-12 && (found.deviation.unwrap() - y).abs() < 1e-12);
+        assert!((found.r_squared.unwrap() - 1.0).abs() < 1e-12 && (found.deviation.unwrap() - y).abs() < 1e-12);
         let slope = |name: &str| found.shares.iter().find(|share| share.parameter == name).unwrap().slope;
         assert!((slope("a") - 3.0 * a / y).abs() < 1e-12 && (slope("b") + 2.0 * b / y).abs() < 1e-12);
         assert_eq!(found.shares.len(), 2);

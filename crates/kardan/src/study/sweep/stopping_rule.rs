@@ -1,4 +1,4 @@
-//! The way of a sweep from block to block: where samples follow from those before them, and when there are enough.
+//! Progress of a sweep from block to block: samples that depend on earlier ones, and the stopping rule.
 
 use std::ops::Range;
 
@@ -9,11 +9,11 @@ use super::together::{values_at, values_of_scores};
 use super::worst::Worst;
 use crate::results::SweepRow;
 
-/// Where a sweep stands.
+/// The state of a sweep.
 pub(super) enum StoppingRule {
-    /// Each sample follows from its number.
+    /// Each sample depends only on its number.
     Plain,
-    /// The same, until there are enough.
+    /// The same, with a stopping rule.
     Until(InterimAnalyses),
     /// A search.
     Worst(Target, Box<Worst>),
@@ -22,7 +22,7 @@ pub(super) enum StoppingRule {
 }
 
 impl StoppingRule {
-    /// At its begin.
+    /// The initial state.
     pub fn of(plan: &SweepPlan) -> Self {
         let seed = plan.head.seed;
         match (&plan.goal, &plan.target) {
@@ -39,21 +39,21 @@ impl StoppingRule {
         }
     }
 
-    /// Whether samples follow from those before them.
+    /// Whether samples depend on earlier ones.
     pub fn is_led(&self) -> bool {
         matches!(self, Self::Worst(..) | Self::Rare(..))
     }
 
-    /// Whether each sample follows from its number, and all of them count.
+    /// Whether each sample depends only on its number, and all of them count.
     pub fn is_plain(&self) -> bool {
         matches!(self, Self::Plain)
     }
 
-    /// Values of the samples of the next block; nothing if it has come to its end.
+    /// Values of the samples of the next block; `None` at the end.
     pub fn values(&mut self, plan: &SweepPlan, samples: Range<u64>) -> Option<Vec<Vec<f64>>> {
         let of = (&plan.spread[..], &plan.together[..]);
         match self {
-            Self::Until(interim_analyses) if interim_analyses.status().reached => None,
+            Self::Until(interim_analyses) if interim_analyses.status().converged => None,
             Self::Plain | Self::Until(_) => Some(samples.map(|sample| plan.values(sample)).collect()),
             Self::Worst(_, worst) => {
                 Some(worst.propose(samples).iter().map(|places| values_at(of.0, of.1, places)).collect())
@@ -64,7 +64,7 @@ impl StoppingRule {
         }
     }
 
-    /// Takes the rows of that block.
+    /// Adds the rows of that block.
     pub fn take(&mut self, plan: &SweepPlan, block: u64, rows: &[SweepRow]) {
         match self {
             Self::Plain => {}
@@ -76,10 +76,10 @@ impl StoppingRule {
         }
     }
 
-    /// Whether no sample more is needed.
+    /// Whether no further sample is needed.
     pub fn is_done(&self) -> bool {
         match self {
-            Self::Until(interim_analyses) => interim_analyses.status().reached,
+            Self::Until(interim_analyses) => interim_analyses.status().converged,
             Self::Rare(_, rare) => rare.levels().1.is_some(),
             Self::Plain | Self::Worst(..) => false,
         }

@@ -1,4 +1,4 @@
-//! What the rows of a sweep say together, and what is to be known of it.
+//! The summary of the rows of a sweep, with notes.
 
 use super::goal::SweepGoal;
 use super::plan::{Shard, SweepPlan};
@@ -16,7 +16,7 @@ use crate::study::{Prepared, PreparedVariant};
 /// Axes that Halton's sequence fills evenly with few samples.
 const MOST_OF_HALTON: usize = 8;
 
-/// What the rows say together.
+/// The summary of the rows.
 pub(super) fn summarise(
     prepared: &Prepared,
     plan: &SweepPlan,
@@ -47,7 +47,7 @@ pub(super) fn summarise(
         failures: statistics.failures(),
         compared: compared(plan, rows),
         confidence: CONFIDENCE,
-        until,
+        stopping_rule: until,
         worst: worst(plan, rows, stopping_rule, prepared),
         rare: rare(plan, stopping_rule, prepared),
         ..Sweep::default()
@@ -102,25 +102,25 @@ pub(super) fn summarise(
     out
 }
 
-/// Intervals of a sequence that fills many axes unevenly: bases of Halton's grow with their number, and long parts of their digits run side by side.
+/// Intervals of a sequence that fills many axes unevenly: bases of Halton's grow with their number, and long parts of their digits run in parallel.
 fn uneven(plan: &SweepPlan, found: &Sweep) -> Option<String> {
     let (axes, has_intervals) = (plan.spread.len(), found.requirements.iter().any(|one| one.interval.is_some()));
     (has_intervals && axes > MOST_OF_HALTON && plan.points() == SamplingMethod::Halton.word()).then(|| {
         format!(
-            "intervals of probabilities are those of random draws and may be too narrow: Halton's sequence fills {axes} axes unevenly, beyond some {MOST_OF_HALTON} \
-             of them it may be farther off than random draws; write `points = \"sobol\"` or `points = \"random\"` under `[sweep]`"
+            "intervals of probabilities are those of random draws and may be too narrow: Halton's sequence fills {axes} axes unevenly; for more than about {MOST_OF_HALTON} \
+             axes its error may exceed that of random draws; write `points = \"sobol\"` or `points = \"random\"` under `[sweep]`"
         )
     })
 }
 
-/// What its rows are of.
+/// The statistics of its rows.
 fn statistics<'a>(plan: &'a SweepPlan, rows: &'a SweepRows, confidence: f64) -> SweepStatistics<'a> {
     let parameters = plan.head.varied.iter().map(|varied| varied.name.clone()).collect();
     let (variants, seed) = (&plan.head.variants[..], plan.head.seed);
     SweepStatistics { rows, moving: moving(plan), parameters, variants, sampled: sampled(plan), seed, confidence }
 }
 
-/// Names of what moves by itself; those that vary together are one.
+/// Names of the independent factors; parameters that vary together are one.
 fn moving(plan: &SweepPlan) -> Vec<String> {
     let mut out: Vec<String> = Vec::new();
     for (varied, factor) in plan.head.varied.iter().zip(factors(plan.spread.len(), &plan.together)) {
@@ -132,7 +132,7 @@ fn moving(plan: &SweepPlan) -> Vec<String> {
     out
 }
 
-/// How its samples were made.
+/// The origin of its samples.
 fn sampled(plan: &SweepPlan) -> Sampled<'_> {
     let group = plan.sampling.group(moved(&factors(plan.spread.len(), &plan.together)));
     match (&plan.goal, plan.sampling) {
@@ -144,60 +144,60 @@ fn sampled(plan: &SweepPlan) -> Sampled<'_> {
     }
 }
 
-/// What is to be known of the answers.
+/// The notes on the results.
 fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
     let mut notes: Vec<String> = Vec::new();
     match (&plan.goal, plan.sampling) {
         (SweepGoal::Worst(_), _) => notes.push(
-            "The worst case is a found one, and no proof: there may be worse ones. The search stays between the ends of the distributions, and within three \
+            "The search found the worst case without proof: worse cases may exist. The search stays between the ends of the distributions, and within three \
              deviations where they have none."
                 .into(),
         ),
         (SweepGoal::Rare(_), _) => notes.push(
-            "The probability is an estimate by chains of samples. Its deviation follows from the correlations that the chains show themselves. The interval, of \
-             about 95 %, is an approximation, and a failure that no chain comes near to is not in it: other seeds tell more."
+            "The probability is an estimate by chains of samples. Its deviation follows from the observed correlations of the chains. The interval, of \
+             about 95 %, is an approximation, and does not include a failure that no chain comes near: repeat with other seeds."
                 .into(),
         ),
         (_, SamplingMethod::Levels(_) | SamplingMethod::Morris) => notes.push(
-            "The samples are no draw: in how many of them a requirement holds is a count, and no probability.".into(),
+            "The samples are not drawn at random: the number that satisfies a requirement is a count, and no probability.".into(),
         ),
         (_, SamplingMethod::Saltelli) => notes.push(
-            "Probabilities, means and regressions are those of the two samples A and B alone. Intervals of indices are those of a bootstrap over base samples, as if \
-             these were drawn each by itself; those of a sequence spread less as a rule. An index may come out a little below 0 or above 1."
+            "Probabilities, means and regressions use the two samples A and B only. Intervals of indices come from a bootstrap over base samples, as if \
+             these were drawn independently; indices of a sequence usually scatter less. An estimated index may be slightly below 0 or above 1."
                 .into(),
         ),
         _ => {}
     }
-    // Runs of which nothing is measured have nothing to compare.
+    // Runs without a measured value have no comparison.
     let measured = !prepared.requirements.is_empty() || !prepared.figures.is_empty();
     notes.extend(found.compared.as_ref().filter(|_| measured).map(side_by_side));
-    if let Some(until) = &found.until {
+    if let Some(until) = &found.stopping_rule {
         notes.push(format!(
-            "Whoever looks often sees a narrow interval by chance sooner. So there are {} looks at most, planned before, and the intervals of each have a confidence of \
-             {:.3} %: all of them together hold with {} %, whichever look is the last. They are wider than one for as many samples, planned before, would be.",
+            "Repeated interim analyses find a narrow interval by chance more easily. So kardan plans at most {} analyses in advance, and the intervals of each have a confidence of \
+             {:.3} %: all intervals together are correct with {} %, whichever analysis is the last. They are wider than that of one analysis of as many samples, planned in advance.",
             until.interim_analyses,
             100.0 * until.confidence,
             100.0 * CONFIDENCE
         ));
-        if !until.reached && found.missing == 0 {
+        if !until.converged && found.missing == 0 {
             notes.push(format!(
-                "After all {} samples an interval is still wider than ± {}: ask for more samples.",
+                "After all {} samples an interval is still wider than ± {}: request more samples.",
                 plan.head.samples, until.half_width
             ));
         }
     }
     if !plan.together.is_empty() {
         notes.push(
-            "Correlations are those of normal numbers that distributions follow by their parts; of normal distributions they are those of the values."
+            "Correlations are those of the normal numbers that kardan maps to the distributions by quantiles; for normal distributions they are those of the values."
                 .into(),
         );
     }
     if let Some(Shard { number, of }) = plan.shard {
         let own_samples = plan.samples_of(plan.own_blocks());
         notes.push(match own_samples.is_empty() {
-            true => format!("Shard {number} of {of}: there are fewer blocks of samples than shards, and it has none."),
+            true => format!("Shard {number} of {of}: it has no samples, as the sweep has fewer blocks of samples than shards."),
             false => format!(
-                "Shard {number} of {of}, samples {} to {} of {}: the whole is told by `kardan sweep merge` of all shards.",
+                "Shard {number} of {of}, samples {} to {} of {}: `kardan sweep merge` of all shards gives the whole result.",
                 own_samples.start,
                 own_samples.end - 1,
                 plan.head.samples
@@ -210,14 +210,14 @@ fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
     notes.extend(noise(prepared, plan));
     if prepared.all().any(|variant| !variant.implemented.is_empty()) {
         notes.push(
-            "Laws are those of the values in the file, whatever the sample of the plant is; programs and blocks follow its values."
+            "Laws use the values in the file, whatever the sample of the plant is; programs and blocks use the sampled values."
                 .into(),
         );
     }
     notes
 }
 
-/// Whether samples differ in the noise of their sensors, where there is some.
+/// Note on the sensor noise of the samples, if there is some.
 fn noise(prepared: &Prepared, plan: &SweepPlan) -> Option<String> {
     let is_noisy = |(_, sensor): &(String, Sensor)| sensor.noise.is_some();
     let noisy = |variant: &PreparedVariant| {
@@ -225,28 +225,28 @@ fn noise(prepared: &Prepared, plan: &SweepPlan) -> Option<String> {
     };
     let note = match plan.draws() {
         true => {
-            "Noise of sensors, and what faults draw, is drawn anew for each sample; signals of the kind `noise` are the same in all."
+            "kardan draws sensor noise and random faults anew for each sample; signals of the kind `noise` are equal in all samples."
         }
-        false => "Noise of sensors is the same in all samples, so that they can be compared.",
+        false => "Sensor noise is the same in all samples, so that they can be compared.",
     };
     prepared.all().any(noisy).then(|| note.into())
 }
 
-/// How far runs side by side are from the reference, in words.
+/// The difference between runs in lanes and the reference, as text.
 fn side_by_side(SweptCompared { rows, difference, sample, .. }: &SweptCompared) -> String {
     let differ = match *difference {
         0.0 => "do not differ".to_string(),
         _ => format!(
-            "differ by at most {difference:.1e} of themselves, or of a bound where that is larger (sample {sample})"
+            "differ by at most {difference:.1e} of their value, or of a bound where that is larger (sample {sample})"
         ),
     };
     format!(
-        "Runs go side by side in lanes. {rows} of them were run by the reference too, one by one: figures and what requirements measure {differ}. \
-         With `--method taylor` all runs go by the reference."
+        "kardan computes runs as a SIMD ensemble in lanes. It computed {rows} of them with the reference integrator too, one by one: figures and measured requirements {differ}. \
+         With `--method taylor` all runs use the reference integrator."
     )
 }
 
-/// How far rows are from the reference, of those that were compared.
+/// The largest difference of compared rows to the reference.
 fn compared(plan: &SweepPlan, rows: &SweepRows) -> Option<SweptCompared> {
     let all = || rows.iter().filter_map(|row| Some((row.difference?, row.sample, row.variant)));
     let (difference, sample, variant) = all().max_by(|one, other| one.0.total_cmp(&other.0))?;
@@ -273,9 +273,9 @@ fn worst(plan: &SweepPlan, rows: &SweepRows, stopping_rule: &StoppingRule, prepa
         values: values
             .map(|(one, value)| SweptAt { parameter: one.name.clone(), unit: one.unit.clone(), value: *value })
             .collect(),
-        before: before.and_then(number),
-        explored: search.explored().min(rows.len() as u64 / plan.head.variants.len().max(1) as u64),
-        rests: search.rests(),
+        margin_before_search: before.and_then(number),
+        exploration_samples: search.explored().min(rows.len() as u64 / plan.head.variants.len().max(1) as u64),
+        restarts: search.rests(),
     })
 }
 
@@ -290,9 +290,9 @@ fn rare(plan: &SweepPlan, stopping_rule: &StoppingRule, prepared: &Prepared) -> 
         unit: prepared.requirements[target.requirement].unit.clone(),
         probability: probability.map(|(probability, _)| probability),
         deviation: probability.map(|(_, deviations)| deviations[0]),
-        deviation_most: probability.map(|(_, deviations)| deviations[1]),
+        deviation_upper_bound: probability.map(|(_, deviations)| deviations[1]),
         interval: found.interval(),
         levels: levels.to_vec(),
-        ended: ended.unwrap_or("it was ended before its last level").into(),
+        stop_reason: ended.unwrap_or("it ended before its last level").into(),
     })
 }

@@ -1,4 +1,4 @@
-//! What varies together: `[[sweep.together]]`, with a matrix that is decided to be one of correlations before anything is drawn.
+//! Parameters that vary together: `[[sweep.together]]`, with a matrix that is proven to be a correlation matrix before any draw.
 
 use std::str;
 
@@ -12,24 +12,24 @@ use crate::study::read::{read_names, read_word};
 use crate::study::requirement::in_digits;
 use crate::units::parse_number;
 
-/// Most parameters of one matrix: it is decided in fractions.
+/// Most parameters of one matrix: the decision uses exact fractions.
 const MOST_TOGETHER: usize = 40;
-/// By how much the numbers of a file may be rounded: so much is added to its variances, as parts of them, where they are no covariance without it.
+/// Permitted rounding of the numbers of a file: this fraction is added to its variances if they are no covariance without it.
 const ROUNDED: f64 = 1e-12;
-/// Others that are told of a parameter.
+/// Most listed partners of a parameter.
 const MAX_LISTED: usize = 5;
 
-/// Parameters that vary together, and the matrix that makes their scores of independent ones.
+/// Parameters that vary together, and the matrix that computes their scores from independent ones.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Together {
-    /// Their numbers among all that varies.
+    /// Their numbers among all varied parameters.
     pub members: Vec<usize>,
     /// Lower triangle F, rows of length one: `F Fᵀ` are the correlations.
     pub factor: Matrix<f64>,
 }
 
 impl Together {
-    /// Scores with their correlations in place of independent ones.
+    /// Replaces independent scores by correlated ones.
     pub fn mix(&self, scores: &mut [f64]) {
         let independent: Vec<f64> = self.members.iter().map(|member| scores[*member]).collect();
         for (i, member) in self.members.iter().enumerate() {
@@ -38,7 +38,7 @@ impl Together {
     }
 }
 
-/// Of each of so many axes the number of what it moves with: those that vary together are one.
+/// For each axis the number of its factor: axes that vary together share one.
 pub(super) fn factors(axes: usize, together: &[Together]) -> Vec<usize> {
     let mut out: Vec<usize> = Vec::new();
     let mut next = 0;
@@ -52,7 +52,7 @@ pub(super) fn factors(axes: usize, together: &[Together]) -> Vec<usize> {
     out
 }
 
-/// Values of distributions at places from 0 to 1 on their axes, those that vary together with their correlations.
+/// Values of distributions at positions from 0 to 1 on their axes, with the correlations of those that vary together.
 pub(super) fn values_at(spread: &[Varied], together: &[Together], places: &[f64]) -> Vec<f64> {
     let mut values: Vec<f64> =
         spread.iter().zip(places).map(|(varied, place)| varied.distribution.quantile(*place)).collect();
@@ -73,15 +73,15 @@ pub(super) fn values_of_scores(spread: &[Varied], together: &[Together], scores:
     spread.iter().zip(&scores).map(|(varied, score)| varied.distribution.of_score(*score)).collect()
 }
 
-/// A matrix with what is known of its rows: SI.
+/// A matrix with the moments of its rows, SI.
 struct CorrelationSpec {
     names: Vec<String>,
-    /// Means and standard deviations; of correlations alone none.
+    /// Means and standard deviations; none for correlations only.
     moments: Option<Vec<(Option<f64>, f64)>>,
     matrix: Matrix<Rational>,
 }
 
-/// Reads all of them; what is normal by a file takes the place of a tolerance.
+/// Reads all of them; a normal distribution of a file replaces a tolerance.
 pub(super) fn together(
     document: &Document,
     varied: &mut Vec<Varied>,
@@ -123,7 +123,7 @@ pub(super) fn together(
     found
 }
 
-/// The number of what varies, if it has an order and no other matrix has it.
+/// The number of a varied parameter, if its values are ordered and no other matrix contains it.
 fn member(
     (varied, groups): (&[Varied], &[Together]),
     name: &str,
@@ -137,18 +137,18 @@ fn member(
         None
     };
     let Some(number) = varied.iter().position(|one| one.name == name) else {
-        return refuse("does not vary", "let it vary by `[[sweep.vary]]` or a tolerance, or take it out here");
+        return refuse("does not vary", "vary it with `[[sweep.vary]]` or a tolerance, or remove it here");
     };
     if matches!(varied[number].distribution, Distribution::Listed(_)) {
-        return refuse("is a list of values", "what has a correlation needs a distribution: `[[sweep.vary]]`");
+        return refuse("is a list of values", "a correlation needs a distribution: `[[sweep.vary]]`");
     }
     if groups.iter().any(|group| group.members.contains(&number)) {
-        return refuse("varies together with others already", "write one matrix for all of them");
+        return refuse("already varies together with other parameters", "write one matrix for all of them");
     }
     Some(number)
 }
 
-/// What it varies together with, behind its distribution.
+/// Appends its partners to the text of its distribution.
 fn describe_correlations(varied: &mut [Varied], members: &[usize], factor: &Matrix<f64>) {
     let correlations = factor.multiply(&factor.transpose());
     for (i, member) in members.iter().enumerate() {
@@ -169,32 +169,32 @@ fn describe_correlations(varied: &mut [Varied], members: &[usize], factor: &Matr
     }
 }
 
-/// The matrix of a table, whichever way it is given.
+/// The matrix of a table, from either source.
 fn correlation(document: &Document, table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<CorrelationSpec> {
     let mut refuse = |key: &str, message: String, help: &str| {
         let place = TableReader::place(table, key);
         out.push(Diagnostic::error("sweep::together", format!("{what}: {message}")).at(place, "here").help(help));
     };
     let names: Vec<String> = read_names(table, "parameters").iter().map(|name| name.value.clone()).collect();
-    // Names that stand there twice were told.
+    // Duplicate names were reported.
     if table.unread.contains(&"parameters") {
         return None;
     }
     let found = match (read_word(table, "correlation"), read_word(table, "file")) {
         (Some(_), Some(_)) => {
-            refuse("file", "`correlation` and `file` are both given".into(), "keep one of them");
+            refuse("file", "the table has both `correlation` and `file`".into(), "remove one of them");
             return None;
         }
         (None, None) => {
-            refuse("parameters", "no matrix is given".into(), "write `correlation` or `file`");
+            refuse("parameters", "the table has no matrix".into(), "write `correlation` or `file`");
             return None;
         }
         (Some(text), None) => {
             if names.len() < 2 {
                 refuse(
                     "parameters",
-                    "two parameters at least vary together".into(),
-                    "name them, in the order of the matrix",
+                    "the table needs at least two parameters".into(),
+                    "name them in the order of the matrix",
                 );
                 return None;
             }
@@ -205,13 +205,13 @@ fn correlation(document: &Document, table: &Table, what: &str, out: &mut Vec<Dia
             let bytes = match document.files.get(file) {
                 Some(Ok(bytes)) => Ok(bytes),
                 Some(Err(why)) => Err(why.clone()),
-                None => Err(format!("the file `{}` was not handed over", shortened(file))),
+                None => Err(format!("the caller did not supply the file `{}`", shortened(file))),
             };
             let read = bytes.and_then(|bytes| {
-                let text = str::from_utf8(bytes).map_err(|_| format!("`{}` is no text", shortened(file)))?;
+                let text = str::from_utf8(bytes).map_err(|_| format!("`{}` is not a text file", shortened(file)))?;
                 of_file(text, &names).map_err(|why| format!("`{}`: {why}", shortened(file)))
             });
-            let help = "give what `kardan identify --json` has written, or {\"names\": [\"a.inertia\", \"b.inertia\"], \"covariance\": [[1, 0], [0, 1]]}";
+            let help = "give the output of `kardan identify --json`, or {\"names\": [\"a.inertia\", \"b.inertia\"], \"covariance\": [[1, 0], [0, 1]]}";
             read.map_err(|message| ("file", message, help))
         }
     };
@@ -230,7 +230,8 @@ fn parse_matrix(text: &str, names: Vec<String>) -> Result<CorrelationSpec, Strin
     for (i, row) in text.trim().trim_end_matches(';').split(';').enumerate() {
         let cells = row.split(|c: char| c == ',' || c.is_whitespace()).filter(|word| !word.is_empty());
         let number = |word: &str| {
-            let read = parse_number(word).map_err(|_| format!("`{}` in row {} is no number", shortened(word), i + 1));
+            let read =
+                parse_number(word).map_err(|_| format!("`{}` in row {} is not a number", shortened(word), i + 1));
             Ok(read?.to_rational())
         };
         entries.push(cells.map(number).collect::<Result<_, String>>()?);
@@ -239,7 +240,7 @@ fn parse_matrix(text: &str, names: Vec<String>) -> Result<CorrelationSpec, Strin
     square(&entries, n)?;
     if let Some(i) = (0..n).find(|i| entries[*i][*i] != Rational::one()) {
         return Err(format!(
-            "the correlation of `{}` with itself is 1, and not {}",
+            "the correlation of `{}` with itself must be 1, not {}",
             shortened(&names[i]),
             rational_to_f64(&entries[i][i])
         ));
@@ -247,30 +248,34 @@ fn parse_matrix(text: &str, names: Vec<String>) -> Result<CorrelationSpec, Strin
     Ok(CorrelationSpec { names, moments: None, matrix: Matrix::from_fn(n, n, |i, j| entries[i][j].clone()) })
 }
 
-/// Tells of a matrix that is not square, or not symmetric.
+/// Reports a matrix that is not square, or not symmetric.
 fn square(entries: &[Vec<Rational>], n: usize) -> Result<(), String> {
     if let Some((i, row)) = entries.iter().enumerate().find(|(_, row)| row.len() != n) {
-        return Err(format!("row {} is {} long, and there are {n} parameters", i + 1, row.len()));
+        return Err(format!("row {} has {} entries for {n} parameters", i + 1, row.len()));
     }
     if entries.len() != n {
-        return Err(format!("it is {} rows high, and there are {n} parameters", entries.len()));
+        return Err(format!("the matrix has {} rows for {n} parameters", entries.len()));
     }
     if n > MOST_TOGETHER {
-        return Err(format!("{n} parameters are more than {MOST_TOGETHER}"));
+        return Err(format!("{n} parameters exceed the limit of {MOST_TOGETHER}"));
     }
     for (i, j) in (0..n).flat_map(|i| (0..i).map(move |j| (i, j))) {
         if entries[i][j] != entries[j][i] {
             let [below, above] = [&entries[i][j], &entries[j][i]].map(rational_to_f64);
-            return Err(format!("it is not symmetric: {below} in row {}, column {}, and {above} across", i + 1, j + 1));
+            return Err(format!(
+                "it is not symmetric: {below} in row {}, column {}, and {above} in the transposed entry",
+                i + 1,
+                j + 1
+            ));
         }
     }
     Ok(())
 }
 
-/// That of a file: of an identification, or names with a covariance.
+/// The matrix of a file: of an identification, or names with a covariance.
 fn of_file(text: &str, chosen: &[String]) -> Result<CorrelationSpec, String> {
     use serde_json::Value as Json;
-    let json: Json = serde_json::from_str(text).map_err(|error| format!("it is no JSON: {error}"))?;
+    let json: Json = serde_json::from_str(text).map_err(|error| format!("it is not valid JSON: {error}"))?;
     let texts = |of: &Json| -> Option<Vec<String>> {
         of.as_array()?.iter().map(|name| name.as_str().map(String::from)).collect()
     };
@@ -295,7 +300,7 @@ fn of_file(text: &str, chosen: &[String]) -> Result<CorrelationSpec, String> {
             Some(means) => Some(
                 numbers(means)
                     .filter(|means| means.len() == names.len())
-                    .ok_or("`means` are not as many numbers as `names`")?,
+                    .ok_or("`means` and `names` have different lengths")?,
             ),
             None => None,
         };
@@ -304,11 +309,11 @@ fn of_file(text: &str, chosen: &[String]) -> Result<CorrelationSpec, String> {
         (names.clone(), matrix.clone(), (0..names.len()).map(of).collect())
     };
     if names.is_empty() {
-        return Err("its `names` are none: name what varies, in the order of its matrix".into());
+        return Err("its `names` are empty: name the varied parameters in the order of its matrix".into());
     }
     if let Some((_, name)) = names.iter().enumerate().find(|(k, name)| names[..*k].contains(name)) {
         return Err(format!(
-            "its `names` have `{}` twice: leave one out, with its row and its column",
+            "its `names` contain `{}` more than once: remove one, with its row and its column",
             shortened(name)
         ));
     }
@@ -349,13 +354,13 @@ fn of_file(text: &str, chosen: &[String]) -> Result<CorrelationSpec, String> {
     })
 }
 
-/// The factor of a matrix that is positive semidefinite, which is decided in fractions; a direction in which it is not, else.
+/// The factor of a positive semidefinite matrix, decided with exact fractions; otherwise a direction in which it is not.
 fn decided(correlation: &CorrelationSpec, table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<Matrix<f64>> {
     let n = correlation.names.len();
     let mut matrix = correlation.matrix.clone();
     let mut verdict = definiteness(&matrix);
     if let (Definiteness::Indefinite { .. }, true) = (&verdict, correlation.moments.is_some()) {
-        // What a file has rounded is one for certain with that much more on its diagonal.
+        // A rounded matrix of a file is certainly semidefinite with this addition on its diagonal.
         let more = Rational::one().plus(&rational_from_f64(ROUNDED).unwrap_or_default());
         let wider =
             Matrix::from_fn(n, n, |i, j| if i == j { matrix[(i, j)].times(&more) } else { matrix[(i, j)].clone() });
@@ -374,12 +379,12 @@ fn decided(correlation: &CorrelationSpec, table: &Table, what: &str, out: &mut V
         .collect();
     let variance = quadratic(&correlation.matrix, &witness);
     let message = format!(
-        "{what}: no numbers have these correlations: the sum of {} would have the variance {:.3e}, which is below zero",
+        "{what}: these correlations are impossible: the sum of {} would have the negative variance {:.3e}",
         direction.join(", "),
         variance / (largest * largest)
     );
     let key = if correlation.moments.is_some() { "file" } else { "correlation" };
-    let help = "correct the matrix: it is to be positive semidefinite";
+    let help = "correct the matrix: it must be positive semidefinite";
     out.push(
         Diagnostic::error("sweep::together", message).at(TableReader::place(table, key), "not semidefinite").help(help),
     );

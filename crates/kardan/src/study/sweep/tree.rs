@@ -1,20 +1,20 @@
-//! A small tree of thresholds that tells samples which fail from those that pass: each one lowers Gini's impurity most (CART: Breiman, Friedman,
-//! Olshen, Stone, Classification and Regression Trees, Wadsworth 1984). Nothing is drawn: ties go to the first parameter and its least threshold.
+//! A small tree of thresholds that separates failing from passing samples: each one reduces Gini's impurity most (CART: Breiman, Friedman,
+//! Olshen, Stone, Classification and Regression Trees, Wadsworth 1984). It is deterministic: ties go to the first parameter and its least threshold.
 
 use rayon::prelude::*;
 
-/// Most thresholds on the way to a leaf.
+/// Most thresholds between root and leaf.
 const MOST_DEPTH: usize = 3;
-/// Fewest samples of a leaf: so many, and this part of all.
+/// Fewest samples of a leaf: absolute, and as a fraction of all.
 const LEAST_LEAF: (usize, f64) = (5, 0.01);
-/// A threshold lowers the impurity by at least this part of that of all samples.
+/// A threshold reduces the impurity by at least this fraction of that of all samples.
 const LEAST_GAIN: f64 = 0.01;
 
 /// A sample with its verdict.
 pub(super) struct Case<'a> {
     /// Its number.
     pub sample: u64,
-    /// What varies.
+    /// The values of the varied parameters.
     pub values: &'a [f64],
     /// Whether it fails.
     pub failed: bool,
@@ -25,9 +25,9 @@ pub(super) struct Case<'a> {
 pub(super) struct SplitRange {
     /// Its number.
     pub parameter: usize,
-    /// From here on.
+    /// Lower bound, inclusive.
     pub above: f64,
-    /// Below this.
+    /// Upper bound, exclusive.
     pub below: f64,
 }
 
@@ -41,17 +41,17 @@ pub(super) struct Count {
 }
 
 impl Count {
-    /// Those of these samples.
+    /// The counts of these samples.
     pub fn of<'c>(cases: impl Iterator<Item = &'c Case<'c>>) -> Self {
         cases.fold(Self::default(), |sum, case| sum.and(case.failed))
     }
 
-    /// With another one.
+    /// Sum with another count.
     fn and(self, failed: bool) -> Self {
         Self { all: self.all + 1, failed: self.failed + usize::from(failed) }
     }
 
-    /// The part that fails.
+    /// The fraction that fails.
     pub fn share(self) -> f64 {
         self.failed as f64 / self.all as f64
     }
@@ -62,7 +62,7 @@ impl Count {
     }
 }
 
-/// A part of the samples that a tree is grown on.
+/// A node: a subset of the samples of the tree.
 struct Node<'c> {
     cases: Vec<&'c Case<'c>>,
     bounds: Vec<SplitRange>,
@@ -70,7 +70,7 @@ struct Node<'c> {
 }
 
 impl SplitRange {
-    /// Whether a sample is there.
+    /// Whether a sample is inside.
     pub fn contains(&self, case: &Case<'_>) -> bool {
         (self.above..self.below).contains(&case.values[self.parameter])
     }
@@ -116,7 +116,7 @@ fn tightened(bounds: &[SplitRange], new: SplitRange) -> Vec<SplitRange> {
     out
 }
 
-/// By how much the best threshold of a parameter lowers the impurity, and the threshold; each side keeps the fewest samples of a leaf.
+/// By how much the best threshold of a parameter lowers the impurity, and the threshold; each side has at least the fewest samples of a leaf.
 fn best_threshold(cases: &[&Case<'_>], parameter: usize, least: usize) -> Option<(f64, f64)> {
     let mut sorted: Vec<(f64, bool)> = cases.iter().map(|case| (case.values[parameter], case.failed)).collect();
     sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
@@ -136,7 +136,7 @@ fn best_threshold(cases: &[&Case<'_>], parameter: usize, least: usize) -> Option
     best.map(|(gain, low, high)| (gain, halfway(low, high)))
 }
 
-/// Halfway between two numbers, with as few digits as keep it between them.
+/// Halfway between two numbers, with the fewest digits that lie between them.
 fn halfway(low: f64, high: f64) -> f64 {
     let middle = low + 0.5 * (high - low);
     let rounded = |digits: usize| format!("{middle:.digits$e}").parse().unwrap_or(middle);

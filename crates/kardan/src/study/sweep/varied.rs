@@ -1,4 +1,4 @@
-//! What varies: a parameter with its distribution, in words.
+//! Varied parameters with their distributions, as text.
 
 use super::points::Distribution;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
@@ -11,26 +11,26 @@ use crate::units::Dimension;
 /// The table in messages.
 pub(super) const SWEEP: &str = "`[sweep]`";
 
-/// A parameter that varies.
+/// A varied parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Varied {
     pub name: String,
     pub dimension: Dimension,
     pub distribution: Distribution,
-    /// In words, with units.
+    /// As text, with units.
     pub text: String,
-    /// The laws that it stands in, where it stands in these alone.
+    /// The laws in which it occurs, if it occurs in laws only.
     pub laws: Vec<String>,
 }
 
-/// Each parameter varies in one way.
+/// Reports parameters with more than one distribution.
 pub(super) fn add(varied: &mut Vec<Varied>, found: Option<Varied>, table: &Table, out: &mut Vec<Diagnostic>) {
     let Some(found) = found else { return };
     if varied.iter().any(|candidate| candidate.name == found.name) {
-        let message = format!("{SWEEP}: `{}` varies in two ways", shortened(&found.name));
+        let message = format!("{SWEEP}: `{}` has two distributions", shortened(&found.name));
         let key = if table.values.contains_key("file") { "file" } else { "parameter" };
         let place = TableReader::place(table, key);
-        out.push(Diagnostic::error("name::duplicate", message).at(place, "again here").help("keep one of them"));
+        out.push(Diagnostic::error("name::duplicate", message).at(place, "again here").help("remove one of them"));
         return;
     }
     varied.push(found);
@@ -51,7 +51,7 @@ pub(super) fn parameter<'d>(
             let help = match nearest(name, names()) {
                 Some(near) => format!("did you mean `{near}`?"),
                 None if names().next().is_none() => {
-                    "declare it under `[parameters]`, or write a tolerance behind the value of a key: \"100 N m/rad ± 10 %\"".into()
+                    "declare it under `[parameters]`, or write a tolerance after the value of a key: \"100 N m/rad ± 10 %\"".into()
                 }
                 None => format!("there are {}; a key of an element, of `[scenario]` or of a fault needs a tolerance: `± 10 %`", quoted(names())),
             };
@@ -63,30 +63,30 @@ pub(super) fn parameter<'d>(
     if document.is_varied(name) {
         let message =
             format!("{label}: `{name}` differs between the variants, so that a value here would change nothing");
-        let help = "take it out here, or out of the variants";
+        let help = "remove it here, or from the variants";
         out.push(Diagnostic::error("sweep::varied", message).at(place.clone(), "a varied parameter").help(help));
         return None;
     }
     if parameter.expression.is_some() {
-        let message = format!("{label}: `{name}` follows from other parameters");
-        let help = "let those vary, or write a value in its place";
+        let message = format!("{label}: `{name}` is computed from other parameters");
+        let help = "vary those, or replace it by a value";
         out.push(Diagnostic::error("sweep::follows", message).at(place.clone(), "no value of its own").help(help));
         return None;
     }
     Some(parameter)
 }
 
-/// A key that is there, and cannot vary as it is written.
+/// An existing key that cannot vary without a tolerance.
 fn no_tolerance(found: &Result<String, String>, name: &str, label: &str) -> Diagnostic {
     let message = |why: &str| format!("{label}: `{}` {why}", shortened(name));
     let (message, help) = match found {
         Ok(text) => (
-            message("is there, but a key varies only where a tolerance stands behind its value"),
-            format!("write one there, which `[sweep]` may replace: \"{text}\""),
+            message("exists, but a key varies only with a tolerance after its value"),
+            format!("write one there; `[sweep]` may replace it: \"{text}\""),
         ),
         Err(other) => (
-            message(&format!("follows from `{}`", shortened(other))),
-            "let the parameters in it vary, or write a value with a tolerance in its place".to_string(),
+            message(&format!("is computed from `{}`", shortened(other))),
+            "vary the parameters in it, or replace it by a value with a tolerance".to_string(),
         ),
     };
     Diagnostic::error("sweep::tolerance", message).help(help)
@@ -110,10 +110,7 @@ pub(super) fn format_distribution(distribution: &Distribution, dimension: Dimens
         }
         Distribution::Halves { peak, below, above, from, to } => {
             let [peak, below, above] = [peak, below, above].map(digits);
-            with(format!(
-                "normal in halves, peak {peak}, deviation {below} to below and {above} to above{}",
-                cut(from, to)
-            ))
+            with(format!("split normal, peak {peak}, deviation {below} to below and {above} to above{}", cut(from, to)))
         }
         Distribution::Triangular { from, peak, to } => {
             with(format!("triangular from {} by {} to {}", digits(from), digits(peak), digits(to)))

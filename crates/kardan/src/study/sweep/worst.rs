@@ -1,27 +1,27 @@
-//! The worst case of a requirement, sought by polls around the worst sample so far: along each axis, on along the last way, and in directions by lot,
-//! at a step that halves where none is worse (Kolda, Lewis, Torczon, SIAM Review 45, 2003, 385). Where it comes to rest it begins from another sample.
+//! The worst case of a requirement, searched by polls around the worst sample so far: along each axis, further along the last direction, and in random directions,
+//! at a step that halves if none is worse (Kolda, Lewis, Torczon, SIAM Review 45, 2003, 385). After convergence it starts from another sample.
 
 use super::points::{Axis, SamplingMethod, axes, normal_below};
 use super::varied::Varied;
 use crate::num::Random;
 
-/// A distribution without an end is searched up to so many deviations.
+/// Search range in deviations for an unbounded distribution.
 const MOST_DEVIATIONS: f64 = 3.0;
-/// First step of a search and the least one, as parts of the probability of an axis.
+/// First and least step of a search, as fractions of the probability of an axis.
 const STEPS: [f64; 2] = [0.2, 1e-5];
-/// A search begins at least so far from where others came to rest, along one axis.
+/// Least distance along one axis between the start of a search and earlier converged points.
 const APART: f64 = 0.1;
 /// Steps of the sequence of [`Random`].
 const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// A place, and the margin there.
+/// A point, and the margin there.
 #[derive(Debug, Clone, PartialEq)]
 struct Tried {
     place: Vec<f64>,
     margin: f64,
 }
 
-/// A search, as far as its samples go.
+/// The state of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Worst {
     seed: u64,
@@ -30,9 +30,9 @@ pub(super) struct Worst {
     bounds: Vec<[f64; 2]>,
     explore: u64,
     tried: Vec<Tried>,
-    /// Where the search is.
+    /// The current point of the search.
     at: Option<Tried>,
-    /// How it came there.
+    /// The last successful direction.
     way: Vec<f64>,
     step: f64,
     turn: usize,
@@ -44,7 +44,7 @@ pub(super) struct Worst {
 }
 
 impl Worst {
-    /// With so many samples before the search; those that vary together are in `mixed`.
+    /// With this number of samples before the search; `mixed` contains the parameters that vary together.
     pub fn new(seed: u64, explore: u64, spread: &[Varied], mixed: impl Fn(usize) -> bool) -> Self {
         let named = spread.iter().map(|varied| (varied.name.as_str(), &varied.distribution));
         let open = normal_below(-MOST_DEVIATIONS);
@@ -70,7 +70,7 @@ impl Worst {
         }
     }
 
-    /// Places of the next samples.
+    /// Points of the next samples.
     pub fn propose(&mut self, samples: std::ops::Range<u64>) -> Vec<Vec<f64>> {
         let count = samples.clone().count();
         let clamped = |place: Vec<f64>, bounds: &[[f64; 2]]| -> Vec<f64> {
@@ -91,7 +91,7 @@ impl Worst {
         if !self.way.is_empty() {
             places.extend([stepped(1.0), stepped(3.0)]);
         }
-        // Half of them along the axes, which take turns where there are many.
+        // Half of them along the axes, which alternate if there are many.
         let on_axes = (2 * k).min(count.div_ceil(2));
         for one in 0..on_axes {
             let (axis, sign) = ((self.turn + one / 2) % k, if one % 2 == 0 { 1.0 } else { -1.0 });
@@ -114,7 +114,7 @@ impl Worst {
         self.pending.clone()
     }
 
-    /// Where the next search begins: the worst sample that is apart from where the others came to rest; a place by lot, where none is left.
+    /// Start of the next search: the worst sample far enough from converged points; a random point if there is none.
     fn begin(&mut self, number: u64) -> Vec<f64> {
         let apart =
             |place: &[f64]| self.rests.iter().all(|rest| rest.iter().zip(place).any(|(a, b)| (a - b).abs() > APART));
@@ -130,7 +130,7 @@ impl Worst {
         found.place
     }
 
-    /// Takes their margins.
+    /// Adds their margins.
     pub fn update(&mut self, first: u64, margins: &[f64]) {
         for (number, margin) in (first..).zip(margins) {
             if *margin < self.least.map_or(f64::INFINITY, |(least, _)| least) {
@@ -164,7 +164,7 @@ impl Worst {
         (self.least, self.before)
     }
 
-    /// How often it came to rest.
+    /// Number of convergences.
     pub fn rests(&self) -> u64 {
         self.rests.len() as u64
     }

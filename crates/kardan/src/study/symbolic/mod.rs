@@ -1,4 +1,4 @@
-//! The equations of motion in the names of their values.
+//! The equations of motion with symbols for their values.
 
 mod names;
 mod page;
@@ -20,7 +20,7 @@ use crate::symbolic::{FunctionSource, Laurent, Letter, Symbol, SymbolicMotion};
 use crate::units::{Dimension, Exact, Expression};
 
 impl Project {
-    /// The equations of motion of the first variant with the names of their values: parameters by their name, values of elements by a letter and
+    /// The equations of motion of the first variant with symbols: parameters by their name, values of elements by a letter and
     /// the element's name. Also the warnings of the file.
     ///
     /// ```
@@ -32,7 +32,7 @@ impl Project {
     /// ```
     ///
     /// # Errors
-    /// All mistakes of the file, or why there is no explicit form with joints at any angle.
+    /// All errors of the file, or why there is no explicit form with joints at any angle.
     pub fn symbolic_equations(&self) -> Result<(SymbolicEquations, Vec<Diagnostic>), Vec<Diagnostic>> {
         let (_, found, diagnostics) = self.symbolic()?;
         Ok((found, diagnostics))
@@ -41,15 +41,15 @@ impl Project {
     /// The same as text or LaTeX.
     ///
     /// # Errors
-    /// As of [`symbolic_equations`](Self::symbolic_equations); a plan has numbers alone.
+    /// Those of [`symbolic_equations`](Self::symbolic_equations); a plan contains only numbers.
     pub fn symbolic_text(&self, form: EquationsForm) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
         let (variant, found, diagnostics) = self.symbolic()?;
         let text = match form {
             EquationsForm::Text => page::text(variant, &found),
             EquationsForm::Latex => page::latex(variant, &found),
             EquationsForm::Plan => {
-                let message = "a plan is made for numbers, not for symbols";
-                return Err(vec![Diagnostic::error("symbolic::plan", message).help("ask for text, LaTeX or JSON")]);
+                let message = "a plan needs numbers, not symbols";
+                return Err(vec![Diagnostic::error("symbolic::plan", message).help("choose text, LaTeX or JSON")]);
             }
         };
         Ok((text, diagnostics))
@@ -62,8 +62,8 @@ impl Project {
         let Some(variant) = prepared.variants.first().filter(|_| !error) else { return Err(diagnostics) };
         let own = &variant.reduced.equations;
         if (0..own.constraints.len()).any(|row| own.is_equilibrium(row)) {
-            let message = "motions without inertia follow from springs alone here, which is not written in symbols";
-            let help = "give them an inertia, or look at the equations without --symbolic";
+            let message = "motions without inertia follow only from springs here, for which there is no symbolic form";
+            let help = "give them an inertia, or print the equations without --symbolic";
             return Err(vec![Diagnostic::error("symbolic::massless", message).help(help)]);
         }
         unilateral::refuse_tables(&variant.reduced)?;
@@ -73,7 +73,7 @@ impl Project {
         let equations = assemble(&variant.model.all_coordinates, &named.terms);
         let reduced = reduce(equations, Some(&coordinates)).map_err(|error| {
             let message = format!("with joints at any angle there is no explicit form over these coordinates: {error}");
-            let help = "name other coordinates in `[model]`, or look at the equations without --symbolic";
+            let help = "name other coordinates in `[model]`, or print the equations without --symbolic";
             vec![Diagnostic::error("symbolic::explicit", message).help(help)]
         })?;
         let behind = reduced
@@ -82,30 +82,31 @@ impl Project {
             .iter()
             .find(|constraint| matches!(constraint.law, MultiplierLaw::Position(..)));
         if let Some(MultiplierConstraint { element, .. }) = behind {
-            let message = format!("`{element}` prescribes a position behind a curve, which is not written in symbols");
-            let help = "prescribe the end that drives the curve, or look at the equations without --symbolic";
+            let message =
+                format!("`{element}` prescribes a position behind a curve, for which there is no symbolic form");
+            let help = "prescribe the end that drives the curve, or print the equations without --symbolic";
             return Err(vec![Diagnostic::error("symbolic::curve", message).help(help)]);
         }
         if let Some(group) = reduced.redundant_groups().first() {
             let all = quoted(group.iter().map(String::as_str));
             let message = format!(
-                "the constraints {all} hold the same motion, so their torques are not unique and have no formulas"
+                "the constraints {all} restrict the same motion, so their torques are not unique and have no formulas"
             );
-            let help = "take one of them out, or look at the equations without --symbolic";
+            let help = "remove one of them, or print the equations without --symbolic";
             return Err(vec![Diagnostic::error("symbolic::redundant", message).help(help)]);
         }
         let start = &variant.scenario.position;
         let (meanings, functions) = (named.meanings.clone(), &named.functions);
         let motion = SymbolicMotion::new(&named.terms, meanings, functions, &reduced, start).ok_or_else(|| {
             let message = "written in symbols, one entry of the equations has thousands of terms";
-            let help = "look at the numbers without --symbolic, or at a part of the model";
+            let help = "print the numbers without --symbolic, or use a part of the model";
             vec![Diagnostic::error("symbolic::size", message).help(help)]
         })?;
         Ok((variant, found(&named, &reduced, &motion), diagnostics))
     }
 }
 
-/// What is shown of the equations.
+/// The displayed equations.
 fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> SymbolicEquations {
     let used = motion.letters.used_in(motion.all());
     let names = Names::new(&motion.letters, &used, &reduced.equations, &named.values);
@@ -144,38 +145,38 @@ fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> Symb
         list.iter().enumerate().filter(|(_, value)| !value.is_zero()).map(one).collect()
     };
     let letters = motion.definitions.iter().filter(|one| used.contains(&one.letter));
-    let own = |name: &String| values.iter().any(|value| value.of == *name);
+    let own = |name: &String| values.iter().any(|value| value.name == *name);
     let excluded =
         named.used.iter().filter(|name| named.values.get(*name).is_some_and(|one| one.value.is_zero()) && !own(name));
     let mut excluded: Vec<String> = excluded.cloned().collect();
     excluded.sort();
     excluded.dedup();
     SymbolicEquations {
-        letters: letters.map(|one| formula(names.letter(one.letter), &one.value)).collect(),
-        dependents,
+        intermediate_symbols: letters.map(|one| formula(names.letter(one.letter), &one.value)).collect(),
+        dependent_coordinates: dependents,
         inertia: motion.inertia.iter().map(|one| entry("H", one)).collect(),
         velocity: forces(r"h^{\mathrm{v}}", &motion.velocity),
         damping: motion.damping.iter().map(|one| entry("D", one)).collect(),
         stiffness: forces(r"h^{\mathrm{s}}", &motion.stiffness),
         friction: forces(r"h^{\mathrm{c}}", &motion.friction),
-        unilateral: forces(r"h^{\mathrm{m}}", &motion.unilateral),
-        modes: unilateral::modes(&names, reduced, motion),
+        unilateral_forces: forces(r"h^{\mathrm{m}}", &motion.unilateral),
+        contact_states: unilateral::modes(&names, reduced, motion),
         input: forces("(F u)", &motion.input),
         multiplier_forces: forces(r"(A^{\mathsf{T}} \lambda)", &motion.multiplier_forces),
         multiplier_constraints: unilateral::multiplier_constraints(&names, reduced, motion),
         prescribed: unilateral::prescribed(&names, &used, named),
-        laws: named.laws.iter().map(|(of, law)| SymbolicLaw { of: of.clone(), law: law.clone() }).collect(),
+        laws: named.laws.iter().map(|(of, law)| SymbolicLaw { element: of.clone(), law: law.clone() }).collect(),
         constraint_torques: constraint_torques(&names, reduced, motion),
         divisors: divisors(&names, motion),
         zeros: motion.zeros.iter().map(|value| names.formula(value)).collect(),
-        excluded,
+        zero_parameters: excluded,
         ripples: unilateral::ripples(reduced),
         values,
         functions,
     }
 }
 
-/// Values of letters, of what stands in laws and modes as it is written, and of what these follow from.
+/// Values of letters, of the texts of laws and modes, and of their sources.
 fn values(named: &NamedTerms, reduced: &Reduced, names: &Names<'_>, used: &[Letter]) -> Vec<SymbolOfValue> {
     let value = |letter: &Letter| {
         let Symbol::Value(of) = names.letters.symbol(*letter) else { return None };
@@ -183,8 +184,8 @@ fn values(named: &NamedTerms, reduced: &Reduced, names: &Names<'_>, used: &[Lett
         let angle = symbol_value.dimension == Dimension::ANGLE;
         Some(SymbolOfValue {
             symbol: names.letter(*letter),
-            of: of.clone(),
-            follows: symbol_value.follows.clone(),
+            name: of.clone(),
+            derived_from: symbol_value.follows.clone(),
             value: symbol_value.value.to_f64(),
             unit: if angle { "rad".into() } else { symbol_value.dimension.si() },
         })
@@ -192,8 +193,8 @@ fn values(named: &NamedTerms, reduced: &Reduced, names: &Names<'_>, used: &[Lett
     let mut out: Vec<SymbolOfValue> = used.iter().filter_map(value).collect();
     let symbol_of = |of: &str, value: &Exact, dimension: Dimension| SymbolOfValue {
         symbol: SymbolicText { text: of.to_string(), latex: names::with_index(of, "") },
-        of: of.to_string(),
-        follows: named.values.get(of).and_then(|symbol_value| symbol_value.follows.clone()),
+        name: of.to_string(),
+        derived_from: named.values.get(of).and_then(|symbol_value| symbol_value.follows.clone()),
         value: value.to_f64(),
         unit: if dimension == Dimension::ANGLE { "rad".into() } else { dimension.si() },
     };
@@ -201,7 +202,7 @@ fn values(named: &NamedTerms, reduced: &Reduced, names: &Names<'_>, used: &[Lett
     for (of, value, dimension) in
         named.named_in_laws.iter().cloned().chain(unilateral.flat_map(|formula| constants(formula)))
     {
-        if out.iter().all(|one| one.of != of) {
+        if out.iter().all(|one| one.name != of) {
             out.push(symbol_of(&of, &value, dimension));
         }
     }
@@ -210,16 +211,16 @@ fn values(named: &NamedTerms, reduced: &Reduced, names: &Names<'_>, used: &[Lett
         _ => None,
     });
     for of in texts.collect::<Vec<_>>().iter().flat_map(Expression::names) {
-        if let Some(symbol_value) = named.values.get(of).filter(|_| out.iter().all(|one| one.of != of)) {
+        if let Some(symbol_value) = named.values.get(of).filter(|_| out.iter().all(|one| one.name != of)) {
             out.push(symbol_of(of, &symbol_value.value, symbol_value.dimension));
         }
     }
-    // What a value follows from stands behind it as it is written.
+    // The source of a value follows it as text.
     let mut open = 0;
     while let Some(one) = out.get(open) {
-        let read = one.follows.as_deref().and_then(|text| Expression::parse(text).ok());
+        let read = one.derived_from.as_deref().and_then(|text| Expression::parse(text).ok());
         for of in read.iter().flat_map(Expression::names) {
-            if let Some(symbol_value) = named.values.get(of).filter(|_| out.iter().all(|one| one.of != of)) {
+            if let Some(symbol_value) = named.values.get(of).filter(|_| out.iter().all(|one| one.name != of)) {
                 out.push(symbol_of(of, &symbol_value.value, symbol_value.dimension));
             }
         }
@@ -237,7 +238,7 @@ fn functions(names: &Names<'_>, used: &[Letter]) -> Vec<SymbolicFunction> {
     let mut elements: Vec<String> = used.iter().filter_map(element).collect();
     elements.sort();
     elements.dedup();
-    elements.into_iter().map(|of| SymbolicFunction { symbol: names.curve(&of), of }).collect()
+    elements.into_iter().map(|of| SymbolicFunction { symbol: names.curve(&of), element: of }).collect()
 }
 
 fn constraint_torques(names: &Names<'_>, reduced: &Reduced, motion: &SymbolicMotion) -> Vec<SymbolicFormula> {
@@ -258,7 +259,7 @@ fn constraint_torques(names: &Names<'_>, reduced: &Reduced, motion: &SymbolicMot
     linear.chain(curves).zip(&motion.multipliers).map(one).collect()
 }
 
-/// What must not be zero: of a product each value in it.
+/// Values that must not be zero: every factor of a product.
 fn divisors(names: &Names<'_>, motion: &SymbolicMotion) -> Vec<SymbolicText> {
     let mut out: Vec<SymbolicText> = Vec::new();
     for divisor in &motion.divisors {

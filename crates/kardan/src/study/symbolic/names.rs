@@ -1,4 +1,4 @@
-//! How letters are written.
+//! Notation of letters.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -11,7 +11,7 @@ use crate::results::SymbolicText;
 use crate::symbolic::{Form, Laurent, Letter, Letters, Symbol, collected, printed};
 use crate::units::Dimension;
 
-/// Letters of keys, as the source has them; other keys stand by their own name.
+/// Letters of keys, as in the literature source; other keys have their own name.
 const KEYS: [(&str, &str); 19] = [
     ("inertia", "J"),
     ("mass", "m"),
@@ -53,7 +53,7 @@ pub(super) struct Names<'a> {
 }
 
 impl<'a> Names<'a> {
-    /// Names for the letters that are used; no two are alike.
+    /// Unique names for the letters that are used.
     pub(super) fn new(
         letters: &'a Letters,
         used: &[Letter],
@@ -87,7 +87,7 @@ impl<'a> Names<'a> {
             let again = text.strip_prefix(&preferred).unwrap_or_default();
             let latex = match element {
                 Some(element) => with_index(base, &format!("{element}{again}")),
-                // A letter before the first `_` has the rest as its index; of a word all is one name.
+                // A letter before the first `_` has the rest as its index; a word is one name.
                 None => match base.split_once('_') {
                     Some((letter, index)) if letter.len() == 1 || GREEK.contains(&letter) => {
                         with_index(letter, &format!("{index}{again}"))
@@ -105,7 +105,7 @@ impl<'a> Names<'a> {
         SymbolicText { text: self.rendered(value, Form::Text), latex: self.rendered(value, Form::Latex) }
     }
 
-    /// A sum whose members stay what they are, those with a minus last.
+    /// A sum of unchanged members, those with a minus last.
     pub(super) fn sum(&self, members: &[Laurent]) -> SymbolicText {
         let rendered = |form| {
             let mut members: Vec<String> = members.iter().map(|member| self.rendered(member, form)).collect();
@@ -161,7 +161,7 @@ impl<'a> Names<'a> {
         }
     }
 
-    /// The function that is the curve of an element.
+    /// The function for the curve of an element.
     pub(super) fn curve(&self, element: &str) -> SymbolicText {
         SymbolicText { text: format!("gamma_{}", word(element)), latex: with_index("gamma", element) }
     }
@@ -182,7 +182,7 @@ impl<'a> Names<'a> {
         format!("{letter}_{{{}}}", index(&self.equations.coordinates[k]))
     }
 
-    /// What an element prescribes, or a rate of it.
+    /// The prescribed motion of an element, or a rate of it.
     pub(super) fn of_time(&self, element: &str, order: usize, latex: bool) -> String {
         let Some(name) = self.functions.get(element) else { return String::new() };
         match latex {
@@ -191,7 +191,7 @@ impl<'a> Names<'a> {
         }
     }
 
-    /// The multiplier of a kept constraint.
+    /// The multiplier of a constraint.
     pub(super) fn multiplier(&self, k: usize, form: Form) -> String {
         let constraint = &self.equations.multiplier_constraints[k];
         match (self.equations.domain_of_multiplier(constraint), form) {
@@ -201,7 +201,7 @@ impl<'a> Names<'a> {
         }
     }
 
-    /// What an element carries by its modes, or loses in its teeth.
+    /// The torque of a unilateral or switched constraint, or the gear loss of an element.
     pub(super) fn unilateral(&self, element: &str, rubs: bool, form: Form) -> String {
         match (rubs, form) {
             (true, Form::Text) => Quantity::Friction.of(&word(element)),
@@ -280,12 +280,12 @@ fn enclosed(text: &str, latex: bool) -> String {
     if latex { parenthesised(text) } else { format!("({text})") }
 }
 
-/// A name without signs that mean something in a formula.
+/// A name without characters that have a meaning in a formula.
 pub(super) fn word(name: &str) -> String {
     name.replace(['-', '.'], "_")
 }
 
-/// A name that nobody has.
+/// An unused name.
 fn unique_name(preferred: &str, used_names: &mut HashSet<String>) -> String {
     let more = (2..).map(|k| format!("{preferred}_{k}"));
     let free = std::iter::once(preferred.to_string()).chain(more).find(|name| !used_names.contains(name));

@@ -1,4 +1,4 @@
-//! Equations in symbols for a terminal and for a document.
+//! Symbolic equations for a terminal and for a document.
 
 use std::fmt::Write;
 
@@ -8,26 +8,26 @@ use super::super::latex_lines::{LINE, aligned, one_line, width};
 use super::names::{index, word};
 use crate::results::{SymbolicEquations, SymbolicFormula, SymbolicMode, SymbolicMultiplierConstraint, SymbolicText};
 
-/// Lists of formulas under their titles; what is empty is left out.
+/// Lists of formulas under their titles; empty ones are left out.
 fn sections<'e>(variant: &PreparedVariant, found: &'e SymbolicEquations) -> Vec<(String, &'e [SymbolicFormula])> {
     let prescribed = if variant.reduced.equations.prescribes() { ", with those of prescribed motions" } else { "" };
     let sections: [(String, &[SymbolicFormula]); 11] = [
-        ("Letters".into(), &found.letters),
-        ("Coordinates that follow".into(), &found.dependents),
+        ("Letters".into(), &found.intermediate_symbols),
+        ("Dependent coordinates".into(), &found.dependent_coordinates),
         ("Inertia H, symmetric".into(), &found.inertia),
         (format!("Velocity-dependent forces{prescribed}"), &found.velocity),
         ("Damping D, symmetric".into(), &found.damping),
         ("Stiffness forces".into(), &found.stiffness),
         ("Friction forces; sgn is set-valued at rest: any value from -1 to 1".into(), &found.friction),
-        ("Forces of what holds by modes".into(), &found.unilateral),
+        ("Forces of unilateral and switched constraints".into(), &found.unilateral_forces),
         ("Input map F u".into(), &found.input),
-        ("Forces of kept constraints, A^T lambda".into(), &found.multiplier_forces),
+        ("Forces of constraints enforced by multipliers, A^T lambda".into(), &found.multiplier_forces),
         ("Constraint torques (multipliers), from the motion of all coordinates".into(), &found.constraint_torques),
     ];
     sections.into_iter().filter(|(_, formulas)| !formulas.is_empty()).collect()
 }
 
-/// What the equations assume, in sentences; `mark` writes a formula.
+/// The assumptions of the equations, as sentences; `mark` writes a formula.
 fn assumptions(found: &SymbolicEquations, mark: impl Fn(&SymbolicText) -> String) -> Vec<String> {
     let list = |formulas: &[SymbolicText]| formulas.iter().map(&mark).collect::<Vec<_>>().join(", ");
     let mut out = Vec::new();
@@ -36,7 +36,7 @@ fn assumptions(found: &SymbolicEquations, mark: impl Fn(&SymbolicText) -> String
     }
     if !found.zeros.is_empty() {
         out.push(format!(
-            "Taken as zero, as for the values of the model; otherwise these equations do not hold: {}",
+            "Assumed to be zero, as for the values of the model; otherwise these equations are not valid: {}",
             list(&found.zeros)
         ));
     }
@@ -45,7 +45,7 @@ fn assumptions(found: &SymbolicEquations, mark: impl Fn(&SymbolicText) -> String
 
 /// The form of all equations.
 fn form(found: &SymbolicEquations) -> String {
-    let unilateral = if found.unilateral.is_empty() { "" } else { " + held" };
+    let unilateral = if found.unilateral_forces.is_empty() { "" } else { " + unilateral" };
     let multiplier_constraints = match found.multiplier_constraints.is_empty() {
         true => "",
         false => " + A^T lambda; lambda follows from A q'' = c",
@@ -53,7 +53,7 @@ fn form(found: &SymbolicEquations) -> String {
     format!("H q'' + velocity-dependent + D q' + stiffness + friction{unilateral} = F u{multiplier_constraints}")
 }
 
-/// The equations of kept constraints, each with its sides: position, rates, accelerations.
+/// The equations of multiplier constraints, each with its sides: position, rates, accelerations.
 fn multiplier_lines(one: &SymbolicMultiplierConstraint) -> Vec<[SymbolicText; 2]> {
     let zero = SymbolicText { text: "0".into(), latex: "0".into() };
     let position = one.position.iter().map(|position| [position.clone(), zero.clone()]);
@@ -61,14 +61,17 @@ fn multiplier_lines(one: &SymbolicMultiplierConstraint) -> Vec<[SymbolicText; 2]
     position.chain(sides.map(|line| [line.symbol.clone(), line.formula.clone()])).collect()
 }
 
-/// What modes, functions of time and ripples are, in lines.
+/// Explanations of constraint states, functions of time and ripples, as lines.
 fn remarks(found: &SymbolicEquations, mark: impl Fn(&SymbolicText) -> String) -> Vec<(String, Vec<String>)> {
     let lines = |list: &[SymbolicMode]| {
-        list.iter().map(|one| format!("{}: {}", mark(&one.symbol), one_line(&one.what))).collect()
+        list.iter().map(|one| format!("{}: {}", mark(&one.symbol), one_line(&one.description))).collect()
     };
     let ripples = found.ripples.iter().map(|name| format!("the ripple of {name}, {name}.ripple, which acts beside it"));
     let remarks = [
-        ("What holds by modes; names and numbers as in the model, SI units".to_string(), lines(&found.modes)),
+        (
+            "Unilateral and switched constraints; names and numbers as in the model, SI units".to_string(),
+            lines(&found.contact_states),
+        ),
         ("Functions of time, as they are written".to_string(), lines(&found.prescribed)),
         ("Not in the equations".to_string(), ripples.collect()),
     ];
@@ -89,36 +92,38 @@ pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> Stri
     let _ = writeln!(out, "{}", form(found));
     if !found.values.is_empty() {
         let widths = [0, 1].map(|k| {
-            let width = found.values.iter().map(|value| if k == 0 { value.symbol.text.len() } else { value.of.len() });
+            let width =
+                found.values.iter().map(|value| if k == 0 { value.symbol.text.len() } else { value.name.len() });
             width.max().unwrap_or(0)
         });
         out.push_str("\nValues\n");
         for value in &found.values {
-            let follows = value.follows.as_ref().map(|text| format!(", from {}", one_line(text))).unwrap_or_default();
+            let follows =
+                value.derived_from.as_ref().map(|text| format!(", from {}", one_line(text))).unwrap_or_default();
             let number = format!("{} {}", value.value, value.unit);
             let [a, b] = widths;
-            let _ = writeln!(out, "  {:a$}  {:b$}  {}{follows}", value.symbol.text, value.of, number.trim_end());
+            let _ = writeln!(out, "  {:a$}  {:b$}  {}{follows}", value.symbol.text, value.name, number.trim_end());
         }
     }
     for function in &found.functions {
         let _ = writeln!(
             out,
             "\n{0}(x) is the curve of {1}, {0}'(x) and {0}''(x) are its derivatives.",
-            function.symbol.text, function.of
+            function.symbol.text, function.element
         );
     }
     for (title, formulas) in sections(variant, found) {
         let width = formulas.iter().map(|one| one.symbol.text.len()).max().unwrap_or(0);
         let _ = writeln!(out, "\n{title}");
-        // Of rigid teeth with play the multiplier is what they carry by modes.
+        // For rigid gears with backlash the multiplier is the torque of the unilateral constraint.
         for SymbolicFormula { symbol, formula } in formulas.iter().filter(|one| one.symbol.text != one.formula.text) {
             let _ = writeln!(out, "  {:width$} = {}", symbol.text, formula.text);
         }
     }
     if !found.multiplier_constraints.is_empty() {
-        out.push_str("\nConstraints kept with their multipliers: A q' = b, hence A q'' = c with c = b' - A' q'\n");
+        out.push_str("\nConstraints enforced by multipliers: A q' = b, hence A q'' = c with c = b' - A' q'\n");
         for one in &found.multiplier_constraints {
-            let _ = writeln!(out, "  {} with {}", one.of, one.multiplier.text);
+            let _ = writeln!(out, "  {} with {}", one.element, one.multiplier.text);
             multiplier_lines(one)
                 .iter()
                 .for_each(|[left, right]| out.push_str(&format!("    {} = {}\n", left.text, right.text)));
@@ -130,15 +135,15 @@ pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> Stri
     }
     if !found.laws.is_empty() {
         out.push_str("\nInputs that are laws, as they are written; names and numbers as in the model\n");
-        found.laws.iter().for_each(|one| out.push_str(&format!("  {} = {}\n", one.of, one_line(&one.law))));
+        found.laws.iter().for_each(|one| out.push_str(&format!("  {} = {}\n", one.element, one_line(&one.law))));
     }
     let assumed = assumptions(found, |one| one.text.clone());
     if !assumed.is_empty() {
         out.push_str("\nAssumed\n");
         assumed.iter().for_each(|sentence| out.push_str(&format!("  {sentence}\n")));
     }
-    if !found.excluded.is_empty() {
-        let _ = writeln!(out, "\nNot in the equations, as their value is zero: {}", found.excluded.join(", "));
+    if !found.zero_parameters.is_empty() {
+        let _ = writeln!(out, "\nNot in the equations, as their value is zero: {}", found.zero_parameters.join(", "));
     }
     out
 }
@@ -154,12 +159,12 @@ pub(super) fn latex(variant: &PreparedVariant, found: &SymbolicEquations) -> Str
     );
     let _ = writeln!(out, "% {}", form(found));
     for value in &found.values {
-        let follows = value.follows.as_ref().map(|text| format!(", from {}", one_line(text))).unwrap_or_default();
+        let follows = value.derived_from.as_ref().map(|text| format!(", from {}", one_line(text))).unwrap_or_default();
         let number = format!("{} {}", value.value, value.unit);
-        let _ = writeln!(out, "% {}: {} = {}{follows}", value.symbol.latex, value.of, number.trim_end());
+        let _ = writeln!(out, "% {}: {} = {}{follows}", value.symbol.latex, value.name, number.trim_end());
     }
     for function in &found.functions {
-        let _ = writeln!(out, "% {}: the curve of {}", function.symbol.latex, function.of);
+        let _ = writeln!(out, "% {}: the curve of {}", function.symbol.latex, function.element);
     }
     let names = variant.reduced.coordinate_names();
     for (title, formulas) in sections(variant, found) {
@@ -173,7 +178,7 @@ pub(super) fn latex(variant: &PreparedVariant, found: &SymbolicEquations) -> Str
         out.push_str(&aligned(&formulas.iter().map(pair).collect::<Vec<_>>()));
     }
     if !found.multiplier_constraints.is_empty() {
-        out.push_str("\n% Constraints kept with their multipliers: A q' = b, hence A q'' = c with c = b' - A' q'\n");
+        out.push_str("\n% Constraints enforced by multipliers: A q' = b, hence A q'' = c with c = b' - A' q'\n");
         let lines = found.multiplier_constraints.iter().flat_map(multiplier_lines);
         out.push_str(&aligned(&lines.map(|[left, right]| (left.latex, right.latex)).collect::<Vec<_>>()));
     }
@@ -182,13 +187,13 @@ pub(super) fn latex(variant: &PreparedVariant, found: &SymbolicEquations) -> Str
         lines.iter().for_each(|line| out.push_str(&format!("% {line}\n")));
     }
     for law in &found.laws {
-        let _ = writeln!(out, "% Input {}, as it is written: {}", law.of, one_line(&law.law));
+        let _ = writeln!(out, "% Input {}, as it is written: {}", law.element, one_line(&law.law));
     }
     for sentence in assumptions(found, |one| one.latex.clone()) {
         let _ = writeln!(out, "% {sentence}");
     }
-    if !found.excluded.is_empty() {
-        let _ = writeln!(out, "% Not in the equations, as their value is zero: {}", found.excluded.join(", "));
+    if !found.zero_parameters.is_empty() {
+        let _ = writeln!(out, "% Not in the equations, as their value is zero: {}", found.zero_parameters.join(", "));
     }
     out
 }
@@ -214,7 +219,7 @@ fn matrix(formulas: &[SymbolicFormula], names: &[String]) -> Option<String> {
     }
     let row = |i: usize| (0..names.len()).map(|j| at(i, j)).collect::<Vec<_>>().join(" & ");
     let rows: Vec<String> = (0..names.len()).map(|i| format!("  {}", row(i))).collect();
-    // Fractions above each other need some room.
+    // Fractions on several levels need some room.
     let end = if rows.iter().any(|row| row.contains(r"\frac")) { " \\\\[4pt]\n" } else { " \\\\\n" };
     Some(format!("\\[ {letter} = \\begin{{bmatrix}}\n{}\n\\end{{bmatrix}} \\]\n", rows.join(end)))
 }

@@ -1,4 +1,4 @@
-//! Kept constraints, what holds by modes, and what is prescribed, as equations in symbols have them.
+//! Multiplier constraints, unilateral and switched constraints, and prescribed motions in symbolic equations.
 
 use super::names::{Names, index, word};
 use crate::assemble::MultiplierConstraint;
@@ -10,22 +10,21 @@ use crate::reduce::Reduced;
 use crate::results::{SymbolicFormula, SymbolicMode, SymbolicMultiplierConstraint, SymbolicText};
 use crate::symbolic::{Form, FunctionSource, Laurent, Letter, Monomial, Symbol, SymbolicMotion, SymbolicMultiplier};
 
-/// A table in a kept constraint has no derivative in letters.
+/// A table in a multiplier constraint has no symbolic derivative.
 pub(super) fn refuse_tables(reduced: &Reduced) -> Result<(), Vec<Diagnostic>> {
     for constraint in &reduced.equations.multiplier_constraints {
         let names = constraint.law.formulas().into_iter().flat_map(|formula| &formula.names);
         let Some((table, _)) = names.into_iter().find(|(_, meaning)| matches!(meaning, Meaning::Table(_))) else {
             continue;
         };
-        let message =
-            format!("`{}` calls the table `{table}`, whose slopes are not written in symbols", constraint.element);
-        let help = "write an expression in its place, or look at the equations without --symbolic";
+        let message = format!("`{}` calls the table `{table}`, whose slopes have no symbolic form", constraint.element);
+        let help = "write an expression in its place, or print the equations without --symbolic";
         return Err(vec![Diagnostic::error("symbolic::table", message).help(help)]);
     }
     Ok(())
 }
 
-/// The constraints that are kept with their multipliers.
+/// The constraints enforced by multipliers.
 pub(super) fn multiplier_constraints(
     names: &Names<'_>,
     reduced: &Reduced,
@@ -44,7 +43,7 @@ pub(super) fn multiplier_constraints(
         let [rates, accelerations] = found.left.each_ref().map(|left| names.sum(left));
         let rate = |right| SymbolicFormula { symbol: rates, formula: names.formula(right) };
         SymbolicMultiplierConstraint {
-            of: element.clone(),
+            element: element.clone(),
             multiplier: SymbolicText { text: names.multiplier(k, Form::Text), latex: names.multiplier(k, Form::Latex) },
             position: found.position.as_ref().map(|position| {
                 let term =
@@ -59,7 +58,7 @@ pub(super) fn multiplier_constraints(
     reduced.equations.multiplier_constraints.iter().zip(&motion.multiplier_constraints).enumerate().map(one).collect()
 }
 
-/// On what depends what clutches, stops, locks and teeth carry.
+/// The conditions of the torques of clutches, stops, locks and gears.
 pub(super) fn modes(names: &Names<'_>, reduced: &Reduced, motion: &SymbolicMotion) -> Vec<SymbolicMode> {
     let unilaterals = &reduced.equations.unilaterals;
     let mode = |(element, rubs, by_symbol): &(String, bool, [Laurent; 2])| {
@@ -73,17 +72,17 @@ pub(super) fn modes(names: &Names<'_>, reduced: &Reduced, motion: &SymbolicMotio
                 text: names.unilateral(element, *rubs, Form::Text),
                 latex: names.unilateral(element, *rubs, Form::Latex),
             },
-            of: element.clone(),
-            what: texts.join("; "),
+            element: element.clone(),
+            description: texts.join("; "),
         }
     };
     motion.directions.iter().map(mode).collect()
 }
 
-/// Shares are rounded to these parts in words.
+/// Shares are rounded to these fractions in the text.
 const DIGITS: f64 = 1e6;
 
-/// What holds, over the angle and the speed along its element.
+/// The force law, over the angle and the speed along its element.
 fn describe_hold(unilateral: &UnilateralConstraint, element: &str, angle: &str, speed: &str) -> String {
     let signed = |value: f64| if value == 0.0 { 0.0 } else { value };
     let side = |upper: bool, offset: f64| match upper {
@@ -97,16 +96,20 @@ fn describe_hold(unilateral: &UnilateralConstraint, element: &str, angle: &str, 
                 times => format!("{times} times as much"),
             };
             let size = torque.expression.text();
-            format!("against {speed} while it slips, of the size {size}; up to {more} either way while it sticks")
+            format!(
+                "against {speed} while it slips, of magnitude {size}; up to {more} in both directions while it sticks"
+            )
         }
-        UnilateralConstraint::OneWay => format!("zero while {speed} > 0; else what keeps it from below zero"),
+        UnilateralConstraint::OneWay => {
+            format!("zero while {speed} > 0; else the torque that keeps it from falling below zero")
+        }
         UnilateralConstraint::Stop { upper, offset, restitution } => {
             let (free, beyond) = side(*upper, offset.to_f64());
             let back = match restitution.to_f64() {
                 0.0 => String::new(),
-                part => format!(", from which it goes back with {part} of its speed"),
+                part => format!(", from which it rebounds with {part} of its speed"),
             };
-            format!("zero while {free}; else what keeps it from going {beyond}{back}")
+            format!("zero while {free}; else the torque that keeps it from going {beyond}{back}")
         }
         UnilateralConstraint::Cushion { upper, offset, stiffness, damping } => {
             let (free, beyond) = side(*upper, offset.to_f64());
@@ -116,7 +119,7 @@ fn describe_hold(unilateral: &UnilateralConstraint, element: &str, angle: &str, 
             )
         }
         UnilateralConstraint::Lock { engaged } => {
-            format!("what keeps {speed} at zero while {} > 0.5; else zero", engaged.expression.text())
+            format!("the torque that keeps {speed} at zero while {} > 0.5; else zero", engaged.expression.text())
         }
         UnilateralConstraint::GearLoss(gear) => {
             let [forth, back] = [&gear.forth, &gear.back].map(|share| (share.to_f64() * DIGITS).round() / DIGITS);
@@ -125,30 +128,32 @@ fn describe_hold(unilateral: &UnilateralConstraint, element: &str, angle: &str, 
                 None => String::new(),
             };
             format!(
-                "against {speed}, what the teeth of {element} lose: {forth} of what they carry while it drives, {back} while it is driven{more}"
+                "against {speed}, gear loss of {element}: {forth} of the transmitted torque while it drives, {back} \
+                 while it is driven{more}"
             )
         }
     }
 }
 
-/// What is prescribed in words, or by a rate.
+/// The prescribed motion as text, or by a rate.
 pub(super) fn prescribed(names: &Names<'_>, used: &[Letter], named: &NamedTerms) -> Vec<SymbolicMode> {
     let mut out: Vec<SymbolicMode> = Vec::new();
     for letter in used {
         let Symbol::OfTime(element, _) = names.letters.symbol(*letter) else { continue };
-        let Some(function) = named.functions.get(element).filter(|_| out.iter().all(|one| one.of != *element)) else {
+        let Some(function) = named.functions.get(element).filter(|_| out.iter().all(|one| one.element != *element))
+        else {
             continue;
         };
         let what = match (&function.source, function.rate) {
             (FunctionSource::Text(text), false) => text.clone(),
-            (FunctionSource::Text(text), true) => format!("the integral by the time, from zero, of {text}"),
-            (_, true) => format!("the integral by the time, from zero, of {}'", word(element)),
+            (FunctionSource::Text(text), true) => format!("the integral over time, from zero, of {text}"),
+            (_, true) => format!("the integral over time, from zero, of {}'", word(element)),
             (_, false) => continue,
         };
         let symbol = SymbolicText { text: names.of_time(element, 0, false), latex: names.of_time(element, 0, true) };
-        out.push(SymbolicMode { symbol, of: element.clone(), what });
+        out.push(SymbolicMode { symbol, element: element.clone(), description: what });
     }
-    out.sort_by(|a, b| a.of.cmp(&b.of));
+    out.sort_by(|a, b| a.element.cmp(&b.element));
     out
 }
 

@@ -6,7 +6,7 @@ pub(super) fn fields() -> impl Iterator<Item = PrimeField> {
     std::iter::successors(Some(prime_below(1 << 61)), |&prime| Some(prime_below(prime))).map(PrimeField::new)
 }
 
-/// What is known from the primes modulo which the reachable space has the same pivots.
+/// The result from the primes modulo which the reachable space has the same pivots.
 struct Group {
     dimension: usize,
     free: Vec<usize>,
@@ -92,7 +92,7 @@ mod tests {
 
     #[test]
     fn left_null_space_of_the_controllability_matrix() {
-        // x1 and x2 are driven alike; x3 is not reached.
+        // x1 and x2 have the same input; x3 is not reached.
         let a = matrix(&[&[2, 0, 1], &[0, 2, 5], &[0, 0, 7]]);
         let rows = annihilator(&a, &matrix(&[&[3], &[6], &[0]]));
         assert_eq!(rows, matrix(&[&[-2, 1, 0], &[0, 0, 1]]));

@@ -27,7 +27,7 @@ pub struct CanonicalForm {
 
 /// A system whose transfer matrix is not diagonal with entries `γ_i/s^r_i`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{output}` is not a chain of integrators of an input of its own; the system is not integrator decoupled")]
+#[error("`{output}` is not a chain of integrators with its own input; the system is not integrator decoupled")]
 pub struct NotIntegratorDecoupled {
     /// Name of the first output that does not fit.
     pub output: String,

@@ -8,7 +8,7 @@ use crate::num::{Matrix, Rational, Scalar};
 pub struct ConditionFails {
     /// 1 to 4, as in the source.
     pub condition: usize,
-    /// What is wrong.
+    /// The violation.
     pub what: String,
 }
 
@@ -17,7 +17,7 @@ pub struct ConditionFails {
 /// 1. A, B, C have the partitions (6.73)-(6.75).
 /// 2. A_i, b_i, c_i have the form (6.76)-(6.78) with a chain of r_i integrators and γ_i ≠ 0.
 /// 3. (A_i, b_i) is controllable.
-/// 4. A row η that touches the states shared by several channels hears at least two of them:
+/// 4. A row η that touches the states shared by several channels responds to at least two of them:
 ///    `η (sI − A)⁻¹ B` has two nonzero entries. It has at most the i-th if and only if η annihilates what all other inputs
 ///    reach; so for every i no row of that left null space may touch the shared states.
 ///
@@ -34,7 +34,7 @@ pub fn check_canonical(form: &CanonicalForm, degrees: &[Option<usize>]) -> Resul
     let n: usize = form.sizes.iter().sum();
     assert!(
         form.sizes.len() == m + 2 && form.a.rows() == n && form.b.rows() == n && form.c.rows() == m,
-        "other shapes"
+        "the shapes of the form do not fit its sizes"
     );
     let fails = |condition: usize, what: String| Err(ConditionFails { condition, what });
     let starts: Vec<usize> = (0..=m + 2).map(|block| form.sizes[..block].iter().sum()).collect();
@@ -57,10 +57,10 @@ pub fn check_canonical(form: &CanonicalForm, degrees: &[Option<usize>]) -> Resul
     for (i, degree) in degrees.iter().enumerate() {
         let is_read = |block: usize| block == i || block == m + 1;
         if let Some(block) = (0..=m).find(|&block| !is_read(block) && !is_zero(&form.c, i..i + 1, range(block))) {
-            return fails(1, format!("output {} sees part {}", i + 1, block + 1));
+            return fails(1, format!("output {} depends on part {}", i + 1, block + 1));
         }
         if let Some(j) = (0..m).find(|&j| form.d[(i, j)].is_zero() != (i != j || *degree != Some(0))) {
-            return fails(1, format!("D({}, {}) does not fit", i + 1, j + 1));
+            return fails(1, format!("D({}, {}) has a wrong value", i + 1, j + 1));
         }
         let Some(degree) = degree.filter(|r| *r <= form.sizes[i]) else {
             return fails(2, format!("part {} has no room for its chain of integrators", i + 1));
@@ -76,7 +76,7 @@ pub fn check_canonical(form: &CanonicalForm, degrees: &[Option<usize>]) -> Resul
         let other_inputs = Matrix::from_fn(n, m - 1, |k, j| form.b[(k, if j < i { j } else { j + 1 })].clone());
         let rows = annihilator(&form.a, &other_inputs);
         if !is_zero(&rows, 0..rows.rows(), range(m)) {
-            return fails(4, format!("a motion of the shared part hears channel {} alone", i + 1));
+            return fails(4, format!("channel {} alone drives a motion of the shared part", i + 1));
         }
     }
     Ok(())
@@ -91,7 +91,7 @@ fn check_chain(form: &CanonicalForm, channel: usize, start: usize, degree: usize
             return Err(format!("row {} of A_i is not that of an integrator", k + 1));
         }
         if form.b[(start + k, channel)].is_zero() != (k + 1 < degree) {
-            return Err(format!("entry {} of b_i does not fit", k + 1));
+            return Err(format!("entry {} of b_i has a wrong value", k + 1));
         }
     }
     let first = |l: usize| if l == 0 && degree > 0 { Rational::ONE } else { Rational::ZERO };

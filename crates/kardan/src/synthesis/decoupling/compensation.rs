@@ -1,6 +1,6 @@
 use crate::num::{Polynomial, Rational, Scalar};
 
-/// What a channel is asked to do: its output follows the reference with the poles of a polynomial p_i,
+/// The required dynamics of a channel: its output follows the reference with the poles of a polynomial p_i,
 /// `p_i(d/dt) y_i = p_i(0) r_i` \[diss. (6.91), (6.94)\].
 #[derive(Debug, Clone, PartialEq)]
 pub enum Compensation {
@@ -41,7 +41,7 @@ pub enum CompensationError {
         poles: usize,
     },
     /// A complex pole without its conjugate (as often as the pole itself).
-    #[error("the pole {real} + {imaginary} j stands without its conjugate")]
+    #[error("the conjugate of the pole {real} + {imaginary} j is missing")]
     NoConjugate {
         /// Real part.
         real: Rational,

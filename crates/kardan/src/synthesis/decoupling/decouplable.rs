@@ -62,7 +62,7 @@ fn reasons(outputs: &[String], degrees: &[Option<usize>], rank: usize, dependenc
 
 /// G⁻¹, or G⁺ = Gᵀ(GGᵀ)⁻¹ if there are more inputs than outputs: inputs × outputs, exact \[diss. (6.66), (6.68)\].
 ///
-/// Of all right inverses G⁺ asks for the inputs with the smallest sum of squares.
+/// Of all right inverses G⁺ gives the inputs with the smallest sum of squares.
 ///
 /// # Errors
 /// [`NotDecouplable`] with the exact rank and the dependent rows.
@@ -112,7 +112,7 @@ fn not_decouplable(system: &LinearSystem, degrees: &RelativeDegrees) -> NotDecou
 
 /// The integrator-decoupled system `(A − BG⁻¹A*, BG⁻¹, C)` with `y_i^(r_i) = v_i` \[diss. (6.69)-(6.71)\].
 ///
-/// Its inputs are `v1`, `v2`, …, one per output; feedthrough goes along, so an output of degree 0 is its input.
+/// Its inputs are `v1`, `v2`, …, one per output; feedthrough is kept, so an output of degree 0 is its input.
 ///
 /// # Errors
 /// [`NotDecouplable`].

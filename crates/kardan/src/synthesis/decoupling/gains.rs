@@ -23,8 +23,8 @@ pub struct StaticDecoupling {
     pub m: Matrix<Rational>,
     /// p_i, monic of degree r_i.
     pub polynomials: Vec<Polynomial>,
-    /// For each output, whether the disturbances leave it alone whatever their course: they reach none of its derivatives
-    /// before the inputs do. If not, this holds while they are constant; a change sets off a motion with the poles of p_i.
+    /// For each output, whether it is decoupled from disturbances of any time course: they reach none of its derivatives
+    /// before the inputs do. If not, it is decoupled from constant ones only; a change excites a motion with the poles of p_i.
     pub rejects_any_signal: Vec<bool>,
 }
 

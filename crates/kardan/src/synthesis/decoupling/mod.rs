@@ -2,11 +2,11 @@
 //! compensation, transfer matrix \[diss. 6.2.2\].
 //!
 //! All functions work on plain [`LinearSystem`](crate::analysis::LinearSystem)s with E = I over exact fractions, so that
-//! "decouplable", "zero" and "cancelled" are decided, not estimated. The way through a design:
+//! "decouplable", "zero" and "cancelled" are decided, not estimated. The steps of a design:
 //!
-//! 1. [`observable_quotient`] leaves out what the outputs do not show (order 6 → 5 of the source's example),
+//! 1. [`observable_quotient`] removes the unobservable part (order 6 → 5 of the source's example),
 //! 2. [`relative_degrees`] and [`decouple`] give the gains of `u = −K x + L r − M d`, or the reason why there are none,
-//! 3. [`canonical_form`] shows what each channel consists of, [`zero_dynamics`] what goes on behind the outputs,
+//! 3. [`canonical_form`] gives the parts of each channel, [`zero_dynamics`] the motion that no output shows,
 //! 4. [`transfer_matrix`] and [`coupled_entries`] prove what the loop does.
 
 mod annihilator;

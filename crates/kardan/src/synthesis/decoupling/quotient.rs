@@ -23,7 +23,7 @@ pub struct Quotient {
     /// Name and expression of the new states that are combinations of old ones: `wg.phi - 51 rk.phi + 50 fs.phi`. The name
     /// is the expression itself, or `z1`, `z2`, … if that is longer than 40 characters.
     pub definitions: Vec<Definition>,
-    /// Characteristic polynomial of the motion that is dropped; 1 if nothing is.
+    /// Characteristic polynomial of the motion that is removed; 1 if there is none.
     pub hidden: Polynomial,
 }
 
@@ -152,7 +152,7 @@ fn names(rows: &[Vec<Rational>], states: &[String]) -> (Vec<String>, Vec<Definit
         let expression = linear_combination(states, row);
         let name = if expression.chars().count() > LONGEST_NAME { fresh.next() } else { None };
         let name = name.unwrap_or_else(|| expression.clone());
-        definitions.push(Definition { state: name.clone(), is: expression });
+        definitions.push(Definition { state: name.clone(), expression: expression });
         name
     };
     (rows.iter().map(&mut name).collect(), definitions)

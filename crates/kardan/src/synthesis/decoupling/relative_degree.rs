@@ -2,7 +2,7 @@ use super::rows::row_times;
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Rational, Scalar};
 
-/// How deep the inputs lie below each output \[diss. (6.64)-(6.66), (6.70)\].
+/// The relative degree of each output \[diss. (6.64)-(6.66), (6.70)\].
 #[derive(Debug, Clone, PartialEq)]
 pub struct RelativeDegrees {
     /// r_i: derivatives of output i until an input appears; 0 with feedthrough, `None` if no input ever reaches it.

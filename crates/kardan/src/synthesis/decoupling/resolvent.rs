@@ -47,7 +47,7 @@ pub(in crate::synthesis) fn resolvent(
     let n = a.rows();
     assert!(
         a.columns() == n && b.rows() == n && c.columns() == n && (d.rows(), d.columns()) == (c.rows(), b.columns()),
-        "matrices of other shapes"
+        "matrices of different shapes"
     );
     let states = WholeRows::new(a, b);
     let outputs = WholeRows::new(c, d);

@@ -77,7 +77,7 @@ pub(super) struct RowSpan {
 }
 
 impl RowSpan {
-    /// What is left of a row modulo the space.
+    /// The remainder of a row modulo the space.
     pub fn reduce(&self, row: &[Rational]) -> Vec<Rational> {
         let mut rest = row.to_vec();
         for (pivot, basis) in &self.rows {
@@ -92,7 +92,7 @@ impl RowSpan {
         rest
     }
 
-    /// Adds a row; gives what is new of it, as whole numbers, or `None` if it was in the space already.
+    /// Adds a row; returns its new part, as whole numbers, or `None` if it was in the space already.
     pub fn insert(&mut self, row: &[Rational]) -> Option<&[Rational]> {
         let rest = primitive(&self.reduce(row));
         let pivot = rest.iter().position(|x| !Scalar::is_zero(x))?;

@@ -56,7 +56,7 @@ impl fmt::Display for RationalFunction {
 
 /// The transfer matrix `C (sI − A)⁻¹ B + D`, outputs × inputs, exact, every entry in lowest terms \[diss. (6.69)\].
 ///
-/// Cost: some n³ operations modulo each of as many primes as the size of the coefficients asks for, then one greatest common
+/// Cost: some n³ operations modulo each of as many primes as the size of the coefficients requires, then one greatest common
 /// divisor per entry (a drivetrain of 40 states: hundredths of a second; fractions without common denominators are slower).
 /// To see which entries vanish, [`coupled_entries`](super::coupled_entries) is quicker.
 ///

@@ -5,10 +5,10 @@ use super::rows::{difference, stack};
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Polynomial, Rational, echelon};
 
-/// What goes on while all outputs are held at zero.
+/// The dynamics that remain while all outputs are zero (zero dynamics).
 #[derive(Debug, Clone, PartialEq)]
 pub struct ZeroDynamicsMatrix {
-    /// V, states × k: a basis of the states from which the outputs can be held at zero.
+    /// V, states × k: a basis of the states from which the inputs can keep the outputs at zero.
     pub basis: Matrix<Rational>,
     /// Z, k × k: `x = V ξ`, `ξ̇ = Z ξ`.
     pub matrix: Matrix<Rational>,
@@ -43,7 +43,7 @@ pub fn zero_dynamics(system: &LinearSystem) -> Result<ZeroDynamicsMatrix, NotDec
     let n = system.states.len();
     let lengths = degrees.degrees.iter().map(|degree| degree.unwrap_or(0)).enumerate();
     let rows: Vec<Vec<Rational>> = lengths.flat_map(|(i, length)| chain(system, i, length)).collect();
-    // The rows of all chains are independent: with as many as states nothing is left.
+    // The rows of all chains are independent: with as many as states there is no remainder.
     let (basis, free) = if rows.len() == n { (Matrix::zeros(n, 0), Vec::new()) } else { kernel(&stack(&rows, n)) };
     let feedback = inverse.multiply(&degrees.free);
     // (A − B F) V

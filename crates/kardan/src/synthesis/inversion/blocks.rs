@@ -5,7 +5,7 @@ use super::silverman::{StructureAlgorithm, structure_of_rows};
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Polynomial, Rational, characteristic_polynomial, echelon};
 
-/// Static feedback `u = −K x + L r` after which every block of outputs answers to its own references only.
+/// Static feedback `u = −K x + L r` after which every block of outputs responds to its own references only.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BlockDecoupling {
     /// Numbers of the outputs of each block.
@@ -42,7 +42,7 @@ pub enum BlockError {
         /// Number of outputs.
         outputs: usize,
     },
-    /// The polynomial asked for is not monic of the order of its output.
+    /// The required polynomial is not monic of the order of its output.
     #[error("the polynomial of output number {output} must be monic of degree {order}")]
     Polynomial {
         /// The output.

@@ -13,14 +13,14 @@ pub struct Integrator {
     pub state: String,
     /// The input whose place the rate of the integrator takes.
     pub input: usize,
-    /// What the state stands for, as a combination of the inputs at its stage; 1 at `input`.
+    /// The state as a combination of the inputs at its stage; 1 at `input`.
     pub combination: Vec<Rational>,
-    /// The same in words: `wg_motor`, `wg_motor' - 50 rk_motor`. A prime is a derivative.
+    /// The same as text: `wg_motor`, `wg_motor' - 50 rk_motor`. A prime is a derivative.
     pub before: String,
 }
 
 impl Integrator {
-    /// Whether it stands before an input as it is, not before a combination.
+    /// Whether it is before a single input, not before a combination.
     pub fn is_plain(&self) -> bool {
         self.combination.iter().filter(|x| !Scalar::is_zero(*x)).count() == 1
     }
@@ -44,7 +44,7 @@ pub struct Extension {
 }
 
 impl Extension {
-    /// What the integrators stand before and how many: `("wg_motor", 2)`. A chain before an input counts once.
+    /// The inputs with integrators before them, and how many: `("wg_motor", 2)`. A chain before an input counts once.
     pub fn chains(&self) -> Vec<(String, usize)> {
         let mut out: Vec<(String, usize)> = Vec::new();
         for integrator in &self.integrators {
@@ -79,7 +79,7 @@ impl Extension {
 /// rows that depend on others, hence factors through these integrators; by induction the relative degrees become the least
 /// possible, the essential orders (Commault, Descusse, Dion, Lafay and Malabre 1986). Where the transfer matrix is square,
 /// static feedback leaves its orders at infinity alone, so that no fewer integrators will do. With more inputs than outputs,
-/// feedback that gives up inputs can sometimes do with fewer (Morgan's problem), which is not tried. An integrator stands
+/// feedback that gives up inputs can sometimes do with fewer (Morgan's problem), which is not tried. An integrator is
 /// before an input as it is wherever the space of combinations allows it.
 ///
 /// `system` has E = I; there may be more inputs than outputs.

@@ -33,7 +33,7 @@ impl FlatParametrisation {
         self.zeros.degree() == 0
     }
 
-    /// The highest derivative of each output that x and u need. With zeros, what is left goes through the filter 1/z.
+    /// The highest derivative of each output that x and u need. With zeros, the remainder passes the filter 1/z.
     pub fn derivatives(&self) -> Vec<usize> {
         let highest = |i| self.x.column_degree(i).max(self.u.column_degree(i));
         (0..self.outputs.len()).map(|i| highest(i).saturating_sub(self.z.degree())).collect()

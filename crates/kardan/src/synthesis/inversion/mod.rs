@@ -1,12 +1,12 @@
-//! What static feedback cannot do: dynamic extension, blocks, the proof that outputs depend on each other, flatness. Exact.
+//! Beyond static feedback: dynamic extension, blocks, the proof that outputs depend on each other, flatness. Exact.
 //!
-//! Everything rests on the [`structure_algorithm`]: outputs are differentiated until inputs appear, `P(s) y = C̄ x + D̄ u`.
+//! The basis is the [`structure_algorithm`]: outputs are differentiated until inputs appear, `P(s) y = C̄ x + D̄ u`.
 //! From it follow the normal rank of the transfer matrix, feedback that decouples [blocks](decouple_blocks) of outputs, and
 //! states and inputs as [functions of the outputs](flat_parametrisation). [`dynamic_extension`] finds the fewest integrators
-//! with which decoupling succeeds; where nothing does, [`obstruction`] proves why and [`reasons`] says it in words.
+//! with which decoupling succeeds; where decoupling is impossible, [`obstruction`] proves why and [`reasons`] describes it.
 //!
 //! All functions take a system with E = I, as [`LinearSystem::explicit`](crate::analysis::LinearSystem::explicit) gives it;
-//! they do not look at E.
+//! they ignore E.
 
 mod blocks;
 mod extension;

@@ -12,7 +12,7 @@ pub(super) fn sum(factors: &[Polynomial], names: &[String]) -> String {
     let mut out = String::new();
     for (factor, name) in factors.iter().zip(names).filter(|(f, _)| !is_zero(f)) {
         let terms = factor.coefficients().iter().filter(|c| !Scalar::is_zero(*c)).count();
-        // A sign goes in front.
+        // A sign comes first.
         let negative = factor.coefficients().last().is_some_and(|c| *c < Rational::ZERO);
         let text = polynomial(&if negative { scaled(factor, &Rational::NEG_ONE) } else { factor.clone() });
         let size = if terms > 1 { format!("({text})") } else { text };

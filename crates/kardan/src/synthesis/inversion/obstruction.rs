@@ -21,7 +21,7 @@ pub struct Obstruction {
 }
 
 impl Obstruction {
-    /// A relation in words: `wg.phi - 51 cs.phi + 50 fs.phi = 0`, `(s^2 + 3 s) rk.phi = 3 s cj.phi`.
+    /// A relation as text: `wg.phi - 51 cs.phi + 50 fs.phi = 0`, `(s^2 + 3 s) rk.phi = 3 s cj.phi`.
     pub fn notation(&self, relation: &[Polynomial]) -> String {
         let taking_part: Vec<usize> = (0..relation.len()).filter(|&i| !is_zero(&relation[i])).collect();
         if let [first, second] = taking_part[..] {
@@ -46,12 +46,12 @@ impl std::fmt::Display for Obstruction {
 
 impl std::error::Error for Obstruction {}
 
-/// What keeps the outputs from being controlled independently; `None` if the transfer matrix `H(s) = C(sI − A)⁻¹B + D` has
+/// Why the outputs cannot be controlled independently; `None` if the transfer matrix `H(s) = C(sI − A)⁻¹B + D` has
 /// full row rank.
 ///
 /// Method: over reachable states x = R z and inputs, the k-th derivative of output i is the row
 /// `[C_i Aᵏ R, C_i Aᵏ⁻¹ B, …, C_i B, D_i]`; a row that depends on earlier ones (lower derivatives first) is a relation, and
-/// that output is not looked at any further. This is the search for a minimal polynomial basis (Kailath, Linear Systems,
+/// that output is not examined any further. This is the search for a minimal polynomial basis (Kailath, Linear Systems,
 /// 1980; Forney 1975), exact, so that every relation holds identically in s.
 ///
 /// `system` has E = I.

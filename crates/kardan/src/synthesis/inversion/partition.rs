@@ -15,10 +15,10 @@ const MOST_OUTPUTS: usize = 8;
 /// Criterion (Dion, Int. J. Control 37 (1983); Dion and Commault): the orders at infinity of the
 /// blocks on their own add up to those of the whole; equivalently the rows D̄ of the
 /// [structure algorithms](super::structure_algorithm) of the blocks are independent together. Partitions are tried from many
-/// blocks to few, among equals in the order in which the first outputs stand alone or together; with more than eight outputs
+/// blocks to few, among equals in the order in which the first outputs are alone or together; with more than eight outputs
 /// blocks whose rows depend on each other are merged instead, which gives blocks that work, not always the finest.
 ///
-/// Regular feedback keeps all inputs; with more inputs than outputs, feedback that gives some up can do more in special cases
+/// Regular feedback uses all inputs; with more inputs than outputs, feedback that drops some can do more in special cases
 /// (Morgan's problem).
 ///
 /// `system` has E = I. Cost: at most one structure algorithm per set of outputs.

@@ -41,7 +41,7 @@ pub enum PlannerError {
 /// The feed-forward that lets outputs follow filtered references exactly: `ξ̇ = A_p ξ + B_p r`,
 /// `[x_ref; u_ref] = C_p ξ + D_p r`.
 ///
-/// Output i follows `f_i(0)/f_i(s) r_i`, and `x_ref = X(s)/z(s) y`, `u_ref = U(s)/z(s) y`. ξ holds for each output its value
+/// Output i follows `f_i(0)/f_i(s) r_i`, and `x_ref = X(s)/z(s) y`, `u_ref = U(s)/z(s) y`. ξ contains for each output its value
 /// and derivatives up to the degree of f_i less one, then, if there are zeros and they act on it, the states of the filter
 /// `1/z(s)`. The result is a system with the references as inputs (named as the outputs they lead) and all states, then all
 /// inputs of the plant as outputs.

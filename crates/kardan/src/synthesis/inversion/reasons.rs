@@ -5,15 +5,15 @@ use crate::equations::Measured;
 use crate::num::{Matrix, Polynomial, Rational, Scalar};
 use crate::synthesis::notation::listed;
 
-/// Why outputs cannot be controlled independently, in words and in terms of shafts and elements; one sentence each.
+/// Why outputs cannot be controlled independently, as text and in terms of shafts and elements; one sentence each.
 ///
-/// `outputs` are those of the obstruction, in its order; `element` names one for a reader: ``the harmonic drive `hd` ``.
+/// `outputs` are those of the obstruction, in its order; `element` names one for reports: ``the harmonic drive `hd` ``.
 ///
 /// Method: outputs that are angles, speeds or torques of springs make a relation a row `a(s)ᵀ q = 0` over the shafts. With
 /// `M(s) = Hs² + Ds + S`, it follows from the equations of motion as `a = M K η + Cᵀ μ`, `(KᵀMK) η = Kᵀ a`: the parts
-/// of the constraints with μ ≠ 0 and the springs and dampers along which the virtual motion K η goes are the reason; inputs
-/// do not act along it. What vanishes is found to vanish at more numbers s than its degree. Where this names no element, the
-/// relation stands alone.
+/// of the constraints with μ ≠ 0 and the springs and dampers that the virtual motion K η moves are the reason; inputs
+/// do not act along it. Polynomials are proven zero at more numbers s than their degree. Where this names no element, only the
+/// relation is reported.
 ///
 /// ```
 /// use kardan::analysis::{ConstrainedSystem, OutputSignal};
@@ -103,13 +103,13 @@ fn over_shafts(
     Some(out)
 }
 
-/// What a relation between shafts follows from.
+/// The cause of a relation between shafts.
 struct Cause {
     /// Shafts that move in the virtual motion K η; none if constraints alone are the cause.
     moving: Vec<bool>,
     /// Constraints with μ ≠ 0.
     constraints: Vec<bool>,
-    /// Springs, then dampers, along which the virtual motion goes.
+    /// Springs, then dampers, that the virtual motion moves.
     couplings: Vec<bool>,
 }
 
@@ -170,7 +170,7 @@ impl Cause {
 
     fn notation(&self, system: &ConstrainedSystem, element: &dyn Fn(&str) -> String) -> Option<String> {
         let constraints = system.constraints.iter().zip(&self.constraints).filter(|(_, at)| **at);
-        // What acts on one shaft alone connects nothing.
+        // An element on one shaft alone connects no shafts.
         let couplings = directions(system).zip(&self.couplings).filter(|((_, row), at)| **at && row.len() > 1);
         let mut names: Vec<&str> = Vec::new();
         for name in constraints.map(|(c, _)| c.element.as_str()).chain(couplings.map(|((name, _), _)| name)) {

@@ -26,7 +26,7 @@ pub struct StructureAlgorithm {
     /// How often the row of each output was differentiated until inputs appeared. `None`: they never do, and
     /// `operator.row(i) y = 0` is a relation between the outputs.
     pub orders: Vec<Option<usize>>,
-    /// What was met on the way, in the order of the derivatives; the rows are linearly independent.
+    /// The intermediate rows, in the order of the derivatives; they are linearly independent.
     pub determined: Vec<DecouplingRow>,
 }
 
@@ -48,7 +48,7 @@ impl StructureAlgorithm {
         self.orders.iter().all(Option::is_some)
     }
 
-    /// What is known of the chain that begins with an output, in the order of its derivatives.
+    /// The chain that begins with an output, as far as computed, in the order of its derivatives.
     pub fn chain(&self, output: usize) -> impl Iterator<Item = &DecouplingRow> {
         self.determined.iter().filter(move |determined| determined.output == output)
     }
@@ -77,7 +77,7 @@ impl Row {
 /// Method (Silverman, IEEE Trans. Autom. Control 14 (1969), 270-276; Hirschorn 1979 for nonlinear systems): a row whose
 /// feedthrough depends on that of earlier ones loses it by subtracting them and is differentiated; so `rank D̄` becomes the
 /// rank of the transfer matrix, and the numbers of differentiations are its orders at infinity. A row that has become a
-/// combination of known ones is a relation and gives nothing more, hence at most n differentiations. With full row rank,
+/// combination of known ones is a relation and ends its chain, hence at most n differentiations. With full row rank,
 /// `det P(s) = ±s^(sum of the orders)`. Exact; about O(n³) rational operations.
 ///
 /// `system` has E = I.

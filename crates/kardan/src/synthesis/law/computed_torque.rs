@@ -165,7 +165,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     Ok(Arc::new(Nonlinear::new(request, Arc::new(linear), task_specs, reference_places, friction_width)?))
 }
 
-/// Of each channel the characteristic polynomial of its error and what its block wishes.
+/// For each channel the characteristic polynomial of its error and the specification of its block.
 fn channel_tasks(
     values: &Values,
     plant: &Plant,

@@ -41,7 +41,7 @@ law_keys! {
         }
         optional {
             feedback: Choice(&["static", "block", "dynamic"]) = "static",
-                "`static`: state feedback alone; `block`: outputs that static feedback cannot part stay together; \
+                "`static`: state feedback only; `block`: outputs that static feedback cannot decouple form one block; \
                  `dynamic`: integrators before motors where static feedback does not suffice.";
         }
     }
@@ -80,7 +80,7 @@ poles = [\"-14 ± 14.3j\"]
     design,
 };
 
-/// What is asked of the part of the plant that the outputs show.
+/// The specification for the part of the plant that the outputs show.
 struct Observable<'a> {
     request: &'a Request<'a>,
     task: &'a Task,
@@ -97,7 +97,7 @@ struct Gains {
     m: Matrix<Rational>,
     from_state: Matrix<Rational>,
     from_input: Matrix<Rational>,
-    /// What the outputs of blocks do not show.
+    /// The unobservable part of the outputs of blocks.
     behind: Option<Polynomial>,
 }
 
@@ -110,7 +110,7 @@ impl Observable<'_> {
 
     fn polynomials(&self, system: &LinearSystem) -> Result<Vec<Polynomial>, SynthesisError> {
         let degrees = relative_degrees(system).degrees.into_iter().enumerate();
-        // Of an output that no input reaches the decoupling matrix tells.
+        // The decoupling matrix shows an output that no input reaches.
         degrees
             .map(|(output, degree)| match degree {
                 Some(degree) => self.polynomial(output, degree),
@@ -146,7 +146,7 @@ impl Observable<'_> {
         Ok(Gains { system, k: found.k, l: found.l, m: found.m, from_state, from_input, behind: None })
     }
 
-    /// Outputs that static feedback cannot part stay together.
+    /// Outputs that static feedback cannot decouple form one block.
     fn in_blocks(&self) -> Result<Gains, SynthesisError> {
         let Some(blocks) = finest_blocks(&self.system) else {
             let why =
@@ -185,7 +185,7 @@ impl Observable<'_> {
         }
     }
 
-    /// What to do where static feedback fails.
+    /// Alternatives where static feedback fails.
     fn not_static(&self, error: NotDecouplable) -> SynthesisError {
         let extension = match dynamic_extension(&self.system) {
             Ok(extension) => extension,
@@ -197,14 +197,15 @@ impl Observable<'_> {
             .map(|(input, count)| format!("{count} integrator{} before {input}", if count == 1 { "" } else { "s" }))
             .collect();
         let mut reasons =
-            vec![format!("dynamic feedback does, with {}: `feedback = \"dynamic\"`", before.join(" and "))];
+            vec![format!("dynamic feedback decouples them, with {}: `feedback = \"dynamic\"`", before.join(" and "))];
         if let Some(blocks) = finest_blocks(&self.system).filter(|blocks| blocks.len() > 1) {
             let block = |block: &Vec<usize>| {
                 let names: Vec<&str> = block.iter().map(|&i| self.task.names[i].as_str()).collect();
                 format!("{{{}}}", names.join(", "))
             };
             let blocks: Vec<String> = blocks.iter().map(block).collect();
-            reasons.push(format!("static feedback parts the blocks {}: `feedback = \"block\"`", blocks.join(" and ")));
+            reasons
+                .push(format!("static feedback decouples the blocks {}: `feedback = \"block\"`", blocks.join(" and ")));
         }
         SynthesisError::NotStatic { outputs: self.task.names.clone(), error: Box::new(error), reasons }
     }
@@ -263,7 +264,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         controller: request.name.into(),
         law: DECOUPLING.keyword.into(),
         states: states.clone(),
-        definitions: quotient.definitions.iter().filter(|one| one.state != one.is).cloned().collect(),
+        definitions: quotient.definitions.iter().filter(|one| one.state != one.expression).cloned().collect(),
         hidden: roots(&quotient.hidden),
         decoupling_matrix: named(
             ("decoupling_matrix", "decoupling matrix G", ""),

@@ -36,8 +36,8 @@ law_keys! {
         }
         optional {
             poles: Poles,
-                "Poles of the feedback, as many as states; left out: feedback of least cost with outputs of 0.1 rad \
-                 (N m) and torques of 1 N m alike.";
+                "Poles of the feedback, as many as states; left out: feedback of least cost that weighs outputs of 0.1 \
+                 rad (N m) and torques of 1 N m equally.";
         }
     }
 }
@@ -46,8 +46,8 @@ law_keys! {
 pub const FLATNESS: LawKind = LawKind {
     keyword: Flatness::KEYWORD,
     summary: "Trajectory planner by inversion: references pass smooth filters, states and torques follow from the outputs \
-              and their derivatives (through a stable filter where the outputs are not flat), and feedback \
-              u = u_ref - K (x - x_ref) holds the plant there.",
+              and their derivatives (through a stable filter where the outputs are not flat), and feedback u = u_ref - \
+              K (x - x_ref) keeps the plant on its trajectory.",
     fields: Flatness::FIELDS,
     example: "\
 [control.column]
@@ -101,7 +101,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     notes.push(if flat.is_flat() {
         "the outputs are flat: states and torques are functions of them and finitely many derivatives".into()
     } else {
-        format!("the outputs are not flat: the planner holds the stable filter 1/({})", flat.z)
+        format!("the outputs are not flat: the planner contains the stable filter 1/({})", flat.z)
     });
     if !task.disturbed.is_empty() {
         notes.push("the planner does not feed estimated disturbances forward".into());

@@ -34,7 +34,7 @@ law_keys! {
                 "One table for each output, as many as motors; left out: none.";
             largest: Overrides,
                 "Largest acceptable torques of motors, angles and speeds of coordinates: { wg_motor = \"1.3 N m\", \
-                 \"cj.w\" = \"10 rad/s\" }; a motor that is left out: 1 N m, a state: costs nothing.";
+                 \"cj.w\" = \"10 rad/s\" }; a motor that is left out: 1 N m, a state: no cost.";
         }
     }
 }

@@ -31,7 +31,7 @@ keys! {
             input: Element(&["motor"]), "The motor of this channel; any pairing gives the same law.";
             kind: Choice(&["position", "torque"]),
                 "`position`: the output follows an angle; `torque`: the reference is a torque that acts along the \
-                 output (force feedback), on top of what others apply there.";
+                 output (force feedback), in addition to external torques there.";
             reference: Name, "Name of the reference signal, set by the scenario.";
         }
         optional {
@@ -132,11 +132,11 @@ pub struct ChannelDesign {
 pub struct NoninteractingDesign {
     /// Kx, one row per channel's input, columns: reduced coordinates, then their speeds.
     pub state_gain: Matrix<Rational>,
-    /// Ku = (C H⁻¹ F)⁻¹, columns: accelerations asked of the outputs.
+    /// Ku = (C H⁻¹ F)⁻¹, columns: required accelerations of the outputs.
     pub acceleration_gain: Matrix<Rational>,
     /// The decoupling matrix C H⁻¹ F.
     pub decoupling_matrix: Matrix<Rational>,
-    /// Inertia felt along each output, kg m².
+    /// Effective inertia along each output, kg m².
     pub effective_inertia: Vec<Rational>,
 }
 
@@ -194,7 +194,7 @@ pub fn design_noninteracting(
     Ok(NoninteractingDesign { state_gain, acceleration_gain, decoupling_matrix, effective_inertia })
 }
 
-/// What is asked of a channel, exact.
+/// The specification of a channel, exact.
 #[derive(Debug, Clone)]
 enum ChannelSpec {
     Position { natural_frequency: Rational, damping_ratio: Rational },
@@ -347,7 +347,7 @@ fn chosen_channels(request: &Request<'_>) -> Result<ChosenChannels, SynthesisErr
     Ok((designs, inputs, outputs))
 }
 
-/// What computes a channel, and what is asked of it.
+/// The block that computes a channel, and its specification.
 fn channel_block(channel: &Values, inverse_inertia: f64) -> (Channel<f64>, ChannelSpec) {
     if !is_position(channel) {
         return (Channel::Torque { inverse_inertia }, ChannelSpec::Torque);
@@ -441,7 +441,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     Ok(Arc::new(Nonlinear::new(request, Arc::new(designed), task_specs, references_of_channels, friction_width)?))
 }
 
-/// M of `u = … − M d`: what the channels do not feel of torques on shafts, `Ku C H⁻¹ Kᵀ d`. A torque on the shaft of a torque
+/// M of `u = … − M d`: the compensation of torques on shafts, `Ku C H⁻¹ Kᵀ d`. A torque on the shaft of a torque
 /// channel is what the channel is for, and is not cancelled.
 fn disturbance_gain(
     request: &Request<'_>,
@@ -464,7 +464,7 @@ fn disturbance_gain(
 }
 
 impl Designed {
-    /// What the block [`kardan_rt::Noninteracting`] runs with; a torque channel has no frequency.
+    /// The data of the block [`kardan_rt::Noninteracting`]; a torque channel has no frequency.
     fn data(&self, state: &[String]) -> ControllerData {
         let read = |name: &String| ReadSignal::new(name, SignalName::new(name).unit());
         let mut reads: Vec<ReadSignal> = state.iter().map(read).collect();

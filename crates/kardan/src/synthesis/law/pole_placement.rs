@@ -26,7 +26,7 @@ law_keys! {
         required {
             inputs: Elements(&["motor", "voltage_source"]) as AS_MANY_INPUTS;
             poles: Poles,
-                "As many poles as states: angles and speeds of the reduced coordinates, no speed of one without inertia, no charge that only counts.";
+                "As many poles as states: angles and speeds of the reduced coordinates, no speed of one without inertia, no charge that acts on nothing.";
         }
         optional {
             channels: Tables(PolePlacementChannel), "One table for each output, as many as motors; left out: none.";
@@ -38,7 +38,7 @@ law_keys! {
 pub const POLE_PLACEMENT: LawKind = LawKind {
     keyword: PolePlacement::KEYWORD,
     summary: "State feedback u = -K x + L r with chosen poles, as insensitive to errors of the model as the inputs allow; \
-              references are reached at rest, the outputs are not decoupled on the way.",
+              references are reached at rest, the outputs are not decoupled during transients.",
     fields: PolePlacement::FIELDS,
     example: "\
 [control.column]

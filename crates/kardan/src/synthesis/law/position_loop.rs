@@ -143,7 +143,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
 }
 
 impl Designed {
-    /// What the block [`kardan_rt::PositionLoop`] runs with: its acceleration times the inertia is the torque.
+    /// The data of the block [`kardan_rt::PositionLoop`]: its acceleration times the inertia is the torque.
     fn data(&self) -> ControllerData {
         let output = SignalName::new(&self.output);
         let speed = output.rate();

@@ -7,7 +7,7 @@ use crate::synthesis::{Law, LawKind, Reference, Request, SynthesisError, TaskLaw
 use crate::units::parse_quantity;
 
 keys! {
-    /// A reference that a law as it is written follows.
+    /// A reference of a law written as expressions.
     table ProgramReference {
         required {
             name: Name, "Name of the reference signal, set by the scenario.";
@@ -19,10 +19,10 @@ keys! {
 }
 
 law_keys! {
-    /// A law as it is written: what each motor is told is an expression of measurements, signals and blocks.
+    /// A law written as expressions: the command of each motor is an expression of measurements, signals and blocks.
     law Program("program") {
         required {
-            commands: Expressions, "What each motor or source is told: an expression of sensors, angles and speeds, references, signals and blocks.";
+            commands: Expressions, "Command of each motor or source: an expression of sensors, angles and speeds, references, signals and blocks.";
         }
         optional {
             references: Tables(ProgramReference),
@@ -31,7 +31,7 @@ law_keys! {
     }
 }
 
-/// A law as it is written.
+/// A law written as expressions.
 pub const PROGRAM: LawKind = LawKind {
     keyword: Program::KEYWORD,
     summary: "A law as you write it: commands are expressions of sensors, references, signals and blocks.",

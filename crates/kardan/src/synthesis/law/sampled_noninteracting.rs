@@ -42,21 +42,21 @@ keys! {
         optional {
             kind: Choice(&["position", "torque"]) = "position",
                 "Of an angle: `position`: it follows a reference; `torque`: the reference is a torque that acts along \
-                 it, on top of what others apply there, as if the shaft carried its effective inertia alone. A speed, \
+                 it, in addition to external torques there, as if the shaft carried only its effective inertia. A speed, \
                  and a sensor of a torque, follow a reference.";
             bandwidth: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) = "30 rad/s",
                 "Corner of the reference model, critically damped of second order.";
             acceptable_angle: Quantity(Dimension::ANGLE, Sign::Positive) = "0.01 rad",
-                "Error of an angle that is acceptable, against which changes of torques are weighed.";
+                "Acceptable error of an angle; changes of torques are weighed against it.";
             acceptable_speed: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) = "0.3 rad/s",
-                "Error of a speed that is acceptable.";
+                "Acceptable error of a speed.";
             acceptable_torque: Quantity(Dimension::TORQUE, Sign::Positive) = "0.02 N m",
-                "Error of a torque that is acceptable.";
+                "Acceptable error of a torque.";
             torque_rate: Quantity(Dimension::TORQUE_RATE, Sign::Positive),
-                "Rate of the motor's torque that is acceptable; left out: 80 times its torque limit in a second, 100 \
+                "Acceptable rate of the motor's torque; left out: 80 times its torque limit in a second, 100 \
                  N m/s for a motor without a limit.";
             coasting_time: Quantity(Dimension::TIME, Sign::Positive) = "1 s",
-                "Time constant with which a shaft under a torque channel comes to rest, if nobody turns it. Its own \
+                "Time constant with which a shaft under a torque channel comes to rest if nothing drives it. Its own \
                  damping is compensated up to that; errors of the model must not overcompensate it.";
         }
     }
@@ -71,14 +71,14 @@ law_keys! {
         }
         optional {
             effort: Number(Sign::Positive) = "1",
-                "Factor of all acceptable rates of torques: the larger, the smaller the interaction, and the more the \
-                 loop asks of motors and model.";
+                "Factor of all acceptable rates of torques: a larger one reduces the interaction and demands more of \
+                 motors and model.";
             governor: Choice(&["on", "off"]),
-                "Whether references are held back that would drive a motor beyond its torque limit; left out: on.";
+                "Whether the law limits references that would drive a motor over its torque limit; left out: on.";
             schedule: Number(Sign::Positive),
-                "At how many positions over half a turn of the joints the law is designed, from 1 to 256; it follows \
-                 where they stand. 1: it is designed straight ahead alone. Left out: 16 where a joint is bent, as far \
-                 as its joints turn with one coordinate and no spring acts through them.";
+                "Number of positions over half a turn of the joints at which the law is designed, from 1 to 256; it \
+                 follows their position. 1: it is designed straight ahead only. Left out: 16 where a joint is bent, if \
+                 its joints turn with one coordinate and no spring acts through them.";
         }
     }
 }
@@ -88,8 +88,8 @@ law_keys! {
 pub const SAMPLED_NONINTERACTING: LawKind = LawKind {
     keyword: SampledNoninteracting::KEYWORD,
     summary: "Noninteracting control designed for its sample time: the exactly sampled plant with delay and lag of the \
-              motors, reference models, and a quadratic cost on the interaction itself, what is left between each output \
-              and the ideal decoupled loop. Observer, torque limits and a reference governor are part of the law.",
+              motors, reference models, and a quadratic cost on the interaction itself, the residual between each \
+              output and the ideal decoupled loop. Observer, torque limits and a reference governor are part of the law.",
     fields: SampledNoninteracting::FIELDS,
     example: "\
 [control.column]
@@ -131,9 +131,9 @@ disturbances = [\"rk\", \"fs\"]
 const RATE_OVER_LIMIT: f64 = 80.0;
 /// Acceptable rate of a torque without a limit, N m/s.
 const RATE: f64 = 100.0;
-/// Share of a torque limit that the governor uses; the rest is for what it does not foresee.
+/// Share of a torque limit that the governor uses; the rest is a reserve for unpredicted torques.
 const GOVERNED: f64 = 0.9;
-/// Instants at which the governor looks ahead, and how far, in time constants of the slowest reference model.
+/// Instants at which the governor predicts, and how far ahead, in time constants of the slowest reference model.
 const INSTANTS: usize = 24;
 /// Positions over half a turn of the joints at which the law is designed.
 const POINTS: f64 = 16.0;
@@ -144,16 +144,16 @@ const MOST_POINTS: f64 = 256.0;
 /// See [`INSTANTS`].
 const HORIZON: f64 = 4.0;
 
-/// What a channel controls.
+/// The controlled quantity of a channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Task {
     Position,
     Speed,
-    /// A torque along a shaft, on top of what others apply there.
+    /// A torque along a shaft, in addition to external torques there.
     Torque(usize),
-    /// All that accelerates a shaft's own inertia.
+    /// The net torque on a shaft's own inertia.
     NetTorque(usize),
-    /// What a sensor of a torque reads.
+    /// The reading of a torque sensor.
     Sensor,
 }
 
@@ -200,7 +200,7 @@ struct Sampled {
     design: Design,
 }
 
-/// What is asked of the law, wherever the joints stand.
+/// The specification of the law, at any position of the joints.
 struct DesignSpec<'a> {
     inputs: &'a [String],
     tasks: &'a [Task],
@@ -273,9 +273,9 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     };
     let mut design = describe(request, &straight, schedule.as_ref(), &inputs, &names, &references);
     if let Follows::Cannot(reason) = &follows {
-        design
-            .notes
-            .push(format!("the law is designed straight ahead and does not follow where its joints stand: {reason}"));
+        design.notes.push(format!(
+            "the law is designed straight ahead and does not follow the position of its joints: {reason}"
+        ));
     }
     let Designed { observed, data, .. } = straight;
     let zeros =
@@ -301,7 +301,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     }))
 }
 
-/// Names of the states: estimates, commands on their way, reference models, and what is kept from the last sample.
+/// Names of the states: estimates, delayed commands, reference models, and values of the last sample.
 fn state_names(observed: &Observer, spec: &DesignSpec<'_>, references: &[Reference]) -> Vec<String> {
     let DesignSpec { inputs, lags, clock, .. } = spec;
     let mut states: Vec<String> = observed.states.iter().map(|state| format!("estimate of {state}")).collect();
@@ -326,9 +326,9 @@ fn position(task: &Task, output: &OutputSignal, plant: &Plant) -> Option<usize> 
     }
 }
 
-/// Whether the law follows where its joints stand.
+/// Whether the law follows the position of its joints.
 enum Follows {
-    /// There is nothing to follow, or it is not wished.
+    /// The law has no joint to follow, or the model file switches it off.
     Nothing,
     /// A joint is bent, but cannot be followed, for this reason.
     Cannot(String),
@@ -397,7 +397,7 @@ fn schedule(
     Ok(all(points))
 }
 
-/// The design at the position of the plant. `forces`: with what the law makes of forces on the coordinates that it is told.
+/// The design at the position of the plant. `forces`: including the response of the law to forces on the coordinates that it gets as inputs.
 fn designed(request: &Request<'_>, spec: &DesignSpec<'_>, forces: bool) -> Result<Designed, SynthesisError> {
     let (plant, values) = (request.plant, request.values);
     let DesignSpec { inputs, tasks, outputs, lags, clock, .. } = *spec;
@@ -456,7 +456,7 @@ fn designed(request: &Request<'_>, spec: &DesignSpec<'_>, forces: bool) -> Resul
     Ok(Designed { problem, solution, observed, data, definitions: quotient.definitions })
 }
 
-/// What a torque of 1 N m along each of these shafts, held over a sample, makes of the plant's states, those of lagging motors
+/// The effect of a torque of 1 N m along each of these shafts, constant over a sample, on the plant's states, those of lagging motors
 /// included.
 fn pushed(
     request: &Request<'_>,
@@ -473,7 +473,7 @@ fn pushed(
     Ok(Matrix::from_fn(own, shafts.len(), |i, j| discrete.state[(i, own + j)]))
 }
 
-/// What each channel controls, with the output that shows it: of a torque along a shaft its speed.
+/// The controlled quantity of each channel, with the output that shows it: for a torque along a shaft its speed.
 fn tasks(plant: &Plant, values: &Values) -> Result<(Vec<Task>, Vec<OutputSignal>), SynthesisError> {
     let (mut tasks, mut outputs) = (Vec::new(), Vec::new());
     for channel in channels(values) {
@@ -529,7 +529,7 @@ struct Observer {
     result: Option<ObserverResult>,
 }
 
-/// What the keys of an observer say of the noise of states and sensors.
+/// The noise of states and sensors from the keys of an observer.
 fn noise(keys: &Values, states: &[String], sensors: usize) -> Noise {
     let number = |key: &str, otherwise: f64| powi(keys.number(key).unwrap_or(otherwise), 2);
     let intensity = |name: &String| match SignalName::new(name) {
@@ -681,7 +681,7 @@ fn assemble(
     })
 }
 
-/// Channels of torques whose shaft carries no estimated disturbance, each with what a torque of 1 N m along it makes of the
+/// Channels of torques whose shaft carries no estimated disturbance, each with the effect of a torque of 1 N m along it on the
 /// plant's states in one sample.
 fn unit_torque_responses(
     request: &Request<'_>,
@@ -701,8 +701,8 @@ fn unit_torque_responses(
 
 /// Predicted commands for constant references, at instants that lie the closer the sooner; `None` without limits.
 ///
-/// A shaft under a torque channel is held by somebody (the driver's hands): where the law has no estimate of them, what it gives
-/// to the shaft is taken as balanced. A shaft that ran away freely would seem to need ever more torque.
+/// An external torque (the driver's hands) balances a shaft under a torque channel: where the law has no estimate of it, its torque
+/// on the shaft is taken as balanced. A freely accelerating shaft would seem to need ever more torque.
 fn governor(data: &RegulatorData, problem: &Problem, responses: &[(usize, Vec<f64>)]) -> Option<GovernorData> {
     let [n, k, r, _, m] = data.sizes();
     let limited: Vec<(usize, f64)> =
@@ -732,7 +732,7 @@ fn governor(data: &RegulatorData, problem: &Problem, responses: &[(usize, Vec<f6
     for (channel, torque) in responses {
         torque.iter().enumerate().for_each(|(i, x)| closed[(i, n + 2 * channel)] -= x);
     }
-    // Squares of it, as far as they are needed: a slow reference model looks at millions of samples.
+    // Squares of it, as far as they are needed: a slow reference model takes millions of samples.
     let mut squares = vec![closed];
     let mut rows: Vec<Vec<f64>> = Vec::new();
     let mut bounds = Vec::new();
@@ -820,7 +820,7 @@ fn controller_data(
     }
 }
 
-/// What a reader must know of the design.
+/// Notes on the design.
 fn notes(
     request: &Request<'_>,
     straight: &Designed,
@@ -840,15 +840,16 @@ fn notes(
     if let Some(schedule) = schedule {
         let coordinate = &request.plant.linear.coordinates[schedule.coordinate];
         notes.push(format!(
-            "its numbers follow the estimated {coordinate}.phi through {} positions over half a turn, linear between them (the feedback \
-             then differs from a design there by about {:.1e} of the motor's largest gain); readings and the forces of speeds are \
-             those of the joint where it stands",
+            "its numbers follow the estimated {coordinate}.phi through {} positions over half a turn, linear between \
+             them (the feedback then differs from a design there by about {:.1e} of the motor's largest gain); \
+             readings and velocity-dependent forces are those at the actual joint position",
             schedule.points.len(),
             schedule.interpolation_error()
         ));
         notes.push(format!(
-            "gains, observer, sampled loop, margins and tolerances that are listed are those with {coordinate}.phi = 0; the loop at \
-             other positions is looked at one by one, each at rest there, which is no proof for a column that turns"
+            "the listed gains, observer, sampled loop, margins and tolerances are those at {coordinate}.phi = 0; \
+             kardan evaluates the loop at other positions one by one, each at rest there, which is no proof for a \
+             rotating column"
         ));
     }
     if observed.result.is_none() {
@@ -994,7 +995,7 @@ impl Sampled {
                 _ => 0.0,
             }),
             on_references: Matrix::from_fn(m, r, |i, j| -feedback[(i, n + k + j)]),
-            // Without sensors of its own the law sees true angles and speeds.
+            // Without sensors of its own the law reads true angles and speeds.
             errors: if self.sensors.is_empty() { Matrix::zeros(size, 0) } else { from_readings.clone() },
             on_errors: if self.sensors.is_empty() { Matrix::zeros(m, 0) } else { on_readings.clone() },
             flowing: false,
@@ -1029,7 +1030,7 @@ impl Law for Sampled {
             *state = angles[shaft];
         }
         let [_, models, readings, governed, _] = self.places();
-        // Reference models begin where their outputs stand.
+        // Reference models begin at the values of their outputs.
         for (k, shaft) in self.positions.iter().enumerate() {
             if let Some(shaft) = *shaft {
                 (out[models + 2 * k], out[models + 2 * k + 1]) = (angles[shaft], speeds[shaft]);

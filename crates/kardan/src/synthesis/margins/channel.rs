@@ -5,10 +5,10 @@ use kardan_rt::functions::{atan, atan2};
 use super::Response;
 use super::one_channel::OneChannel;
 
-/// A factor that rounding makes of zero, where an open channel leaves a motion at zero: `1 + 1/M` at M = −1.
+/// A factor that is zero but for rounding, where an open channel leaves a motion at zero: `1 + 1/M` at M = −1.
 const NOTHING: f64 = 1e-9;
 
-/// How wrong one channel of a loop may be, all others as designed. Frequencies in rad/s; `None` where nothing limits.
+/// Gain, phase, delay and disk margins of one channel of a loop, all others as designed. Frequencies in rad/s; `None` where there is no limit.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ChannelMargins {
     /// The largest factor below one and the smallest above it at which the loop is at the limit; 0 and infinity if none is.
@@ -30,7 +30,7 @@ pub struct ChannelMargins {
 }
 
 impl ChannelMargins {
-    /// The gains that the disk holds, below one and above: `(2 − α)/(2 + α)` and its inverse; from 2 on 0 and infinity.
+    /// The range of gains that the disk guarantees, below one and above: `(2 − α)/(2 + α)` and its inverse; from 2 on 0 and infinity.
     pub fn disk_gain(&self) -> [f64; 2] {
         if self.disk >= 2.0 {
             [0.0, f64::INFINITY]
@@ -39,7 +39,7 @@ impl ChannelMargins {
         }
     }
 
-    /// The turns of the phase that the disk holds, rad: `2 atan(α/2)`, half a turn from 2 on.
+    /// The phase changes that the disk guarantees, rad: `2 atan(α/2)`, half a turn from 2 on.
     pub fn disk_phase(&self) -> f64 {
         2.0 * atan(0.5 * self.disk)
     }
@@ -48,8 +48,8 @@ impl ChannelMargins {
 /// Gain, phase, delay and disk margins of one channel of a stable loop.
 ///
 /// Gain margins where M is real, phase margins where |S| = |T|, that is Re M = −½; the disk from the peak of (S − T)/2 (Seiler, Packard, Gahinet 2020). Up
-/// to 32 states they are roots of polynomials with exact coefficients, beyond that they are searched between places beside all poles. A motion that nobody
-/// holds and that the channel sees moves with every error of it: it has no margin on that side. `None` if an iteration fails.
+/// to 32 states they are roots of polynomials with exact coefficients, for more a search between frequencies next to all poles. An uncontrolled rigid-body mode
+/// that the channel measures moves with every error of it: the channel has no margin on that side. `None` if an iteration fails.
 ///
 /// ```
 /// use kardan::num::Matrix;
@@ -114,10 +114,10 @@ pub fn channel_margins(channel: &Response) -> Option<ChannelMargins> {
     Some(out)
 }
 
-/// The margins of a channel that sees a motion that nobody holds, and moves it.
+/// The margins of a channel that measures and moves an uncontrolled rigid-body mode.
 fn moving_freely(one: &OneChannel, out: &mut ChannelMargins) {
     let [low, high] = out.gain;
-    // Between one and the next limit all factors are alike.
+    // Between one and the next limit all factors are equivalent.
     if !one.stable_with(0.5 * (1.0 + low)) {
         (out.gain[0], out.gain_frequency[0]) = (1.0, Some(0.0));
     }

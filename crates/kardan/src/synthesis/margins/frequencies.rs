@@ -1,4 +1,4 @@
-//! Frequencies at which responses are looked at, dense where they bend.
+//! Frequencies at which responses are evaluated, dense where they curve.
 
 use faer::c64;
 use kardan_rt::functions::{log10, powf};
@@ -8,20 +8,20 @@ use super::Response;
 
 /// Frequencies in a decade, before any are added.
 const PER_DECADE: f64 = 24.0;
-/// At most so many are looked at.
+/// Most frequencies that are evaluated.
 const MOST: usize = 500;
 /// Parts of the larger of two neighbours by which a curve may move between them.
 const MOVES: f64 = 0.22;
 /// Rounds in which frequencies are added.
 const ROUNDS: usize = 12;
-/// How far the range goes beyond the slowest and the fastest pole, as a factor.
+/// The factor by which the range exceeds the slowest and the fastest pole.
 const BEYOND: f64 = 5.0;
 /// Widest range, as a factor.
 const WIDEST: f64 = 1e8;
 /// Poles below this part of the fastest one are at zero.
 const AT_ZERO: f64 = 1e-9;
 
-/// From where to where a response is worth a look, rad/s: whole decades around its poles, up to the Nyquist frequency.
+/// The relevant frequency range of a response, rad/s: whole decades around its poles, up to the Nyquist frequency.
 pub fn frequency_range(response: &Response) -> [f64; 2] {
     let nyquist = response.nyquist();
     let all = response.pole_frequencies();
@@ -39,7 +39,7 @@ pub fn frequency_range(response: &Response) -> [f64; 2] {
     [low, high]
 }
 
-/// Frequencies within a range, ascending, with what `look` shows there: evenly spaced, at the given places, and between two
+/// Frequencies within a range, ascending, with the value of `look` there: evenly spaced, at the given frequencies, and between two
 /// neighbours another one until none of the `curves` moves much from one to the next.
 pub fn refined<T: Send>(
     [low, high]: [f64; 2],

@@ -1,4 +1,4 @@
-//! How wrong a loop may be before it is unstable, whatever the frequency: gain, phase, delay and disk margins of one channel,
+//! Stability margins of a loop over all frequencies: gain, phase, delay and disk margins of one channel,
 //! and of all channels at once.
 //!
 //! The loop is `ż = A z + B w`, `u = C z` (or a map over a sample time), stable, with w = 0 as designed. An error δ of channel i

@@ -8,13 +8,13 @@ use crate::synthesis::decoupling::common_denominator;
 
 /// Part of a peak by which a level is above it.
 pub(super) const LEVEL: f64 = 1e-9;
-/// How far from a place a peak is looked for, in the logarithm.
+/// The search range of a peak around a frequency, in the logarithm.
 const BESIDE: f64 = 0.3;
 /// Levels that are tried.
 const ROUNDS: usize = 60;
 
-/// `M(s) = n(s)/d(s)` without common roots. The coefficients are exact for the numbers of a realisation, so that nothing is lost where these are of very
-/// different sizes: what is found of M is off by the rounding of those numbers alone.
+/// `M(s) = n(s)/d(s)` without common roots. The coefficients are exact for the numbers of a realisation, so that no digits are lost where these are of very
+/// different sizes: the error of M is that of the rounding of those numbers alone.
 pub(super) struct OneChannel {
     numerator: Polynomial,
     denominator: Polynomial,
@@ -117,8 +117,8 @@ impl OneChannel {
 
     /// The largest size of M over all frequencies, and its place; infinite at a pole on the axis.
     ///
-    /// From the largest size at some places the roots of `|n|² = γ² |d|²` tell between which places it is exceeded, the middles of these give the next
-    /// γ, until nothing exceeds it (Bruinsma and Steinbuch 1990): no peak is too narrow. Before, the place of the largest is refined where `near` is about the
+    /// From the largest size at some frequencies the roots of `|n|² = γ² |d|²` show between which frequencies it is exceeded, the middles of these give the next
+    /// γ, until no frequency exceeds it (Bruinsma and Steinbuch 1990): no peak is too narrow. Before, the frequency of the largest is refined where `near` is about the
     /// size of M, so that most often one round is enough.
     pub fn peak(&self, starts: &[f64], near: &dyn Fn(f64) -> f64) -> (f64, f64) {
         let mut best = (0.0f64, 0.0f64);

@@ -17,12 +17,12 @@ const SQUARINGS: usize = 20;
 /// Roundings that an eigenvalue may suffer in each row, and the part of its distance from the axis by which they may move it.
 const ROUNDINGS: f64 = 10.0;
 const CERTAIN: f64 = 1e-4;
-/// Part of its size by which a pole is beyond the axis, if it is not on it.
+/// Relative distance of a pole from the axis above which it is not on the axis.
 const NEXT_TO_AXIS: f64 = 1e-6;
-/// Places in a decade that are looked at, and beside a pole, in distances from the axis.
+/// Evaluated frequencies per decade, and next to a pole, in distances from the axis.
 const PER_DECADE: f64 = 25.0;
 const BESIDE: [f64; 7] = [0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
-/// Decades that are looked at beyond the slowest and the fastest pole.
+/// Decades that are evaluated below the slowest and above the fastest pole.
 const BEYOND: f64 = 100.0;
 /// Widest range of places.
 const WIDEST: f64 = 1e300;
@@ -32,32 +32,32 @@ const STEPS: usize = 60;
 /// The largest singular value of a response over all frequencies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LargestGain {
-    /// A value that is taken. Of one channel none is larger, but for the rounding of the realisation; of several it is the largest that was found beside
+    /// A value that is reached. For one channel none is larger, but for the rounding of the realisation; for several it is the largest that was found next to
     /// every pole and in between.
     pub value: f64,
     /// Where, rad/s; infinite where it is approached only.
     pub frequency: f64,
 }
 
-/// Why there is no answer at a frequency.
+/// Why there is no response at a frequency.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum FrequencyError {
     /// It is negative, infinite or no number.
-    #[error("{0} rad/s is no frequency: take a finite number from 0 rad/s on")]
+    #[error("{0} rad/s is not a frequency: give a finite number of at least 0 rad/s")]
     Negative(f64),
     /// The samples do not show it.
     #[error(
-        "{0} rad/s is beyond the Nyquist frequency of {1} rad/s (half the sample rate): the samples show it as a slower one"
+        "{0} rad/s is above the Nyquist frequency of {1} rad/s (half the sample rate): the samples show it as a lower frequency"
     )]
     BeyondNyquist(f64, f64),
     /// A sine of this frequency grows without bounds.
     #[error(
-        "at {0} rad/s the system has a pole on the axis, so that its answer is infinite: take a frequency beside it"
+        "at {0} rad/s the system has a pole on the axis, so its response is infinite: choose a frequency next to it"
     )]
     Pole(f64),
 }
 
-/// What a linear system makes of sines, `M(s) = C (sI − A)⁻¹ B + D`. Of a loop as errors of its channels see it: square and stable.
+/// The frequency response of a linear system, `M(s) = C (sI − A)⁻¹ B + D`. For a loop it is that to errors of its channels: square and stable.
 ///
 /// Places on the imaginary axis are those of `s = (z − 1)/(z + 1)` of a map `z⁺ = Φ z + Γ w`, which turns the unit circle into that axis:
 /// `s = j tan(ωT/2)`.
@@ -124,7 +124,7 @@ impl Response {
         all.iter().all(|m| m.as_slice().iter().all(|x| x.is_finite())).then_some(out)
     }
 
-    /// The same, of which A, B, C and D are known before rounding: from them follows what is found of one channel alone.
+    /// The same, with A, B, C and D known before rounding: they give the results for one channel alone.
     #[must_use]
     pub(in crate::synthesis) fn before_rounding(self, exact: [Matrix<Rational>; 4]) -> Self {
         Self { exact: Some(Arc::new(exact)), ..self }
@@ -182,7 +182,7 @@ impl Response {
         if all { Ok(found) } else { Err(FrequencyError::Pole(frequency)) }
     }
 
-    /// π/T, rad/s, beyond which the samples show nothing new; `None` in continuous time.
+    /// The Nyquist frequency π/T, rad/s; `None` in continuous time.
     pub fn nyquist(&self) -> Option<f64> {
         self.sample_time.map(|time| std::f64::consts::PI / time)
     }
@@ -299,7 +299,7 @@ impl Response {
         largest_singular(&self.at(place))
     }
 
-    /// Places at which nothing is missed but what is narrower than every pole: evenly spaced, beyond the slowest and the fastest pole, and beside each pole
+    /// Frequencies that miss only peaks narrower than every pole: evenly spaced, beyond the slowest and the fastest pole, and next to each pole
     /// as far from each other as it is from the axis. Zero comes first, infinity last.
     pub(super) fn places(&self) -> Vec<f64> {
         let moving = self.poles.iter().map(|(re, im)| hypot(*re, *im)).filter(|size| *size > 0.0 && size.is_finite());
@@ -345,9 +345,9 @@ impl Response {
         self.poles.iter().map(|(re, im)| if im.abs() > re.abs() { im.abs() } else { hypot(*re, *im) }).collect()
     }
 
-    /// Whether the balanced disk of the only channel is no smaller than α. `false` says nothing: it may be all the same.
+    /// Whether the balanced disk of the only channel is no smaller than α. `false` decides nothing: it may be no smaller all the same.
     ///
-    /// Where it is at least twice as large beside every pole and in between, the exact test is left out.
+    /// Where it is at least twice as large next to every pole and in between, the exact test is skipped.
     pub fn satisfies_disk(&self, alpha: f64) -> bool {
         if self.channels() != 1 {
             return false;
@@ -395,7 +395,7 @@ pub(super) fn largest_between(places: &[f64], size: &dyn Fn(f64) -> f64) -> (f64
         if !(1..all.len().saturating_sub(2)).contains(&k) || places[k - 1] == 0.0 || !all[k].is_finite() {
             return (all[k], places[k]);
         }
-        // In the logarithm, in which peaks are alike.
+        // In the logarithm, in which peaks have the same shape.
         let at = |x: f64| places[k] * powf(places[k + 1] / places[k - 1], x);
         let ends = [places[k - 1], places[k + 1]].map(|place| {
             kardan_rt::functions::ln(place / places[k]) / kardan_rt::functions::ln(places[k + 1] / places[k - 1])
@@ -407,10 +407,10 @@ pub(super) fn largest_between(places: &[f64], size: &dyn Fn(f64) -> f64) -> (f64
     best.fold((0.0, 0.0), |best, found| if found.0 > best.0 { found } else { best })
 }
 
-/// Peaks that are looked at closely.
+/// Peaks that are refined.
 const PEAKS: usize = 3;
 
-/// `[A B]` by rows to `[… A⁻¹ B]`, by elimination with row exchanges; what is singular gives what is no number.
+/// `[A B]` by rows to `[… A⁻¹ B]`, by elimination with row exchanges; a singular A gives NaN.
 fn solve(rows: &mut [Vec<c64>]) {
     let n = rows.len();
     for k in 0..n {
@@ -511,7 +511,7 @@ fn poles_of_rates(rates: &Matrix<f64>, sampled: bool) -> Option<Vec<(f64, f64)>>
 
 /// The largest singular value of a small matrix, to about a millionth where two are close, else to rounding.
 ///
-/// Powers of `MᴴM` by squaring, and the Rayleigh quotient of what is left: much faster than a decomposition at this size.
+/// Powers of `MᴴM` by squaring, and the Rayleigh quotient of the result: much faster than a decomposition at this size.
 pub(super) fn largest_singular(matrix: &Mat<c64>) -> f64 {
     let (rows, m) = (matrix.nrows(), matrix.ncols());
     if m == 1 && rows == 1 {

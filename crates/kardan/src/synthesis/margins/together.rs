@@ -12,31 +12,31 @@ const PLACES: usize = 5;
 /// Phases of one channel that are tried, before the best is refined.
 const PHASES: usize = 24;
 
-/// How wrong all channels of a loop may be at once, each in its own way.
+/// Margins of a loop for independent errors of all channels at once.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Together {
-    /// α: no set of errors `(1 + δ/2)/(1 − δ/2)` with |δ| below the first was found to make the loop unstable, as far as all frequencies were looked at; with
+    /// α: no set of errors `(1 + δ/2)/(1 − δ/2)` with |δ| below the first was found to make the loop unstable, at the evaluated frequencies; with
     /// the second one set is known that does. The worst lies between.
     pub disk: [f64; 2],
     /// The frequency of that set, rad/s.
     pub frequency: f64,
-    /// That set: of each channel the complex factor, real and imaginary part, with which the loop is just not stable.
+    /// That set: for each channel the complex factor, real and imaginary part, with which the loop is just not stable.
     pub worst: Vec<(f64, f64)>,
 }
 
 /// The disk margin of all channels at once, from both sides.
 ///
-/// The structured singular value of M + ½ with one complex error for each channel, at places beside every pole and in between. From above: the best scaling
-/// `D M D⁻¹` of each place. From below: the largest spectral radius of M + ½ with its rows turned. With up to three channels both agree. `None` if an
+/// The structured singular value of M + ½ with one complex error for each channel, at frequencies next to every pole and in between. From above: the best scaling
+/// `D M D⁻¹` at each frequency. From below: the largest spectral radius of M + ½ with its rows rotated. With up to three channels both agree. `None` if an
 /// iteration fails.
 pub fn together(response: &Response) -> Option<Together> {
     let half = response.balanced();
     let places = half.places();
-    // What scaling rows and columns alike leaves is no less than the best: most places need no search.
+    // Balancing rows and columns gives no less than the best scaling: most frequencies need no search.
     let mut rough: Vec<(f64, f64)> = places.iter().map(|place| (osborne_scaling(&half.at(*place)).0, *place)).collect();
     rough.sort_by(|a, b| b.0.total_cmp(&a.0));
     if let Some((_, place)) = rough.first().filter(|(bound, _)| !bound.is_finite()) {
-        // A motion that nobody holds moves with every error.
+        // An uncontrolled rigid-body mode moves with every error.
         let frequency = response.frequency(*place);
         return Some(Together { disk: [0.0; 2], frequency, worst: vec![(1.0, 0.0); response.channels()] });
     }
@@ -87,7 +87,7 @@ pub fn structured_singular_value(matrix: &Mat<c64>) -> [f64; 2] {
     [worst_turns(matrix).0, best_scaling(matrix)]
 }
 
-/// The largest singular value of `D M D⁻¹` with rows and columns alike in size (Osborne), and log D.
+/// The largest singular value of `D M D⁻¹` with rows and columns balanced (Osborne), and log D.
 fn osborne_scaling(matrix: &Mat<c64>) -> (f64, Vec<f64>) {
     let m = matrix.nrows();
     let mut d = vec![0.0f64; m];
@@ -113,12 +113,12 @@ fn scaled(matrix: &Mat<c64>, d: &[f64]) -> f64 {
 
 /// The largest singular value of `D M D⁻¹` with the best diagonal D.
 ///
-/// From rows and columns alike in size by line searches in log D, in which the value is convex.
+/// From balanced rows and columns by line searches in log D, in which the value is convex.
 fn best_scaling(matrix: &Mat<c64>) -> f64 {
     let m = matrix.nrows();
     let (mut best, mut d) = osborne_scaling(matrix);
     let value = |d: &[f64]| scaled(matrix, d);
-    // Along single channels, then along sums of them, as kinks stop the former.
+    // Over single channels, then over sums of them, as kinks stop the former.
     let directions: Vec<Vec<f64>> = (1..1usize << m.saturating_sub(1).min(4))
         .map(|bits| (0..m).map(|k| f64::from(u8::from(bits >> k & 1 == 1))).collect())
         .chain((1..m).flat_map(|k| (k + 1..m).map(move |j| (k, j))).map(|(k, j)| {

@@ -1,4 +1,4 @@
-//! Laws behind observers, as they compute in a loop.
+//! Laws with observers, as they compute in a loop.
 
 use kardan_rt::Health;
 
@@ -7,11 +7,11 @@ use super::model::Model;
 use crate::num::{Float, StateArchive};
 use crate::synthesis::{Block, Observation};
 
-/// A law behind an observer. Of its states those of the observer come first.
+/// A law with an observer. The states of the observer come first.
 pub(super) struct ObserverBlock<T> {
     pub law: Box<dyn Block>,
     pub view: EstimatedView,
-    /// Of every instant or of a sample time, as the law is.
+    /// Continuous or with a sample time, as the law is.
     pub model: Model<T>,
 }
 

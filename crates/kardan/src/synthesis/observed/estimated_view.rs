@@ -1,4 +1,4 @@
-//! What a law sees behind an observer.
+//! The inputs of a law with an observer.
 
 use kardan_rt::hold;
 
@@ -7,7 +7,7 @@ use crate::num::{Matrix, StateArchive};
 use crate::reduce::Kinematics;
 use crate::synthesis::{Observation, Plant};
 
-/// From readings and estimates to what the law sees.
+/// From readings and estimates to the inputs of the law.
 #[derive(Clone)]
 pub(super) struct EstimatedView {
     pub readings: Vec<Reading>,
@@ -18,7 +18,7 @@ pub(super) struct EstimatedView {
     pub compensation: f64,
     /// Rates of the coordinates at the operating point: currents that flow there.
     rates: Vec<f64>,
-    /// What the sensors read at the operating point, which the linear model does not know.
+    /// The readings of the sensors at the operating point, which the linear model does not contain.
     pub offsets: Vec<f64>,
     pub kinematics: Kinematics,
     /// Readings that were not finite.
@@ -60,7 +60,7 @@ impl EstimatedView {
         }
     }
 
-    /// What a run begins with of the rate at a place among `[q_r; q̇_r]`.
+    /// The initial value of the rate at a place among `[q_r; q̇_r]`.
     pub fn rate_at_rest(&self, place: usize) -> f64 {
         place.checked_sub(self.rates.len()).and_then(|k| self.rates.get(k)).copied().unwrap_or(0.0)
     }
@@ -70,7 +70,7 @@ impl EstimatedView {
         self.retained.len() + self.disturbances.len()
     }
 
-    /// What a snapshot keeps of it.
+    /// Its part of a snapshot.
     pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         archive.numbers(&mut self.values);
         archive.count(&mut self.invalid_readings);
@@ -88,7 +88,7 @@ impl EstimatedView {
         hold(observation.readings, &mut self.values)
     }
 
-    /// What the law sees, its own states behind those of the observer: estimates, and in their place what is measured.
+    /// The inputs of the law, its own states after those of the observer: estimates, replaced by measurements where there are some.
     pub fn estimate<'a>(&'a mut self, observation: &Observation<'a>) -> Observation<'a> {
         self.invalid_readings = self.read(observation);
         let r = self.coordinates.len();

@@ -1,4 +1,4 @@
-//! The gain of an observer, and what its sensors can tell.
+//! The gain of an observer, and which torques its sensors can distinguish.
 
 use kardan_rt::functions::powi;
 
@@ -53,7 +53,7 @@ pub(super) fn gain(
     Ok((named(title, &extended.states, &extended.outputs, &found.gain), found.poles, found.notes))
 }
 
-/// Which torques on any shafts, and forces on masses, the sensors could tell apart, \[diss. (6.41)-(6.43)\]; `reduction`: the states that are
+/// Which torques on any shafts, and forces on masses, the sensors could distinguish, \[diss. (6.41)-(6.43)\]; `reduction`: the states that are
 /// estimated.
 pub(in crate::synthesis) fn distinguishable_torques(
     plant: &Plant,

@@ -20,22 +20,23 @@ keys! {
                  reduced coordinates that are shafts or masses and have an inertia.";
             plant: Choice(&["linear", "nonlinear"]),
                 "The model that it runs: `linear`: that at the operating point (`at`, else zero angles); `nonlinear`: the full one, joints and \
-                 friction fed forward by the law included. Its gain is that at the operating point either way. Left out: \
-                 nonlinear where the design model of the law is, unless expressions give torques, which it would not know.";
+                 friction fed forward by the law included. Its gain is that at the operating point either way. Left \
+                 out: nonlinear where the design model of the law is, unless expressions give torques, which it would \
+                 not contain.";
             method: Choice(&["poles", "kalman"]),
                 "How its gain is found; left out: poles, of the law `sampled_noninteracting` kalman.";
             poles: Poles,
-                "Poles of the error: as many as the longest chain of a sensor has (for every sensor alike), or one \
+                "Poles of the error: as many as the longest chain of a sensor has (the same for every sensor), or one \
                  for each state of the observer. Required by the method `poles`.";
-            disturbance_rate: Number(Sign::Positive) = "10", "Kalman: how fast a disturbance may wander, N m/sqrt(s).";
+            disturbance_rate: Number(Sign::Positive) = "10", "Kalman: how fast a disturbance may drift, N m/sqrt(s).";
             speed_noise: Number(Sign::NonNegative),
-                "Kalman: noise of the accelerations, rad/s/sqrt(s); the more, the better the loop bears errors of the \
-                 model. Left out: 0.1, of the law `sampled_noninteracting` 10.";
+                "Kalman: noise of the accelerations, rad/s/sqrt(s); a larger value makes the loop more robust to \
+                 errors of the model. Left out: 0.1, of the law `sampled_noninteracting` 10.";
             sensor_noise: Number(Sign::Positive),
                 "Kalman: noise of each sensor, its unit times sqrt(s); left out: 1e-5, of the law \
-                 `sampled_noninteracting` what the resolution makes.";
+                 `sampled_noninteracting` what follows from the resolution.";
             compensation: Number(Sign::NonNegative) = "1",
-                "Which part of the estimated disturbances the law cancels, from 0 to 1.";
+                "Share of the estimated disturbances that the law cancels, from 0 to 1.";
         }
     }
 }
@@ -43,7 +44,7 @@ keys! {
 /// Numbers of the shafts on which the observer of a controller estimates torques; none without an observer.
 ///
 /// # Errors
-/// If a name is no shaft or stands twice.
+/// If a name is no shaft or is a duplicate.
 pub(in crate::synthesis) fn disturbances(values: &Values, plant: &Plant) -> Result<Vec<usize>, SynthesisError> {
     let Some(observer) = values.table("observer") else { return Ok(Vec::new()) };
     let moves = |k: &usize| plant.reduced.equations.domain(*k) != Domain::Charge;

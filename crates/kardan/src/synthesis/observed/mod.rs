@@ -1,4 +1,4 @@
-//! Laws behind observers.
+//! Laws with observers.
 
 mod block;
 mod estimated_view;
@@ -27,7 +27,7 @@ use estimated_view::EstimatedView;
 use gain::gain;
 use model::{FullModel, LinearModelBlock, Model, RestOfModel};
 
-/// A law that sees the plant through an observer: angles and speeds that are not measured, and disturbances, are estimates.
+/// A law with an observer of the plant: angles and speeds that are not measured, and disturbances, are estimates.
 ///
 /// `x̂′ = A x̂ + B u + L (y − C x̂)` over reduced coordinates, their speeds and disturbance torques, \[diss. (6.45), (6.46)\], run
 /// by the block [`StateSpace`] with the signals `[u; y]`; or the nonlinear model in place of A, B and C, run by the block
@@ -52,7 +52,7 @@ impl Observed {
     /// Puts the observer that the keys ask for before a law.
     ///
     /// # Errors
-    /// If the sensors do not show what is to be estimated, or the poles do not fit.
+    /// If the sensors do not show the required estimates, or the poles do not fit.
     pub fn new(law: Arc<dyn Law>, values: &Values, plant: &Plant, disturbed: &[usize]) -> Result<Self, SynthesisError> {
         let compensation = compensation(values)?;
         let nonlinear = is_nonlinear(&*law, values, plant, compensation > 0.0 && !disturbed.is_empty())?;
@@ -220,7 +220,7 @@ impl Observed {
     fn with_observer(&self, a: &Matrix<f64>, b: &Matrix<f64>, law: &LinearLaw, basis: &Matrix<f64>) -> LinearLaw {
         let (n, k, shafts) = (a.rows(), law.states.rows(), basis.rows());
         let (r, m) = (self.view.coordinates.len(), law.on_angles.rows());
-        // How angles and speeds that the law sees follow from estimates and from true ones: measured coordinates are true.
+        // How angles and speeds that the law reads follow from estimates and from true ones: measured coordinates are true.
         let [true_angles, true_speeds] = [self.measured(false), self.measured(true)];
         let split = |on_angles: &Matrix<f64>, on_speeds: &Matrix<f64>, on_disturbances: &Matrix<f64>| {
             let rows = on_angles.rows();
@@ -289,7 +289,7 @@ impl Observed {
     }
 }
 
-/// Which part of the estimated disturbances the law cancels.
+/// Share of the estimated disturbances that the law cancels.
 fn compensation(values: &Values) -> Result<f64, SynthesisError> {
     match values.number("compensation").filter(|share| *share > 1.0) {
         Some(share) => Err(SynthesisError::NotAShare { share }),
@@ -448,7 +448,7 @@ impl Law for Observed {
             );
         }
         design.notes.push(
-            "what is proven of the loop holds for the true state; while the observer's error dies out, the outputs feel it".into(),
+            "what is proven of the loop applies to the true state; the observer's error acts on the outputs until it has decayed".into(),
         );
         design
     }

@@ -9,7 +9,7 @@ use crate::reduce::MechanismData;
 use crate::synthesis::sampled::entries;
 use crate::synthesis::{Law, Plant, SynthesisError};
 
-/// What an observer runs.
+/// The model of an observer.
 #[derive(Clone)]
 pub(super) enum Model<T> {
     /// The linear model at the operating point.
@@ -94,7 +94,7 @@ impl FullModel<f64> {
         };
         let mut slopes = Matrix::zeros(n, at.len());
         for j in 0..at.len() {
-            // Angles bend the model, and friction bends over its width; all else is linear.
+            // The model is nonlinear in angles and, over the width of friction, in speeds; all else is linear.
             let step = match (j, self.friction_width) {
                 (j, Some(width)) if j >= r => (SLOPE_STEP * width).min(SLOPE_STEP),
                 _ => SLOPE_STEP,
@@ -111,7 +111,7 @@ impl FullModel<f64> {
         [columns(0, n), columns(n, m + readings.len())]
     }
 
-    /// The tables and lists of the block for a file, beside those of the mechanism.
+    /// The tables and lists of the block for a file, in addition to those of the mechanism.
     pub fn tables(&self) -> Vec<(String, Vec<Vec<f64>>)> {
         let numbers = |list: &[usize]| list.iter().map(|k| vec![*k as f64]).collect::<Vec<_>>();
         let gain = self.gain.chunks(self.sensors.len().max(1)).map(<[f64]>::to_vec).collect();
@@ -188,7 +188,7 @@ impl<T: Float> FullModel<T> {
     }
 }
 
-/// What an observer's states and the torques are at an operating point.
+/// The values of an observer's states and of the torques at an operating point.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct RestOfModel {
     pub states: Vec<f64>,
@@ -235,13 +235,12 @@ impl<T: Float> LinearModelBlock<T> {
         }
     }
 
-    /// What it has at rest.
+    /// Its values at rest.
     pub fn rest(&self) -> Option<&RestOfModel> {
         self.rest.as_ref()
     }
 
-    /// `A x̂ + B [u; y]`; the readings are those that the view has taken. Returns whether these are numbers; if not, nothing is
-    /// written.
+    /// `A x̂ + B [u; y]`; the readings are those that the view has taken. Returns whether these are numbers; if not, it writes nothing.
     fn states(&mut self, states: &[f64], torques: &[f64], view: &EstimatedView, out: &mut [f64]) -> bool {
         let (inputs, readings) = self.signals.split_at_mut(torques.len());
         T::narrow(torques, inputs);

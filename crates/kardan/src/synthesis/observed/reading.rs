@@ -1,4 +1,4 @@
-//! What sensors read.
+//! Readings of sensors.
 
 use kardan_rt::{Row, Sensor};
 
@@ -7,7 +7,7 @@ use crate::equations::Measured;
 use crate::num::{Matrix, rational_to_f64};
 use crate::synthesis::{Plant, SynthesisError};
 
-/// Where a reading comes from.
+/// The source of a reading.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::synthesis) enum Reading {
     Angle(usize),
@@ -27,7 +27,7 @@ impl Reading {
     }
 }
 
-/// What a sensor reads.
+/// The reading of a sensor.
 pub(in crate::synthesis) fn reading(sensor: &OutputSignal, plant: &Plant) -> Result<Reading, SynthesisError> {
     let shaft = |name: &String| plant.reduced.coordinate(name).expect("an output names a shaft");
     Ok(match &sensor.measured {

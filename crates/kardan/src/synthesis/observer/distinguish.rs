@@ -8,11 +8,11 @@ use crate::synthesis::regulator::{Chains, chains};
 /// Largest number of sets that are tried as [`Distinguishable::resolving`].
 pub const MOST_SETS: usize = 1000;
 
-/// Which of the unknown constant torques `W d` of `E ẋ = A x + B u + W d`, `y = C x + D u` the sensors y can tell apart, exact.
+/// Which of the unknown constant torques `W d` of `E ẋ = A x + B u + W d`, `y = C x + D u` the sensors y can distinguish, exact.
 ///
 /// Torques d show in no sensor if and only if, with some state x, (x, d) is in the null space of the observability matrix of
 /// the extended system ([`extend`]); what vanishes on all of them can be estimated. `disturbance`: W, states × torques. For a
-/// harmonic drive with two encoders these are (6.42) of the source, and (6.43) says that measuring one torque gives the
+/// harmonic drive with two encoders these are (6.42) of the source, and by (6.43) measuring one torque gives the
 /// others. Method: elimination over the rationals, O(n³).
 ///
 /// # Errors
@@ -104,7 +104,7 @@ fn resolving(hidden: &Matrix<Rational>) -> Vec<Vec<usize>> {
     out
 }
 
-/// Combinations of the constant states (rows of A and B are zero) that vanish on all hidden ones, in words; empty if none of
+/// Combinations of the constant states (rows of A and B are zero) that vanish on all hidden ones, as text; empty if none of
 /// them is hidden.
 pub(super) fn observable_constants(explicit: &LinearSystem, hidden: &[Vec<Rational>]) -> Vec<String> {
     let zero = |m: &Matrix<Rational>, i: usize| m.row(i).iter().all(Scalar::is_zero);

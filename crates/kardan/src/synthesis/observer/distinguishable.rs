@@ -1,9 +1,9 @@
-//! Which unknown torques sensors tell apart: the answer, and how it is said.
+//! Which unknown torques sensors can distinguish: the result, and its text.
 
 use crate::num::{Matrix, Rational, Scalar};
 use crate::synthesis::notation::{linear_combination, listed};
 
-/// What a set of sensors can tell about unknown constant torques.
+/// Which unknown constant torques a set of sensors can observe.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Distinguishable {
     /// The sensors.
@@ -14,24 +14,24 @@ pub struct Distinguishable {
     pub rank: usize,
     /// Number of its states.
     pub states: usize,
-    /// How many combinations of the torques can be told apart.
+    /// How many combinations of the torques can be observed.
     pub independent: usize,
     /// These combinations, one per row, in reduced echelon form: torques early in the list come first.
     pub combinations: Matrix<Rational>,
-    /// Torques, one set per row, that show in no sensor: they cannot be told from none.
+    /// Torques, one set per row, that no sensor shows: they cannot be distinguished from zero.
     pub hidden: Matrix<Rational>,
     /// Torques that can be estimated by themselves, by number.
     pub individual: Vec<usize>,
     /// Smallest sets of torques, by number, that make all others known if they are measured; empty if none is needed. Not all
     /// are listed where there are more than [`MOST_SETS`](super::MOST_SETS) candidates.
     pub resolving: Vec<Vec<usize>>,
-    /// Motions that show in no sensor even if all torques are known, in words.
+    /// Motions that no sensor shows even if all torques are known, as text.
     pub hidden_motions: Vec<String>,
-    /// All this for a reader.
+    /// The result as sentences.
     pub sentences: Vec<String>,
 }
 
-/// What the sensors can tell, for a reader: the combinations (6.42), what stays hidden, what would resolve it (6.43).
+/// The text of the result: the observable combinations (6.42), the hidden ones, the measurements that would resolve them (6.43).
 pub(super) fn sentences(found: &Distinguishable) -> Vec<String> {
     let names = &found.disturbances;
     let sensors = listed(&found.sensors);
@@ -42,31 +42,35 @@ pub(super) fn sentences(found: &Distinguishable) -> Vec<String> {
     let (all, independent) = (names.len(), found.independent);
     if all > 0 {
         out.push(match independent {
-            0 => format!("With {sensors} nothing can be told about {}.", torques(names)),
-            k if k == all => format!("With {sensors} {} can be told.", torques(names)),
-            1 => format!("With {sensors} one combination of {} can be told: {}.", torques(names), combinations[0]),
+            0 => format!("With {sensors} no combination of {} can be observed.", torques(names)),
+            k if k == all => format!("With {sensors} {} can be observed.", torques(names)),
+            1 => format!("With {sensors} one combination of {} can be observed: {}.", torques(names), combinations[0]),
             k => {
-                format!("With {sensors} {k} combinations of {} can be told: {}.", torques(names), listed(&combinations))
+                format!(
+                    "With {sensors} {k} combinations of {} can be observed: {}.",
+                    torques(names),
+                    listed(&combinations)
+                )
             }
         });
     }
     if independent < all && !found.individual.is_empty() {
         let individual: Vec<&String> = found.individual.iter().map(|&i| &names[i]).collect();
-        out.push(format!("By itself only {} can be told.", listed(&individual)));
+        out.push(format!("Individually only {} can be observed.", listed(&individual)));
     }
     for hidden in rows(&found.hidden) {
-        out.push(format!("{} cannot be told from no torque.", in_proportion(names, &hidden)));
+        out.push(format!("{} cannot be distinguished from zero torque.", in_proportion(names, &hidden)));
     }
     if independent > 0 && independent < all {
         let sets: Vec<String> =
             found.resolving.iter().map(|set| listed(&set.iter().map(|&i| &names[i]).collect::<Vec<_>>())).collect();
         match sets.as_slice() {
             [] => {}
-            [one] => out.push(format!("Measuring {one} as well makes the others known.")),
+            [one] => out.push(format!("Measuring {one} as well determines the others.")),
             _ if found.hidden.rows() == 1 => {
-                out.push(format!("Measuring any one of {} as well makes the others known.", listed(&sets)));
+                out.push(format!("Measuring any one of {} as well determines the others.", listed(&sets)));
             }
-            _ => out.push(format!("Measuring {} as well makes the others known.", sets.join(", or "))),
+            _ => out.push(format!("Measuring {} as well determines the others.", sets.join(", or "))),
         }
         // The set that the echelon form leaves free: each other torque is its combination minus what is measured.
         for row in rows(&found.combinations) {
@@ -81,7 +85,7 @@ pub(super) fn sentences(found: &Distinguishable) -> Vec<String> {
         }
     }
     for motion in &found.hidden_motions {
-        out.push(format!("Even with all torques known {motion} shows in no sensor."));
+        out.push(format!("Even with all torques known no sensor shows {motion}."));
     }
     out
 }

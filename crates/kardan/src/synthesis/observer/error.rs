@@ -19,14 +19,14 @@ pub enum ObserverError {
         rank: usize,
         /// Number of states.
         states: usize,
-        /// States and torques, in words, that show in no sensor: `T_wg : T_cs : T_fs = 1 : -51 : 50`.
+        /// States and torques, as text, that show in no sensor: `T_wg : T_cs : T_fs = 1 : -51 : 50`.
         hidden: Vec<String>,
-        /// What of the constant torques can be seen, in words, if not all: `T_wg - 1/50 T_fs`.
+        /// The observable combinations of the constant torques as text, if not all are: `T_wg - 1/50 T_fs`.
         observable: Vec<String>,
     },
     /// Neither as many poles as the longest chain has, nor as many as there are states.
     #[error(
-        "{actual} pole{} given; {longest} (for every sensor alike) or {states} (for the sensors one after the other) are \
+        "{actual} pole{} given; {longest} (the same for every sensor) or {states} (for the sensors one after the other) are \
          needed", if *actual == 1 { " is" } else { "s are" }
     )]
     WrongNumber {
@@ -38,7 +38,7 @@ pub enum ObserverError {
         states: usize,
     },
     /// The poles that fall to a sensor are not self-conjugate.
-    #[error("of the poles, {sensor} takes {}: they are not self-conjugate", format_poles(poles))]
+    #[error("the poles {} for {sensor} are not self-conjugate", format_poles(poles))]
     NotSelfConjugate {
         /// The sensor.
         sensor: String,
@@ -73,13 +73,13 @@ pub enum ObserverError {
     NotDetectable {
         /// The modes, 1/s.
         modes: Vec<Pole>,
-        /// In words.
+        /// As text.
         hidden: Vec<String>,
     },
-    /// Combinations of states that no noise moves and that do not decay: the filter would stop listening to the sensors.
-    #[error("no noise acts on {}: the filter would cease to correct it; give it a noise intensity", combinations.join("; "))]
+    /// Combinations of states that no noise moves and that do not decay: the filter would ignore the sensors.
+    #[error("no noise acts on {}: the filter would stop correcting it; give it a noise intensity", combinations.join("; "))]
     Noiseless {
-        /// In words.
+        /// As text.
         combinations: Vec<String>,
     },
     /// The Riccati equation has no solution that floating point can find.
@@ -91,6 +91,6 @@ fn only(observable: &[String]) -> String {
     if observable.is_empty() {
         String::new()
     } else {
-        format!(" (of the constant torques only {})", listed(observable))
+        format!(" (observable constant torques: only {})", listed(observable))
     }
 }

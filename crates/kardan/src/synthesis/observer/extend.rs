@@ -3,7 +3,7 @@ use crate::num::{Matrix, Rational};
 
 /// The system with unknown constant disturbances as states: `E ẋ = A x + B u + W d`, `ḋ = 0` \[diss. (6.45)\], exact.
 ///
-/// `disturbance` is W, states × disturbances; with the E of a mechanical model its lower half holds torques, as B does (see
+/// `disturbance` is W, states × disturbances; with the E of a mechanical model its lower half contains torques, as B does (see
 /// [`torques_on`]). The new states follow the others, with the names given; inputs and outputs stay.
 ///
 /// # Panics

@@ -37,7 +37,7 @@ pub struct KalmanGain {
 ///
 /// # Errors
 /// If motions that do not decay show in no sensor, if no noise acts on something that does not decay by itself (its estimate
-/// would never be corrected in the long run), if an intensity is not what it must be, or E is singular.
+/// would never be corrected in the long run), if an intensity is out of range, or E is singular.
 ///
 /// ```
 /// use kardan::{analysis::LinearSystem, num::{Matrix, Rational}, synthesis::observer::{Noise, kalman}};

@@ -13,11 +13,11 @@ use crate::synthesis::regulator::{Chains, ExactPole, chains};
 pub struct ObserverGain {
     /// L, states × sensors.
     pub gain: Matrix<Rational>,
-    /// Observability index κ of each sensor, in their order: how many states its chain takes. Zero: the sensor adds nothing.
+    /// Observability index κ of each sensor, in their order: how many states its chain takes. Zero: the sensor adds no information.
     pub indices: Vec<usize>,
     /// p_i(s) of each sensor, degree κ_i; the characteristic polynomial of A − LC is their product.
     pub polynomials: Vec<Polynomial>,
-    /// Combination of sensors whose error obeys p_i alone, in words; the sensor itself where it does.
+    /// Combination of sensors whose error obeys p_i alone, as text; the sensor itself where it does.
     pub channels: Vec<String>,
     /// Factors of these combinations, sensors × sensors.
     pub combinations: Matrix<Rational>,
@@ -25,7 +25,7 @@ pub struct ObserverGain {
     pub decoupled: bool,
     /// Poles of the error, 1/s, sensor by sensor.
     pub poles: Vec<Pole>,
-    /// What must be known: sensors that add nothing, errors that are not decoupled. One sentence each.
+    /// Notes: sensors that add no information, errors that are not decoupled. One sentence each.
     pub notes: Vec<String>,
 }
 
@@ -138,7 +138,7 @@ fn notes(sensors: &[String], indices: &[usize], channels: &[String]) -> Vec<Stri
     let mut out = Vec::new();
     for ((sensor, index), channel) in sensors.iter().zip(indices).zip(channels) {
         if *index == 0 {
-            out.push(format!("{sensor} shows nothing that the sensors before it do not show; its gain is zero."));
+            out.push(format!("{sensor} adds no information to the sensors before it; its gain is zero."));
         } else if channel != sensor {
             out.push(format!(
                 "The error of {sensor} is not decoupled from the others, as its chain is shorter ({index} states); that of \

@@ -1,6 +1,6 @@
 //! Observers that estimate states and unknown constant torques \[diss. (6.41)-(6.46)\], for any model and sensor set.
 //!
-//! [`distinguishable`] says which torques the sensors can tell apart, [`extend`] adds them to the states, [`luenberger`] gives
+//! [`distinguishable`] determines which torques the sensors can distinguish, [`extend`] adds them to the states, [`luenberger`] gives
 //! an exact gain with chosen poles, [`kalman`] one for given noise.
 
 mod distinguish;

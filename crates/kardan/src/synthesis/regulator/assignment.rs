@@ -24,14 +24,14 @@ struct Part {
     at: usize,
 }
 
-/// Rounds through all poles; the determinant hardly grows after a few.
+/// Rounds through all poles; after a few the determinant grows only a little.
 const MOST_ROUNDS: usize = 30;
 
 /// Eigenvectors as independent as they can be made, and the gain that has them.
 ///
 /// The eigenvector of λ can be any vector of the null space of `U₁ᵀ(A − λI)` with U₁ᵀB = 0 (Kautsky, Nichols and Van Dooren
 /// 1985). One pole, pair or two real poles at a time get the vectors that maximise `|det X|` while all others stay (Tits and
-/// Yang 1996): for a real pole the projection of what is orthogonal to all others, for a pair the eigenvector of a Hermitian
+/// Yang 1996): for a real pole the projection of the vector orthogonal to all others, for a pair the eigenvector of a Hermitian
 /// matrix, for two real poles singular vectors. `rank` is that of B. `None` if X is numerically singular.
 pub(super) fn assign(a: &Mat<f64>, b: &Mat<f64>, rank: usize, targets: &[TargetPole]) -> Option<Assignment> {
     let n = a.nrows();
@@ -129,7 +129,7 @@ impl Part {
         if matches!(self.target, TargetPole::Pair(..)) { 2 } else { 1 }
     }
 
-    /// Puts the vector into X: `√2 Re x, √2 Im x` for a pair, which keeps the condition of `[x, x̄]`.
+    /// Puts the vector into X: `√2 Re x, √2 Im x` for a pair, with the same condition as `[x, x̄]`.
     fn write(&self, x: &mut Mat<f64>) {
         for i in 0..x.nrows() {
             let entry = self.vector[(i, 0)];

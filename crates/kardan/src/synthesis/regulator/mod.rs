@@ -1,7 +1,7 @@
 //! State feedback by pole placement and by quadratic cost, in floating point with certified residuals.
 //!
 //! What can be placed or stabilised at all is decided exactly ([`unreached`]); floating point ([`place_poles`], [`lqr`],
-//! [`lyapunov`]) then works in balanced coordinates and states how well the defining equation holds.
+//! [`lyapunov`]) then works in balanced coordinates and reports the residual of the defining equation.
 
 mod assignment;
 mod discrete;

@@ -28,7 +28,7 @@ pub(super) fn paired(poles: &[Pole]) -> Result<Vec<TargetPole>, Pole> {
     open.first().map_or(Ok(out), |unpaired| Err(*unpaired))
 }
 
-/// The poles with how often each is wished for.
+/// The poles with the requested multiplicity of each.
 pub(super) fn multiplicities(poles: &[Pole]) -> Vec<(Pole, usize)> {
     let mut out: Vec<(Pole, usize)> = Vec::new();
     for pole in poles {

@@ -19,7 +19,7 @@ pub struct Placement {
     pub gain: Matrix<f64>,
     /// Eigenvalues of A − BK as they are found, 1/s, by size.
     pub poles: Vec<Pole>,
-    /// Certificate: largest distance of an eigenvalue from its wish, relative to the size of the wish; wishes below 1e-3 of
+    /// Certificate: largest distance of an eigenvalue from its requested pole, relative to the size of the pole; poles below 1e-3 of
     /// the largest one count as that large.
     pub residual: f64,
     /// Condition number of the eigenvectors of the reached part, in balanced coordinates: how much the poles move with
@@ -42,20 +42,20 @@ pub enum PlacementError {
         states: usize,
     },
     /// A complex pole without its conjugate.
-    #[error("the pole {} needs its conjugate as often as itself", format_pole(pole))]
+    #[error("the pole {} and its conjugate must occur equally often", format_pole(pole))]
     NotSelfConjugate {
         /// The pole, 1/s.
         pole: Pole,
     },
     /// A pole more often than there are independent inputs.
     #[error(
-        "the pole {} is wished for {times} times; {rank} independent inputs allow at most as many",
+        "the pole {} is requested {times} times; {rank} independent inputs allow at most {rank}",
         format_pole(pole)
     )]
     TooOften {
         /// The pole, 1/s.
         pole: Pole,
-        /// How often it is wished for.
+        /// The requested multiplicity.
         times: usize,
         /// Rank of B.
         rank: usize,
@@ -63,7 +63,7 @@ pub enum PlacementError {
     /// Repeated poles that the chains of the inputs allow only with dependent eigenvectors (Rosenbrock).
     #[error(
         "poles repeated that often need dependent eigenvectors: the {inputs} strongest inputs move chains of {needed} \
-         states, but the wishes have only {actual} different poles in as many sets without repetition"
+         states, but the request has only {actual} different poles in as many sets without repetition"
     )]
     Repeated {
         /// How many inputs.
@@ -84,7 +84,7 @@ pub enum PlacementError {
         modes: Vec<Pole>,
         /// Their exact polynomial.
         polynomial: String,
-        /// Combinations of states that no input reaches, in words.
+        /// Combinations of states that no input reaches, as text.
         combinations: Vec<String>,
     },
     /// E is singular.
@@ -192,7 +192,7 @@ fn eigenvectors(
     Ok(best)
 }
 
-/// Largest distance of an achieved pole from its wish, relative to the wish.
+/// Largest distance of an achieved pole from the requested one, relative to that.
 fn mismatch(achieved: &[Pole], wishes: &[Pole]) -> f64 {
     let size = |p: &Pole| hypot(p.re, p.im);
     let largest = wishes.iter().map(size).fold(0.0, f64::max);

@@ -51,7 +51,7 @@ pub enum RiccatiError {
         what: &'static str,
         /// Its rows and columns.
         actual: (usize, usize),
-        /// What they must be.
+        /// The required rows and columns.
         expected: (usize, usize),
     },
     /// A number is not finite.
@@ -61,15 +61,15 @@ pub enum RiccatiError {
     #[error("the weight of the {0} is not symmetric")]
     NotSymmetric(&'static str),
     /// R is not positive definite.
-    #[error("the weight of the inputs is not positive definite: {direction} costs nothing or less")]
+    #[error("the weight of the inputs is not positive definite: {direction} has a cost of zero or less")]
     InputWeight {
-        /// Inputs uᵀRu ≤ 0, in words.
+        /// Inputs uᵀRu ≤ 0, as text.
         direction: String,
     },
     /// `Q − N R⁻¹ Nᵀ` is not positive semidefinite.
     #[error("the weight of the states is not positive semidefinite: along {direction} it is {value:e}")]
     StateWeight {
-        /// The state x of unit length, in words.
+        /// The state x of unit length, as text.
         direction: String,
         /// xᵀ(Q − N R⁻¹ Nᵀ)x < 0.
         value: f64,
@@ -85,17 +85,17 @@ pub enum RiccatiError {
         /// Combinations of states that no input reaches.
         combinations: Vec<String>,
     },
-    /// Modes on the imaginary axis that cost nothing: the optimal feedback would leave them alone.
-    #[error("the modes {} of {} cost nothing and do not decay", format_poles(modes), motions.join("; "))]
+    /// Modes on the imaginary axis without cost: the optimal feedback would not move them.
+    #[error("the modes {} of {} have no cost and do not decay", format_poles(modes), motions.join("; "))]
     NotDetectable {
         /// The modes, 1/s.
         modes: Vec<Pole>,
-        /// Motions that cost nothing, in words.
+        /// Motions without cost, as text.
         motions: Vec<String>,
     },
     /// Floating point found no stabilising solution.
     #[error(
-        "no stabilising solution is found: modes are too close to what the inputs cannot reach or the cost cannot see"
+        "the solver finds no stabilising solution: modes are too close to ones that no input reaches or that have no cost"
     )]
     NotSolved,
 }

@@ -54,16 +54,16 @@ pub fn chains(a: &Matrix<Rational>, b: &Matrix<Rational>) -> Chains {
     out
 }
 
-/// What no input of a system reaches.
+/// The uncontrollable part of a system.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unreached {
     /// Characteristic polynomial of the part that no input reaches.
     pub polynomial: Polynomial,
     /// Its roots with their multiplicities: the fixed modes, 1/s.
     pub modes: Vec<Pole>,
-    /// Combinations of states that no input reaches, in words, one for each mode.
+    /// Combinations of states that no input reaches, as text, one for each mode.
     pub combinations: Vec<String>,
-    /// States that stand for the reached part, by number: it is x of these once `x_rest = rest · x_reached` is taken out.
+    /// States that represent the reached part, by number: it is x of these once `x_rest = rest · x_reached` is taken out.
     pub reached: Vec<usize>,
     /// A on the reached part.
     pub a: Matrix<Rational>,

@@ -26,7 +26,7 @@ struct Equation {
 }
 
 /// The stabilising solution of `AᵀX + XA + Q − (XB + N) R⁻¹ (XB + N)ᵀ = 0`; `None` if the Hamiltonian matrix has eigenvalues
-/// on the imaginary axis (as far as rounding can tell), R has no Cholesky factor, or the result is not finite.
+/// on the imaginary axis (to rounding), R has no Cholesky factor, or the result is not finite.
 ///
 /// Method: inputs scaled by the Cholesky factor of R, states and costates balanced together by powers of two; the stable
 /// invariant subspace of the Hamiltonian matrix by an ordered Schur form (Laub 1979); then steps of Newton (Kleinman 1968)
@@ -118,7 +118,7 @@ impl Equation {
     }
 }
 
-/// Scales s of the states, with 1/s of the costates, that make rows and columns of `[A −G; −Q −Aᵀ]` alike in size; powers of
+/// Scales s of the states, with 1/s of the costates, that balance rows and columns of `[A −G; −Q −Aᵀ]`; powers of
 /// two.
 pub(super) fn balance_with_costate(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>) -> Vec<f64> {
     let n = a.nrows();

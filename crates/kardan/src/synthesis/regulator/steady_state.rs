@@ -11,11 +11,11 @@ pub struct SteadyState {
     pub inputs: Matrix<Rational>,
 }
 
-/// Why outputs cannot be held at any values.
+/// Why no values of the outputs can be kept constant.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SteadyStateError {
     /// There are not as many outputs as inputs.
-    #[error("{outputs} outputs cannot be held by {inputs} inputs; as many are needed")]
+    #[error("{outputs} outputs cannot be held constant by {inputs} inputs; as many inputs as outputs are needed")]
     NotSquare {
         /// Their number.
         outputs: usize,
@@ -25,7 +25,7 @@ pub enum SteadyStateError {
     /// The system has an invariant zero at s = 0.
     #[error("the system has a zero at s = 0: {unheld}")]
     Zero {
-        /// What of the outputs cannot be held, or which rest shows nothing, in words.
+        /// The combinations of outputs that cannot be kept constant, or the equilibria that no output shows, as text.
         unheld: String,
     },
 }
@@ -42,7 +42,7 @@ impl SteadyState {
     }
 }
 
-/// Where `E ẋ = A x + B u`, `y = C x + D u` rests with y = r: `[A B; C D] [N_x; N_u] = [0; I]`, exact, for any feedback.
+/// The equilibrium of `E ẋ = A x + B u`, `y = C x + D u` with y = r: `[A B; C D] [N_x; N_u] = [0; I]`, exact, for any feedback.
 ///
 /// # Errors
 /// If there is an invariant zero at s = 0 (that matrix is singular), or not as many outputs as inputs.
@@ -78,7 +78,7 @@ pub fn steady_state(system: &LinearSystem) -> Result<SteadyState, SteadyStateErr
     })
 }
 
-/// A left null vector of `[A B; C D]` in words.
+/// A left null vector of `[A B; C D]` as text.
 fn reason(system: &LinearSystem, whole: &Matrix<Rational>) -> String {
     let n = system.states.len();
     let e = echelon(whole, &(0..whole.columns()).collect::<Vec<_>>());
@@ -100,6 +100,6 @@ fn reason(system: &LinearSystem, whole: &Matrix<Rational>) -> String {
             .collect();
         return unreachable.join("; ");
     }
-    let list: Vec<String> = outputs.iter().map(|notation| format!("{notation} is zero at every rest")).collect();
+    let list: Vec<String> = outputs.iter().map(|notation| format!("{notation} is zero at every equilibrium")).collect();
     list.join("; ")
 }

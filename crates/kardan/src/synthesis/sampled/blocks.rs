@@ -1,4 +1,4 @@
-//! Blocks between the laws of a loop: what of them the loop closes through.
+//! Blocks between the laws of a loop: those that are in the loop.
 
 use std::sync::Arc;
 
@@ -11,44 +11,44 @@ use crate::synthesis::{Clock, ExportedSignal, Kinks, LinearLaw};
 /// A task of blocks in a loop, around a place.
 #[derive(Debug, Clone)]
 pub struct LinearTask {
-    /// Its slopes; its answers stand in the place of commands.
+    /// Its slopes; its outputs take the place of commands.
     pub linear: LinearLaw,
     /// The same before rounding, where it computes at every instant and that is known.
     pub exact: Option<Arc<LinearLaw<Rational>>>,
-    /// Where each of its answers, then of its states, bends and jumps there.
+    /// Kinks and jumps of each of its outputs, then of its states, there.
     pub kinks: Kinks,
     /// When it computes; `None`: at every instant.
     pub clock: Option<Clock>,
-    /// What its answers are called.
+    /// The names of its outputs.
     pub outputs: Vec<String>,
-    /// What its references are called.
+    /// The names of its references.
     pub references: Vec<String>,
     /// Its sensors.
     pub sensors: Vec<OutputSignal>,
 }
 
-/// A law beside blocks: what its references are called, and what it tells.
+/// A law next to blocks: the names of its references, and its exported signals.
 #[derive(Debug, Clone, Default)]
 pub struct BesideBlocks {
     /// Its references; those that its commands do not follow from are empty.
     pub references: Vec<String>,
-    /// What it tells, by names that are unique in the loop.
+    /// Its exported signals, by names that are unique in the loop.
     pub exported: Vec<(String, ExportedSignal)>,
 }
 
-/// Blocks between the laws of a loop, as its parts: what moves in the loop, acts on them and comes back by way of a law.
+/// Blocks between the laws of a loop, as its parts: those that depend on moving signals of the loop and act on a law.
 #[derive(Debug, Clone, Default)]
 pub struct LoopBlocks {
     parts: Vec<SampledPart>,
-    /// What each law reads of them.
+    /// The signals that each law reads of them.
     reads: Vec<Vec<(usize, Teller)>>,
-    /// Names of the answers that are in the loop.
+    /// Names of the outputs that are in the loop.
     names: Vec<String>,
-    /// Where they bend and where they jump, as they stand.
+    /// Their kinks and their jumps, in this order.
     kinks: Kinks,
 }
 
-/// Something that blocks compute: a task, and which of its answers or of what it remembers.
+/// A value that blocks compute: a task, and which of its outputs or states.
 type Node = (usize, ExportedSignal);
 
 /// Who follows from whom, by entries that are not zero.
@@ -69,19 +69,19 @@ impl Net<'_> {
         self.tasks.iter().enumerate().flat_map(of).collect()
     }
 
-    /// The task that answers that.
+    /// The task with that output.
     fn answer(&self, name: &str) -> Option<Node> {
         let of = |task: &LinearTask| task.outputs.iter().position(|answer| answer == name);
         self.tasks.iter().enumerate().find_map(|(number, task)| Some((number, ExportedSignal::Command(of(task)?))))
     }
 
-    /// The law that tells that.
+    /// The law that exports the signal.
     fn exported(&self, name: &str) -> Option<(usize, ExportedSignal)> {
         let of = |law: &BesideBlocks| law.exported.iter().find(|(own, _)| own == name).map(|(_, exported)| *exported);
         self.laws.iter().enumerate().find_map(|(number, law)| Some((number, of(law)?)))
     }
 
-    /// Rows of a node: over references, over all that moves, over what its task remembers.
+    /// Rows of a node: over references, over all that moves, over the states of its task.
     fn rows(&self, (task, exported): Node) -> [Vec<f64>; 3] {
         let linear = &self.tasks[task].linear;
         let (row, [references, angles, speeds, errors, states]) = match exported {
@@ -131,7 +131,7 @@ impl Net<'_> {
     }
 }
 
-/// Adds what is found, until nothing more is.
+/// Adds what is found, until there is no more.
 fn grow(nodes: &mut Vec<Node>, more: impl Fn(&[Node], &mut Vec<Node>)) {
     loop {
         let mut found = Vec::new();
@@ -149,8 +149,8 @@ fn grow(nodes: &mut Vec<Node>, more: impl Fn(&[Node], &mut Vec<Node>)) {
 }
 
 impl LoopBlocks {
-    /// Blocks in the loop of a plant, in the order in which they compute, between laws, with the torques that follow from them. What nothing that moves
-    /// acts on is left out, and what no law or torque follows from: a timer, a counter, a display. None of it changes whether the loop is stable.
+    /// Blocks in the loop of a plant, in the order in which they compute, between laws, with the torques that follow from them. Blocks without moving
+    /// inputs are left out, and blocks that no law or torque depends on: a timer, a counter, a display. None of them changes whether the loop is stable.
     ///
     /// # Panics
     /// If the plant has no input for a torque.
@@ -166,7 +166,7 @@ impl LoopBlocks {
             |exported| if let ExportedSignal::State(k) = exported { Some(*k) } else { None };
         let retained: Vec<[Vec<usize>; 2]> =
             (0..tasks.len()).map(|task| [own(task, answer), own(task, state)]).collect();
-        // Tasks of which nothing is left are no parts.
+        // Tasks without remaining blocks are no parts.
         let mut numbers = vec![None; tasks.len()];
         let mut count = 0;
         for (number, retained) in numbers.iter_mut().zip(&retained) {
@@ -215,7 +215,7 @@ impl LoopBlocks {
         Self { parts, reads, names, kinks: kinks.collect() }
     }
 
-    /// Where those that are in the loop bend and where they jump, as they stand.
+    /// Kinks and jumps of those that are in the loop, in this order.
     pub fn kinks(&self) -> &Kinks {
         &self.kinks
     }
@@ -225,7 +225,7 @@ impl LoopBlocks {
         self.parts.is_empty() && self.reads.iter().all(Vec::is_empty)
     }
 
-    /// Names of the answers that are in the loop.
+    /// Names of the outputs that are in the loop.
     pub fn names(&self) -> &[String] {
         &self.names
     }
@@ -257,7 +257,7 @@ impl LoopBlocks {
     }
 }
 
-/// A torque that follows from blocks, as a part that acts at every instant; `None` if it adds nothing to the plant.
+/// A torque that follows from blocks, as a part that acts at every instant; `None` if it does not act on the plant.
 fn acting(torque: &BlockTorque, teller: &dyn Fn(&str) -> Option<Teller>, plant: &LoopPlant) -> Option<SampledPart> {
     let slopes: Vec<(Teller, f64)> =
         torque.on_outputs.iter().filter_map(|(name, slope)| Some((teller(name)?, *slope))).collect();

@@ -1,4 +1,4 @@
-//! What happens over the period after which all clocks of a loop begin anew.
+//! The event sequence over the common period of all clocks of a loop.
 
 use super::SampledPart;
 use super::jump::Jump;
@@ -7,19 +7,19 @@ use crate::num::{Matrix, Rational};
 
 /// Parts of the shortest sample time within which two instants are one.
 pub(super) const SAME: f64 = 1e-9;
-/// Samples, of controllers and slow sensors, within the period after which all clocks begin anew.
+/// Samples, of controllers and slow sensors, within the common period of all clocks.
 const MOST_SAMPLES: usize = 1000;
 
-/// What happens in a period, one after the other.
+/// The events of a period, in their order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum LoopEvent {
-    /// The end of an interval: somebody computes next.
+    /// The end of an interval: a controller or sensor computes next.
     Look,
     /// The error at a place of z is another one from here on.
     Fresh(usize),
     /// z changes.
     Jump(usize),
-    /// A command has been put on a wire, at this place of z.
+    /// A command is sent to a motor with an additional delay, at this place of z.
     Launch(usize),
 }
 
@@ -40,14 +40,14 @@ pub enum SampledLoopError {
 /// Times of a loop, s.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Periods {
-    /// After which all clocks begin anew.
+    /// The common period of all clocks.
     pub period: f64,
     /// The shortest sample time.
     pub shortest: f64,
 }
 
 impl Periods {
-    /// Of the clocks of parts and of their slow sensors; a loop without any is looked at every `otherwise` seconds.
+    /// Of the clocks of parts and of their slow sensors; a loop without any is evaluated every `otherwise` seconds.
     pub fn of(parts: &[SampledPart], otherwise: Option<f64>) -> Result<Self, SampledLoopError> {
         let clocks = || parts.iter().filter_map(|part| part.clock).map(|clock| clock.period);
         let slow = parts.iter().flat_map(|part| &part.slow).map(|(_, sensor)| sensor.period);
@@ -69,7 +69,7 @@ impl EventSequence<Rational> {
         let (mut off, mut size) = (f64::NEG_INFINITY, 0.0);
         for event in &self.events {
             if let LoopEvent::Jump(jump) = event {
-                // ‖J‖ off + each ‖M‖, and no more than twice that with the product of both.
+                // ‖J‖ off + each ‖M‖, and no more than double that with the product of both.
                 off = (off + sizes[*jump]).max(each + size) + 2.0;
                 size += sizes[*jump];
             }
@@ -78,26 +78,26 @@ impl EventSequence<Rational> {
     }
 }
 
-/// What is due at an instant, in the order in which it happens there.
+/// The events that are due at an instant, in their order there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Scheduled {
     Arrive(usize),
     Apply(usize),
     Read(usize, usize),
-    /// A task of blocks computes, before the laws that read its answers.
+    /// A task of blocks computes, before the laws that read its outputs.
     Answer(usize),
     Compute(usize),
 }
 
-/// What happens over a period, as it is put together.
+/// The events over a period, during construction.
 pub(super) struct EventSequence<S> {
     pub events: Vec<LoopEvent>,
     pub jumps: Vec<Jump<S>>,
     /// Jumps of waiting so long.
     intervals: Vec<(f64, usize)>,
-    /// Jumps of what is due.
+    /// Jumps of the due events.
     scheduled: Vec<(Scheduled, usize)>,
-    /// Behind which happenings each law has its torques applied.
+    /// The events after which the torques of each law take effect.
     pub applied: Vec<Vec<usize>>,
 }
 
@@ -107,7 +107,7 @@ impl<S: Number> EventSequence<S> {
         Self { events, jumps, intervals, scheduled, applied: vec![Vec::new(); laws] }
     }
 
-    /// What happens over the period of these parts, one after the other; `exponential` makes the jump over a time in which nothing happens.
+    /// The events over the period of these parts, one after the other; `exponential` gives the map over a time without events.
     pub fn over(
         parts: &[SampledPart],
         &Periods { period, shortest }: &Periods,
@@ -196,7 +196,7 @@ impl<S: Number> EventSequence<S> {
     }
 }
 
-/// What happens within a period, instant by instant, in the steady state: commands of the period before are on their way.
+/// The events within a period, instant by instant, in the steady state: delayed commands of the period before are in transit.
 fn schedule(parts: &[SampledPart], period: f64, shortest: f64) -> Vec<(f64, Vec<Scheduled>)> {
     let mut all: Vec<(f64, Scheduled)> = Vec::new();
     for (number, part) in parts.iter().enumerate() {
@@ -231,7 +231,7 @@ fn schedule(parts: &[SampledPart], period: f64, shortest: f64) -> Vec<(f64, Vec<
     out
 }
 
-/// The period after which all clocks begin anew, s.
+/// The common period of all clocks, s.
 fn common_period(periods: &[f64], shortest: f64) -> Option<f64> {
     let longest = periods.iter().copied().fold(0.0, f64::max);
     let fits = |period: &f64| {

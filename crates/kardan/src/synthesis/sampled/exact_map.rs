@@ -14,9 +14,9 @@ use crate::num::{
 };
 use crate::results::{Stability, StabilityEvidence, StabilityVerdict};
 
-/// Binary digits to which exponentials are computed: more where those before decide nothing.
+/// Binary digits to which exponentials are computed: more where fewer decide nothing.
 const DIGITS: [usize; 3] = [128, 256, 1024];
-/// States up to which a map is looked at.
+/// Most states of a map for this test.
 const MOST: usize = 32;
 /// Distances to the unit circle that are tried, as powers of two.
 const DISTANCES: [i32; 6] = [4, 8, 16, 32, 64, 128];
@@ -74,14 +74,14 @@ impl ExactMap {
     ///
     /// Method: where the map is exact, as where all exponentials end, [`stability_of`]. Else it may be shown to contract ([`contracts`]), which
     /// takes least. If not, its characteristic polynomial p̃ is that of a
-    /// map next to the true one. Circles on either side of the border hold equally many roots of p̃, counted exactly, so that on the border, of
+    /// map next to the true one. Circles on either side of the border contain equally many roots of p̃, counted exactly, so that on the border, of
     /// radius c, |p̃| is at least (half their distance)ⁿ. That is more than p̃ is off there, so the true polynomial has as many roots inside
     /// (Rouché).
     fn stability(&self, at_one: usize) -> StabilityVerdict {
         if self.off == f64::NEG_INFINITY {
             let mut found = stability_of(&self.map, Plane::Discrete);
             for motion in &mut found.border {
-                motion.free = motion.frequency == 0.0 && motion.poles == at_one && motion.growth <= 1;
+                motion.uncontrolled = motion.frequency == 0.0 && motion.poles == at_one && motion.growth_exponent <= 1;
                 motion.frequency /= self.period;
             }
             return match found.border.is_empty() {
@@ -169,13 +169,13 @@ fn log_norm(matrix: &Matrix<Rational>) -> f64 {
     log2((0..matrix.rows()).map(row).fold(0.0, f64::max) * (1.0 + 1e-9))
 }
 
-/// The jump over a time in which nothing happens, and log₂ of how far it may be off.
+/// The map over a time without events, and log₂ of its error bound.
 fn exponential(flow: &Matrix<Rational>, time: f64, digits: usize) -> Option<(Jump<Rational>, f64)> {
     let n = flow.rows();
     let (moving, still): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| flow.row(i).iter().any(|x| !x.is_zero()));
     let part =
         |columns: &[usize]| Matrix::from_fn(moving.len(), columns.len(), |i, j| flow[(moving[i], columns[j])].clone());
-    // Times are differences of doubles: as many digits as those have that somebody wrote.
+    // Times are differences of doubles: as many digits as the times in the model file have.
     let time = super::places::exact_time(time)?;
     let ExactZoh { transition, integral, off } = ExactZoh::new(&part(&moving), &time, digits)?;
     let driving = part(&still);

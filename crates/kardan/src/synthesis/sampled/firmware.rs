@@ -8,7 +8,7 @@ use crate::synthesis::{Block, Clock, ExactLoop, Frozen, Law, LinearLaw, Referenc
 
 /// A law as it runs at a sample time; `None` if its numbers overflow there, or if it is for another sample time.
 ///
-/// The states of a law in continuous time are integrated exactly for signals held over the sample time.
+/// The states of a law in continuous time are integrated exactly for signals that are constant over the sample time (zero-order hold).
 pub fn sampled(law: Arc<dyn Law>, clock: Clock) -> Option<Arc<dyn Law>> {
     let linear = law.linear_sampled(clock)?;
     law.block(Some(clock))?;

@@ -3,7 +3,7 @@ use kardan_rt::functions::{log2, powi};
 use crate::num::{Matrix, exponential};
 use crate::synthesis::Clock;
 
-/// A plant `ẋ = A x + B u` whose inputs are held from sample to sample and change with a delay, exactly, over `[x; p₁ … p_h; u]`
+/// A plant `ẋ = A x + B u` with zero-order hold of the inputs, which change with a delay, exactly, over `[x; p₁ … p_h; u]`
 /// with the commands p of the samples before (p₁ the last one) and the one computed now, u.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::synthesis) struct ZohPlant {

@@ -4,7 +4,7 @@ use crate::synthesis::Clock;
 use crate::synthesis::regulator::{SampledCost, SampledRegulator, sampled_lqr, stein};
 
 /// What one channel should do: its error `c z + g τ + f d − ξ` vanishes in the ideal decoupled loop, in which the output of a
-/// reference model of second order, ξ, is all that the channel knows of.
+/// reference model of second order, ξ, is the only one that the channel uses.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::synthesis) struct Target {
     /// c, over the states of the plant.
@@ -56,8 +56,8 @@ struct Places {
 }
 
 impl Problem {
-    /// The feedback that minimises, per sample, the mean square of the errors over what is acceptable plus the square of the
-    /// changes of the commands over what is acceptable. The errors are integrated exactly, between samples too.
+    /// The feedback that minimises, per sample, the mean square of the errors over the acceptable ones plus the square of the
+    /// changes of the commands over the acceptable ones. The errors are integrated exactly, between samples too.
     ///
     /// Disturbances are constant for the design, references too; both are known to the law.
     ///
@@ -200,7 +200,7 @@ impl Problem {
 mod tests {
     use super::*;
 
-    /// Where every error vanishes at rest, nothing is to be changed: u = −K [z; p; d; ξ; r] is the command before. Here the error
+    /// Where every error vanishes at rest, the command does not change: u = −K [z; p; d; ξ; r] is the command before. Here the error
     /// is τ + d + z/2 − ξ with a decaying z, for delays with and without a share of the command in its own sample.
     #[test]
     fn at_rest_the_command_stays() {

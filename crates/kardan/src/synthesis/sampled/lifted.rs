@@ -8,20 +8,20 @@ use crate::num::{AtZero, Rounding, at_zero_rounded};
 
 /// Directions in which the disk is searched, over half a turn.
 const DIRECTIONS: usize = 24;
-/// Smallest and largest disk that is looked at, and the factor from one to the next.
+/// Smallest and largest disk that is tried, and the factor from one to the next.
 const DISKS: [f64; 3] = [0.01, 2.0, 1.25];
 /// Steps of the phase, over half a turn.
 const TURNS: usize = 36;
 /// Halvings of what has been bracketed.
 const HALVINGS: usize = 40;
-/// Radius beyond one that rounding alone may make.
+/// Excess of the radius over one that rounding alone may cause.
 const BEYOND: f64 = 1e-10;
 
 /// A sampled loop over the common period of all its clocks, opened at one motor, for errors that are the same at each sample: the
 /// torque times a complex number.
 ///
-/// The loop is periodic; its map over the common period, with the factor at each command, is exact. What is told of it is
-/// searched: each factor that is tried is judged by the eigenvalues of the map, and factors between those are not.
+/// The loop is periodic; its map over the common period, with the factor at each command, is exact. The margins are searched: the
+/// eigenvalues of the map decide for each factor that is tried, and factors between those are not checked.
 #[derive(Debug, Clone)]
 pub struct Lifted {
     map: SampledLoop,
@@ -29,13 +29,13 @@ pub struct Lifted {
 }
 
 impl Lifted {
-    /// `free`: how many motions nobody holds; `None` if the map tells another number.
+    /// `free`: the number of uncontrolled rigid-body modes; `None` if the map has another number.
     pub(super) fn new(map: SampledLoop, free: usize) -> Option<Self> {
         let split = at_zero_rounded(&map.change(), Rounding::OfOne)?;
         (split.motions.columns() == free).then_some(Self { map, split })
     }
 
-    /// Spectral radius of the map over the common period with this factor, without motions that nobody holds; `None` if the
+    /// Spectral radius of the map over the common period with this factor, without uncontrolled rigid-body modes; `None` if the
     /// iteration fails.
     pub fn radius(&self, (re, im): (f64, f64)) -> Option<f64> {
         let [re, im] =
@@ -50,7 +50,7 @@ impl Lifted {
         self.radius((factor.re, factor.im)).is_some_and(|radius| radius < 1.0 + BEYOND)
     }
 
-    /// The least turn of the phase, rad, at which the loop is unstable; infinite if none is. Looked at every 5°.
+    /// The least phase change, rad, at which the loop is unstable; infinite if none is. Evaluated every 5°.
     pub fn phase(&self) -> f64 {
         let turn = |angle: f64| self.stable(c64::cis(angle));
         let step = PI / TURNS as f64;

@@ -14,18 +14,18 @@ use crate::results::Stability;
 
 /// Doublings of the time over which errors of readings add up: 4096 periods.
 const DOUBLINGS: usize = 12;
-/// Relative distance to an eigenvalue at which its vector is looked for.
+/// Relative distance to an eigenvalue at which its vector is computed.
 const BESIDE: f64 = 1e-9;
 /// Distances to the limit of stability below which the error of an eigenvalue is bounded by its condition.
 const CLOSE: f64 = 1e-4;
-/// Of how many roundings, times its size, the largest entries of a loop are known.
+/// The accuracy of the largest entries of a loop, in roundings times its size.
 const ROUNDINGS: f64 = 8.0;
 
-/// The exact map of a linear loop over the period after which all clocks begin anew, without limits, friction and rounding:
+/// The exact map of a linear loop over the common period of all clocks, without limits, friction and rounding:
 /// `z(t + T) = Φ z(t)`.
 ///
-/// `z = [q_r; q̇_r; torques of motors with a lag; for each law the commands in force and those on their way, if it has a clock,
-/// its states, and what sensors with a sample time of their own hold for it; if they are asked for, references and the errors
+/// `z = [q_r; q̇_r; torques of motors with a lag; for each law the commands in force and those in transit, if it has a clock,
+/// its states, and the readings of sensors with a sample time of their own; if requested, references and the errors
 /// of readings]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SampledLoop {
@@ -37,19 +37,19 @@ pub struct SampledLoop {
     pub sample_time: f64,
     /// The loop between two instants, `ż = F z`.
     pub flow: Matrix<f64>,
-    /// What each input of the plant is told, over z, N m.
+    /// The command of each input of the plant, over z, N m.
     pub commands: Matrix<f64>,
-    /// Where the references of each law are in z, if they were asked for.
+    /// Where the references of each law are in z, if requested.
     pub references: Vec<usize>,
-    /// Where the errors of the readings of each law are in z, if they were asked for.
+    /// Where the errors of the readings of each law are in z, if requested.
     pub errors: Vec<usize>,
-    /// Where the torques are in z that the motors of each law give beyond what they are told, if they were asked for.
+    /// Where the torques are in z that the motors of each law give in addition to their commands, if requested.
     pub(super) excess: Vec<usize>,
     /// Where the commands of each law are that are in force.
     pub(super) in_force: Vec<usize>,
     /// After which happening new commands of each law are in force; `None` if that is more than once in a period.
     applied: Vec<Option<usize>>,
-    /// Reduced coordinates, which stand first in z.
+    /// Reduced coordinates, which are first in z.
     degrees_of_freedom: usize,
     /// Where constants begin in z: references and errors.
     constants: usize,
@@ -64,18 +64,18 @@ pub struct Slowest {
     pub growth: f64,
     /// rad/s
     pub frequency: f64,
-    /// Whether nothing grows, to the rounding of the loop: what searches for a limit go by.
+    /// Whether no motion grows, to the rounding of the loop: the criterion of searches for a limit.
     pub stable: bool,
-    /// Whether it is stable but for what is left out; not decided where a motion is as near to the border as rounding may be off.
+    /// Whether it is stable but for the motions left out; not decided where a motion is as near to the border as rounding may be off.
     pub word: Stability,
-    /// How many motions nobody holds, exactly at zero (at one of a map) to the rounding of the loop, which are left out: angles that stay, and speeds
-    /// that stay.
+    /// The number of uncontrolled rigid-body modes, exactly at zero (at one of a map) to the rounding of the loop, which are left out: constant angles, and speeds
+    /// that are constant.
     pub free: usize,
-    /// How many motions are left out: those, and more if that was asked for.
+    /// How many motions are left out: those, and more if requested.
     pub excluded: usize,
-    /// How fast the one of them grows that grows most, 1/s; 0 of those that are exactly at zero.
+    /// The largest growth rate among them, 1/s; 0 for those that are exactly at zero.
     pub drift: f64,
-    /// Below which size numbers counted as zero when they were told from others, 1/s.
+    /// The size below which numbers counted as zero, 1/s.
     pub rounding: f64,
 }
 
@@ -107,11 +107,11 @@ struct NonzeroSpectrum {
     /// How many are at zero.
     zeros: usize,
     nonzero: Vec<(f64, f64)>,
-    /// Those that are left out beside the ones at zero.
+    /// Those that are left out in addition to the ones at zero.
     dropped: Vec<(f64, f64)>,
-    /// Entries on the diagonal of states that stand alone.
+    /// Entries on the diagonal of isolated states.
     isolated: Vec<f64>,
-    /// The matrix on the others, without what is at zero.
+    /// The matrix on the others, without the motions at zero.
     rest: Matrix<f64>,
     /// Below which size numbers counted as zero.
     rounding: f64,
@@ -150,7 +150,7 @@ impl NonzeroSpectrum {
         self.zeros + self.dropped.len()
     }
 
-    /// Whether all that is held is inside the border, told from how far beyond it each eigenvalue is.
+    /// Whether all controlled motions are inside the border, by the distance of each eigenvalue from it.
     fn word(&self, added: f64, beyond: impl Fn((f64, f64)) -> f64) -> Stability {
         let size = self.rest.as_slice().iter().fold(0.0f64, |most, x| most.max(x.abs()));
         let near = |value: &&(f64, f64)| beyond(**value) > -CLOSE * size.max(1.0);
@@ -166,7 +166,7 @@ impl NonzeroSpectrum {
     /// How far rounding may move one of the eigenvalues of the matrix, plus one that is added to it for the diagonal.
     fn error(&self, value: (f64, f64), added: f64) -> f64 {
         if value.1 == 0.0 && self.isolated.contains(&value.0) {
-            // It is beyond that already.
+            // It is outside already.
             return 0.0;
         }
         let n = self.rest.rows();
@@ -185,7 +185,7 @@ fn error(matrix: &Matrix<f64>, value: (f64, f64)) -> f64 {
     let scales = balance(&faer::Mat::from_fn(n, n, |i, j| matrix[(i, j)]));
     let balanced = Matrix::from_fn(n, n, |i, j| matrix[(i, j)] * scales[j] / scales[i]);
     let own = balanced.as_slice().iter().map(|x| x * x).sum::<f64>().sqrt();
-    // Right and left vector by inverse iteration, as real vectors of twice the length.
+    // Right and left vector by inverse iteration, as real vectors of double length.
     let near = (value.0 * (1.0 + BESIDE), value.1 * (1.0 + BESIDE));
     let shifted = |a: &Matrix<f64>, im: f64| {
         Matrix::from_fn(2 * n, 2 * n, |i, j| {
@@ -235,8 +235,8 @@ impl SampledLoop {
         Self::with(plant, parts, None)
     }
 
-    /// The same with the references of all laws, and the errors of their readings, as constant states, for answers to steps;
-    /// a loop without sampled laws is looked at every `otherwise` seconds.
+    /// The same with the references of all laws, and the errors of their readings, as constant states, for step responses;
+    /// a loop without sampled laws is evaluated every `otherwise` seconds.
     ///
     /// # Errors
     /// [`SampledLoopError`]
@@ -250,7 +250,7 @@ impl SampledLoop {
     fn with(plant: &LoopPlant, parts: &[SampledPart], driven: Option<f64>) -> Result<Self, SampledLoopError> {
         let periods = Periods::of(parts, driven)?;
         let Periods { period, shortest } = periods;
-        // Growth is told for each sample of the laws, however often blocks compute.
+        // Growth is reported per sample of the laws, however often blocks compute.
         let of_laws = parts.iter().filter(|part| !part.is_task()).filter_map(|part| part.clock);
         let of_laws = of_laws.map(|clock| clock.period).fold(f64::INFINITY, f64::min);
         let sample_time = if of_laws.is_finite() { of_laws } else { shortest };
@@ -297,13 +297,13 @@ impl SampledLoop {
         Places::new(plant, parts, false).flow().0
     }
 
-    /// What of a loop without sampled laws is at zero, to the rounding of what each entry of its matrix adds up from.
+    /// The eigenvalues at zero of a loop without sampled laws, to the rounding of the terms of each entry of its matrix.
     pub(super) fn at_zero_of(plant: &LoopPlant, parts: &[SampledPart]) -> Option<AtZero> {
         let flow = Self::flow_of(plant, parts);
         at_zero_rounded(&flow, Places::sizes(plant, parts).as_ref().map_or(Rounding::OfLargest, Rounding::OfEach))
     }
 
-    /// Lets one period pass. `look` is shown z at the end of each interval after which a law computes, and at the end.
+    /// Lets one period pass. `look` receives z at the end of each interval after which a law computes, and at the end.
     pub fn pass(&self, z: &mut [f64], look: &mut dyn FnMut(&[f64])) {
         let mut memory = Vec::new();
         for event in &self.event_sequence {
@@ -315,7 +315,7 @@ impl SampledLoop {
         }
     }
 
-    /// The map if what is put on wires is multiplied by a complex number: real and imaginary part, without constants.
+    /// The map if the commands are multiplied by a complex number: real and imaginary part, without constants.
     pub(super) fn with_factor(&self, factor: c64) -> [Matrix<f64>; 2] {
         let n = self.map.rows();
         let (mut re, mut im) = (Matrix::identity(n), Matrix::zeros(n, n));
@@ -365,7 +365,7 @@ impl SampledLoop {
         Some(found)
     }
 
-    /// The motions that nobody holds, columns over z without constants: they stay, an eigenvalue at one of the map.
+    /// The uncontrolled rigid-body modes, columns over z without constants: an eigenvalue at one of the map.
     pub fn free(&self) -> Option<Matrix<f64>> {
         Some(at_zero_rounded(&self.change(), Rounding::OfOne)?.motions)
     }
@@ -375,7 +375,7 @@ impl SampledLoop {
         Matrix::from_fn(self.constants, self.constants, |i, j| self.map[(i, j)] - f64::from(u8::from(i == j)))
     }
 
-    /// The motion that grows most, or decays least, but for those of parts that nobody holds (a wheel that turns freely), which
+    /// The motion that grows most, or decays least, but for uncontrolled rigid-body modes (a wheel that turns freely), which
     /// stay exactly; growth zero if there is no other. `None` if the iteration fails.
     pub fn slowest(&self) -> Option<Slowest> {
         self.slowest_excluding(0)
@@ -386,10 +386,10 @@ impl SampledLoop {
         self.slowest_of((excluded, true))
     }
 
-    /// The same; the word takes time and is left out where nobody asks for it.
+    /// The same; the name of the motion takes time and is computed on request only.
     pub(super) fn slowest_of(&self, (excluded, judged): (usize, bool)) -> Option<Slowest> {
         let found = NonzeroSpectrum::of(&self.change(), Rounding::OfOne, excluded)?;
-        // |1 + μ|² = 1 + 2 Re μ + |μ|²: the growth keeps its digits next to one.
+        // |1 + μ|² = 1 + 2 Re μ + |μ|²: the growth loses no digits next to one.
         let grows = |(re, im): (f64, f64)| 2.0 * re + re * re + im * im;
         let per_second = |change: (f64, f64)| 0.5 * ln_1p(grows(change)) / self.period;
         let drift = found.dropped.iter().map(|change| per_second(*change)).fold(0.0, f64::max);
@@ -424,7 +424,7 @@ impl SampledLoop {
         Some(map)
     }
 
-    /// How many entries of z are no constants.
+    /// The number of entries of z that are not constant.
     pub(super) fn states(&self) -> usize {
         self.constants
     }
@@ -485,8 +485,8 @@ impl SampledLoop {
         Some(self.multipliers()?.first().map_or(0.0, |found| size(*found)))
     }
 
-    /// What errors of the readings of one law make of rows over z: root mean squares long after all began at rest, at the worst
-    /// instant. Each error is new whenever its sensor reads, with these variances. What drifts (a wheel that nobody holds)
+    /// The response of rows over z to errors of the readings of one law: root mean squares long after a start at rest, at the worst
+    /// instant. Each error is new whenever its sensor reads, with these variances. What drifts (a wheel that no law controls)
     /// is taken after some thousand periods.
     ///
     /// # Panics

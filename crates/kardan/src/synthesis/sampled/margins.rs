@@ -1,4 +1,4 @@
-//! How far a loop is from instability: rate, delay, lag and gain, each searched on the exact linear loop.
+//! Margins of a loop: sample rate, delay, lag and gain, each searched on the exact linear loop.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -12,19 +12,19 @@ use crate::synthesis::{Clock, Law};
 
 /// Steps of the searches, as a factor.
 pub const LIMIT_STEP: f64 = 1.04;
-/// Half turns of a motion of the plant in one sample that are looked at closely, and how closely.
+/// Half periods of a motion of the plant in one sample around which the search is fine, and how fine.
 const HALF_TURNS: u32 = 4;
 const BESIDE: [f64; 9] = [0.99, 0.995, 0.998, 0.999, 1.0, 1.001, 1.002, 1.005, 1.01];
 /// The golden section, and how often it is taken.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 const SECTIONS: usize = 16;
-/// Shortest and longest sample time and lag that are looked at, s.
+/// Shortest and longest sample time and lag that are tried, s.
 const RANGE: [f64; 2] = [1e-6, 1.0];
-/// Largest factor of the loop gain that is looked at, either way.
+/// Largest factor of the loop gain that is tried, up and down.
 pub const GAINS: f64 = 100.0;
-/// Steps in a sample time in which a late motor is looked at.
+/// Steps per sample time in which the delay of one motor is tried.
 const LATE_STEPS: f64 = 10.0;
-/// Longest delay that is looked at, in sample times.
+/// Longest delay that is tried, in sample times.
 const DELAYS: f64 = crate::synthesis::LONGEST_DELAY;
 
 /// A controller in its loop, to be changed.
@@ -37,7 +37,7 @@ pub struct Survey<'a> {
     pub clocks: &'a [Option<Clock>],
     /// The controller that is changed.
     pub number: usize,
-    /// Blocks that the loop closes through. While another sample time is looked for they are taken as given, as they keep theirs.
+    /// Blocks in the loop. The search for another sample time leaves them unchanged, as they have sample times of their own.
     pub blocks: &'a LoopBlocks,
 }
 
@@ -52,16 +52,16 @@ pub struct Change {
     pub gain: f64,
     /// Which of its motors that factor is for; `None`: all of them.
     pub motor: Option<usize>,
-    /// How late commands reach that motor, beside the delay of the clock, s; of a sampled controller.
+    /// Additional delay of the commands to that motor, on top of the delay of the clock, s; of a sampled controller.
     pub late: f64,
 }
 
 /// Where a loop becomes unstable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {
-    /// The value that the loop just tolerates; infinite if all that was looked at is tolerated.
+    /// The value that the loop just tolerates; infinite if all tried values are tolerated.
     pub value: f64,
-    /// The angular frequency of the motion that grows beyond it, rad/s; zero if it is none.
+    /// The angular frequency of the motion that grows beyond the limit, rad/s; zero if it does not oscillate.
     pub frequency: f64,
 }
 
@@ -118,23 +118,23 @@ impl Survey<'_> {
         !self.blocks.is_empty() && (self.blocks.is_continuous() || !self.moves(change))
     }
 
-    /// The motion of the changed loop that grows most, but for those that nobody holds; `None` if it cannot be computed.
+    /// The motion of the changed loop that grows most, but for uncontrolled rigid-body modes; `None` if it cannot be computed.
     pub fn slowest(&self, change: Change) -> Option<Slowest> {
         self.slowest_of(change, (0, true))
     }
 
-    /// The same of at least so many motions less, and with a word of its own only if that is asked for.
+    /// The same without at least so many motions, and with a name only on request.
     fn slowest_of(&self, change: Change, (excluded, judged): (usize, bool)) -> Option<Slowest> {
         let (parts, plant) = self.changed(change)?;
         if parts.iter().all(|part| part.clock.is_none()) {
             return Slowest::continuous(&plant, &parts, (excluded, judged));
         }
-        // What nobody holds in continuous time, sampling may move a little: that makes no held motion of it.
+        // Sampling may move uncontrolled rigid-body modes of continuous time a little: they stay uncontrolled.
         let free = self.free_motions(change).map_or(0, |free| free.columns());
         SampledLoop::new(&plant, &parts).ok()?.slowest_of((excluded.max(free), judged))
     }
 
-    /// The motions of the changed loop in continuous time that nobody holds, columns whose first entries are `[q_r; q̇_r]`; `None`
+    /// The uncontrolled rigid-body modes of the changed loop in continuous time, columns whose first entries are `[q_r; q̇_r]`; `None`
     /// if a law has no such form.
     pub fn free_motions(&self, change: Change) -> Option<Matrix<f64>> {
         if self.laws.iter().any(|law| law.clock().is_some()) || self.has_blocks(change) {
@@ -147,7 +147,7 @@ impl Survey<'_> {
         Some(SampledLoop::at_zero_of(&plant, &parts)?.motions)
     }
 
-    /// The motions of the loop as it is that nobody holds, columns whose first entries are `[q_r; q̇_r]`; `None` if they cannot be computed.
+    /// The uncontrolled rigid-body modes of the unchanged loop, columns whose first entries are `[q_r; q̇_r]`; `None` if they cannot be computed.
     pub fn free(&self) -> Option<Matrix<f64>> {
         let (parts, plant) = self.parts()?;
         if parts.iter().all(|part| part.clock.is_none()) {
@@ -208,8 +208,8 @@ impl Survey<'_> {
         before[1].map(|_| Limit { value: f64::INFINITY, frequency: 0.0 })
     }
 
-    /// Sample times that are looked at: in steps, and closely where half turns of a motion of the plant fill one, in which the motion is not seen
-    /// to turn and may grow within a narrow band.
+    /// Sample times that are tried: in steps, and finely where half periods of a motion of the plant fill one, in which the samples do not show the motion
+    /// and it may grow within a narrow band.
     fn periods(&self) -> Vec<f64> {
         let mut all: Vec<f64> = path(RANGE[0], RANGE[1]).collect();
         let poles = eigenvalues(&self.plant.first_order().a).unwrap_or_default();
@@ -222,7 +222,7 @@ impl Survey<'_> {
         all
     }
 
-    /// The longest sample time, s, that the loop tolerates with a delay that is this part of it: of those that are looked at, all shorter ones are
+    /// The longest sample time, s, that the loop tolerates with a delay that is this part of it: of those that are tried, all shorter ones are
     /// tolerated too. `None` if none is, or the law is made for one sample time.
     pub fn longest_period(&self, delay: f64) -> Option<Limit> {
         let single = self.clocks[self.number].is_some_and(|clock| clock.single);
@@ -249,8 +249,8 @@ impl Survey<'_> {
         self.first(std::iter::once(now).chain(more), 0, |lag| Change { lag: Some(lag), ..self.unchanged() })
     }
 
-    /// How much later its commands may reach one motor of the sampled controller, s: the least delay, beside that of the clock,
-    /// at which the exact map is unstable. Looked at every tenth of a sample, up to ten samples, then halved until it is known to
+    /// How much later its commands may reach one motor of the sampled controller, s: the least delay, in addition to that of the clock,
+    /// at which the exact map is unstable. Tried every tenth of a sample, up to ten samples, then halved until it is known to
     /// rounding. `None` if the controller has no clock or the loop is unstable as it is.
     pub fn motor_delay(&self, motor: usize) -> Option<Limit> {
         let period = self.clocks[self.number]?.period;
@@ -272,7 +272,7 @@ impl Survey<'_> {
 
     /// The factors of the controller's torques, below and above one, that the loop tolerates; `None` if it is unstable.
     ///
-    /// A motion that nobody holds, at zero because the law balances a torque exactly, moves with the factor; as many as there are
+    /// An uncontrolled mode, at zero because the law balances a torque exactly, moves with the factor; as many as there are
     /// are left out, those next to zero.
     pub fn gain_margin(&self) -> Option<[Limit; 2]> {
         self.factors(None)
@@ -292,7 +292,7 @@ impl Survey<'_> {
     }
 }
 
-/// Where beside the middle one of three values a function that has one peak there is above zero, if it is found: the golden section of what is left, until
+/// Where next to the middle one of three values a function that has one peak there is above zero, if it is found: the golden section of the rest, until
 /// the peak stays below zero even if the function rises to it as it has risen from the lower end.
 fn growing_between([first, middle, last]: [(f64, f64); 3], grows: impl Fn(f64) -> f64) -> Option<(f64, f64)> {
     let at = |value: f64| (value, grows(value));

@@ -1,4 +1,4 @@
-//! What blocks of firmware are made of: numbers in their precision, and what a snapshot keeps of them.
+//! The parts of blocks of firmware: numbers in their precision, and their snapshot.
 
 use kardan_rt::Health;
 
@@ -9,7 +9,7 @@ pub(in crate::synthesis) fn entries<T: Float>(matrix: &Matrix<f64>) -> Vec<T> {
     T::list(matrix.as_slice())
 }
 
-/// What a block says of its last sample.
+/// The status of a block at its last sample.
 pub(in crate::synthesis) fn archive_health(health: &mut Health, archive: &mut StateArchive<'_>) {
     let Health { invalid_readings, invalid_references, commands_bounded, governed, estimate_frozen } = health;
     [invalid_readings, invalid_references, commands_bounded].into_iter().for_each(|count| archive.count(count));

@@ -6,25 +6,25 @@ use crate::names::SignalName;
 use crate::num::{LastDigits, Matrix, Rational};
 use crate::synthesis::{Clock, ExportedSignal, Law, LinearLaw};
 
-/// A wire on which the commands of a sampled law to one of its motors are late.
+/// An additional delay of the commands of a sampled law to one of its motors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wire {
     /// Which of the law's inputs.
     pub input: usize,
-    /// How late they are, beside the delay of the law's clock, s.
+    /// Their delay in addition to that of the law's clock, s.
     pub delay: f64,
 }
 
-/// What another part of a loop tells.
+/// A signal that another part of a loop exports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Teller {
     /// Which part.
     pub part: usize,
-    /// What of it.
+    /// Which of its signals.
     pub exported: ExportedSignal,
 }
 
-/// A law in a sampled loop, or a task of blocks, whose answers stand in the place of commands.
+/// A law in a sampled loop, or a task of blocks, whose outputs take the place of commands.
 #[derive(Debug, Clone)]
 pub struct SampledPart {
     /// Its linear part: between samples if it has a clock.
@@ -35,13 +35,13 @@ pub struct SampledPart {
     pub clock: Option<Clock>,
     /// Numbers of the inputs that it commands, among those of the plant.
     pub inputs: Vec<usize>,
-    /// What each of its motors gives of what it is told, 1 for the loop as it is; the law does not know of it.
+    /// The factor of each of its motors on its command, 1 for the unchanged loop; the law does not know it.
     pub gains: Vec<f64>,
-    /// A wire between the law and one of its motors, on which commands are late; the law does not know of it.
+    /// An additional delay of the commands to one of the motors; the law does not know it.
     pub wire: Option<Wire>,
     /// Which of its readings come from sensors with a sample time of their own. All others are new whenever it computes.
     pub slow: Vec<(usize, SlowSensor)>,
-    /// Which of its references other parts of the loop tell; all others come from the scenario.
+    /// Which of its references other parts of the loop export; all others come from the scenario.
     pub reads: Vec<(usize, Teller)>,
 }
 
@@ -93,7 +93,7 @@ impl SampledPart {
             let head = SignalName::new(&signal.name).element;
             Some((k, plant.slow_sensors.iter().find(|sensor| sensor.name == head)?.clone()))
         });
-        // What nothing follows from is not read.
+        // Readings that nothing depends on are skipped.
         let read =
             |k: usize| [&linear.errors, &linear.on_errors].iter().any(|of| (0..of.rows()).any(|i| of[(i, k)] != 0.0));
         let slow = slow.filter(|(k, _)| *k >= linear.on_errors.columns() || read(*k));
@@ -125,16 +125,16 @@ impl SampledPart {
         self.inputs.is_empty()
     }
 
-    /// How many commands it gives, or answers.
+    /// The number of its commands, or outputs.
     pub(super) fn outputs(&self) -> usize {
         self.linear.on_states.rows()
     }
 
-    /// The linear part without what slow sensors tell it: that comes from the readings that they hold.
+    /// The linear part without the inputs of slow sensors: these come from their held readings.
     pub(super) fn direct(&self) -> LinearLaw {
         let mut out = self.linear.clone();
         for (reading, sensor) in &self.slow {
-            // A speed that is a difference of angles stands in the linear part as the speed.
+            // A speed that is a difference of angles is in the linear part the speed itself.
             let [angles, speeds] = sensor.true_rows();
             for (gain, of, row) in [
                 (&self.linear.on_errors, &mut out.on_angles, angles),
@@ -151,14 +151,14 @@ impl SampledPart {
     }
 }
 
-/// Whether no command of a law follows from anything, as of a program that a mode keeps off at rest.
+/// Whether no command of a law depends on any input, such as of a program that a mode switches off at rest.
 fn is_off(law: &LinearLaw) -> bool {
     let commands =
         [&law.on_states, &law.on_angles, &law.on_speeds, &law.on_disturbances, &law.on_references, &law.on_errors];
     law.states.rows() > 0 && commands.iter().all(|of| of.as_slice().iter().all(|x| *x == 0.0))
 }
 
-/// A law whose states act on nothing, without them.
+/// A law without its states, which act on nothing.
 fn without_states(law: &LinearLaw) -> LinearLaw {
     let none = |of: &Matrix<f64>| Matrix::zeros(0, of.columns());
     LinearLaw {

@@ -6,7 +6,7 @@ use crate::synthesis::{Clock, ExportedSignal, LinearLaw, sizes};
 
 /// Numbers over which a loop is put together.
 pub(in crate::synthesis) trait Number: Scalar {
-    /// A law, without what slow sensors hold.
+    /// A law, without the held readings of slow sensors.
     fn law(part: &SampledPart) -> LinearLaw<Self>;
     /// A gain, which is the double that runs.
     fn gain(value: f64) -> Self;
@@ -73,7 +73,7 @@ impl FirstOrderPlant<f64> {
 }
 
 impl FirstOrderPlant<Rational> {
-    /// Before rounding; `None` where that is not known, or something else than dampers holds a coordinate without inertia.
+    /// Before rounding; `None` where that is not known, or something else than dampers determines a coordinate without inertia.
     pub fn exact(plant: &LoopPlant) -> Option<Self> {
         let model = plant.exact.as_ref()?;
         Some(Self { equations: model.first_order()?, basis: model.basis.clone(), lags: plant.lags.clone() })
@@ -111,22 +111,22 @@ pub(in crate::synthesis) struct Places<'a, S> {
 
 pub(in crate::synthesis) struct LawPlaces<'a, S> {
     part: &'a SampledPart,
-    /// Its linear part, without what slow sensors hold.
+    /// Its linear part, without the held readings of slow sensors.
     direct: LinearLaw<S>,
     /// Commands in force; of a law in continuous time nowhere.
     pub in_force: usize,
-    /// Commands on their way, the next first.
+    /// Commands in transit, the next first.
     queue: Vec<usize>,
-    /// Of a late motor: which input, the command that it has received, and those on the wire, the next first.
+    /// For a motor with an additional delay: its input, the command that it has received, and those in transit, the next first.
     wire: Option<(usize, usize, Vec<usize>)>,
     states: usize,
-    /// Of each slow sensor the reading that it holds, and the angle that it read last, if it takes differences.
+    /// For each slow sensor its held reading, and the last angle, if it takes differences.
     slow: Vec<(usize, Option<usize>)>,
     /// Where its references are; `None` if they are left out.
     pub references: Option<usize>,
     /// Where the errors of its readings are; `None` if they are left out.
     pub errors: Option<usize>,
-    /// Where the torques are that its motors give more than they are told; `None` if they are left out.
+    /// Where the torques are that its motors give in addition to their commands; `None` if they are left out.
     pub excess: Option<usize>,
 }
 
@@ -232,8 +232,8 @@ impl<'a, S: Number> Places<'a, S> {
         out
     }
 
-    /// What a law makes of places beside those of plant and states: with `on_references` (or `references`) and `on_errors` (or
-    /// `errors`) it multiplies its references and readings' errors, the readings that slow sensors hold, and what other parts tell it.
+    /// The action of a law on places other than those of plant and states: with `on_references` (or `references`) and `on_errors` (or
+    /// `errors`) it multiplies its references and readings' errors, the held readings of slow sensors, and the signals of other parts.
     fn enter_references(&self, law: &LawPlaces<'_, S>, [references, errors]: [&Matrix<S>; 2], out: &mut Matrix<S>) {
         let exported: Vec<(usize, Vec<(usize, S)>)> =
             law.part.reads.iter().map(|(reference, teller)| (*reference, self.exported(*teller))).collect();
@@ -255,7 +255,7 @@ impl<'a, S: Number> Places<'a, S> {
         }
     }
 
-    /// What a part tells, over z: at a sample the tasks have computed before, and a law tells what it found at its last one.
+    /// The signal that a part exports, over z: at a sample the tasks have computed before, and a law exports the value of its last sample.
     fn exported(&self, Teller { part, exported }: Teller) -> Vec<(usize, S)> {
         let law = &self.laws[part];
         match exported {
@@ -268,7 +268,7 @@ impl<'a, S: Number> Places<'a, S> {
         }
     }
 
-    /// The command of a law over z: what it says now, whether sampled or not.
+    /// The present command of a law over z, whether sampled or not.
     fn command(&self, number: usize) -> Matrix<S> {
         let law = &self.laws[number];
         let on_plant = self.plant.over_states([&law.direct.on_angles, &law.direct.on_speeds]);
@@ -282,7 +282,7 @@ impl<'a, S: Number> Places<'a, S> {
         out
     }
 
-    /// What goes into the rates (or the next values) of a law's states, over z, with these torques of its inputs.
+    /// The inputs of the rates (or the next values) of a law's states, over z, with these torques of its inputs.
     fn rates(&self, number: usize, torques: &Matrix<S>) -> Matrix<S> {
         let law = &self.laws[number];
         let from_plant = self.plant.over_states([&law.direct.angles, &law.direct.speeds]);
@@ -318,8 +318,8 @@ impl<'a, S: Number> Places<'a, S> {
         commands
     }
 
-    /// The matrix of the loop between two instants, ż = F z, and what each input is told. A motor gives what it is told, and what
-    /// it gives beyond that, times the gain of its law, of which the law knows nothing.
+    /// The matrix of the loop between two instants, ż = F z, and the command of each input. A motor gives its command, and what
+    /// it gives in addition, times the gain of its law, which the law does not know.
     pub fn flow(&self) -> (Matrix<S>, Matrix<S>) {
         let FirstOrder { a, b, .. } = &self.plant.equations;
         let own = a.rows();
@@ -392,13 +392,13 @@ impl<'a, S: Number> Places<'a, S> {
         }
     }
 
-    /// A law computes: its commands go on their way, its states become those of the next sample.
+    /// A law computes: its commands enter the delay, its states become those of the next sample.
     pub(super) fn compute(&self, number: usize) -> Jump<S> {
         let law = &self.laws[number];
         let Some(clock) = law.part.clock else { unreachable!("only sampled laws compute at an instant") };
         let m = law.part.outputs();
         let command = self.command(number);
-        // The torques until the next sample: in force now, then those on their way, one after the other.
+        // The torques until the next sample: in force now, then those in transit, one after the other.
         let row = |place: usize| Matrix::from_fn(m, self.size, |i, j| unit(j == place + i));
         let torques = match law.queue.len() {
             0 => command.clone(),
@@ -423,13 +423,13 @@ impl<'a, S: Number> Places<'a, S> {
         out
     }
 
-    /// Where a command is put that starts on the wire of a law.
+    /// The place of a new command in transit of a law.
     pub fn launched(&self, number: usize) -> Option<usize> {
         let (_, received, waiting) = self.laws[number].wire.as_ref()?;
         Some(waiting.last().copied().unwrap_or(*received))
     }
 
-    /// The next command on the wire of a law reaches its motor, those behind it move up.
+    /// The next delayed command of a law reaches its motor, the following ones move up.
     pub(super) fn arrive(&self, number: usize) -> Jump<S> {
         let mut out = Jump::new();
         let Some((_, received, waiting)) = &self.laws[number].wire else { return out };
@@ -438,7 +438,7 @@ impl<'a, S: Number> Places<'a, S> {
         out
     }
 
-    /// The next command of a law that is on its way takes effect, those behind it move up.
+    /// The next command of a law in transit takes effect, the following ones move up.
     pub(super) fn apply(&self, number: usize) -> Jump<S> {
         let LawPlaces { in_force, queue, part, wire, .. } = &self.laws[number];
         let mut out = Jump::new();

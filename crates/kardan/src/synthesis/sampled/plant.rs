@@ -30,20 +30,20 @@ pub struct LoopPlant {
     pub exact: Option<Arc<LinearModel>>,
 }
 
-/// A sensor that reads at times of its own, from zero on, and holds its reading in between.
+/// A sensor that reads at times of its own, from zero on, with zero-order hold of its reading.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SlowSensor {
     /// Name.
     pub name: String,
     /// Time between two readings, s.
     pub period: f64,
-    /// What it reads: shaft and factor.
+    /// Its measured shaft and factor.
     pub row: Vec<(usize, f64)>,
     /// How it reads them.
     pub reads: Reads,
 }
 
-/// What a sensor makes of shafts.
+/// The output of a sensor over shafts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reads {
     /// Their angles.
@@ -55,7 +55,7 @@ pub enum Reads {
 }
 
 impl SlowSensor {
-    /// What it means to read, over angles and speeds.
+    /// Its ideal reading, over angles and speeds.
     pub(super) fn true_rows(&self) -> [&[(usize, f64)]; 2] {
         if self.reads == Reads::Angles { [&self.row, &[]] } else { [&[], &self.row] }
     }
@@ -108,7 +108,7 @@ impl LoopPlant {
     /// `[q_r; q̇_m]` and its equations.
     ///
     /// # Panics
-    /// If the inertia matrix is singular beyond coordinates that a damper holds.
+    /// If the inertia matrix is singular in more than coordinates that a damper determines.
     pub fn first_order(&self) -> FirstOrder<f64> {
         let matrices = [&self.inertia, &self.damping, &self.stiffness, &self.input];
         let found = FirstOrder::new(self.moving.clone(), matrices);
@@ -120,7 +120,7 @@ impl LoopPlant {
         self.inertia.rows() + self.moving.len()
     }
 
-    /// The same with an input along each torque that follows from what blocks answer, behind those of the motors, by the name of its element.
+    /// The same with an input along each torque that follows from outputs of blocks, after those of the motors, by the name of its element.
     pub fn with_block_torques(mut self, reduced: &Reduced) -> Self {
         let laws: Vec<_> = reduced.equations.laws.iter().filter(|law| reads_blocks(&law.value)).collect();
         let Some(mut model) = self.exact.as_deref().cloned().filter(|_| !laws.is_empty()) else { return self };

@@ -16,7 +16,7 @@ pub(in crate::synthesis) struct RegulatorBlock<T> {
     bounds: Vec<Bounds<T>>,
     governor_bounds: Vec<T>,
     readings: Vec<Reading>,
-    /// What the sensors read at zero coordinates.
+    /// The readings of the sensors at zero coordinates.
     offsets: Vec<f64>,
     memory: Vec<T>,
     read: Vec<T>,

@@ -16,7 +16,7 @@ pub(in crate::synthesis) struct RegulatorData {
     pub feedback: Matrix<f64>,
     pub bounds: Vec<Bounds<f64>>,
     pub governor: Option<GovernorData>,
-    /// K_f and G of forces that the linear model leaves out; empty columns where nobody tells of them.
+    /// K_f and G of forces that the linear model leaves out; empty columns where the law does not get them.
     pub on_forces: Matrix<f64>,
     pub force_input: Matrix<f64>,
 }
@@ -46,7 +46,7 @@ impl RegulatorData {
         [self.prediction.rows(), self.model.rows(), references, self.output.rows(), self.input.columns()]
     }
 
-    /// What a point of a schedule consists of, in the order of [`kardan_rt::ScheduledRegulator::schedule`].
+    /// The data of a point of a schedule, in the order of [`kardan_rt::ScheduledRegulator::schedule`].
     pub fn parts(&self) -> Vec<Matrix<f64>> {
         let [n, k, r, ..] = self.sizes();
         let own = [

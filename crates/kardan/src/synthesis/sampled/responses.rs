@@ -1,4 +1,4 @@
-//! A loop as errors, readings and references see it, frequency by frequency.
+//! Frequency responses of a loop to errors, readings and references.
 
 use std::sync::Arc;
 
@@ -17,17 +17,17 @@ pub struct ControlLoop<'a> {
     pub plant: &'a LoopPlant,
     /// All controllers.
     pub parts: &'a [SampledPart],
-    /// The one that is looked at.
+    /// The selected one.
     pub number: usize,
 }
 
 /// The sample times of controllers and sensors differ.
 struct SeveralTimes;
 
-/// The loop as errors of a controller's readings see it.
+/// The loop for errors of a controller's readings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Readings {
-    /// What is read.
+    /// The reading.
     pub names: Vec<String>,
     /// From the errors to the true readings.
     pub loops: Response,
@@ -36,7 +36,7 @@ pub struct Readings {
 }
 
 impl ControlLoop<'_> {
-    /// The loop as errors of the motors' torques see it, a channel for each motor of the controller; motions that nobody holds are
+    /// The loop for errors of the motors' torques, a channel for each motor of the controller; uncontrolled rigid-body modes are
     /// left out. `None` if the loop has several clocks, or cannot be computed.
     pub fn motors(&self) -> Option<Response> {
         let part = &self.parts[self.number];
@@ -85,9 +85,9 @@ impl ControlLoop<'_> {
         Some(Places::of(FirstOrderPlant::exact(self.plant)?, parts, true))
     }
 
-    /// The same for errors of what the controller reads.
+    /// The same for errors of the controller's readings.
     ///
-    /// A law with sensors reads these, `sensors` tells each one's row over `[q_r; q̇_r]`; another one reads the angles and speeds of
+    /// A law with sensors reads these, `sensors` has each one's row over `[q_r; q̇_r]`; another one reads the angles and speeds of
     /// the coordinates that it uses; `motions` has the names of angle and speed of each.
     ///
     /// # Panics
@@ -200,10 +200,10 @@ fn reading<S: Scalar>(law: &LinearLaw<S>, all: &[(bool, usize)]) -> LinearLaw<S>
     LinearLaw { errors: pick(&law.angles, &law.speeds), on_errors: pick(&law.on_angles, &law.on_speeds), ..law.clone() }
 }
 
-/// Part of what adds up to it below which a motion is not seen, or not driven.
+/// Relative size below which a motion is not observed, or not driven.
 const NEGLIGIBLE: f64 = 1e-12;
 
-/// The loop for errors that enter by B and signals `C z + D w`, without the motions that nobody holds, as far as these are not driven or not seen: those that
+/// The loop for errors that enter by B and signals `C z + D w`, without the uncontrolled rigid-body modes that are not driven or not observed: those that
 /// are stay as integrators. `entries`: sizes to whose rounding the entries of the matrix are known.
 fn response_without_free(
     matrix: &Matrix<f64>,
@@ -223,7 +223,7 @@ fn response_without_free(
     Response::state_space([&a, &b, &c, d], period)
 }
 
-/// A system with what it has at zero as integrators, where that is driven and seen.
+/// A system with its modes at zero as integrators, where these are driven and observed.
 ///
 /// With V spanning the motions at zero, `A V = V N`, all else in R and `A R = V G + R A₂`, the rows `Wᵀ = V⁺ + X R⁺` with `X A₂ = N X − G` have
 /// `Wᵀ A = N Wᵀ` and `Wᵀ V = 1`: as powers of N end at zero, X is found in as many steps as there are motions. These add `C V N^k Wᵀ B / s^(k+1)`; the rest is
@@ -302,7 +302,7 @@ fn add_integrators(shares: &[Matrix<f64>], [a, b, c]: &mut [Matrix<f64>; 3]) {
     }
 }
 
-/// A system with the states alone that have a part in what goes from B to C.
+/// A system with only the states that contribute to the response from B to C.
 fn only_between<S: Scalar>(matrix: &Matrix<S>, [b, c, d]: [&Matrix<S>; 3]) -> [Matrix<S>; 4] {
     let states = between(matrix, b, c);
     let n = states.len();
@@ -314,7 +314,7 @@ fn only_between<S: Scalar>(matrix: &Matrix<S>, [b, c, d]: [&Matrix<S>; 3]) -> [M
     ]
 }
 
-/// The states that what enters by B reaches, and that the rows of C are reached from: the others have no part in what goes from one to the other.
+/// The states that are reached from B and that reach the rows of C: the others do not contribute to the response.
 fn between<S: Scalar>(matrix: &Matrix<S>, b: &Matrix<S>, c: &Matrix<S>) -> Vec<usize> {
     let n = b.rows();
     let spread = |mut reached: Vec<bool>, acts: &dyn Fn(usize, usize) -> bool| {
@@ -341,7 +341,7 @@ mod tests {
     use super::*;
     use crate::num::Random;
 
-    /// States that stand apart, before what enters, behind what is seen, or beside both, change no answer.
+    /// States that are not driven, not observed, or neither, change no response.
     #[test]
     fn states_without_a_part_change_no_answer() {
         let mut random = Random::new(9);

@@ -1,4 +1,4 @@
-//! A law that follows where the joints of its plant stand: the same design at points over half a turn.
+//! A law that follows the position of the joints of its plant: the same design at points over half a turn.
 
 use dashu_int::UBig;
 use kardan_rt::{Bounds, Gain, Health, RegulatorMemory, Schedule, ScheduledRegulator, Sensor};
@@ -18,7 +18,7 @@ pub(in crate::synthesis) struct ScheduleData {
     /// The design at each point, at equal distances over [`PERIOD`]; all of the same shape, the first one straight ahead.
     pub points: Vec<RegulatorData>,
     pub mechanism: MechanismData<f64>,
-    /// What the sensors read, less what they read at zero coordinates.
+    /// The readings of the sensors, less those at zero coordinates.
     pub sensors: Vec<Sensor<f64>>,
     pub entries: Vec<(usize, f64)>,
 }
@@ -49,17 +49,20 @@ pub(in crate::synthesis) fn turning(reduced: &Reduced) -> Result<usize, String> 
             let name = &reduced.equations.coordinates[*shaft];
             if !curve.repeats_each_half_turn() {
                 return Err(format!(
-                    "the transmission that gives the angle of `{name}` is another one half a turn later"
+                    "the transmission that gives the angle of `{name}` does not repeat after half a turn"
                 ));
             }
             for column in (0..r).filter(|k| own[*k]) {
                 let before = *found.get_or_insert(column);
                 if before != column {
-                    return Err(format!("its joints turn with `{}` and with `{}`", names[before], names[column]));
+                    return Err(format!(
+                        "its joints turn with two coordinates, `{}` and `{}`",
+                        names[before], names[column]
+                    ));
                 }
                 if *own_turns[column].denominator() != UBig::ONE {
                     return Err(format!(
-                        "the joint of `{name}` turns with `{}` through a gear that is not whole",
+                        "the joint of `{name}` turns with `{}` through a gear whose ratio is not a whole number",
                         names[column]
                     ));
                 }
@@ -74,7 +77,7 @@ pub(in crate::synthesis) fn turning(reduced: &Reduced) -> Result<usize, String> 
     if let Some(spring) = bent {
         return Err(format!("the spring of `{}` acts through a joint", spring.element));
     }
-    found.ok_or_else(|| "nothing bends it".into())
+    found.ok_or_else(|| "it has no bent joint".into())
 }
 
 impl ScheduleData {
@@ -155,7 +158,7 @@ impl ScheduleData {
     }
 }
 
-/// The block [`ScheduledRegulator`] in a precision, without what is the same at all points.
+/// The block [`ScheduledRegulator`] in a precision, without the data that all points share.
 #[derive(Debug, Clone)]
 pub(in crate::synthesis) struct Scheduled<T> {
     rows: Vec<T>,

@@ -15,7 +15,7 @@ impl Node {
     }
 
     pub(crate) fn too_large(&self) -> UnitError {
-        self.error("number::range", "this part is beyond all bounds", "check the exponents")
+        self.error("number::range", "this part is too large", "check the exponents")
     }
 
     /// Whether this part can be added to another or compared with it.

@@ -16,7 +16,7 @@ const PI_LIMIT: i64 = 1000;
 /// The largest size of a power.
 const POWER_LIMIT: i32 = 64;
 
-/// What a function asks of what it is given.
+/// The domain condition of a function's argument.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Restriction {
     /// A square root.
@@ -27,7 +27,7 @@ pub(crate) enum Restriction {
     UnitInterval,
 }
 
-/// A number on the way to a value.
+/// An intermediate number.
 #[derive(Clone)]
 pub(crate) enum Number {
     /// A fraction times a power of π.
@@ -36,7 +36,7 @@ pub(crate) enum Number {
     Rounded(RBig),
 }
 
-/// What a part of an expression gives.
+/// The value of a part of an expression.
 pub(crate) struct Value {
     pub(crate) number: Number,
     pub(crate) dimension: Dimension,
@@ -93,14 +93,14 @@ impl Number {
         }
     }
 
-    /// Of two numbers of 256 digits that are the same to all but the last of these nothing is left: `sqrt(2)^2 - 2` is zero.
+    /// Two numbers of 256 digits that agree in all but the last digits cancel: `sqrt(2)^2 - 2` is zero.
     fn difference(a: &RBig, b: &RBig) -> Self {
         let difference = a - b;
         let is_noise = !difference.is_zero() && precise::is_noise_of(&difference, a);
         if is_noise { Self::Rounded(RBig::ZERO) } else { Self::rounded(&difference) }
     }
 
-    /// Whether it is no fraction times a power of π, or follows from a number that stands for one.
+    /// Whether it is not a fraction times a power of π, or is computed from a number that approximates one.
     fn is_rounded(&self) -> bool {
         match self {
             Self::Exact(value) => value.is_rounded(),
@@ -168,7 +168,7 @@ impl Node {
         self.parts().iter().for_each(|part| part.tables(out));
     }
 
-    /// A table that there is not, among those that there are.
+    /// An unknown table, with the known ones.
     pub(crate) fn unknown_table(&self, name: &str, tables: &[&str]) -> UnitError {
         unknown_function(name, self.span.start..self.span.start + name.len(), tables)
     }
@@ -183,7 +183,7 @@ impl Node {
         }
     }
 
-    /// Whether more than so many parts are part of each other.
+    /// Whether parts are nested deeper than this.
     pub(super) fn is_deeper_than(&self, most: usize) -> bool {
         let mut open = vec![(self, 1)];
         while let Some((part, depth)) = open.pop() {
@@ -201,12 +201,12 @@ impl Node {
         out.push(self);
     }
 
-    /// The first part for which this holds, itself included.
+    /// The first part that satisfies this, itself included.
     pub(super) fn find(&self, predicate: &dyn Fn(&Self) -> bool) -> Option<&Self> {
         if predicate(self) { Some(self) } else { self.parts().iter().find_map(|part| part.find(predicate)) }
     }
 
-    /// Parts whose values functions restrict, with what they ask for.
+    /// Parts with a domain condition of a function.
     pub(super) fn restricted<'n>(&'n self, out: &mut Vec<(&'n Self, Restriction)>) {
         if matches!(self.kind, Kind::If(..)) {
             return;
@@ -255,9 +255,9 @@ impl Node {
                 Some((value, dimension)) => Ok(Value { number: Number::Exact(value), dimension }),
                 None if find_unit(name).is_some() => Err(self.error(
                     "name::unknown",
-                    format!("there is no parameter `{name}`, and a unit stands behind a number"),
+                    format!("there is no parameter `{name}`, and a unit must follow a number"),
                     format!(
-                        "write `1 {name}`, also below a line: `3 / 1 {name}`; or `/{name}` behind a unit without spaces"
+                        "write `1 {name}`, also below a line: `3 / 1 {name}`; or `/{name}` after a unit without spaces"
                     ),
                 )),
                 None => match unit_help(name) {
@@ -353,7 +353,7 @@ impl Node {
         let dimension = Self::call_dimension(function, arguments, &dimensions)?;
         let domain = |message: &str| arguments[0].error("expression::domain", message, "check the value of this part");
         if matches!(function, Sin | Cos | Tan) && precise::nearest(&first.number.digits()).abs() > 1e30 {
-            return Err(domain("an angle beyond all bounds"));
+            return Err(domain("an angle that is too large"));
         }
         let plain = |number: Number| Ok(Value { number, dimension });
         let x = first.number.digits();

@@ -18,12 +18,12 @@ use super::{Dimension, Exact, UnitError};
 /// An expression of numbers with units, names and functions, with what each part of it is in the text.
 ///
 /// `+ - * / ^`, parentheses, `pi`, and the functions `sqrt sin cos tan asin acos atan atan2 exp ln abs min max sign` and `if(a < b, x, y)`.
-/// A condition is 1 where it holds, else 0: comparisons (`< <= > >= == !=`) joined by `and`, `or` and `not`, where any other number stands for
+/// A condition is 1 where it is true, else 0: comparisons (`< <= > >= == !=`) joined by `and`, `or` and `not`, where any other number stands for
 /// whether it is above a half.
-/// A number takes the units behind it, which bind closer than `*` and `/`: `2 pi / 60 s` divides by a minute, `100 N m/rad` is one
-/// stiffness. A fraction without spaces is a number: `51/50`, `1/2 s`; behind a `/` it is not, `a/2/3` goes from left to right. A power
-/// binds before all of these: `4 pi^2` is 4·π², `3/2^2 m` is 0.75 m, `x^1/2` the half of x; that of a unit is the unit's, `3 kg^2`. What is no number
-/// or unit behind one is a name: `m_rack`, the key of an element `wheel.inertia`, a signal `arm.phi`; within `'...'` a name may hold other letters.
+/// A number takes the units after it, which bind closer than `*` and `/`: `2 pi / 60 s` divides by a minute, `100 N m/rad` is one
+/// stiffness. A fraction without spaces is a number: `51/50`, `1/2 s`; after a `/` it is not, `a/2/3` goes from left to right. A power
+/// binds before all of these: `4 pi^2` is 4·π², `3/2^2 m` is 0.75 m, `x^1/2` the half of x; that of a unit is the unit's, `3 kg^2`. Anything but a number
+/// or a unit after one is a name: `m_rack`, the key of an element `wheel.inertia`, a signal `arm.phi`; within `'...'` a name may contain other letters.
 ///
 /// ```
 /// use kardan::units::{Dimension, Exact, Expression, parse_quantity};
@@ -39,7 +39,7 @@ pub struct Expression {
     pub(crate) root: Node,
 }
 
-/// What an expression gives.
+/// The value of an expression.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evaluated {
     /// In SI units.
@@ -54,14 +54,14 @@ impl Expression {
     /// Reads an expression.
     ///
     /// # Errors
-    /// What is no expression, with its place; unknown units and functions; a text longer than 1024 bytes (16384 of a law) or with more than 64 parentheses inside
+    /// An invalid expression, with its place; unknown units and functions; a text longer than 1024 bytes (16384 of a law) or with more than 64 parentheses inside
     /// each other.
     pub fn parse(text: &str) -> Result<Self, UnitError> {
         Self::read(text, false)
     }
 
-    /// Reads an expression of time and signals: `t` is the time, and may stand behind its factor, `2 pi t / 1 s`. A tonne is `1000 kg` there.
-    /// What is called by a name that no function has is a table.
+    /// Reads an expression of time and signals: `t` is the time, and may follow its factor, `2 pi t / 1 s`. A tonne is `1000 kg` there.
+    /// A call by a name that is not a function is a table.
     ///
     /// ```
     /// use kardan::units::Expression;
@@ -100,18 +100,18 @@ impl Expression {
         out
     }
 
-    /// Where it stands in the text: of a part of an expression its place.
+    /// Its place in the text, also of a part of an expression.
     pub(crate) fn span(&self) -> Range<usize> {
         self.root.span.clone()
     }
 
-    /// Where a name first stands.
+    /// The first place of a name.
     pub(crate) fn place_of(&self, name: &str) -> Option<Range<usize>> {
         self.root.find(&|node| matches!(&node.kind, Kind::Name(other) if other == name)).map(|node| node.span.clone())
     }
 
-    /// Whether it gives turns where radians are asked for, or the other way round: a frequency for an angular velocity or an angular velocity for a
-    /// frequency, of something that is one, without a `pi` to turn the one into the other. `of` tells dimensions of names.
+    /// Whether it gives turns where radians are expected, or the reverse: a frequency for an angular velocity or an angular velocity for a
+    /// frequency, of something that is one, without a `pi` for the conversion. `of` gives dimensions of names.
     pub(crate) fn mixes_turns(
         &self,
         expected: Dimension,
@@ -133,21 +133,21 @@ impl Expression {
         !has_pi && self.root.find(&leaf).is_some()
     }
 
-    /// The parts that something is divided by; not those within `if(...)`, which may keep zero away.
+    /// The parts that something is divided by; not those within `if(...)`, which may guard against zero.
     pub(crate) fn divisors(&self) -> Vec<Self> {
         let mut parts = Vec::new();
         self.root.divisors(&mut parts);
         parts.into_iter().map(|root| self.part(root)).collect()
     }
 
-    /// The parts that functions ask something of; not those within `if(...)`, which may keep them in.
+    /// The parts with a domain condition of a function; not those within `if(...)`, which may guard them.
     pub(crate) fn restricted(&self) -> Vec<(Self, Restriction)> {
         let mut parts = Vec::new();
         self.root.restricted(&mut parts);
         parts.into_iter().map(|(root, restriction)| (self.part(root), restriction)).collect()
     }
 
-    /// Where it takes the sign of what one of these names moves, and of what.
+    /// Where it takes the sign of an expression of one of these names, and of which.
     pub(crate) fn signs_of(&self, is: &dyn Fn(&str) -> bool) -> Vec<(Range<usize>, Self)> {
         let mut parts = Vec::new();
         self.root.all(&mut parts);
@@ -162,18 +162,18 @@ impl Expression {
         parts.into_iter().filter_map(sign).collect()
     }
 
-    /// Its parts that bend or jump somewhere, inner ones first, with where they do in words.
+    /// Its parts with a kink or a jump, inner ones first, with the message where.
     pub(crate) fn kinks(&self) -> Vec<(Self, String)> {
         let mut parts = Vec::new();
         self.root.all(&mut parts);
         let kink = |node: &Node| {
             let reason = match &node.kind {
-                Kind::Call(Called::Abs, _) => "`abs` bends where this is zero".to_string(),
+                Kind::Call(Called::Abs, _) => "`abs` has a kink where this is zero".to_string(),
                 Kind::Call(Called::Sign, _) => "`sign` jumps where this is zero".to_string(),
-                Kind::Call(Called::Min, _) => "`min` bends where both are equal".to_string(),
-                Kind::Call(Called::Max, _) => "`max` bends where both are equal".to_string(),
-                Kind::If(..) => "`if` may bend or jump where the comparison changes".to_string(),
-                Kind::Lookup(table, _) => format!("table `{table}` bends at its points or at its ends"),
+                Kind::Call(Called::Min, _) => "`min` has a kink where both are equal".to_string(),
+                Kind::Call(Called::Max, _) => "`max` has a kink where both are equal".to_string(),
+                Kind::If(..) => "`if` may have a kink or a jump where the comparison changes".to_string(),
+                Kind::Lookup(table, _) => format!("table `{table}` has kinks at its points or at its ends"),
                 _ => return None,
             };
             Some((self.part(node), reason))
@@ -190,7 +190,7 @@ impl Expression {
         self.root.rounds(lookup)
     }
 
-    /// Whether it may jump where its names move steadily.
+    /// Whether it may jump while its names change continuously.
     pub(crate) fn jumps(&self) -> bool {
         let jumps =
             |node: &Node| matches!(node.kind, Kind::If(..) | Kind::Call(Called::Sign | Called::Atan2 | Called::Tan, _));
@@ -204,7 +204,7 @@ impl Expression {
     pub fn evaluate(&self, lookup: &dyn Fn(&str) -> Option<(Exact, Dimension)>) -> Result<Evaluated, UnitError> {
         let Value { number, dimension } = self.root.value(lookup)?;
         let (value, exact) = number.rounded_once().ok_or_else(|| {
-            let message = "the value is beyond the numbers of floating point";
+            let message = "the value exceeds the floating-point range";
             UnitError::new("number::range", 0..self.text.len(), message).help("check the exponents")
         })?;
         check_range(&value, &self.text, 0..self.text.len())?;

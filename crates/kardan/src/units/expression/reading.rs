@@ -11,7 +11,7 @@ use super::truth;
 
 /// Signs that compare.
 const COMPARISONS: [&str; 6] = ["<=", ">=", "==", "!=", "<", ">"];
-/// The longest expression, in bytes; of what moves, which elements put together.
+/// The longest expression, in bytes; of coordinates, as composed by elements.
 const TEXT_LIMIT: usize = 1024;
 const LAW_LIMIT: usize = 16 * TEXT_LIMIT;
 /// Parentheses inside each other.
@@ -38,7 +38,7 @@ fn syntax(span: Range<usize>, message: impl Into<String>, help: impl Into<String
     UnitError::new("expression::syntax", span, message).help(help)
 }
 
-/// A function that there is not; `tables` are what can be called besides the functions.
+/// An unknown function; `tables` can be called besides the functions.
 pub(super) fn unknown_function(name: &str, span: Range<usize>, tables: &[&str]) -> UnitError {
     let function_names =
         || FUNCTIONS.iter().map(|(function_names, ..)| *function_names).chain(["if"]).chain(tables.iter().copied());
@@ -64,12 +64,12 @@ pub(super) fn read(text: &str, of_time: bool) -> Result<Node, UnitError> {
             Some('=') => "two things are compared by `==`",
             Some('&' | '|' | '!') => "write `and`, `or` and `not`",
             Some('±') => {
-                "a tolerance is one of a number alone: declare `x = \"3 N m ± 5 %\"` under `[parameters]`, and write `x` here"
+                "only a number can have a tolerance: declare `x = \"3 N m ± 5 %\"` under `[parameters]`, and write `x` here"
             }
             Some('1') if parser.reader.rest().starts_with("1/") => {
-                "what is asked for each second is a quotient: write `5 / 1 s`, or `5 Hz`"
+                "a rate per second is a quotient: write `5 / 1 s`, or `5 Hz`"
             }
-            _ if parser.at_unit() => "a unit stands behind a number: write `sin(beta) * 1 N m`",
+            _ if parser.at_unit() => "a unit must follow a number: write `sin(beta) * 1 N m`",
             _ => "write `*` between two factors",
         };
         return Err(syntax(here, format!("unexpected {found} in an expression"), help));
@@ -83,7 +83,7 @@ pub(super) fn read(text: &str, of_time: bool) -> Result<Node, UnitError> {
     Ok(root)
 }
 
-/// The most parts of an expression each of which is part of the next: what looks at them follows as deep.
+/// The most parts of an expression each of which is part of the next: the depth of recursion over them.
 const MOST_IN_A_ROW: usize = 1000;
 
 struct Parser<'t> {
@@ -101,7 +101,7 @@ impl Parser<'_> {
     fn sum(&mut self) -> Result<Node, UnitError> {
         self.depth += 1;
         if self.depth > DEPTH_LIMIT {
-            let what = format!("more than {DEPTH_LIMIT} parentheses are inside each other");
+            let what = format!("more than {DEPTH_LIMIT} nested parentheses");
             return Err(syntax(self.reader.here(), what, "give a part of it a name under `[parameters]`"));
         }
         let mut left = self.product()?;
@@ -140,7 +140,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Behind a `/` with spaces around it, `a / 2/3` may mean either of two things; `a/2/3` goes from left to right.
+    /// After a `/` with spaces around it, `a / 2/3` may mean either of two things; `a/2/3` goes from left to right.
     fn tight_fraction(&self, before: usize) -> Result<(), UnitError> {
         let mut ahead = Reader { ..self.reader };
         ahead.spaces();
@@ -161,7 +161,7 @@ impl Parser<'_> {
         Err(syntax(start..ahead.at, message, help))
     }
 
-    /// `fractions`: whether a number may be a fraction, which stands before `*` and `/`.
+    /// `fractions`: whether a number may be a fraction, which binds before `*` and `/`.
     fn signed(&mut self, fractions: bool) -> Result<Node, UnitError> {
         self.reader.spaces();
         let start = self.reader.at;
@@ -183,7 +183,7 @@ impl Parser<'_> {
         self.raised(base)
     }
 
-    /// A part with the power behind it, from the right: `a^b^c` is `a^(b^c)`.
+    /// A part with its power, from the right: `a^b^c` is `a^(b^c)`.
     fn raised(&mut self, base: Node) -> Result<Node, UnitError> {
         let before = self.reader.at;
         self.reader.spaces();
@@ -194,7 +194,7 @@ impl Parser<'_> {
         Ok(Self::binary('^', base, self.exponent()?))
     }
 
-    /// What stands behind `^`: of numbers one alone, as what follows it is no part of the exponent: `2^3 kg`, `x^1/2`.
+    /// The exponent after `^`: only one number, as the following text is not part of it: `2^3 kg`, `x^1/2`.
     fn exponent(&mut self) -> Result<Node, UnitError> {
         self.reader.spaces();
         let start = self.reader.at;
@@ -344,7 +344,7 @@ impl Parser<'_> {
         !goes_on && find_unit(&rest[..end]).is_some()
     }
 
-    /// Units behind a number: with spaces between, and with `*` and `/` without spaces around.
+    /// Units after a number: with spaces between, and with `*` and `/` without spaces around.
     fn units(&mut self) -> Result<(Exact, Dimension), UnitError> {
         let start = self.reader.at;
         let mut product = (Exact::one(), Dimension::NONE);
@@ -374,7 +374,7 @@ impl Parser<'_> {
                 return Ok(product);
             }
             let at = self.reader.at;
-            // A parenthesis may hold something else than units: then it is an operand.
+            // A parenthesis without units is an operand.
             let read = if group { self.reader.factor().ok() } else { Some(self.unit(at)?) };
             let Some((factor, dimension)) = read else {
                 self.reader.at = before;
@@ -469,7 +469,7 @@ impl Parser<'_> {
         Ok(truth::chosen(span.start..self.reader.at, condition, yes, no))
     }
 
-    /// A sum, or a condition, which is 1 where it holds, else 0.
+    /// A sum, or a condition, which is 1 where it is true, else 0.
     fn whole(&mut self) -> Result<Node, UnitError> {
         let mut left = self.all_of()?;
         while self.eat_word("or") {

@@ -81,7 +81,7 @@ fn fractions_and_powers_of_pi_stay_exact() {
     }
 }
 
-/// Rounded once: the nearest number of floating point to what a longer calculation gives.
+/// Rounded once: the floating-point number nearest to the result of a longer calculation.
 #[test]
 fn other_values_are_rounded_once() {
     for (text, value) in [
@@ -139,7 +139,7 @@ fn errors_are_reported_at_their_place() {
     for (text, message, place) in [
         ("m_rack + r_pinion", "expected a mass, found a length", "r_pinion"),
         ("2 * nothing", "there is no parameter `nothing`", "nothing"),
-        ("2 * kg", "there is no parameter `kg`, and a unit stands behind a number", "kg"),
+        ("2 * kg", "there is no parameter `kg`, and a unit must follow a number", "kg"),
         ("1 kg / (zero * 2)", "division by zero: this part is 0", "(zero * 2)"),
         ("zero^-1", "division by zero: this part is 0", "zero"),
         ("sqrt(-4)", "the square root of a negative number", "-4"),
@@ -149,7 +149,7 @@ fn errors_are_reported_at_their_place() {
         ("tan(90 deg)", "the tangent has no value here", "90 deg"),
         ("sin(3 kg)", "expected an angle, found a mass", "3 kg"),
         ("2^(1 kg)", "expected a number without a unit, found a mass", "(1 kg)"),
-        ("exp(1000)", "this part is beyond all bounds", "exp(1000)"),
+        ("exp(1000)", "this part is too large", "exp(1000)"),
         ("sine(1)", "unknown function `sine`", "sine"),
         ("2 * (3 + 4", "a `(` without its `)`: found the end of the text", "(3 + 4"),
         ("atan2(1)", "`atan2` takes 2 values, not 1", "atan2(1)"),

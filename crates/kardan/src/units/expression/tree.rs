@@ -1,4 +1,4 @@
-//! What expressions are made of.
+//! The parts of expressions.
 
 use std::ops::Range;
 
@@ -7,13 +7,13 @@ use super::super::{Dimension, Exact};
 /// A part of an expression.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Node {
-    /// Where it stands in the text.
+    /// Its place in the text.
     pub(crate) span: Range<usize>,
-    /// What it is.
+    /// Its kind.
     pub(crate) kind: Kind,
 }
 
-/// What a part of an expression is.
+/// The kind of a part of an expression.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Kind {
     /// A number with its units.
@@ -28,7 +28,7 @@ pub(crate) enum Kind {
     Call(Called, Vec<Node>),
     /// A table, by its name, at some parts.
     Lookup(String, Vec<Node>),
-    /// A comparison, and what holds if it is so or not.
+    /// A comparison, and the values if it is true or not.
     If(&'static str, Box<[Node; 4]>),
 }
 

@@ -1,4 +1,4 @@
-//! Conditions: 1 where they hold, else 0.
+//! Conditions: 1 where they are true, else 0.
 
 use std::ops::Range;
 
@@ -17,7 +17,7 @@ pub(super) fn compared(comparison: &'static str, left: Node, right: Node) -> Nod
     Node { span, kind: Kind::If(comparison, Box::new([left, right, yes, no])) }
 }
 
-/// What a number is compared by: of a comparison itself, of any other number whether it is above a half.
+/// The condition of a number: a comparison itself, or whether another number is above a half.
 fn comparison(condition: Node) -> (&'static str, [Node; 2]) {
     let is =
         |node: &Node, value: i64| matches!(&node.kind, Kind::Literal(found, _) if *found == Exact::from_integer(value));
@@ -39,21 +39,21 @@ pub(super) fn chosen(span: Range<usize>, condition: Node, yes: Node, no: Node) -
     Node { span, kind: Kind::If(comparison, Box::new([left, right, yes, no])) }
 }
 
-/// Where both hold.
+/// Where both are true.
 pub(super) fn both(left: Node, right: Node) -> Node {
     let span = left.span.start..right.span.end;
     let (right, no) = (truth(right), number(&span, 0, 1));
     chosen(span, left, right, no)
 }
 
-/// Where one of both holds.
+/// Where one of both is true.
 pub(super) fn either(left: Node, right: Node) -> Node {
     let span = left.span.start..right.span.end;
     let (yes, right) = (number(&span, 1, 1), truth(right));
     chosen(span, left, yes, right)
 }
 
-/// Where it does not hold.
+/// Where it is false.
 pub(super) fn not(span: Range<usize>, of: Node) -> Node {
     let [yes, no] = [number(&span, 0, 1), number(&span, 1, 1)];
     chosen(span, of, yes, no)
