@@ -18,23 +18,24 @@ keys! {
         required {
             wheel: Shaft, "The steering wheel.";
             kind: Choice(&["open_loop", "preview", "two_level", "hands_off"]),
-                "What the hands do: `open_loop` turns the wheel to `angle`; `preview` aims at a point of a path ahead; `two_level` knows how the path bends \
-                 and puts right how far the car is beside it (both add `angle`, if there is one); `hands_off` nothing: no hand is on the wheel.";
+                "What the driver does: `open_loop` turns the wheel to `angle`; `preview` aims at a point of a path ahead; `two_level` steers by the \
+                 curvature of the path and corrects the lateral deviation of the car (both add `angle`, if given); `hands_off`: no hand is on the \
+                 wheel.";
         }
         optional {
             angle: Formula(Dimension::ANGLE), "Angle to which the hands turn the wheel, a signal or an expression of the time; `open_loop` needs it.";
             path: Text,
-                "The path to follow: the name of a `[path.NAME]`, of a `[table.NAME]` that gives y by x, of what a manoeuvre steers, or an expression of \
-                 `ahead`, the x of the point in view: `lane(ahead)`. `preview` and `two_level` need it.";
-            car: Element(&["vehicle"]), "The car that is driven, which they need too.";
-            gain: Formula(TURN), "Angle of the wheel for each metre that the car would be beside the path (\"20 deg/m\"), which they need too.";
+                "The path to follow: the name of a `[path.NAME]`, of a `[table.NAME]` that gives y by x, of the signal that a manoeuvre makes, or \
+                 an expression of `ahead`, the x of the preview point: `lane(ahead)`. `preview` and `two_level` need it.";
+            car: Element(&["vehicle"]), "The car that is driven; they need it too.";
+            gain: Formula(TURN), "Angle of the wheel for each metre of predicted lateral deviation from the path (\"20 deg/m\"); they need it too.";
             preview: Quantity(Dimension::TIME, Sign::Positive) = "1 s",
-                "How far ahead the driver looks; of `two_level` how far ahead car and path are compared, both going straight on.";
+                "Preview time; of `two_level` the time ahead at which car and path are compared, both extended straight.";
             bend_gain: Formula(ANGLE_PER_CURVATURE), "Angle of the wheel for the curvature of the path, the ratio of the steering times l + K u^2 (\"60 rad m\"); \
                                        `two_level` needs it.";
-            anticipation: Quantity(Dimension::TIME, Sign::NonNegative) = "0.2 s", "By how much earlier the wheel is turned for it, of `two_level`.";
-            reaction: Quantity(Dimension::TIME, Sign::NonNegative) = "0.15 s", "Time until what is seen moves the hands.";
-            sample_time: Quantity(Dimension::TIME, Sign::Period) = "10 ms", "How often the driver looks; `reaction` is a multiple of it.";
+            anticipation: Quantity(Dimension::TIME, Sign::NonNegative) = "0.2 s", "Lead time of that curvature steering, of `two_level`.";
+            reaction: Quantity(Dimension::TIME, Sign::NonNegative) = "0.15 s", "Delay from observation to motion of the hands.";
+            sample_time: Quantity(Dimension::TIME, Sign::Period) = "10 ms", "Sample time of the driver; `reaction` is a multiple of it.";
             lag: Quantity(Dimension::TIME, Sign::Positive) = "0.1 s", "Time constant of nerves and muscles; a steering robot has about \"5 ms\".";
             stiffness: Quantity(Dimension::STIFFNESS, Sign::Positive) = "60 N m/rad", "Stiffness of the arms; a steering robot has about \"5 kN m/rad\".";
             damping: Quantity(Dimension::DAMPING, Sign::NonNegative) = "3 N m s/rad", "Damping of the arms.";
@@ -42,7 +43,7 @@ keys! {
             grip_stiffness: Quantity(Dimension::STIFFNESS, Sign::Positive) = "1000 N m/rad", "Stiffness between hands and wheel.";
             grip_damping: Quantity(Dimension::DAMPING, Sign::NonNegative) = "2 N m s/rad", "Damping between hands and wheel.";
             hold: Formula(Dimension::NONE),
-                "How firmly the hands hold, 0 to 1: a parameter, a signal, or an expression of the time; 0 is hands off. Left out: 1.";
+                "Grip of the hands, 0 to 1: a parameter, a signal, or an expression of the time; 0 is hands off. Left out: 1.";
         }
     }
 }
@@ -50,13 +51,14 @@ keys! {
 /// A driver at a steering wheel.
 pub const DRIVER: Element = Element {
     keyword: Driver::KEYWORD,
-    summary: "A driver: arms with inertia that hold the steering wheel at an angle, or follow a path with preview, reaction time and muscles.",
+    summary: "A driver: arms with inertia that turn the steering wheel to an angle, or follow a path with preview, reaction time and muscles.",
     sketch: r"
     angle, path --> [reaction, lag] --> stiffness, damping --> ( arm ) ==/\/\/\== wheel
                                                                      grip",
-    signs: "Its parts are elements that others may name: the shaft `<name>_arm`, the torque `<name>_muscles` on it, and the torque `<name>_hands` of the grip: \
-            `<name>_hands.tau` is the torque that the hands put on the wheel; blocks `<name>_will` (the angle that the arms are to have), with a path \
-            `<name>_ahead` (x of the point in view), `<name>_target` (y of the path), `<name>_seen`, and with `two_level` `<name>_bend` (its curvature).",
+    signs: "Its parts are elements that others may name: the shaft `<name>_arm`, the torque `<name>_muscles` on it, and the torque `<name>_hands` \
+            of the grip: `<name>_hands.tau` is the torque that the hands put on the wheel; blocks `<name>_will` (target angle of the arms), with a \
+            path `<name>_ahead` (x of the preview point), `<name>_target` (y of the path), `<name>_seen`, and with `two_level` `<name>_bend` (its \
+            curvature).",
     symbol: Symbol::Torque,
     fields: Driver::FIELDS,
     example: "\
@@ -93,14 +95,14 @@ fn check(values: &Values) -> Vec<KeyError> {
         _ => &[],
     };
     for key in idle.iter().filter(|key| values.has(key)) {
-        let message = format!("`{key}` says nothing for the kind `{kind}`");
+        let message = format!("`{key}` has no effect for the kind `{kind}`");
         out.push(KeyError::new(key, message, "remove it, or choose another kind"));
     }
     if let Some((what, hold)) = values.formula("hold").and_then(|formula| least(formula))
         && !(0.0..=1.0).contains(&hold)
     {
-        let message = format!("{what} is {hold}: hands hold from 0 (off) to 1 (firmly)");
-        out.push(KeyError::new("hold", message, "write a part from 0 to 1, or a signal that stays there"));
+        let message = format!("{what} is {hold}: the grip is between 0 (hands off) and 1 (firm)");
+        out.push(KeyError::new("hold", message, "write a number from 0 to 1, or a signal within that range"));
     }
     out
 }

@@ -16,9 +16,8 @@ keys! {
             friction: Quantity(Dimension::FORCE, Sign::NonNegative) = "0 N",
                 "Coulomb friction force against the ground, the same at rest and in motion without `breakaway`.";
             breakaway: Quantity(Dimension::FORCE, Sign::NonNegative),
-                "Force at which it breaks away from rest, not below `friction`; in motion the friction falls from it as \
-                 friction + (breakaway - friction) exp(-(v/stribeck_speed)^2). Only runs know it, designs leave friction out. Left \
-                 out: equal to `friction`.";
+                "Breakaway force at rest, not below `friction`; in motion the friction falls from it as friction + (breakaway - friction) \
+                 exp(-(v/stribeck_speed)^2). Only simulations use it; designs neglect friction. Left out: equal to `friction`.";
             stribeck_speed: Quantity(Dimension::VELOCITY, Sign::Positive),
                 "Velocity with which the friction falls from `breakaway`; needed with it.";
         }

@@ -9,7 +9,7 @@ keys! {
     element State("state") {
         required {
             rate: Formula(Dimension::FREQUENCY),
-                "How fast it changes, an expression of states (`slip.z`), angles and speeds, the time `t`, parameters, signals and tables, in 1/s.";
+                "Its rate of change, an expression of states (`slip.z`), angles and speeds, the time `t`, parameters, signals and tables, in 1/s.";
         }
         optional {
         }
@@ -19,8 +19,8 @@ keys! {
 /// A state of first order.
 pub const STATE: Element = Element {
     keyword: State::KEYWORD,
-    summary: "A state of first order, a number whose rate an expression gives: a tyre that relaxes, a bristle that bends, a temperature. \
-              Laws of torque name it, `slip.z`.",
+    summary: "A first-order state, a number whose rate an expression gives: tyre relaxation, bristle deflection, a temperature. Torque laws read it \
+              as `slip.z`.",
     sketch: r"
     rate = law(z, phi, w, t)  -->[ integral ]-->  z",
     signs: "`<name>.z` is the state, `<name>.rate` its rate, `<name>.sum` its integral over time, on which nothing depends. It starts at zero, or as \

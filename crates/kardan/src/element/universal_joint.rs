@@ -27,7 +27,7 @@ keys! {
                 "Bend angle of the joint at shaft_2 of a double joint; equal angles give a uniform transmission.";
             phase: Quantity(Dimension::ANGLE, Sign::Any) = "0 deg", "Mounting angle of shaft_2.";
             backlash: Quantity(Dimension::ANGLE, Sign::NonNegative),
-                "Play in the joint, as an angle of shaft_1: within half of it either way nothing is carried. Left out: none.";
+                "Backlash of the joint, as an angle of shaft_1: within half of it either way no torque is transmitted. Left out: none.";
             restitution: Number(Sign::NonNegative) as RESTITUTION;
         }
     }
@@ -43,8 +43,8 @@ pub const UNIVERSAL_JOINT: Element = Element {
     shaft_1 ======+ .
                     \
                      \ shaft_2",
-    signs: "Both shafts turn the same way and agree at every quarter turn (for phase 0); `<name>.tau` is the \
-            constraint torque on shaft_1.",
+    signs: "Both shafts rotate in the same direction and have equal angles at every quarter turn (for phase 0); `<name>.tau` is the constraint \
+            torque on shaft_1.",
     symbol: Symbol::UniversalJoint,
     fields: UniversalJoint::FIELDS,
     example: "\

@@ -178,7 +178,7 @@ const LISTED: &[(Evidence, &[&str])] = &[
             "its exact derivatives {slopes}",
             "kardan places them exactly",
             "stays exact.",
-            "How the side force follows from the slip angle",
+            "The side force over the slip angle",
             "A function of time with a name.",
             "Named quantities",
             "its exact ratio would have",

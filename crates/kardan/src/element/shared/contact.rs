@@ -64,15 +64,15 @@ fn check_restitution(values: &Values) -> Vec<KeyError> {
     if values.exact("restitution").is_some_and(|e| e.to_f64() > 1.0) {
         out.push(KeyError::new(
             "restitution",
-            "above 1 each blow would add energy",
-            "give a number from 0 (it stays) to 1 (it loses nothing)",
+            "above 1 each impact would add energy",
+            "give a number from 0 (perfectly inelastic) to 1 (no energy loss)",
         ));
     }
     if values.has("stiffness") && values.exact("restitution").is_some_and(|e| !e.is_zero()) {
         out.push(KeyError::new(
             "restitution",
             "it is for rigid contact, and `stiffness` makes it soft",
-            "take one of the two away; a soft one loses energy by its `damping`",
+            "remove one of the two; soft contact loses energy by its `damping`",
         ));
     }
     out
@@ -83,7 +83,7 @@ pub(in crate::element) const RESTITUTION: Field = Field::with_default(
     "restitution",
     Kind::Number(Sign::NonNegative),
     "0",
-    "With `backlash`: the part of the speed that its sides go back with where they meet, 0 to 1.",
+    "With `backlash`: coefficient of restitution of the impacts of its flanks, the part of the relative speed with which they separate, 0 to 1.",
 );
 
 /// The width of the play of an element, if it has any.
@@ -107,7 +107,11 @@ pub(in crate::element) fn centred_limits(middle: &Exact, width: &Exact) -> [Opti
 pub(in crate::element) fn check_play(values: &Values) -> Vec<KeyError> {
     let mut out = check_restitution(values);
     if play_of(values).is_none() && values.exact("restitution").is_some_and(|e| !e.is_zero()) {
-        out.push(KeyError::new("restitution", "without `backlash` nothing ever parts", "add `backlash`, or remove it"));
+        out.push(KeyError::new(
+            "restitution",
+            "without `backlash` nothing separates, so there is no impact",
+            "add `backlash`, or remove it",
+        ));
     }
     out
 }

@@ -112,12 +112,12 @@ pub(in crate::element) fn check_points(key: &'static str, points: &[(f64, f64)])
     }
     if let Some(pair) = points.windows(2).find(|pair| pair[0].0 >= pair[1].0) {
         let message = format!("its points do not rise: after {} comes {} (SI)", pair[0].0, pair[1].0);
-        return vec![KeyError::new(key, message, "list the points in order, each place once")];
+        return vec![KeyError::new(key, message, "list the points in order, each abscissa once")];
     }
     match Spline::new(points).and_then(|spline| spline.turns()) {
         Some((from, to)) => {
-            let message = format!("the smooth curve through its points turns back between {from} and {to} (SI)");
-            vec![KeyError::new(key, message, "let the values rise or fall all along, or add points there")]
+            let message = format!("the smooth curve through its points reverses between {from} and {to} (SI)");
+            vec![KeyError::new(key, message, "let the values only rise or only fall, or add points there")]
         }
         None => Vec::new(),
     }
