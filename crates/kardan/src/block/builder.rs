@@ -135,7 +135,7 @@ impl<'g> BlockBuilder<'g> {
             return Ok(Some(value));
         }
         let message = format!("`{key}`: expected {}, found {}", expected.noun(), found.noun());
-        Err(key_error(key, message, format!("it should come out in a unit such as {}", expected.example())))
+        Err(key_error(key, message, format!("write it in a unit such as {}", expected.example())))
     }
 
     /// The same of a key that must be there.
@@ -270,8 +270,9 @@ impl<'g> BlockBuilder<'g> {
 
     /// A dimension by another one.
     pub fn over(&self, key: &'static str, a: Dimension, b: Dimension, power: i32) -> Result<Dimension, KeyError> {
-        a.times(&b, power)
-            .ok_or_else(|| key_error(key, format!("`{key}`: its unit has too high powers"), "check the units"))
+        a.times(&b, power).ok_or_else(|| {
+            key_error(key, format!("`{key}`: the exponents in its unit are too large"), "check the units")
+        })
     }
 
     /// A whole number of samples that a time is, at least so many.
@@ -290,7 +291,7 @@ impl<'g> BlockBuilder<'g> {
                 let nearest = crate::num::rational_to_f64(&ratio).round() * period.to_f64();
                 Err(key_error(
                     key,
-                    format!("`{key}` is no multiple of the sample time"),
+                    format!("`{key}` is not a multiple of the sample time"),
                     format!("the nearest one is {nearest} s"),
                 ))
             }
@@ -351,7 +352,7 @@ impl<'g> BlockBuilder<'g> {
             Some(found) if found < 0.0 || above && found == 0.0 => {
                 let message = format!("`{key}` is {}: {why}", if found < 0.0 { "below zero" } else { "zero" });
                 let help = match above {
-                    true => "write a value above zero, or take the block out",
+                    true => "write a value above zero, or remove the block",
                     false => "check the sign",
                 };
                 Err(key_error(key, message, help))
@@ -369,7 +370,7 @@ impl<'g> BlockBuilder<'g> {
     /// Refuses a key that does nothing as it stands.
     pub fn idle(&self, key: &'static str, why: &str, help: &str) -> Result<(), KeyError> {
         match self.inputs.contains_key(key) || self.values.has(key) {
-            true => Err(key_error(key, format!("`{key}` does nothing: {why}"), help)),
+            true => Err(key_error(key, format!("`{key}` has no effect: {why}"), help)),
             false => Ok(()),
         }
     }
@@ -389,7 +390,7 @@ impl<'g> BlockBuilder<'g> {
                     return Err(key_error(upper, message, format!("write both, `{lower}` below `{upper}`")));
                 }
                 let message = format!("`{lower}` is above `{upper}`: {a} and {b} in SI units");
-                Err(key_error(lower, message, "exchange them, or check a sign"))
+                Err(key_error(lower, message, "swap them, or check the signs"))
             }
             [Some(_), Some(_)] => Ok(()),
             _ => {

@@ -31,8 +31,9 @@ keys! {
             gain: Formula(TURN), "Angle of the wheel for each metre of predicted lateral deviation from the path (\"20 deg/m\"); they need it too.";
             preview: Quantity(Dimension::TIME, Sign::Positive) = "1 s",
                 "Preview time; of `two_level` the time ahead at which car and path are compared, both extended straight.";
-            bend_gain: Formula(ANGLE_PER_CURVATURE), "Angle of the wheel for the curvature of the path, the ratio of the steering times l + K u^2 (\"60 rad m\"); \
-                                       `two_level` needs it.";
+            bend_gain: Formula(ANGLE_PER_CURVATURE),
+                "Angle of the wheel for the curvature of the path, the ratio of the steering times l + K u^2 (\"60 rad m\"); `two_level` needs \
+                 it.";
             anticipation: Quantity(Dimension::TIME, Sign::NonNegative) = "0.2 s", "Lead time of that curvature steering, of `two_level`.";
             reaction: Quantity(Dimension::TIME, Sign::NonNegative) = "0.15 s", "Delay from observation to motion of the hands.";
             sample_time: Quantity(Dimension::TIME, Sign::Period) = "10 ms", "Sample time of the driver; `reaction` is a multiple of it.";

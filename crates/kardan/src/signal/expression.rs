@@ -18,8 +18,9 @@ keys! {
 pub(super) const EXPRESSION: SignalKind = SignalKind {
     keyword: ExpressionSignal::KEYWORD,
     summary: "An expression of the time, parameters and other signals.",
-    formula: "As it is written; `t` is the time, functions are those of `kardan elements parameters`. Where it bends by `abs`, `min`, `max`\n\
-              or `if`, no step of the integrator ends: pulses, ramps and tables have exact breakpoints.",
+    formula: "The value of the expression; `t` is the time, functions are those of `kardan elements parameters`. At kinks and jumps of `abs`, \
+              `min`,\n\
+              `max` or `if` no step of the integrator ends; pulses, ramps and tables have exact breakpoints.",
     fields: ExpressionSignal::FIELDS,
     example: "\
 [signal.fading]

@@ -16,7 +16,7 @@ keys! {
         optional {
             low: AnyQuantity, "Value between pulses, and before the start; left out: zero.";
             start: Quantity(Dimension::TIME, Sign::NonNegative) = "0 s", "When the first pulse begins.";
-            count: Number(Sign::Positive), "How many pulses, a whole number; left out: up to the end of the run.";
+            count: Number(Sign::Positive), "Number of pulses, a whole number; left out: up to the end of the run.";
         }
     }
 }
@@ -24,7 +24,7 @@ keys! {
 pub(super) const PULSES: SignalKind = SignalKind {
     keyword: Pulses::KEYWORD,
     summary: "A train of pulses, steps at exact times.",
-    formula: "high from start + k period on for the width, for k = 0, 1, 2 ...; else low.",
+    formula: "high from start + k period for the width, for k = 0, 1, 2 ...; else low.",
     fields: Pulses::FIELDS,
     example: "\
 [signal.knocks]
