@@ -80,8 +80,8 @@ impl Reading {
                 break;
             }
             if text.len() > LINE_LIMIT {
-                let what = format!("a line has no end for {} MiB", LINE_LIMIT >> 20);
-                return Err(LogError::damaged(CSV, "behind the last row given", what));
+                let what = format!("a line has no end within {} MiB", LINE_LIMIT >> 20);
+                return Err(LogError::damaged(CSV, "after the last row read", what));
             }
         }
         Ok(text)
@@ -152,13 +152,15 @@ impl Reading {
             Err(error) => self.failed = Some(error),
         }
         if skipped > rows && (whole_file || skipped + rows >= 100) {
-            let what = format!("from there on {skipped} of {} rows are no rows of numbers", skipped + rows);
+            let what = format!("from there on {skipped} of {} rows are not rows of numbers", skipped + rows);
             let place = format!("at row {}", first.unwrap_or(self.lines));
             self.failed = Some(LogError::damaged(CSV, place, what));
         } else if let (true, Some((row, cell, text))) = (found.odd_cells > 4 * (found.rows + 10), &found.first_odd_cell)
         {
-            let what =
-                format!("there `{text}` stands in place of a number, and {} more cells are none", found.odd_cells - 1);
+            let what = format!(
+                "there is `{text}` instead of a number, and {} more cells are not numbers",
+                found.odd_cells - 1
+            );
             self.failed = Some(LogError::damaged(CSV, format!("at row {row}, column `{}`", names(*cell)), what));
         }
         if self.failed.is_some() {
@@ -253,7 +255,7 @@ impl Log for CsvLog {
             let channel = self.layout.cells_of_channels.iter().position(|of| of == cell);
             let name = channel.map_or("", |channel| &self.groups[0].channels[channel].name);
             let count = found.odd_cells;
-            let cells = if count == 1 { "cell is no number and counts" } else { "cells are no numbers and count" };
+            let cells = if count == 1 { "cell is not a number and counts" } else { "cells are not numbers and count" };
             notes.push(format!("{count} {cells} as missing (first: row {row}, column `{name}`: `{text}`)"));
         }
         notes.extend(found.end.clone());

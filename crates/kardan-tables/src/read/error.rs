@@ -6,7 +6,7 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum LogError {
     /// There are no bytes.
-    #[error("the file is empty (0 bytes): the recording or the copy was stopped before anything was written")]
+    #[error("the file is empty (0 bytes): the recording or the copy stopped before it wrote anything")]
     Empty,
     /// The bytes end too early.
     #[error(

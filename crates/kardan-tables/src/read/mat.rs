@@ -118,7 +118,7 @@ impl Inflater {
                 let count = (self.end - self.at).min(16 << 10) as usize;
                 let available = size(&self.source).saturating_sub(self.at).min(count as u64) as usize;
                 if available == 0 {
-                    let what = "a compressed variable goes on".to_owned();
+                    let what = "a compressed variable continues".to_owned();
                     return Err(LogError::Truncated { format: MAT, what, end: size(&self.source) });
                 }
                 append(&self.source, self.at, available, &mut self.packed)?;
@@ -137,7 +137,7 @@ impl Inflater {
             };
             if filled < piece.len() && (over || self.ended) {
                 let place = format!("in the compressed variable that ends at byte {}", self.end);
-                let what = format!("it cannot be inflated beyond {} bytes", self.delivered);
+                let what = format!("it cannot be decompressed after {} bytes", self.delivered);
                 return Err(LogError::damaged(MAT, place, what));
             }
             self.ended = stuck && self.at == self.end && self.used == self.packed.len();
@@ -250,12 +250,15 @@ impl MatLog {
         let damage = index.variables().err();
         let Index { source, found, constants, mut notes, names, .. } = index;
         if names == 0 {
-            notes.push(format!("names of variables take more than {} MiB: the rest is left out", NAME_LIMIT >> 20));
+            notes.push(format!(
+                "the names of variables need more than {} MiB: the remaining ones are left out",
+                NAME_LIMIT >> 20
+            ));
         }
         if found.is_empty() {
             return Err(damage.unwrap_or_else(|| LogError::NoChannels {
                 format: MAT,
-                why: "there is no vector or matrix of numbers with at least two rows in it".into(),
+                why: "it contains no vector or matrix of numbers with at least two rows".into(),
             }));
         }
         let mut families: Vec<(&(String, String), usize)> = Vec::new();

@@ -245,9 +245,9 @@ fn inflate(body: &[u8], budget: usize, at: u64) -> Result<Vec<u8>, Broken> {
     use miniz_oxide::inflate::{TINFLStatus, decompress_to_vec_zlib_with_limit};
     decompress_to_vec_zlib_with_limit(body, budget).map_err(|error| match error.status {
         TINFLStatus::HasMoreOutput => {
-            Broken::TooLarge(format!("its compressed variables inflate to more than {} MiB", INFLATED_LIMIT >> 20))
+            Broken::TooLarge(format!("its compressed variables decompress to more than {} MiB", INFLATED_LIMIT >> 20))
         }
-        _ => Broken::Damaged(format!("the compressed variable at byte {at} cannot be inflated")),
+        _ => Broken::Damaged(format!("the compressed variable at byte {at} cannot be decompressed")),
     })
 }
 
@@ -324,7 +324,7 @@ impl<I: Input> Reader<I> {
     fn check_range(&self, at: u64, count: usize) -> Result<(), Broken> {
         let remaining = self.end.saturating_sub(at);
         if count as u64 > remaining {
-            return damaged(format!("it breaks off: {count} bytes are announced where {remaining} are left"));
+            return damaged(format!("it is truncated: {count} bytes are declared, and {remaining} remain"));
         }
         Ok(())
     }
@@ -338,7 +338,7 @@ impl<I: Input> Reader<I> {
             let length = (first >> 16) as usize;
             self.check_range(at + 4, 4)?;
             if length > 4 {
-                return damaged(format!("a small element announces {length} bytes, more than 4"));
+                return damaged(format!("a small element declares {length} bytes, more than 4"));
             }
             Tag { data_type: first & 0xffff, at: at + 4, length, next: at + 8 }
         } else {
@@ -375,7 +375,7 @@ impl<I: Input> Reader<I> {
                 let bytes = self.input.run(tag.at, tag.length)?;
                 Ok(Numbers { storage, little: self.little, count: tag.length / storage.size(), bytes })
             }
-            _ => damaged(format!("{} bytes of element type {} are no list of numbers", tag.length, tag.data_type)),
+            _ => damaged(format!("{} bytes of element type {} are not a list of numbers", tag.length, tag.data_type)),
         }
     }
 
@@ -409,7 +409,7 @@ impl<I: Input> Reader<I> {
                 return Err(Broken::TooLarge(what));
             }
             [length] if length > 0 => length,
-            _ => return damaged(format!("structure `{name}` does not say how long its field names are")),
+            _ => return damaged(format!("structure `{name}` does not declare the length of its field names")),
         };
         let (_, names) = self.small()?;
         let field = |field: &[u8]| {
@@ -443,7 +443,7 @@ impl<I: Input> Reader<I> {
         }
         let dimensions = self.counts()?;
         let Some(count) = dimensions.iter().try_fold(1usize, |product, d| product.checked_mul(*d)) else {
-            return damaged("its dimensions are beyond all bounds");
+            return damaged("its dimensions are too large");
         };
         if dimensions.len() < 2 {
             return damaged("a variable has fewer than two dimensions");

@@ -180,7 +180,7 @@ impl MdfLog {
                     self.lost.push(format!("group `{name}` is empty"));
                 }
                 Some(rows) if rows < delivered => self.end_notes.push(format!(
-                    "the group `{name}` has {delivered} records, and its counter of cycles says {rows}: all are read"
+                    "the group `{name}` has {delivered} records, and its cycle counter is {rows}: all are read"
                 )),
                 _ => {}
             }
@@ -218,7 +218,7 @@ impl MdfLog {
                 (None, Some(rows)) if rows <= records.delivered => Ok(false),
                 (None, Some(rows)) => {
                     let what = format!(
-                        "group `{}` has {} of the {rows} rows announced",
+                        "group `{}` has {} of the {rows} declared rows",
                         self.groups[records.group].name, records.delivered
                     );
                     Err(LogError::Truncated { format: MDF, what, end: reading.stream.size() })
@@ -298,7 +298,7 @@ impl MdfLog {
                 });
                 if let (Some((group, available, rows)), false) = (short, reading.stream.has_failed()) {
                     let what =
-                        format!("group `{}` has {available} of the {rows} rows announced", self.groups[group].name);
+                        format!("group `{}` has {available} of the {rows} declared rows", self.groups[group].name);
                     reading.stream.fail(LogError::Truncated { format: MDF, what, end: reading.stream.size() });
                 }
             } else if reading.raw.len() > 64 << 20 {

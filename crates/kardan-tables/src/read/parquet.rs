@@ -114,13 +114,12 @@ impl ParquetLog {
         let end = source.size;
         let tail = if end < 12 { Vec::new() } else { source.bytes(end - 8, 8)? };
         if tail.get(4..) != Some(b"PAR1") {
-            let what =
-                "the description of its columns, which is written last, is missing, and no row can be read without it";
+            let what = "the description of its columns (at the end of the file) is missing, and kardan needs it to read any row";
             return Err(LogError::Truncated { format: PARQUET, what: what.into(), end });
         }
         let length = tail[..4].iter().rev().fold(0u64, |sum, byte| sum << 8 | u64::from(*byte));
         if length > (end - 12).min(LIMIT as u64) {
-            let what = format!("the description of its columns is said to have {length} bytes");
+            let what = format!("the declared length of the description of its columns is {length} bytes");
             return Err(LogError::damaged(PARQUET, format!("at byte {}", end - 8), what));
         }
         let file = Shared(Arc::new(Mutex::new(source)));
@@ -142,8 +141,10 @@ impl ParquetLog {
             let name = descriptor.path().string();
             let field = fields.iter().find(|field| field.name == name);
             let Some((meaning, own_unit)) = meaning(descriptor, field.and_then(|field| field.per_second)) else {
-                self.notes
-                    .push(format!("`{name}` holds no plain numbers ({}) and is left out", descriptor.physical_type()));
+                self.notes.push(format!(
+                    "`{name}` contains no plain numbers ({}) and is left out",
+                    descriptor.physical_type()
+                ));
                 continue;
             };
             let compression = self
@@ -170,7 +171,7 @@ impl ParquetLog {
             ));
         }
         if group.channels.is_empty() {
-            let why = "none of its columns holds plain numbers".into();
+            let why = "none of its columns contains plain numbers".into();
             return Err(LogError::NoChannels { format: PARQUET, why });
         }
         make_unique(&mut group.channels);
@@ -224,7 +225,7 @@ impl Cursor {
         let chunk = chunk.ok_or_else(|| LogError::damaged(PARQUET, &place, "the column is missing there"))?;
         let begin = chunk.dictionary_page_offset().unwrap_or(chunk.data_page_offset());
         if begin < 0 || chunk.data_page_offset() < 0 || chunk.compressed_size() < 0 {
-            let what = format!("it is said to have {} bytes from byte {begin} on", chunk.compressed_size());
+            let what = format!("its declared length is {} bytes from byte {begin}", chunk.compressed_size());
             return Err(LogError::damaged(PARQUET, &place, what));
         }
         self.reader = Some(guarded(&place, || {
@@ -265,7 +266,7 @@ impl Cursor {
                 records(reader, levels, depth, count, out, |x| f64::from(*x))
             }
             Some(ColumnReader::DoubleColumnReader(reader)) => records(reader, levels, depth, count, out, |x| *x),
-            _ => Err(ParquetError::General("the column has another type than the description says".into())),
+            _ => Err(ParquetError::General("the type of the column differs from its description".into())),
         }
     }
 }
@@ -311,7 +312,7 @@ impl ParquetLog {
             LogError::damaged(
                 PARQUET,
                 format!("in row group {}", row_group + 1),
-                format!("it is said to have {rows} rows"),
+                format!("its declared number of rows is {rows}"),
             )
         })
     }

@@ -75,7 +75,7 @@ pub struct Texts<'a> {
 pub fn mat_matrices(matrices: &[Values<'_>], all_texts: &[Texts<'_>]) -> Option<Vec<u8>> {
     let mut out = header();
     for matrix in matrices {
-        assert_eq!(matrix.values.len(), matrix.rows * matrix.columns, "`{}` has another size", matrix.name);
+        assert_eq!(matrix.values.len(), matrix.rows * matrix.columns, "`{}` has a different size", matrix.name);
         if matrix.values.len() >= (1 << 31) / 8 - 16 {
             return None;
         }

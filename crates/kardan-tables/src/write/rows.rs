@@ -117,11 +117,11 @@ fn checksum(bytes: &[u8], digits: &Range<usize>) -> u64 {
 fn verify(bytes: &[u8]) -> Result<(), ParquetError> {
     let wrong = |what: &str| Err(ParquetError::General(what.into()));
     let Some(digits) = digits_of(bytes) else {
-        return wrong("it has no checksum: it was damaged, or kardan has not written it");
+        return wrong("it has no checksum: it is damaged, or kardan did not write it");
     };
     match format!("{:016x}", checksum(bytes, &digits)).as_bytes() == &bytes[digits] {
         true => Ok(()),
-        false => wrong("its checksum is another one: it was damaged or altered"),
+        false => wrong("its checksum does not match: it was damaged or altered"),
     }
 }
 

@@ -56,17 +56,17 @@ pub fn controller_json(design: &Design) -> String {
 }
 
 fn how_to_run(data: &ControllerData) -> String {
-    let when = if data.sample_time.is_some() { "every sample_time_s seconds" } else { "as often as it can be" };
+    let when = if data.sample_time.is_some() { "every sample_time_s seconds" } else { "as often as possible" };
     let excess = if data.reads.iter().any(|one| SignalName::new(&one.signal).is(Quantity::Excess)) {
-        " `<motor>.excess`, which moves the block's states, is what the motor's torque limit leaves of the torque just returned, \
-         less that torque: zero within the limit."
+        " `<motor>.excess`, an input to the block's states, is the torque just returned after the motor's torque limit, minus that torque: zero \
+         within the limit."
     } else {
         ""
     };
     let precision = if data.single { "f32" } else { "f64" };
     format!(
-        "Make a kardan_rt::{}, computing in {precision}, of the matrices (row by row) and numbers, give it the signals of `reads` in their order and \
-         in SI {when}, and send what it returns to the inputs of `writes` in their order.{excess}",
+        "Construct a kardan_rt::{}, computing in {precision}, from the matrices (row by row) and numbers, pass it the signals of `reads` in their \
+         order and in SI {when}, and send its outputs to the inputs of `writes` in their order.{excess}",
         data.block
     )
 }

@@ -181,7 +181,7 @@ pub fn linear_python(model: &Linearised) -> String {
         None => ["A", "B"],
     };
     out += "try:\n    import control\nexcept ImportError:\n    control = None\n";
-    out += "\n\ndef plain(names):\n    \"\"\"python-control takes no dots in names.\"\"\"\n";
+    out += "\n\ndef plain(names):\n    \"\"\"Names for python-control, which allows no dots.\"\"\"\n";
     out += "    return [name.replace(\".\", \"_\") for name in names]\n\n\n";
     let names = "states=plain(states), inputs=plain(inputs), outputs=plain(outputs)";
     out += &format!("system = control and control.ss({a}, {b}, C, D, {names})\n");

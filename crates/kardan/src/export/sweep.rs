@@ -86,7 +86,7 @@ pub enum RowsError {
 fn read(bytes: Vec<u8>) -> Result<(String, write::Rows), String> {
     let read = write::read_rows(bytes).map_err(|error| format!("it cannot be read: {error}"))?;
     let identity = value(&read, IDENTITY).map(String::from);
-    identity.map(|identity| (identity, read)).ok_or_else(|| "it holds no rows of a sweep".into())
+    identity.map(|identity| (identity, read)).ok_or_else(|| "it contains no rows of a sweep".into())
 }
 
 /// A value of the metadata.
@@ -101,7 +101,7 @@ fn value<'r>(read: &'r write::Rows, key: &str) -> Option<&'r str> {
 pub fn samples_and_seed(bytes: Vec<u8>) -> Result<(u64, u64), String> {
     let (_, read) = read(bytes)?;
     let number = |key: &str| value(&read, key).and_then(|value| value.parse().ok());
-    number(SAMPLES).zip(number(SEED)).ok_or_else(|| "it holds no rows of a sweep".to_string())
+    number(SAMPLES).zip(number(SEED)).ok_or_else(|| "it contains no rows of a sweep".to_string())
 }
 
 /// What rows follow from, and each with the numbers of its columns: values of what varies, beside others.
@@ -113,7 +113,7 @@ pub fn rows_of_any_sweep(bytes: Vec<u8>) -> Result<(String, Vec<RowAgain>), Stri
     let samples = read.numbers.iter().find(|(name, _)| name == SAMPLE).map(|(_, values)| values);
     let variants = read.texts.iter().find(|(name, _)| name == VARIANT).map(|(_, values)| values);
     let (Some(samples), Some(variants)) = (samples, variants) else {
-        return Err("it holds no rows of a sweep".into());
+        return Err("it contains no rows of a sweep".into());
     };
     if read.numbers.iter().any(|(_, column)| column.len() != samples.len()) || variants.len() < samples.len() {
         return Err("its columns have different lengths".into());

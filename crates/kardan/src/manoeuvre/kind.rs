@@ -8,34 +8,35 @@ keys! {
     /// `[manoeuvre.<name>]`.
     table Manoeuvre {
         required {
-            kind: Choice(KINDS), "Which manoeuvre; which of the other keys it takes, and what holds for those left out, is listed with it.";
+            kind: Choice(KINDS), "The kind of manoeuvre; its list shows its other keys and their defaults.";
         }
         optional {
             steers: Name,
-                "The signal that it makes, for a driver to follow: the angle of the wheel, left out: `steer`; of a double lane change the path, left \
-                 out: `lane`. Manoeuvres may share one: in each variant it is that of its own.";
+                "The signal that it generates for a driver: the angle of the wheel, left out: `steer`; of a double lane change the path, left out: \
+                 `lane`. Manoeuvres may share one: each variant uses that of its own manoeuvre.";
             car: Element(&["vehicle"]), "The car; left out: the one of the model.";
             wheel: Shaft, "The steering wheel, whose angle is measured; left out: that of the driver.";
             torque: Signal, "The steering torque that is measured, a signal or an expression; left out: that of the driver's hands.";
             set: Overrides, "Parameter values of the variants that drive it, such as the speed: { pace = \"80 km/h\" }.";
             duration: Quantity(Dimension::TIME, Sign::Positive), "Length of the run.";
-            measures: Choice(&["yes", "no"]) = "yes", "Whether its figures and criteria are taken.";
+            measures: Choice(&["yes", "no"]) = "yes", "Whether its figures and criteria are used.";
             amplitude: Quantity(Dimension::ANGLE, Sign::NonZero), "Angle of the steering wheel, to the left where positive.";
             start: AnyQuantity, "When it begins (of a double lane change: x where the first lane begins).";
-            frequency: Quantity(Dimension::FREQUENCY, Sign::Positive), "Waves in a second (in Hz).";
-            rate: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive), "How fast the wheel is turned.";
-            over: Quantity(Dimension::TIME, Sign::Positive), "How long it takes until the wheel is at its angle.";
-            dwell: Quantity(Dimension::TIME, Sign::NonNegative), "How long the wheel waits at its second peak.";
-            periods: Number(Sign::Positive), "Whole waves that are measured, the last ones.";
-            width: Quantity(Dimension::LENGTH, Sign::Positive), "Width of the car, which the lanes are made for.";
-            offset: Quantity(Dimension::LENGTH, Sign::Positive), "By how much the second lane lies aside.";
-            side: Choice(&["left", "right"]), "To which side it lies.";
-            speed: Quantity(Dimension::VELOCITY, Sign::Positive), "Speed from which the car brakes, the one that it has.";
-            deceleration: Quantity(Dimension::ACCELERATION, Sign::Positive), "How fast the speed falls.";
-            brakes: Name, "The signal of the braking force that it makes, for `braking` of the car; left out: `braking`.";
-            slows: Name, "The signal of what the speed has lost, for `speed` of the car; left out: `slowed`.";
+            frequency: Quantity(Dimension::FREQUENCY, Sign::Positive), "Frequency.";
+            rate: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive), "Rate of the steering wheel angle.";
+            over: Quantity(Dimension::TIME, Sign::Positive), "Time until the wheel reaches its angle.";
+            dwell: Quantity(Dimension::TIME, Sign::NonNegative), "How long the wheel stays at its second peak.";
+            periods: Number(Sign::Positive), "Whole periods that are evaluated, the last ones.";
+            width: Quantity(Dimension::LENGTH, Sign::Positive), "Width of the car, which defines the lane widths.";
+            offset: Quantity(Dimension::LENGTH, Sign::Positive), "Lateral offset of the second lane.";
+            side: Choice(&["left", "right"]), "The side of that lane.";
+            speed: Quantity(Dimension::VELOCITY, Sign::Positive), "Initial speed of the braking, which must be that of the car.";
+            deceleration: Quantity(Dimension::ACCELERATION, Sign::Positive), "Deceleration.";
+            brakes: Name, "The signal of the braking force that it generates, for `braking` of the car; left out: `braking`.";
+            slows: Name, "The signal of the speed reduction, for `speed` of the car; left out: `slowed`.";
             corrects: Choice(&["yes", "no"]),
-                "Whether a driver with a path keeps the car straight on, along what `steers` names (left out: `lane`); else the wheel is to be straight.";
+                "Whether a driver with a path steers the car straight ahead, along the signal of `steers` (left out: `lane`); else the wheel stays \
+                 straight.";
             course: Text, "The angle of the wheel as an expression of the time and signals.";
         }
     }

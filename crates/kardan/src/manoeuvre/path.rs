@@ -10,14 +10,14 @@ keys! {
     table Path {
         required {
             kind: Choice(&["iso_3888_1", "iso_3888_2"]), "Double lane change of ISO 3888-1, or obstacle avoidance of ISO 3888-2.";
-            width: Quantity(Dimension::LENGTH, Sign::Positive), "Width of the car, which the lanes are made for.";
+            width: Quantity(Dimension::LENGTH, Sign::Positive), "Width of the car, which defines the lane widths.";
         }
         optional {
             start: Quantity(Dimension::LENGTH, Sign::Any) = "0 m", "The x where the first lane begins.";
             offset: Quantity(Dimension::LENGTH, Sign::Positive),
-                "Of part 1 the distance of the middles of first and second lane, left out: 3.5 m; of part 2 that of the edges that face each other, left out: \
-                 1 m.";
-            side: Choice(&["left", "right"]) = "left", "To which side the second lane lies.";
+                "Of part 1 the distance of the centre lines of first and second lane, left out: 3.5 m; of part 2 that of their facing edges, left \
+                 out: 1 m.";
+            side: Choice(&["left", "right"]) = "left", "The side of the second lane.";
         }
     }
 }

@@ -4,9 +4,10 @@ use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 pub(super) const SPLIT_BRAKING: ManoeuvreKind = ManoeuvreKind {
     keyword: "split_braking",
     summary: "Braking straight ahead to standstill; with `mu_left` and `mu_right` of the car on split friction.",
-    measures: "`yaw_rate`, `heading`, `offset` (y): largest sizes; `correction`, `torque`: those of the angle of the wheel and of the steering torque; `lack`: \
-               largest braking force that is asked for and not given; `speed`: the least one. Criteria: `lack` below 1 N, as the speed falls as if all were given; \
-               `speed` at zero or more, but for rounding: the car had the speed from which it brakes.",
+    measures: "`yaw_rate`, `heading`, `offset` (y): largest magnitudes; `correction`, `torque`: those of the steering wheel angle and of the \
+               steering torque; `lack`: largest difference of requested and delivered braking force; `speed`: the least one. Criteria: `lack` below \
+               1 N, because the speed falls as if all were delivered; `speed` at zero or more, to rounding: the car had the speed from which it \
+               brakes.",
     keys: &[
         ("speed", Need::Required),
         ("deceleration", Need::Required),

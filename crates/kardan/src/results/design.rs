@@ -497,7 +497,11 @@ fn zero_dynamics<S: Serializer>(found: &ZeroDynamics, to: S) -> Result<S::Ok, S:
     let view = ZerosView {
         polynomial: &found.polynomial,
         poles: found.modes.iter().flat_map(both).collect(),
-        stability: if is_analysed { found.stability.clone() } else { StabilityVerdict::undecided("it was not asked") },
+        stability: if is_analysed {
+            found.stability.clone()
+        } else {
+            StabilityVerdict::undecided("it was not requested")
+        },
         modes: &found.modes,
     };
     view.serialize(to)

@@ -145,15 +145,15 @@ impl Identification {
     fn tested(&self) -> String {
         let failed_tests = self.tests.iter().filter(|test| test.probability < UNLIKELY).count();
         match (failed_tests, self.tests.len()) {
-            (_, 0) if self.freedom == 0 => "; too few windows to tell errors from parameters".into(),
+            (_, 0) if self.freedom == 0 => "; too few windows to distinguish errors from parameters".into(),
             (_, 0) => String::new(),
             // Noise that is much more than that of the sensors is something else, however random it looks.
             (0, _) if self.scale > LOUD => {
-                format!("; what is left over looks random, but is {:.0} times the noise of the sensors", self.scale)
+                format!("; the residual appears random, but is {:.0} times the noise of the sensors", self.scale)
             }
-            (0, _) => "; what is left over looks like noise".into(),
-            (1, _) => "; one test of what is left over speaks against the model".into(),
-            (many, _) => format!("; {many} tests of what is left over speak against the model"),
+            (0, _) => "; the residual is like noise".into(),
+            (1, _) => "; one residual test rejects the model".into(),
+            (many, _) => format!("; {many} residual tests reject the model"),
         }
     }
 

@@ -443,7 +443,7 @@ impl MotorLoad {
         };
         let torque = self.torque_limit.filter(|_| !self.at_torque_limit.is_empty()).map(|limit| {
             let demand = if self.demand > limit * (1.0 + 1e-3) {
-                format!("; up to {} {unit} are asked of it", rounded(self.demand))
+                format!("; its command reaches {} {unit}", rounded(self.demand))
             } else {
                 String::new()
             };

@@ -78,7 +78,7 @@ impl fmt::Display for BorderMotion {
         match (self.frequency, self.free) {
             (0.0, true) if self.growth > 0 => write!(f, "a free motion at constant speed ({poles} at zero)")?,
             (0.0, true) => write!(f, "a free motion ({poles} at zero)")?,
-            (0.0, false) => write!(f, "a motion that never comes back ({poles} at zero)")?,
+            (0.0, false) => write!(f, "a motion that does not decay ({poles} at zero)")?,
             (frequency, _) => write!(f, "an oscillation at {frequency:.6} rad/s ({poles})")?,
         }
         match self.growth {
@@ -142,7 +142,7 @@ impl StabilityVerdict {
         }
         let motions: Vec<String> = controlled.border.iter().map(BorderMotion::to_string).collect();
         let why = format!(
-            "the linearisation has {} on the border, and decides nothing about the nonlinear model",
+            "the linearisation has {} on the stability boundary, and does not decide the stability of the nonlinear model",
             motions.join(", ")
         );
         Self { border: self.border, ..Self::undecided(why) }
@@ -218,8 +218,10 @@ impl fmt::Display for StabilityVerdict {
         }
         f.write_str(match self.evidence {
             StabilityEvidence::Exactly => " (decided exactly)",
-            StabilityEvidence::DespiteRounding => " (decided exactly for the numbers as they are rounded, and the same for other last digits that were tried)",
-            StabilityEvidence::Certified => " (certified: poles bounded away from the border)",
+            StabilityEvidence::DespiteRounding => {
+                " (decided exactly for the rounded numbers, and equal for the other last digits that were tried)"
+            }
+            StabilityEvidence::Certified => " (certified: poles bounded away from the stability boundary)",
             StabilityEvidence::Bounded => " (eigenvalues in floating point, their rounding bounded)",
             StabilityEvidence::Unknown => "",
         })?;

@@ -25,7 +25,7 @@ impl Design {
             (Some(true), _) => (true, "Decoupled"),
             (Some(false), _) => (false, "Not decoupled"),
             (None, _) if impossible => (false, "The outputs cannot be decoupled"),
-            (None, _) => (true, "Designed; it is not claimed to decouple"),
+            (None, _) => (true, "Designed; decoupling was not requested"),
         };
         let claimed = first.starts_with("Decoupled");
         let first = if claimed { format!("{first}, {}", proven(self)) } else { first.to_string() };
@@ -72,7 +72,7 @@ impl Design {
             return match (grows, self.exact_poles) {
                 (false, _) => String::new(),
                 (true, true) => "; the closed loop is unstable".into(),
-                (true, false) => "; the closed loop is unstable, as floating point tells".into(),
+                (true, false) => "; the closed loop is unstable (in floating point)".into(),
             };
         };
         let (at, all) = match margins.sample_time {
@@ -83,14 +83,14 @@ impl Design {
         let rounded = if margins.stability.word == Stability::Undecided { ", to rounding," } else { "" };
         let free = match margins.free_poles {
             0 => String::new(),
-            1 => format!(" but for a pole at zero{rounded} that nobody holds"),
-            poles => format!(" but for {poles} poles at zero{rounded} that nobody holds"),
+            1 => format!(" except for a pole at zero{rounded} of an uncontrolled motion"),
+            poles => format!(" except for {poles} poles at zero{rounded} of uncontrolled motions"),
         };
         match (margins.stable, margins.stability.word) {
             (_, Stability::Unstable) => format!("; {at} the loop is unstable"),
             (Some(false), _) => format!("; {at} the loop is marginal"),
             (None, _) => format!("; whether it is stable {all} is not known"),
-            (Some(true), _) if margins.low_margins => format!("; stable {at}{free}, but hardly"),
+            (Some(true), _) if margins.low_margins => format!("; stable {at}{free}, with low margins"),
             (Some(true), _) => format!("; stable {at}{free}"),
         }
     }
@@ -169,7 +169,7 @@ fn opposite_text(found: &LoopAlongPath, claimed: bool) -> String {
     let how = if found.coordinates.is_empty() {
         "with the parameters of the variant"
     } else {
-        "where the variant's joints stand"
+        "at the joint positions of the variant"
     };
     match found.worst() {
         _ if !found.stable => format!("; {how} the loop is unstable"),

@@ -130,7 +130,7 @@ fn errors_of_observers_are_reported() {
         ),
         (observer(&both) + "poles = [-5]\n", "1 `poles` for 2 states"),
         (observer(&both) + "poles = [-5, 0]\n", "`poles`: the error of the estimate does not decay at a pole with the real part 0 1/s"),
-        (observer(&both) + "poles = [\"-5 + 2j\", -3]\n", "`poles`: a complex pole has no conjugate"),
+        (observer(&both) + "poles = [\"-5 + 2j\", -3]\n", "`poles`: a complex value has no conjugate"),
         (
             observer(&both) + "poles = [\"-5 ± 400j\"]\nsample_time = \"10 ms\"\n",
             "`poles`: 400 1/s is not below half the sampling rate (Nyquist), 314.1592653589793 1/s: samples cannot represent it",

@@ -123,7 +123,7 @@ const LISTED: &[(Evidence, &[&str])] = &[
         Test("kardan/tests/synthesis/stability.rs", "what_hangs_on_rounded_slopes_is_not_decided"),
         &[
             "exactly, and the same for other last digits of rounded numbers that were tried",
-            "(decided exactly for the numbers as they are rounded",
+            "(decided exactly for the rounded numbers",
         ],
     ),
     (

@@ -74,7 +74,7 @@ pub(super) fn find(bytes: &dyn Bytes, options: &CsvOptions) -> Result<(Layout, G
     if !ended {
         match head.iter().rposition(|byte| *byte == b'\n') {
             Some(end) => head.truncate(end),
-            None => return Err(no_rows(format!("its first {} MiB have no end of a line", LONG_HEAD >> 20))),
+            None => return Err(no_rows(format!("its first {} MiB contain no line end", LONG_HEAD >> 20))),
         }
     }
     let lines: Vec<&[u8]> =
@@ -83,7 +83,7 @@ pub(super) fn find(bytes: &dyn Bytes, options: &CsvOptions) -> Result<(Layout, G
     if first.is_some_and(|first| first >= lines.len()) {
         let row = options.first_row.unwrap_or(0);
         return Err(no_rows(format!(
-            "the first row of numbers was said to be row {row}, beyond the {} rows seen",
+            "the first row of numbers is given as row {row}, after the {} rows read",
             lines.len()
         )));
     }
@@ -264,7 +264,7 @@ impl Form {
             if !self.numeric[index] {
                 if values.iter().any(|row| row[index] == Cell::Text) {
                     let name = if name.is_empty() { format!("column {}", index + 1) } else { name };
-                    notes.push(format!("`{name}` holds text and is left out"));
+                    notes.push(format!("`{name}` contains text and is left out"));
                     continue;
                 }
                 if name.is_empty() {

@@ -78,13 +78,13 @@ impl Header {
             return Err(LogError::damaged(
                 MDF,
                 format!("at byte {at}"),
-                "a link leads there, but no block begins there",
+                "a link points there, but no block begins there",
             ));
         }
         // A block of records that a crash left without its length has length 0.
         let unfinished = length == 0 && links == 0 && &id == b"##DT";
         if !unfinished && (links > LINK_LIMIT || length < 24 + 8 * links) {
-            let what = format!("block {} says that it has {length} bytes with {links} links", header.name());
+            let what = format!("block {} declares {length} bytes with {links} links", header.name());
             return Err(LogError::damaged(MDF, format!("at byte {at}"), what));
         }
         Ok(header)
@@ -115,7 +115,7 @@ impl Header {
         LogError::damaged(
             MDF,
             format!("at byte {}", self.at),
-            format!("{expected} is expected there, found {}", self.name()),
+            format!("expected {expected} there, found {}", self.name()),
         )
     }
 }
@@ -189,8 +189,8 @@ pub(super) fn read(source: &mut Source) -> Result<(File, Vec<Group>, Vec<String>
     }
     if groups.is_empty() {
         let why = match traversal.notes.first() {
-            Some(note) => format!("no group holds numbers that can be read ({note})"),
-            None => "no group holds numbers; was anything recorded?".into(),
+            Some(note) => format!("no group contains readable numbers ({note})"),
+            None => "no group contains numbers; was anything recorded?".into(),
         };
         return Err(LogError::NoChannels { format: MDF, why });
     }
@@ -212,11 +212,7 @@ impl Traversal<'_> {
     /// A block of a chain, which is passed only once.
     fn chained(&mut self, at: u64, id: &[u8; 4], what: &'static str) -> Result<Read, LogError> {
         if !self.visited.insert(at) {
-            return Err(LogError::damaged(
-                MDF,
-                format!("at byte {at}"),
-                format!("the links lead in a circle to {what}"),
-            ));
+            return Err(LogError::damaged(MDF, format!("at byte {at}"), format!("the links form a cycle to {what}")));
         }
         self.block(at, id, what)
     }
@@ -250,7 +246,7 @@ impl Traversal<'_> {
         let block = self.chained(at, b"##DG", "a data group")?;
         let id_bytes = block.number(0, 1)? as usize;
         if !matches!(id_bytes, 0 | 1 | 2 | 4 | 8) {
-            let what = format!("a data group says that record numbers have {id_bytes} bytes");
+            let what = format!("a data group declares record numbers of {id_bytes} bytes");
             return Err(LogError::damaged(MDF, format!("at byte {at}"), what));
         }
         let mut group = DataGroup { data: block.link(2), id_bytes, groups: Vec::new() };
@@ -285,7 +281,7 @@ impl Traversal<'_> {
         let variable = flags & 1 != 0;
         let (data_bytes, invalid_bytes) = if variable { (0, 0) } else { (data_bytes, invalid_bytes) };
         if data_bytes.saturating_add(invalid_bytes) > RECORD_LIMIT {
-            let what = format!("records are said to have {data_bytes} bytes");
+            let what = format!("a group of channels declares records of {data_bytes} bytes");
             return Err(LogError::damaged(MDF, format!("at byte {at}"), what));
         }
         let rows = if uncounted { None } else { Some(rows) };
@@ -362,12 +358,12 @@ impl Traversal<'_> {
         let (bit, byte, bits) = (block.number(3, 1)? as u32, block.number(4, 4)? as usize, block.number(8, 4)?);
         let (flags, invalid_bit) = (block.number(12, 4)?, block.number(16, 4)? as usize);
         let (stored, big_endian) = match (kind, data_type) {
-            (1 | 4 | 5, _) => return Ok(Err("has values of changing length".into())),
+            (1 | 4 | 5, _) => return Ok(Err("has values of variable length".into())),
             (3 | 6, _) => (Kind::Index, false),
             (_, 0 | 1) => (Kind::Unsigned, data_type == 1),
             (_, 2 | 3) => (Kind::Signed, data_type == 3),
             (_, 4 | 5) => (Kind::Float, data_type == 5),
-            _ => return Ok(Err("holds no numbers (text, bytes or dates)".into())),
+            _ => return Ok(Err("contains no numbers (text, bytes or dates)".into())),
         };
         let at = || format!("at byte {}", block.at);
         let sound = match stored {
@@ -391,7 +387,7 @@ impl Traversal<'_> {
         };
         let field = Field { kind: stored, big_endian, byte, bit, bits: bits as u32, invalid, conversion };
         if byte.checked_add(field.bytes()).is_none_or(|end| stored != Kind::Index && end > layout.data_bytes) {
-            let what = format!("a channel lies beyond the {} bytes of its record", layout.data_bytes);
+            let what = format!("a channel is outside the {} bytes of its record", layout.data_bytes);
             return Err(LogError::damaged(MDF, at(), what));
         }
         let unit = match self.text(block.link(6)) {
@@ -406,7 +402,7 @@ impl Traversal<'_> {
         let unit = self.text(block.link(1));
         let (kind, count) = (block.number(0, 1)?, block.number(6, 2)? as usize);
         let Some(values) = block.floats(24, count) else {
-            let what = format!("a conversion announces {count} numbers, but has fewer");
+            let what = format!("a conversion declares {count} numbers, but has fewer");
             return Err(LogError::damaged(MDF, format!("at byte {at}"), what));
         };
         let conversion = match (kind, &values[..]) {

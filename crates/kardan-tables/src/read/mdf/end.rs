@@ -24,7 +24,7 @@ pub(super) fn missing(source: &mut Source) -> Option<LogError> {
             Err(_) => continue,
         };
         if header.end() > source.size {
-            let what = format!("the block {} at byte {at} goes on to byte {}", header.name(), header.end());
+            let what = format!("the block {} at byte {at} extends to byte {}", header.name(), header.end());
             return Some(LogError::Truncated { format: MDF, what, end: source.size });
         }
         let links = header.links(source).unwrap_or_default();

@@ -163,8 +163,9 @@ impl Stream {
         let (length, packed) = (unsigned(&fields[8..16]), unsigned(&fields[16..24]));
         let place = || format!("in the compressed block at byte {}", header.at);
         if length > INFLATED_LIMIT || packed > INFLATED_LIMIT {
-            let what =
-                format!("it says that {packed} bytes hold {length}, more than the {INFLATED_LIMIT} that are read");
+            let what = format!(
+                "it declares {length} bytes in {packed} compressed ones, more than the limit of {INFLATED_LIMIT}"
+            );
             return Err(LogError::damaged(MDF, place(), what));
         }
         if kind > 1 {
@@ -175,9 +176,9 @@ impl Stream {
         }
         let packed = self.source.bytes(header.data_at() + 24, packed as usize)?;
         let bytes = miniz_oxide::inflate::decompress_to_vec_zlib_with_limit(&packed, length as usize)
-            .map_err(|_| LogError::damaged(MDF, place(), "its bytes cannot be inflated"))?;
+            .map_err(|_| LogError::damaged(MDF, place(), "its bytes cannot be decompressed"))?;
         if bytes.len() as u64 != length {
-            let what = format!("it holds {} bytes instead of {length}", bytes.len());
+            let what = format!("it contains {} bytes instead of {length}", bytes.len());
             return Err(LogError::damaged(MDF, place(), what));
         }
         self.inflated = if kind == 1 && width > 1 { transposed(&bytes, width) } else { bytes };

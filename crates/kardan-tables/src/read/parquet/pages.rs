@@ -26,7 +26,7 @@ pub(super) struct Shared(pub Arc<Mutex<Source>>);
 impl Shared {
     pub fn bytes(&self, at: u64, count: usize) -> Result<Vec<u8>> {
         if count > LIMIT {
-            return Err(ParquetError::General(format!("{count} bytes are announced at byte {at}, more than are read")));
+            return Err(ParquetError::General(format!("{count} bytes are declared at byte {at}, more than the limit")));
         }
         let mut source = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         source.bytes(at, count).map_err(|error| ParquetError::General(error.to_string()))
@@ -157,7 +157,7 @@ impl Inflated {
                     self.dictionary = true;
                     Ok(())
                 }
-                _ => Err(lies(format!("a dictionary of {} bytes is said to hold {num_values} values", buf.len()))),
+                _ => Err(lies(format!("a dictionary of {} bytes declares {num_values} values", buf.len()))),
             },
             Page::DataPage { buf, num_values, encoding, def_level_encoding, .. } => {
                 let levels = match def_level_encoding {
@@ -168,7 +168,7 @@ impl Inflated {
                     }
                     #[expect(deprecated)]
                     Encoding::BIT_PACKED => num_values.div_ceil(8) as usize,
-                    _ => return Err(lies(format!("levels cannot be written as {def_level_encoding}"))),
+                    _ => return Err(lies(format!("levels with the encoding {def_level_encoding} are not allowed"))),
                 };
                 self.values(encoding, buf, levels, *num_values)
             }
@@ -185,11 +185,11 @@ impl Inflated {
         let values = page.get(levels..).ok_or_else(|| lies("a page is shorter than its levels"))?;
         match encoding {
             Encoding::PLAIN_DICTIONARY | Encoding::RLE_DICTIONARY if !self.dictionary => {
-                return Err(lies("a page refers to a dictionary that is not there"));
+                return Err(lies("a page refers to a missing dictionary"));
             }
             Encoding::DELTA_BINARY_PACKED => {
                 let available = differences(values, u64::from(count))
-                    .ok_or_else(|| lies("the differences of a page are not as long as announced"))?;
+                    .ok_or_else(|| lies("the differences of a page have not the declared length"))?;
                 if available == 0 {
                     (*encoding, *page) = (Encoding::PLAIN, page.slice(..levels));
                 }
@@ -206,18 +206,18 @@ impl Inflated {
     }
 
     fn inflate(&self, bytes: &[u8]) -> Result<Vec<u8>> {
-        let broken = |what: &str| ParquetError::General(format!("a page cannot be inflated: {what}"));
+        let broken = |what: &str| ParquetError::General(format!("a page cannot be decompressed: {what}"));
         match self.compression {
             Compression::SNAPPY => {
                 let length = snap::raw::decompress_len(bytes).map_err(|error| broken(&error.to_string()))?;
                 // A copy of three bytes makes at most 64.
                 if length > LIMIT.min(32 * bytes.len() + 64) {
-                    return Err(broken(&format!("{} bytes cannot hold {length}", bytes.len())));
+                    return Err(broken(&format!("{} bytes cannot contain {length}", bytes.len())));
                 }
                 snap::raw::Decoder::new().decompress_vec(bytes).map_err(|error| broken(&error.to_string()))
             }
             Compression::GZIP(_) => {
-                let start = gzip_header(bytes).ok_or_else(|| broken("no header of gzip"))?;
+                let start = gzip_header(bytes).ok_or_else(|| broken("no gzip header"))?;
                 miniz_oxide::inflate::decompress_to_vec_with_limit(&bytes[start..], LIMIT)
                     .map_err(|error| broken(&error.to_string()))
             }
