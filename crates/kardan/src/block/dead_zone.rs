@@ -3,7 +3,7 @@ use crate::element::KeyError;
 use crate::schema::{BlockKeys, Keys, keys};
 
 keys! {
-    /// A signal less what lies within a zone.
+    /// A dead zone.
     block DeadZone("dead_zone") {
         required {
             input: Expression, "The input signal.";

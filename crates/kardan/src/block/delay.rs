@@ -4,7 +4,7 @@ use crate::schema::{BlockKeys, Keys, Sign, keys};
 use crate::units::Dimension;
 
 keys! {
-    /// A signal some samples later.
+    /// A delay by whole samples.
     block Delay("delay") {
         required {
             input: Expression, "The input signal.";

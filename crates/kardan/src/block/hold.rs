@@ -3,7 +3,7 @@ use crate::element::KeyError;
 use crate::schema::{BlockKeys, Keys, keys};
 
 keys! {
-    /// A signal of another sample time as it stands.
+    /// A sample-time converter.
     block Hold("hold") {
         required {
             input: Expression, "The input signal, of any sample times.";

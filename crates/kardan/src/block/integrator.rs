@@ -77,7 +77,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
         None => {
             let first = builder.memory.len();
             let sum = builder.remember(start);
-            // At a bound it waits until its input leads away from there.
+            // At a bound it stops until its input leads away from the bound.
             let rate = builder.away_from(sum, [low, high], input);
             builder.next(first, &[rate]);
             builder.clamped(sum, [low, high])

@@ -5,7 +5,7 @@ use crate::schema::{BlockKeys, Keys, keys};
 use crate::units::Dimension;
 
 keys! {
-    /// A lead or a lag of first order.
+    /// A first-order lead or lag.
     block LeadLag("lead_lag") {
         required {
             input: Expression, "The input signal.";

@@ -5,7 +5,7 @@ use crate::schema::{BlockKeys, Keys, keys};
 use crate::units::Dimension;
 
 keys! {
-    /// A low pass of first or second order.
+    /// A first- or second-order low pass.
     block LowPass("low_pass") {
         required {
             input: Expression, "The input signal.";

@@ -5,7 +5,7 @@ use crate::schema::{BlockKeys, Keys, Sign, keys};
 use crate::units::{Dimension, Exact};
 
 keys! {
-    /// Watches a residual.
+    /// A monitor of a residual.
     block Monitor("monitor") {
         required {
             residual: Expression, "The residual, near zero without a fault.";
@@ -37,7 +37,7 @@ sample_time = \"1 ms\"
     write,
 };
 
-/// More samples than are ever counted.
+/// More samples than any count.
 const NEVER: usize = 1 << 25;
 
 fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
@@ -49,7 +49,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
         let message = format!("`residual` is constant: it is always {value} in SI units");
         return Err(key_error("residual", message, "write the difference of two signals that should agree"));
     }
-    // As many samples as fill the time, the first at its begin.
+    // As many samples as fill the time, the first at its start.
     let count = |key, fallback: usize| -> Traced<'_> {
         let samples = |time: &Exact, period: &Exact| (time.to_rational() / period.to_rational()).ceil();
         let found = match (builder.values.exact(key), &builder.sample_time) {

@@ -51,18 +51,18 @@ sample_time = \"1 ms\"
     write,
 };
 
-/// A measurement: its name, what is measured, what the states say of it, and the dimension of both.
+/// A measurement: its name, its expression, its prediction from the states, and the dimension of both.
 type Measured<'g> = (String, Traced<'g>, Traced<'g>, Dimension);
 
-/// A state: its name, its start and its dimension.
+/// A state: its name, its initial value and its dimension.
 type State<'g> = (String, Traced<'g>, Dimension);
 
-/// Names as they stand in a sentence.
+/// Names for a sentence.
 fn names<'a>(names: impl Iterator<Item = &'a str>) -> String {
     names.map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
-/// The states of a list with one start for each.
+/// The states of a list with one initial value for each.
 fn states<'g>(builder: &BlockBuilder<'g>) -> Result<Vec<State<'g>>, KeyError> {
     let mut found = Vec::new();
     for List { name, values, .. } in builder.lists_of("states") {
@@ -79,7 +79,7 @@ fn states<'g>(builder: &BlockBuilder<'g>) -> Result<Vec<State<'g>>, KeyError> {
     Ok(found)
 }
 
-/// Refuses the name of something that is not there.
+/// Rejects an unknown name.
 fn check_name(key: &'static str, name: &str, states: &[State<'_>], besides: &str) -> Result<(), KeyError> {
     if states.iter().any(|(state, ..)| state == name) {
         return Ok(());
@@ -88,7 +88,7 @@ fn check_name(key: &'static str, name: &str, states: &[State<'_>], besides: &str
     Err(key_error(key, message, format!("its states are {}", names(states.iter().map(|(state, ..)| state.as_str())))))
 }
 
-/// The rate of each state, 0 where none is given.
+/// The rate of each state, 0 by default.
 fn rates<'g>(builder: &BlockBuilder<'g>, states: &[State<'g>]) -> Result<Vec<Traced<'g>>, KeyError> {
     for (name, ..) in builder.expressions("rates") {
         check_name("rates", name, states, "")?;
@@ -112,7 +112,7 @@ fn rates<'g>(builder: &BlockBuilder<'g>, states: &[State<'g>]) -> Result<Vec<Tra
     Ok(all)
 }
 
-/// What is measured beside what the states say of it.
+/// The measurements with their predictions.
 fn measured<'g>(builder: &BlockBuilder<'g>, states: &[State<'g>]) -> Result<Vec<Measured<'g>>, KeyError> {
     let predicted = builder.expressions("predicted");
     let mut all = Vec::new();
@@ -151,7 +151,7 @@ fn measured<'g>(builder: &BlockBuilder<'g>, states: &[State<'g>]) -> Result<Vec<
     }
 }
 
-/// Expressions as a matrix times the states and what is left without them.
+/// Expressions as a matrix times the states, and the remaining parts without states.
 fn linear<'g, 's>(
     builder: &BlockBuilder<'g>,
     states: &'s [State<'g>],
@@ -187,7 +187,7 @@ fn linear<'g, 's>(
     Ok((matrix, rest))
 }
 
-/// Refuses states that measurements do not show, by name.
+/// Rejects unobservable states, by name.
 fn check_observable(plant: &Plant, states: &[State<'_>]) -> Result<(), KeyError> {
     let unobservable = plant.unobservable();
     if unobservable.columns() == 0 {
@@ -244,7 +244,7 @@ fn polynomial(builder: &BlockBuilder<'_>, states: usize) -> Result<Polynomial, K
     of_poles(poles, time.as_ref()).ok_or_else(constant_part)
 }
 
-/// L as it is given: a row for each state.
+/// L from `gains`: a row for each state.
 fn gain_from_file(
     builder: &BlockBuilder<'_>,
     states: &[State<'_>],
@@ -291,7 +291,7 @@ fn gain_from_file(
     Ok(out)
 }
 
-/// L of a plant that is sampled if it has a sample time, with what is checked of it.
+/// L of a plant, sampled if there is a sample time, with its checks.
 fn gain(
     builder: &BlockBuilder<'_>,
     plant: &Plant,
@@ -334,7 +334,7 @@ fn gain(
     }
 }
 
-/// Refuses gains with which the error stays or grows.
+/// Rejects gains with which the error does not decay.
 fn check_decays(builder: &BlockBuilder<'_>, error: &Matrix<Rational>) -> Result<(), KeyError> {
     let sampled = builder.sample_time.is_some();
     let Some((re, im)) = staying(error, sampled).first().copied() else { return Ok(()) };
@@ -376,7 +376,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let mut b = Matrix::<Rational>::identity(states.len());
     if let Some(time) = &builder.sample_time {
         let [transition, integral] = exact_zoh(&plant.a, &time.to_rational()).ok_or_else(too_fast)?;
-        // What kardan places is placed for all digits, and rounded once.
+        // kardan computes placed gains exactly, and rounds them once.
         plant.a = settled(transition, &plant.a, &time.to_rational());
         b = rounded(&integral).ok_or_else(too_fast)?;
     }
@@ -393,7 +393,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let first = builder.memory.len();
     let mut memory = vec![BlockBuilder::zero(); states.len()];
     memory.extend(states.iter().map(|(_, start, _)| builder.remember(*start)));
-    // A step of the block is the rate of its states where it runs at every instant: the same sum, of other matrices.
+    // In continuous time the step of the block gives the rates of its states: the same sum with other matrices.
     let _ = block.step(&rate_terms, &deviations, &mut memory);
     let (now, next) = memory.split_at(states.len());
     builder.next(first, next);

@@ -7,7 +7,7 @@ use crate::schema::{BlockKeys, Keys, keys};
 use crate::units::Dimension;
 
 keys! {
-    /// A controller of proportional, integral and filtered derivative parts.
+    /// A PID controller with filtered derivative.
     block Pid("pid") {
         required {
             reference: Expression, "The setpoint. A new name introduces a reference, as in laws: events and `signals` of the scenario set it.";
@@ -56,13 +56,13 @@ sample_time = \"1 ms\"
     write,
 };
 
-/// What a controller is made of, with the units checked.
+/// The parameters of a controller, with checked units.
 struct Read<'g> {
     pid: kardan_rt::Pid<Traced<'g>>,
     reference: Traced<'g>,
     measured: Traced<'g>,
     manual: Option<Manual<Traced<'g>>>,
-    /// What it answers is of.
+    /// Dimension of the output.
     dimension: Dimension,
 }
 
@@ -124,7 +124,7 @@ fn read<'g>(builder: &BlockBuilder<'g>) -> Result<Read<'g>, KeyError> {
     })
 }
 
-/// Tt, with its sense checked.
+/// Tt, with its sign checked.
 fn tracking<'g>(
     builder: &BlockBuilder<'g>,
     (proportional, integral): (Traced<'g>, Option<Traced<'g>>),
@@ -154,7 +154,7 @@ fn tracking<'g>(
     }
     let found = match (explicit, integral) {
         (Some(explicit), _) => explicit,
-        // Without a proportional part K/Ki is no time.
+        // Without a proportional part K/Ki is not a time.
         (None, Some(_)) if builder.is_zero(proportional) => match &builder.sample_time {
             Some(time) => builder.exact(time),
             None => {
@@ -204,7 +204,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     Ok(())
 }
 
-/// At every instant: two states, the integral and the filtered e.
+/// In continuous time: two states, the integral and the filtered e.
 fn flowing<'g>(
     builder: &mut BlockBuilder<'g>,
     pid: &kardan_rt::Pid<Traced<'g>>,

@@ -4,7 +4,7 @@ use crate::schema::{BlockKeys, Keys, keys};
 use crate::units::Dimension;
 
 keys! {
-    /// A signal that changes no faster than it may.
+    /// A rate limiter.
     block RateLimit("rate_limit") {
         required {
             input: Expression, "The input signal.";

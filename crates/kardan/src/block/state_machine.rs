@@ -7,7 +7,7 @@ use crate::schema::{BlockKeys, Keys, keys};
 use crate::units::{Dimension, Exact};
 
 keys! {
-    /// A way from one state to another.
+    /// A transition between two states.
     table StateMachineTransition {
         required {
             from: Text, "The state that it leaves.";
@@ -20,7 +20,7 @@ keys! {
 }
 
 keys! {
-    /// A machine that is in one of its states.
+    /// A state machine.
     block StateMachine("state_machine") {
         required {
             states: Names, "Names of its states; it starts in the first.";
@@ -60,7 +60,7 @@ sample_time = \"1 ms\"
     write,
 };
 
-/// The answer that is the time in the state.
+/// The output with the time in the state.
 const SINCE: &str = "since";
 
 fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {

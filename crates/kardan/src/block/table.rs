@@ -4,7 +4,7 @@ use crate::expr::Traced;
 use crate::schema::{BlockKeys, Keys, keys};
 
 keys! {
-    /// A table over one signal or two.
+    /// A lookup table over one or two signals.
     block TableBlock("table") {
         required {
             input: Expression, "The first input signal.";

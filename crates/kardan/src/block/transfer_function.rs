@@ -43,7 +43,7 @@ sample_time = \"1 ms\"
 /// A factor `1 − s/r`, `s` for a root at 0, of a pair their product; constant first.
 type Factor<'g> = Vec<Traced<'g>>;
 
-/// The factors of roots, the slow ones first; none if a root stands without its conjugate.
+/// The factors of roots, the slow ones first; `None` if a complex root has no conjugate.
 fn factors<'g>(builder: &BlockBuilder<'g>, roots: &[ExactPole]) -> Option<Vec<Factor<'g>>> {
     let (graph, one, zero) = (builder.graph, BlockBuilder::one(), BlockBuilder::zero());
     let number = |x: &Exact| rational(graph, x.to_rational());
@@ -70,13 +70,13 @@ fn factors<'g>(builder: &BlockBuilder<'g>, roots: &[ExactPole]) -> Option<Vec<Fa
     Some(out)
 }
 
-/// Sections of first and second order, each with its numerator and denominator, whose product is that of all factors: one after the other they keep the digits
-/// of slow poles and zeros at a fast sample time, which coefficients of the whole product lose.
+/// First- and second-order sections with numerator and denominator, whose product is that of all factors: a cascade preserves the digits
+/// of slow poles and zeros at a fast sample time, which the coefficients of the whole product lose.
 fn sections<'g>(zeros: Vec<Factor<'g>>, poles: Vec<Factor<'g>>) -> Vec<[Factor<'g>; 2]> {
     let (pairs, single): (Vec<Factor<'g>>, Vec<Factor<'g>>) = zeros.into_iter().partition(|zero| zero.len() > 2);
     let (mut second, mut first): (Vec<Factor<'g>>, Vec<Factor<'g>>) =
         poles.into_iter().partition(|pole| pole.len() > 2);
-    // A pair of zeros needs two poles: where there is no pair left for it, two single ones.
+    // A pair of zeros needs two poles: two single ones if no pair remains.
     while second.len() < pairs.len() && first.len() > 1 {
         let two = product(&first[0], &first[1]);
         first.drain(..2);

@@ -74,7 +74,7 @@ fn check(values: &Values) -> Vec<KeyError> {
     out
 }
 
-/// The energy of the coils must be positive whatever their currents are.
+/// The energy of the coils must be positive for all currents.
 fn check_coupling(values: &Values, key: &'static str) -> Option<KeyError> {
     let ideal = "windings that share all of their flux are a `transformer`, with an `inductor` beside winding 1";
     let one = Rational::ONE;
@@ -115,7 +115,7 @@ fn check_coupling(values: &Values, key: &'static str) -> Option<KeyError> {
     Some(KeyError::new(key, message, "give M with M^2 < L1 L2"))
 }
 
-/// M, exact but for a root that is no fraction.
+/// M, exact except for an irrational root.
 fn mutual(values: &Values) -> Option<Exact> {
     if let Some(mutual) = values.exact("mutual_inductance") {
         return Some(mutual.clone());

@@ -51,7 +51,7 @@ fn terms(name: &str, values: &Values) -> Vec<Term> {
         Some(function) => Arc::clone(function),
         None => Arc::new(OfTime::constant(&values.exact_or_default("current"), Dimension::CURRENT)),
     };
-    // The charge, where it is known at every time, is solved for; else a run keeps the current.
+    // If the charge is known at every time, it is eliminated; else a multiplier enforces the current.
     match function.integral() {
         Some(charge) => {
             out.push(Term::Constraint { direction: Direction::shaft(name), offset: Exact::zero() });

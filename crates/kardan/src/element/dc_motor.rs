@@ -7,7 +7,7 @@ use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::{Dimension, Exact};
 
 keys! {
-    /// A machine between a circuit and a shaft: a gyrator, with what a real one has beside it.
+    /// A machine between a circuit and a shaft: a gyrator with winding resistance, inductance and rotor inertia.
     element DcMotor("dc_motor") {
         required {
             from: Node as FROM;
@@ -28,7 +28,7 @@ keys! {
     }
 }
 
-/// A machine between a circuit and a shaft: a gyrator, with what a real one has beside it.
+/// A machine between a circuit and a shaft: a gyrator with winding resistance, inductance and rotor inertia.
 pub const DC_MOTOR: Element = Element {
     keyword: DcMotor::KEYWORD,
     summary: "A permanent-magnet motor or generator between two nodes of a circuit and a shaft: tau = k i and e = k w with one k, so that the \
@@ -97,7 +97,7 @@ fn gyrator(name: &str, values: &Values, shaft: &str, constant: &Exact) -> Vec<Te
     let relative = if stator.is_some() { "@ * (@ - @)" } else { "@ * @" };
     if let Some(stator) = stator {
         let (speed, moves) = rate(stator);
-        // What the name means if it is the housing.
+        // The meaning of the name if it is the housing.
         let still = Meaning::Constant(Exact::zero(), domain.dimensions()[1]);
         speeds.extend([(speed.clone(), moves), (speed, still)]);
     }

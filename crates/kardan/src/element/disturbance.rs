@@ -5,7 +5,7 @@ use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, keys};
 
 keys! {
-    /// A torque or force from outside, set by the scenario and unknown to the laws.
+    /// An external torque or force, set by the scenario and unknown to the laws.
     element Disturbance("disturbance") {
         required {
             shaft: Body, "The shaft that the torque acts on, or the mass that the force acts on.";
@@ -15,7 +15,7 @@ keys! {
     }
 }
 
-/// A torque or force from outside, set by the scenario and unknown to the laws.
+/// An external torque or force, set by the scenario and unknown to the laws.
 pub const DISTURBANCE: Element = Element {
     keyword: Disturbance::KEYWORD,
     summary: "An external torque on a shaft, or a force on a mass; events of the scenario set it, control laws do not use it.",

@@ -5,11 +5,11 @@ use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
 
-/// Of a wheel for each metre beside the path, rad/m.
+/// Wheel angle for each metre of lateral deviation, rad/m.
 const TURN: Dimension = Dimension::mechanical(0, -1, 0, 1);
-/// Of a wheel for the curvature of the path, rad m.
+/// Wheel angle over the curvature of the path, rad m.
 const ANGLE_PER_CURVATURE: Dimension = Dimension::mechanical(0, 1, 0, 1);
-/// What the curvature of a path is taken from: so far before and behind.
+/// Step of the difference quotient for the curvature of a path.
 const STEP: &str = "3 m";
 
 keys! {
@@ -108,13 +108,13 @@ fn check(values: &Values) -> Vec<KeyError> {
     out
 }
 
-/// A driver in the making: its name and what is given.
+/// The generator of a driver: its name and its keys.
 struct DriverBuilder<'a> {
     name: &'a str,
     entries: &'a Entries,
 }
 
-/// The tables that a driver is put together of; nothing while it lacks a key that it needs.
+/// The tables that a driver expands to; none if a required key is missing.
 pub(super) fn parts(name: &str, entries: &Entries) -> Option<Entries> {
     let driver = DriverBuilder { name, entries };
     let mut out = Entries::default();
@@ -132,12 +132,12 @@ pub(super) fn parts(name: &str, entries: &Entries) -> Option<Entries> {
     Some(out)
 }
 
-/// A name as expressions have it.
+/// A name in the syntax of expressions.
 fn quoted(name: String) -> String {
     if name.contains('-') { format!("'{name}'") } else { name }
 }
 
-/// An expression with a word of it in other words.
+/// An expression with one identifier replaced.
 fn with_word(text: &str, word: &str, by: &str) -> String {
     let part = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.');
     let mut out = String::new();
@@ -157,7 +157,7 @@ impl DriverBuilder<'_> {
         if let Some(RawValue::Text(text)) = self.entries.get(key) { Some(text.clone()) } else { None }
     }
 
-    /// An expression that is given.
+    /// The expression of a key.
     fn formula(&self, key: &str) -> Option<String> {
         match self.entries.get(key)? {
             RawValue::Text(text) | RawValue::Number(text) => Some(text.clone()),
@@ -166,7 +166,7 @@ impl DriverBuilder<'_> {
         }
     }
 
-    /// A number of the driver, as others name it.
+    /// A number of the driver, by its name in expressions.
     fn own(&self, key: &str) -> String {
         quoted(format!("{}.{key}", self.name))
     }
@@ -188,7 +188,7 @@ impl DriverBuilder<'_> {
         if is_name { format!("{}({x})", quoted(path.into())) } else { format!("({})", with_word(path, "ahead", x)) }
     }
 
-    /// What is seen of the path, when it has got to the muscles: the angle of the wheel that it asks for.
+    /// The wheel angle that the path requests, after the reaction time.
     fn look(&self, out: &mut Entries, two_level: bool) -> Option<String> {
         let (car, path, gain) = (self.text("car")?, self.text("path")?, self.formula("gain")?);
         let of = |word: &str| quoted(format!("{car}.{word}"));
@@ -202,7 +202,7 @@ impl DriverBuilder<'_> {
         block(out, "ahead", format!("{x} + {look_ahead} * {u}"));
         let at = |x: &str| self.path_at(&path, x);
         let target = match two_level {
-            // The path going straight on from where the car is.
+            // The path extended straight from the position of the car.
             true => {
                 let slope =
                     format!("({} - {}) / (2 * {STEP})", at(&format!("({x} + {STEP})")), at(&format!("({x} - {STEP})")));
@@ -224,7 +224,7 @@ impl DriverBuilder<'_> {
         Some(format!("({bend_gain}) * {} + {preview}", quoted(self.part("bend"))))
     }
 
-    /// What is seen of something, when it has got to the muscles.
+    /// An observed quantity after the reaction time.
     fn react(&self, out: &mut Entries, input: String) {
         let at_once = self.formula("reaction").and_then(|text| crate::units::parse_quantity(&text).ok());
         let kind = match at_once.is_some_and(|(value, _)| value.is_zero()) {
@@ -244,7 +244,7 @@ impl DriverBuilder<'_> {
         self.add(out, "block", "will", &will_keys);
         self.add(out, "shaft", "arm", &[("inertia", self.own("arm_inertia"))]);
         let [phi, w] = ["phi", "w"].map(|word| quoted(format!("{arm}.{word}")));
-        // The muscles damp what differs from the turning that is meant.
+        // The muscles damp the deviation from the intended rate.
         let law = format!("{stiffness} * ({will} - {phi}) + {damping} * (({reference} - {will}) / {lag} - {w})");
         self.add(out, "torque", "muscles", &[("shaft", arm.clone()), ("law", law)]);
         let [angle, speed] = ["phi", "w"].map(|word| quoted(format!("{wheel}.{word}")));

@@ -6,7 +6,7 @@ use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
 
 keys! {
-    /// Stops that an angle or a distance cannot pass.
+    /// Stops that limit an angle or a distance.
     element EndStop("end_stop") {
         required {
             shaft_1: Body, "The first shaft or mass.";
@@ -24,7 +24,7 @@ keys! {
     }
 }
 
-/// Stops that an angle or a distance cannot pass.
+/// Stops that limit an angle or a distance.
 pub const END_STOP: Element = Element {
     keyword: EndStop::KEYWORD,
     summary: "Stops that limit an angle or a distance: rigid, with restitution, or soft; a ball on the ground, a rack at its end.",

@@ -8,7 +8,7 @@ use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::{Dimension, Exact};
 
 keys! {
-    /// A strain-wave gear whose three shafts all turn, \[diss. (6.1)\].
+    /// A strain-wave gear with three rotating shafts, \[diss. (6.1)\].
     element HarmonicDrive("harmonic_drive") {
         required {
             wave_generator: Shaft, "The shaft of the wave generator.";
@@ -34,7 +34,7 @@ keys! {
     }
 }
 
-/// A strain-wave gear whose three shafts all turn, \[diss. (6.1)\].
+/// A strain-wave gear with three rotating shafts, \[diss. (6.1)\].
 pub const HARMONIC_DRIVE: Element = Element {
     keyword: HarmonicDrive::KEYWORD,
     summary: "A harmonic drive in differential mode: wg - (i+1) cs + i fs + offset = 0, none of the shafts fixed.",
@@ -99,7 +99,7 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
     teeth.into_iter().chain(loss).collect()
 }
 
-/// What the teeth with play are along the row of the wave generator, where a twist is as many times that of the flexspline as the ratio says.
+/// The backlash along the row of the wave generator, where a twist is that of the flexspline times the ratio.
 fn side(values: &Values, ratio: &Exact) -> Side {
     let felt = |value: Exact| value.div(&(ratio * ratio)).unwrap_or(value);
     match Side::of(values) {

@@ -6,7 +6,7 @@ use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
 
 keys! {
-    /// A rigid body that moves straight.
+    /// A rigid body in translation.
     element Mass("mass") {
         required {
         }
@@ -24,7 +24,7 @@ keys! {
     }
 }
 
-/// A rigid body that moves straight.
+/// A rigid body in translation.
 pub const MASS: Element = Element {
     keyword: Mass::KEYWORD,
     summary: "A rigid body that moves straight, with mass, viscous damping and Coulomb friction against the ground.",

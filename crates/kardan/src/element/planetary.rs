@@ -126,7 +126,7 @@ mod tests {
     use super::*;
     use crate::element::Resolved;
 
-    /// Willis: (w_s - w_c)/(w_r - w_c) = -z_r/z_s, whatever the speeds of ring and carrier; and the same row by its coefficients.
+    /// Willis: (w_s - w_c)/(w_r - w_c) = -z_r/z_s, for all speeds of ring and carrier; and the same row by its coefficients.
     #[test]
     fn equation_of_willis() {
         let mut values = Values::default();

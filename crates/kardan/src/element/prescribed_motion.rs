@@ -50,7 +50,7 @@ angle = \"30 deg * sin(2 pi t / 1 s)\"
 
 const MOTIONS: [&str; 4] = ["angle", "position", "speed", "acceleration"];
 
-/// The key of where it is, and that of what moves the other way.
+/// The key of its position, and that of the other kind of body.
 fn places(values: &Values) -> [&'static str; 2] {
     if values.translational { ["position", "angle"] } else { ["angle", "position"] }
 }

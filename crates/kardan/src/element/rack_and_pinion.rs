@@ -116,7 +116,7 @@ fn bent(name: &str, [driving, rack]: [&str; 2], spline: Spline, values: &Values)
         [Term::Measure(Domain::Translation), Term::Transmission { driven, driving, curve: Arc::new(spline) }]
     };
     let Some(backlash) = play_of(values) else { return moves(rack).into() };
-    // The position that the rack would have without play follows from the pinion; the play is between these two.
+    // The position that the rack would have without backlash follows from the pinion; the backlash is between these two.
     let direction = Direction::difference(rack, Some(name));
     let behind = [Term::Position { name: name.into() }].into_iter().chain(moves(name));
     behind.chain(play(&direction, &Exact::zero(), backlash, &Side::of(values))).collect()

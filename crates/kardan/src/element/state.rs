@@ -35,7 +35,7 @@ rate = \"(1 m/s - 20 m/s * slip.z) / 0.6 m\"
     terms,
 };
 
-/// The state is the rate of a coordinate of inertia one, and what changes it a law along that.
+/// The state is the rate of a coordinate with inertia one, driven by a law along that coordinate.
 fn terms(name: &str, values: &Values) -> Vec<Term> {
     let direction = || Direction::shaft(name);
     let one = Exact::one();

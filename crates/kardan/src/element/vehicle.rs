@@ -12,7 +12,7 @@ use crate::units::Dimension;
 const CORNERING: Dimension = Dimension::mechanical(1, 1, -2, -1);
 
 keys! {
-    /// A car on two wheels.
+    /// A car as a single-track vehicle.
     element Vehicle("vehicle") {
         required {
             mass: Quantity(Dimension::MASS, Sign::Positive), "Mass.";
@@ -101,7 +101,7 @@ keys! {
     }
 }
 
-/// A car on two wheels.
+/// A car as a single-track vehicle.
 pub const VEHICLE: Element = Element {
     keyword: Vehicle::KEYWORD,
     summary: "A car on a road as a single-track vehicle, from standstill on, with linear tyres, the Magic Formula or TMeasy, and brakes: it is \
@@ -197,7 +197,7 @@ fn check_steering(values: &Values) -> Vec<KeyError> {
     out
 }
 
-/// The tables that a car is put together of, by the keys of a model file; nothing while it lacks a key that it needs.
+/// The tables that a car expands to, by the keys of a model file; none if a required key is missing.
 pub(super) fn parts(name: &str, entries: &Entries, steered_by_mass: bool) -> Option<Entries> {
     let needed = Vehicle::FIELDS.iter().filter(|field| field.required);
     if needed.into_iter().any(|field| entries.keyed(field.name).is_none()) {
@@ -216,7 +216,7 @@ pub(super) fn parts(name: &str, entries: &Entries, steered_by_mass: bool) -> Opt
 }
 
 impl Car<'_> {
-    /// What moves; the lateral velocity turns with the car.
+    /// The moving parts; the lateral velocity is in axes that rotate with the car.
     fn body(&self, out: &mut Entries) {
         self.add(out, "mass", "lateral", &[("mass", self.own("mass"))]);
         self.add(out, "shaft", "yaw", &[("inertia", self.own("yaw_inertia"))]);
@@ -225,7 +225,7 @@ impl Car<'_> {
         self.push(out, "turning", &[("lateral", "1".into())], law);
         if self.rolls() {
             self.add(out, "shaft", "roll", &[("inertia", self.own("roll_inertia"))]);
-            // The weight beside the axis pushes on.
+            // The weight beside the axis increases the roll.
             let weight = format!("{} * 9.80665 m/s^2 * {} / (1 rad)", self.own("mass"), self.roll_arm());
             let keys = [
                 ("shaft_1", self.part("roll")),
@@ -236,7 +236,7 @@ impl Car<'_> {
         }
     }
 
-    /// A force on the tyres, which act at the axis about which the car rolls, under its centre of gravity.
+    /// A tyre force, which acts at the roll axis, under the centre of gravity.
     pub(in crate::element) fn at_tyres(&self) -> Vec<(&'static str, String)> {
         let roll = self.rolls().then(|| ("roll", self.roll_arm()));
         [("lateral", "1".to_string())].into_iter().chain(roll).collect()
@@ -272,7 +272,7 @@ impl Car<'_> {
             (false, _) => [format!("({v} - {b} * {r})"), u],
             (true, false) => [format!("({v} + {a} * {r} - {u} * {delta} - {trail} * {turn})"), u],
             (true, true) => {
-                // Of the point where the king-pins' axis meets the road.
+                // Of the intersection of the king-pin axis with the road.
                 let across = format!("({v} + ({a} + {trail}) * {r})");
                 let lateral = format!("({across} * cos({delta}) - {u} * sin({delta}) - {trail} * ({r} + {turn}))");
                 [lateral, format!("({u} * cos({delta}) + {across} * sin({delta}))")]
@@ -280,7 +280,7 @@ impl Car<'_> {
         }
     }
 
-    /// The slip angle of an axle, of TMeasy its tangent, and what makes it by a state.
+    /// The slip angle of an axle (of TMeasy its tangent), and the state that defines it.
     fn slip_angle(&self, axle: &str) -> (String, Option<String>) {
         let [lateral, forward] = self.slips(axle == "front");
         let (tangent, rate) = if self.has("relaxation_length") {
@@ -346,7 +346,7 @@ impl Car<'_> {
         self.bore(out);
     }
 
-    /// What turning on the spot costs: a bristle that bends, slides at its limit, and is rolled off.
+    /// The torque of steering at standstill: a bristle that deflects, slides at its limit, and relaxes as the tyre rolls.
     fn bore(&self, out: &mut Entries) {
         if self.has("centring") {
             let law = format!("-{} * {}", self.own("centring"), self.of("wheel", "phi"));
@@ -374,13 +374,13 @@ impl Car<'_> {
         }
     }
 
-    /// The weight along a road that falls to a side.
+    /// The weight component along a banked road.
     fn downhill(&self) -> Option<String> {
         let slope = self.formula("cross_slope")?;
         Some(format!("(-{} * 9.80665 m/s^2 * sin(atan({slope})))", self.own("mass")))
     }
 
-    /// What blocks and programs read of the car.
+    /// Signals of the car for blocks and programs.
     fn readings(&self, out: &mut Entries) {
         let [u, v, r] = [self.speed(), self.of("lateral", "v"), self.of("yaw", "w")];
         let axis = self.at_axis();
@@ -388,7 +388,7 @@ impl Car<'_> {
         let mut add = |name: &str, kind: &str, input: String| {
             let mut table = Entries::default();
             let gain = (kind == "gain").then(|| ("gain", "1".to_string()));
-            // Of a slip angle nothing is left in its unit.
+            // The unit of the result contains no slip angle.
             let unit = (name == "a_y").then(|| ("unit", "m/s^2".to_string()));
             let keys = [("kind", kind.to_string()), ("input", input)].into_iter().chain(gain).chain(unit);
             keys.for_each(|(key, text)| table.set(key, RawValue::Text(text)));

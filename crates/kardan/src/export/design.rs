@@ -1,4 +1,4 @@
-//! A design, and the controller that came of it, as JSON.
+//! A design and its controller as JSON.
 
 use serde_json::{Map, Value, json as object};
 
@@ -10,15 +10,15 @@ use crate::results::{ControllerData, Design};
 const VERSION: u32 = 1;
 
 /// Gives a design as one JSON object on one line, in SI; a number that is not finite is `null`, a pole is `[re, im]` in
-/// 1/s, an exact number a text (`"-51/50"`), and a part that does not apply is `null` or empty. Names that a law uses twice are
-/// told apart by `_2`.
+/// 1/s, an exact number a text (`"-51/50"`), and a part that does not apply is `null` or empty. Duplicate names of a law are
+/// distinguished by `_2`.
 ///
-/// What its keys are says [`schema`](super::schema()) of `design`.
+/// Its keys are described by [`schema`](super::schema()) of `design`.
 pub fn design_json(design: &Design) -> String {
     printed(design)
 }
 
-/// Gives what a designed controller runs with as a JSON object, a line for each key. Numbers are the shortest that read
+/// Gives the data of a designed controller as a JSON object, a line for each key. Numbers are the shortest that read
 /// back to the same 64 bits.
 ///
 /// Keys: `format` (`kardan-controller`), `version` of the format, `description` (how to run it), `model`, `variant`,

@@ -1,4 +1,4 @@
-//! The schemas of what is written as JSON.
+//! The schemas of the JSON outputs.
 
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
@@ -10,7 +10,7 @@ use super::printed::{Printed, printed};
 use super::{analysis, bench, identification, json as study, linear, reference};
 use crate::results::{Design, Safety, Sweep};
 
-/// What there are schemas of, and which command prints it.
+/// The outputs with a schema, and the command that prints each.
 pub const SCHEMAS: [(&str, &str); 17] = [
     ("run", "`kardan run --json`: the result of a study"),
     ("analyze", "`kardan analyze --json`: the structure of a model"),
@@ -67,7 +67,7 @@ pub fn schema(name: &str) -> Option<String> {
     serde_json::to_string_pretty(&schema).ok()
 }
 
-/// The schemas that there are.
+/// The available schemas.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Schemas")]
 struct SchemasView {

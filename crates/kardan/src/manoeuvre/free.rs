@@ -1,6 +1,6 @@
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
-/// A manoeuvre of one's own.
+/// A custom manoeuvre.
 pub(super) const FREE: ManoeuvreKind = ManoeuvreKind {
     keyword: "free",
     summary: "A custom manoeuvre: the wheel angle as an expression, with a duration; figures and requirements are separate tables.",

@@ -1,4 +1,4 @@
-//! What a kind of manoeuvre is, and what it writes itself into.
+//! The description of a kind of manoeuvre, and the tables that it expands to.
 
 use crate::entries::{Entries, Entry, RawValue};
 use crate::schema::{Sign, keys};
@@ -61,31 +61,31 @@ const KINDS: &[&str] = &[
 pub struct ManoeuvreKind {
     /// The word after `kind =`, and the name of the file here.
     pub keyword: &'static str,
-    /// What it is, in one sentence.
+    /// Summary in one sentence.
     pub summary: &'static str,
-    /// Its figures and criteria, in words.
+    /// Text on its figures and criteria.
     pub measures: &'static str,
-    /// The keys that it takes beside those that all take.
+    /// Its keys besides the common ones.
     pub keys: &'static [(&'static str, Need)],
-    /// Writes what it is.
+    /// Writes its tables.
     pub write: fn(&ManoeuvreSpec<'_>, &mut Made),
 }
 
 /// Whether a key is needed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Need {
-    /// It must be there.
+    /// Required.
     Required,
-    /// It may be left out.
+    /// Optional.
     Optional,
-    /// It may be left out, and then has this value.
+    /// Optional, with this default.
     Default(&'static str),
 }
 
-/// Keys that all kinds take.
+/// Keys of all kinds.
 pub const COMMON: [&str; 7] = ["kind", "steers", "car", "wheel", "torque", "set", "measures"];
 
-/// What is given for a manoeuvre.
+/// The input of a manoeuvre.
 pub struct ManoeuvreSpec<'a> {
     /// Its name.
     pub name: &'a str,
@@ -101,20 +101,20 @@ pub struct ManoeuvreSpec<'a> {
     pub torque: Option<String>,
 }
 
-/// Cones that the car must be through before a figure says anything.
+/// Cones that the car must have passed before a figure is valid.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Cones {
     /// The manoeuvre.
     pub manoeuvre: String,
     /// The figure.
     pub figure: String,
-    /// How far the car has come, an expression of its signals: x of its rear axle.
+    /// Position of the car, an expression of its signals: x of its rear axle.
     pub reached: String,
-    /// Where the last cones stand, an expression of parameters.
+    /// Position of the last cones, an expression of parameters.
     pub end: String,
 }
 
-/// What a manoeuvre stands for.
+/// The expansion of a manoeuvre.
 #[derive(Debug, Clone, Default)]
 pub struct Made {
     /// Tables by their groups and names.
@@ -123,7 +123,7 @@ pub struct Made {
     pub angle: Option<String>,
     /// The path, an expression of `ahead`.
     pub path: Option<String>,
-    /// What it does to the car itself: signals that manoeuvres share, by their names, with the name of its own part.
+    /// Its effects on the car: signals that manoeuvres share, by their names, with the name of its own part.
     pub shared: Vec<(String, String)>,
     /// Figures.
     pub figures: Vec<Entries>,
@@ -135,7 +135,7 @@ pub struct Made {
     pub cones: Option<Cones>,
 }
 
-/// A name as expressions have it.
+/// A name in the syntax of expressions.
 pub fn quoted(name: &str) -> String {
     if name.contains('-') { format!("'{name}'") } else { name.to_string() }
 }
@@ -148,7 +148,7 @@ pub fn table(keys: &[(&str, &str)]) -> Entries {
 }
 
 impl ManoeuvreSpec<'_> {
-    /// A value as an expression: what is written, or what holds where it is left out.
+    /// A value as an expression: the given one, or its default.
     pub fn value(&self, key: &str) -> Option<String> {
         match self.keys.get(key) {
             Some(RawValue::Text(text) | RawValue::Number(text)) => Some(format!("({text})")),
@@ -161,17 +161,17 @@ impl ManoeuvreSpec<'_> {
         }
     }
 
-    /// The same; empty where there is none, and that is told where its keys are read.
+    /// The same; empty if there is none, which the reader of the keys reports.
     pub fn text(&self, key: &str) -> String {
         self.value(key).unwrap_or_default()
     }
 
-    /// A word that is given.
+    /// The word of a key.
     pub fn word(&self, key: &str) -> Option<&str> {
         if let Some(RawValue::Text(word)) = self.keys.get(key) { Some(word) } else { None }
     }
 
-    /// The name of something of it.
+    /// The name of one of its parts.
     pub fn own(&self, part: &str) -> String {
         format!("{}_{part}", self.name)
     }
@@ -183,7 +183,7 @@ impl ManoeuvreSpec<'_> {
 }
 
 impl Made {
-    /// Adds a figure: the name behind that of the manoeuvre, and its keys.
+    /// Adds a figure: the name after that of the manoeuvre, and its keys.
     pub fn figure(&mut self, spec: &ManoeuvreSpec<'_>, name: &str, keys: &[(&str, &str)]) {
         let own = spec.own(name);
         let mut out = table(&[("name", own.as_str())]);
@@ -197,7 +197,7 @@ impl Made {
         self.requirements.push(table(&[("figure", own.as_str()), bound]));
     }
 
-    /// Adds a signal that manoeuvres share, by the key that names it and what is its name where it is left out, with its own part.
+    /// Adds a signal that manoeuvres share, by the key that names it and its default name, with its own part.
     pub fn share(&mut self, spec: &ManoeuvreSpec<'_>, (key, usual): (&str, &str), keys: &[(&str, &str)]) {
         let name = spec.own(usual);
         self.tables.push(("signal", name.clone(), table(keys)));

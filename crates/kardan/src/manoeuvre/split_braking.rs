@@ -1,6 +1,6 @@
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
-/// Braking straight ahead on a road that sticks differently left and right.
+/// Braking straight ahead on split friction.
 pub(super) const SPLIT_BRAKING: ManoeuvreKind = ManoeuvreKind {
     keyword: "split_braking",
     summary: "Braking straight ahead to standstill; with `mu_left` and `mu_right` of the car on split friction.",
@@ -24,7 +24,7 @@ fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
     let [speed, deceleration, start] = ["speed", "deceleration", "start"].map(|key| spec.text(key));
     let over = format!("{speed} / {deceleration}");
     let force = format!("{} * {deceleration}", spec.of_car("mass"));
-    // One pulse: the next one is far behind the end.
+    // One pulse: the next one is long after the end.
     let period = format!("1000 * {over}");
     let pulse = [("kind", "pulses"), ("high", force.as_str()), ("width", &over), ("period", &period)];
     made.share(spec, ("brakes", "braking"), &[&pulse[..], &[("start", start.as_str())]].concat());

@@ -23,7 +23,7 @@ fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
     made.duration = spec.value("duration").or(Some(format!("{start} + {over} + 4 s")));
     let half = format!("{start} + {over} / 2");
     let [a_y, r, u, v] = ["a_y", "yaw_rate", "v_x", "v_y"].map(|word| spec.of_car(word));
-    // To the left whatever the sign of the angle is.
+    // To the left for both signs of the angle.
     let rise = format!("{r} / {amplitude}");
     let rising = [("signal", rise.as_str()), ("from", half.as_str())];
     made.figure(spec, "peak_time", &[&[("measure", "time_of_max"), ("display", "ms")][..], &rising].concat());

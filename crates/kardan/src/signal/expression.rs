@@ -5,7 +5,7 @@ use crate::schema::{Keys, SignalKeys, keys};
 use crate::units::Expression;
 
 keys! {
-    /// A function of time as it is written.
+    /// An explicit function of time.
     signal ExpressionSignal("expression") {
         required {
             value: Text, "An expression of the time `t`, parameters and other signals: `\"2 N m * sin(2 pi t / 1 s) * gate\"`.";

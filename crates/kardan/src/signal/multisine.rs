@@ -115,7 +115,7 @@ fn band(values: &Values) -> Vec<[Exact; 3]> {
     let step = (to - &from) / Rational::from((count - 1).max(1));
     let line = |k: i64| {
         let frequency = Exact::new(&from + &step * Rational::from(k), 0);
-        // Of -pi k (k + 1)/N whole turns are left out.
+        // -pi k (k + 1)/N modulo whole revolutions.
         let half_turns = -(k * (k + 1)) % (2 * count);
         let phase = Exact::new(Rational::from(half_turns) / Rational::from(count), 1);
         [values.exact_or_default("amplitude"), frequency, phase]

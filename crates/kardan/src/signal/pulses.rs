@@ -65,7 +65,7 @@ fn write(values: &Values, writer: &mut SignalWriter<'_>) -> Result<Expr, Refused
     let pulse = move |(begin, end): (f64, f64)| [(begin, level(high)), (end, level(low))];
     let count = values.number("count").map_or(usize::MAX, |count| count as usize);
     let pulses = times(&start, &period).zip(times(&end, &period)).take(count).flat_map(pulse);
-    // Before the run: no step that is told.
+    // Before the run: not a reported step.
     let before = (!start.is_zero()).then_some((-1.0, level(low)));
     let about = (writer.dimension, true);
     writer.pieces("", about, before.into_iter().chain(pulses))

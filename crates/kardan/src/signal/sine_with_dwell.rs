@@ -6,7 +6,7 @@ use crate::schema::{Keys, Sign, SignalKeys, keys};
 use crate::units::Dimension;
 
 keys! {
-    /// One wave of a sine that waits at its second peak.
+    /// One period of a sine that stays at its second peak.
     signal SineWithDwell("sine_with_dwell") {
         required {
             amplitude: AnyQuantity, "Largest deviation from the offset; its unit is that of the signal.";

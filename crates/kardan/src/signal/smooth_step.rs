@@ -6,7 +6,7 @@ use crate::schema::{Keys, Sign, SignalKeys, keys};
 use crate::units::Dimension;
 
 keys! {
-    /// A step without corners.
+    /// A step with a continuous rate.
     signal SmoothStep("smooth_step") {
         required {
             to: AnyQuantity, "Value at the end; its unit is that of the signal.";

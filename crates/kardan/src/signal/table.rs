@@ -7,7 +7,7 @@ use crate::schema::{Keys, Sign, SignalKeys, keys};
 use crate::units::Dimension;
 
 keys! {
-    /// Values at times, from a file or as they are listed.
+    /// Values over time, from a file or listed.
     signal TableSignal("table") {
         required {
         }

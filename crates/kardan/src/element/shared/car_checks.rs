@@ -1,4 +1,4 @@
-//! What may be wrong with the tyres and the wheels of a car.
+//! Checks of the tyres and the wheels of a car.
 
 use super::kind::KeyError;
 use super::tmeasy::PEAK;
@@ -6,12 +6,12 @@ use super::values::Values;
 use crate::equations::{Formula, Meaning};
 use crate::num::rational_to_f64;
 
-/// Friction beyond which a value is a mistake.
+/// Largest accepted friction.
 const MOST_FRICTION: f64 = 2.0;
 /// As in the loads of the car, m/s².
 const GRAVITY: f64 = 9.80665;
 
-/// What is wrong with friction and tyres.
+/// Errors of friction and tyres.
 pub(in crate::element) fn check_tyres(values: &Values) -> Vec<KeyError> {
     let mut out = Vec::new();
     let nonlinear = values.word("tyre").is_some_and(|tyre| tyre != "linear");
@@ -64,7 +64,7 @@ pub(in crate::element) fn check_tyres(values: &Values) -> Vec<KeyError> {
     out
 }
 
-/// What is known of the smallest value of a formula, and of what: a number; a signal that it is, at its start and at its breakpoints; a formula of the
+/// The known smallest value of a formula, with its description: a number; a signal, at its start and at its breakpoints; a formula of the
 /// time, at its start.
 pub(in crate::element) fn least(formula: &Formula) -> Option<(String, f64)> {
     if let Some(number) = formula.number() {
@@ -80,7 +80,7 @@ pub(in crate::element) fn least(formula: &Formula) -> Option<(String, f64)> {
     Some((format!("the signal `{text}` at {time} s"), value))
 }
 
-/// What is wrong with sides, braking, loads and the curve of TMeasy.
+/// Errors of sides, braking, loads and the curve of TMeasy.
 pub(in crate::element) fn check_wheels(values: &Values) -> Vec<KeyError> {
     let mut out = [check_sides(values), check_braking(values), check_loads(values), check_roll(values)].concat();
     if values.word("tyre") == Some("tmeasy") {
@@ -131,7 +131,7 @@ fn check_braking(values: &Values) -> Vec<KeyError> {
     out
 }
 
-/// A part that is more than the whole.
+/// A fraction above one.
 fn above_one(values: &Values, key: &'static str) -> Option<KeyError> {
     let part = values.number(key).filter(|part| *part > 1.0)?;
     let message = format!("{part} is more than the whole");
@@ -159,7 +159,7 @@ fn check_loads(values: &Values) -> Vec<KeyError> {
     out
 }
 
-/// What rolls needs its three numbers, a height, and springs that hold its weight.
+/// A car that rolls needs its three numbers, a height, and springs that balance its weight.
 fn check_roll(values: &Values) -> Vec<KeyError> {
     let mut out = Vec::new();
     if !values.has("roll_stiffness") {
@@ -196,7 +196,7 @@ fn check_roll(values: &Values) -> Vec<KeyError> {
     out
 }
 
-/// The slip of the peak must leave the fraction room to bend: `slope · slip ≥ 2 force`.
+/// The rational part of the curve needs `slope · slip ≥ 2 force` at the peak.
 fn check_curve(values: &Values) -> Vec<KeyError> {
     let mut out = Vec::new();
     if let Some(factor) = values.number("slide_factor").filter(|factor| *factor > 1.0) {

@@ -1,4 +1,4 @@
-//! Losses in the teeth of a constraint.
+//! Load-dependent gear friction of a constraint.
 
 use super::kind::KeyError;
 use super::values::Values;
@@ -31,7 +31,7 @@ pub(crate) const LOSS: Field = Field::optional(
 pub(crate) const LOAD: &str = "load";
 pub(crate) const SPEED: &str = "speed";
 
-/// The loss against motion along a direction, whose first body the constraint of the element puts a torque on; nothing without such keys.
+/// The loss opposite to the motion along a direction, on whose first body the constraint of the element acts; none without such keys.
 pub(in crate::element) fn gear_loss(direction: Direction, values: &Values) -> Option<Term> {
     let loss = values.formula("loss").cloned();
     let one = Exact::one();
@@ -48,14 +48,14 @@ pub(in crate::element) fn gear_loss(direction: Direction, values: &Values) -> Op
     })
 }
 
-/// A number below zero for what rubs, which would drive.
+/// A negative friction, which would drive.
 pub(in crate::element) fn check_rubs(values: &Values, key: &'static str) -> Option<KeyError> {
     let number = values.formula(key)?.number()?;
     let message = "it is negative, so friction would drive";
     (number < Rational::ZERO).then(|| KeyError::new(key, message, "give zero or more"))
 }
 
-/// What is wrong with these keys.
+/// Errors of these keys.
 pub(in crate::element) fn check_gear_loss(values: &Values) -> Vec<KeyError> {
     let mut out: Vec<KeyError> = check_rubs(values, "loss").into_iter().collect();
     for key in ["efficiency", "efficiency_back"] {

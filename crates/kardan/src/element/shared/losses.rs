@@ -6,7 +6,7 @@ use crate::equations::{Direction, Stribeck, Term};
 use crate::schema::{Field, Kind, Sign};
 use crate::units::Dimension;
 
-/// Damper and friction along a direction, if they are given and not zero.
+/// Damper and friction along a direction, if they are not zero.
 pub(in crate::element) fn losses(direction: &Direction, values: &Values) -> Vec<Term> {
     let mut out = Vec::new();
     if let Some(damping) = values.exact("damping").filter(|x| !x.is_zero()) {
@@ -35,7 +35,7 @@ pub(in crate::element) const STRIBECK_SPEED: Field = Field::optional(
     "Speed with which the friction falls from `breakaway`; needed with it.",
 );
 
-/// What is wrong with the keys of [`losses`], of a shaft or a mass.
+/// Errors of the keys of [`losses`], of a shaft or a mass.
 pub(in crate::element) fn check_losses(values: &Values, masses: bool) -> Vec<KeyError> {
     let (effort, unit) = if masses { ("force", "N") } else { ("torque", "N m") };
     let mut out = Vec::new();
