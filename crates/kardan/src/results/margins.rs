@@ -104,7 +104,7 @@ pub struct ContactMargins {
 /// A loop on the other side of where it bends at its operating point.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct OppositeSide {
-    /// The side that everything else is about: ``felt` > 0`.
+    /// The side of all other results: ``felt` > 0`.
     pub own: String,
     /// This side.
     pub side: String,

@@ -148,7 +148,7 @@ impl StabilityVerdict {
         Self { border: self.border, ..Self::undecided(why) }
     }
 
-    /// Whether all motions die away; `None` if that is not decided.
+    /// Whether all motions decay; `None` if that is not decided.
     pub fn is_stable(&self) -> Option<bool> {
         (self.word != Stability::Undecided).then_some(self.word == Stability::Stable)
     }
@@ -239,7 +239,7 @@ impl fmt::Display for StabilityVerdict {
 struct StabilityView {
     /// The word.
     stability: Stability,
-    /// Whether all motions die away; `null` if it is not decided.
+    /// Whether all motions decay; `null` if it is not decided.
     stable: Option<bool>,
     /// How it is known.
     stability_evidence: StabilityEvidence,
