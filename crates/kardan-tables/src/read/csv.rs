@@ -1,4 +1,4 @@
-//! Text with one row per line. How it is written is found out from its beginning; rows are read in parallel.
+//! Text with one row per line. The layout is detected from its beginning; rows are read in parallel.
 
 mod cell;
 mod encoding;
@@ -15,7 +15,7 @@ use encoding::text;
 use layout::{CSV, Layout};
 use rows::{Plan, Rows};
 
-/// How much text is read and parsed at once.
+/// Amount of text read and parsed at once.
 const CHUNK: usize = 8 << 20;
 /// The longest line.
 const LINE_LIMIT: usize = 64 << 20;
@@ -28,7 +28,7 @@ pub(super) struct CsvLog {
     found: Noticed,
 }
 
-/// What is told in the notes.
+/// Counts for the notes.
 #[derive(Default)]
 struct Noticed {
     rows: u64,
@@ -44,14 +44,14 @@ struct Reading {
     plan: Plan,
     /// For each chosen channel, its column of `pieces`.
     outputs: Vec<usize>,
-    /// Text that is read and not parsed: whole lines, but for the end of the file.
+    /// Text that is read and not parsed: whole lines, except at the end of the file.
     text: Vec<u8>,
-    /// The beginning of a line whose end is not read.
+    /// The beginning of an incomplete line.
     rest: Vec<u8>,
     ended: bool,
     /// Lines before `text`.
     lines: u64,
-    /// Lines that are still to be passed over.
+    /// Lines still to skip.
     skip: u64,
     pieces: Vec<Rows>,
     piece: usize,
@@ -87,7 +87,7 @@ impl Reading {
         Ok(text)
     }
 
-    /// Parses the text that is there and meanwhile reads the next.
+    /// Parses the present text and reads the next one in parallel.
     fn advance(&mut self, found: &mut Noticed, names: &dyn Fn(usize) -> String) {
         let mut text = std::mem::take(&mut self.text);
         if self.skip > 0 {

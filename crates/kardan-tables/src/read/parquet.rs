@@ -1,4 +1,4 @@
-//! Apache Parquet: row groups one after the other, the chosen columns side by side.
+//! Apache Parquet: row groups in sequence, the chosen columns in parallel.
 
 mod pages;
 mod units;
@@ -23,7 +23,7 @@ use pages::{Inflated, LIMIT, Shared};
 
 const PARQUET: &str = "Parquet";
 
-/// What the whole numbers of a column mean.
+/// The meaning of the whole numbers of a column.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Meaning {
     Plain,
@@ -32,7 +32,7 @@ enum Meaning {
     Scaled(f64),
     /// A duration or a time of day: divided by this.
     Elapsed(f64),
-    /// The same after the first value is taken off.
+    /// The same minus the first value.
     Since(f64),
 }
 
@@ -52,7 +52,7 @@ pub(super) struct ParquetLog {
 
 struct Reading {
     row_group: usize,
-    /// Rows of the row group that are not read.
+    /// Unread rows of the row group.
     remaining: usize,
     cursors: Vec<Cursor>,
     failed: Option<LogError>,
@@ -67,7 +67,7 @@ struct Cursor {
 }
 
 thread_local! {
-    /// Where in the file, while this thread runs the crate `parquet`.
+    /// The position in the file, while this thread runs the crate `parquet`.
     static DECODING: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
@@ -80,13 +80,13 @@ fn contradiction(place: &str) -> LogError {
     LogError::damaged(PARQUET, place, "its numbers contradict each other")
 }
 
-/// Keeps panics of the crate `parquet`, which are caught, from being printed; all others are reported as before.
+/// Suppresses the printing of caught panics of the crate `parquet`; all others are reported as before.
 fn silence_panics() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         let usual = take_hook();
         set_hook(Box::new(move |panic| {
-            // Nothing is caught in a build that aborts: then it is for the program to say what `decoding` tells.
+            // A build that aborts catches no panic: then the program must report the text of `decoding`.
             if DECODING.with_borrow(Option::is_none) || cfg!(not(panic = "unwind")) {
                 usual(panic);
             }
@@ -94,8 +94,8 @@ fn silence_panics() {
     });
 }
 
-/// Runs the crate `parquet` on bytes that may lie. What it is known to assert is checked before, so that it works in builds that
-/// abort on a panic too; that it asserts nothing else is caught here, without a word on the terminal.
+/// Runs the crate `parquet` on untrusted bytes. Its known assertions are checked before, so that it works in builds that
+/// abort on a panic too; other assertions are caught here, without output on the terminal.
 fn guarded<T>(place: &str, work: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, LogError> {
     silence_panics();
     DECODING.set(Some(place.to_owned()));
@@ -183,7 +183,7 @@ impl ParquetLog {
     }
 }
 
-/// What the numbers of a column mean and their unit, if that follows; `durations` is how many of them there are in a second if they are such.
+/// The meaning of the numbers of a column and their unit, if known; `durations` is their number per second if they are durations.
 fn meaning(descriptor: &ColumnDescriptor, durations: Option<f64>) -> Option<(Meaning, Option<&'static str>)> {
     let per_second = |unit: &TimeUnit| match unit {
         TimeUnit::MILLIS => 1e3,
@@ -217,7 +217,7 @@ fn meaning(descriptor: &ColumnDescriptor, durations: Option<f64>) -> Option<(Mea
 }
 
 impl Cursor {
-    /// Goes to the beginning of a row group.
+    /// Seeks the start of a row group.
     fn open(&mut self, log: &ParquetLog, row_group: usize) -> Result<(), LogError> {
         let leaf = log.columns[self.column].leaf;
         let place = place(&log.groups[0], row_group, self.column);
@@ -240,7 +240,7 @@ impl Cursor {
         Ok(())
     }
 
-    /// Appends values; those before an error stay.
+    /// Appends values; those before an error remain.
     fn read(&mut self, meaning: Meaning, depth: i16, count: usize, out: &mut Vec<f64>) -> Result<(), ParquetError> {
         let (levels, start) = (&mut self.levels, &mut self.start);
         let mut whole = |value: i64, unsigned: u64| match meaning {
@@ -271,7 +271,7 @@ impl Cursor {
     }
 }
 
-/// Appends the values of some rows; where there is none, NaN.
+/// Appends the values of some rows; NaN for missing ones.
 fn records<T: DataType>(
     reader: &mut ColumnReaderImpl<T>,
     levels: &mut Vec<i16>,

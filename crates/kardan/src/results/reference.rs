@@ -1,4 +1,4 @@
-//! What commands tell that compute nothing: equations of motion, tables of model files, built-in models.
+//! Results of commands that compute nothing: equations of motion, tables of model files, built-in models.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -14,7 +14,7 @@ pub struct MotionEquations {
     pub coordinates: Vec<String>,
     /// Inputs.
     pub inputs: Vec<String>,
-    /// Whether the matrices hold at every position, or at the initial one alone.
+    /// Whether the matrices are valid at every position, or only at the initial one.
     pub constant: bool,
     /// The equations as text, one for each coordinate.
     pub equations: Vec<Equation>,
@@ -24,7 +24,7 @@ pub struct MotionEquations {
     pub matrices: Vec<ExactMatrix>,
     /// All of it for a document.
     pub latex: String,
-    /// The equations in the names of their values, if they are asked for.
+    /// The equations in the names of their values, if requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub symbolic: Option<SymbolicEquations>,
 }
@@ -33,13 +33,13 @@ pub struct MotionEquations {
 /// `H q'' + velocity + D q' + stiffness + friction + held = F u + A^T lambda`; every formula as text and as LaTeX.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct SymbolicEquations {
-    /// Letters that stand for values of the model.
+    /// Symbols of values of the model.
     pub values: Vec<SymbolOfValue>,
-    /// Letters that stand for formulas, each behind those that it needs.
+    /// Symbols of formulas, each after those that it needs.
     pub letters: Vec<SymbolicFormula>,
     /// Functions that have no formula: curves through points.
     pub functions: Vec<SymbolicFunction>,
-    /// Coordinates that follow: `cs`, its rate `cs'`, and what its acceleration is.
+    /// Dependent coordinates: `cs`, its rate `cs'`, and its acceleration.
     pub dependents: Vec<SymbolicFormula>,
     /// Entries of H on and below the diagonal that are not zero.
     pub inertia: Vec<SymbolicFormula>,
@@ -66,7 +66,7 @@ pub struct SymbolicEquations {
     /// The constraints enforced by multipliers.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub multiplier_constraints: Vec<SymbolicMultiplierConstraint>,
-    /// What constraints prescribe as functions of time, where no formula of the time and of parameters is one of the letters.
+    /// Prescribed functions of time of constraints, if they are not a symbol for a formula of the time and of parameters.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub prescribed: Vec<SymbolicMode>,
     /// Torques among the inputs that expressions define, with their source text.
@@ -124,7 +124,7 @@ pub struct SymbolicLaw {
     pub law: String,
 }
 
-/// A letter for a value of the model.
+/// A symbol for a value of the model.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct SymbolOfValue {
     /// Its symbol in the formulas.

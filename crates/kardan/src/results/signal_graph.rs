@@ -22,7 +22,7 @@ pub struct SignalNode {
     pub at_once: Vec<String>,
 }
 
-/// Something that is answered.
+/// An output.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct SignalAnswer {
     /// Its name, by which others read it.

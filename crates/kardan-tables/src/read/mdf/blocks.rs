@@ -1,4 +1,4 @@
-//! The blocks that say which channels there are and where their records are.
+//! The blocks with the channels and the positions of their records.
 
 use std::collections::HashSet;
 
@@ -9,27 +9,27 @@ use super::field::{Conversion, Field, Kind};
 /// The name of the format in messages.
 pub(super) const MDF: &str = "MDF";
 
-/// Where a channel group is: data group, channel group of it.
+/// The position of a channel group: data group, channel group in it.
 type Place = (usize, usize);
 
-/// The longest text, block and record that are read, bytes.
+/// Largest length of text, block and record, bytes.
 const TEXT_LIMIT: u64 = 64 << 10;
 const BLOCK_LIMIT: u64 = 1 << 20;
 const RECORD_LIMIT: usize = 16 << 20;
-/// The most links of a block: a list of blocks of records in a file of hundreds of GB.
+/// Largest number of links of a block: a list of blocks of records in a file of hundreds of GB.
 const LINK_LIMIT: u64 = 1 << 20;
-/// Structures inside each other.
+/// Nesting depth of structures.
 const DEPTH_LIMIT: usize = 4;
 
 pub(super) struct File {
     pub data: Vec<DataGroup>,
-    /// Where each group is.
+    /// The position of each group.
     pub places: Vec<Place>,
     /// Whether the length of the last block of records is unknown.
     pub unfinished_length: bool,
 }
 
-/// Records that stand in one stream.
+/// Records in one stream.
 pub(super) struct DataGroup {
     pub data: u64,
     pub id_bytes: usize,
@@ -42,7 +42,7 @@ pub(super) struct Layout {
     /// The number of the [`Group`] if it has channels.
     pub group: Option<usize>,
     pub rows: Option<u64>,
-    /// Records with a length of their own (texts): passed over.
+    /// Records of variable length (texts): skipped.
     pub variable: bool,
     pub data_bytes: usize,
     pub invalid_bytes: usize,
@@ -149,7 +149,7 @@ impl Read {
 
 struct Traversal<'a> {
     source: &'a mut Source,
-    /// Blocks of chains that were passed, against circles.
+    /// Visited blocks of chains, against cycles.
     visited: HashSet<u64>,
     notes: Vec<String>,
 }
@@ -174,7 +174,7 @@ pub(super) fn read(source: &mut Source) -> Result<(File, Vec<Group>, Vec<String>
     let (mut data, mut groups, mut places) = (Vec::new(), Vec::new(), Vec::new());
     let mut next = header.link(0);
     while next != 0 {
-        // What was recorded before damage in the chain is still read.
+        // Records before damage in the chain are still read.
         match traversal.data_group(next, unfinished && flags & 1 != 0, &mut groups, data.len(), &mut places) {
             Ok((group, after)) => {
                 data.push(group);
@@ -209,7 +209,7 @@ impl Traversal<'_> {
         Ok(Read { links, data, at, what })
     }
 
-    /// A block of a chain, which is passed only once.
+    /// A block of a chain, which is visited only once.
     fn chained(&mut self, at: u64, id: &[u8; 4], what: &'static str) -> Result<Read, LogError> {
         if !self.visited.insert(at) {
             return Err(LogError::damaged(MDF, format!("at byte {at}"), format!("the links form a cycle to {what}")));
@@ -217,7 +217,7 @@ impl Traversal<'_> {
         self.block(at, id, what)
     }
 
-    /// A text; what cannot be read is none.
+    /// A text; `None` if it cannot be read.
     fn text(&mut self, at: u64) -> String {
         if at == 0 {
             return String::new();
@@ -352,7 +352,7 @@ impl Traversal<'_> {
         Ok(())
     }
 
-    /// The field and the unit of a channel, or why it is no channel of numbers.
+    /// The field and the unit of a channel, or why it is not a channel of numbers.
     fn channel(&mut self, block: &Read, layout: &Layout) -> Result<Result<(Field, String), String>, LogError> {
         let (kind, data_type) = (block.number(0, 1)?, block.number(2, 1)?);
         let (bit, byte, bits) = (block.number(3, 1)? as u32, block.number(4, 4)? as usize, block.number(8, 4)?);
@@ -422,7 +422,7 @@ impl Traversal<'_> {
                 let default = if values.len() % 3 == 1 { values[values.len() - 1] } else { f64::NAN };
                 Conversion::Ranges { rows, default, float: false }
             }
-            // Numbers that stand for words are given as numbers.
+            // Numbers that encode words stay numbers.
             (7..=11, _) => Conversion::None,
             _ => {
                 let what = format!("a conversion of kind {kind} has {count} numbers");

@@ -1,8 +1,8 @@
-//! Pages of a column chunk from a file that is not trusted.
+//! Pages of a column chunk from an untrusted file.
 //!
-//! The pages come from the crate `parquet` as if they were not compressed and are inflated here: with a bound, and for
-//! gzip and Zstandard without the C libraries that the crate would bring. Before the crate decodes a page, what it takes for
-//! granted there is checked: it would panic.
+//! The pages come from the crate `parquet` as if they were not compressed; this module decompresses them: with a bound, and for
+//! gzip and Zstandard without the C libraries that the crate would need. Before the crate decodes a page, its assumptions
+//! on the page are checked: it would panic otherwise.
 
 use std::io::Read;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -16,10 +16,10 @@ use ::parquet::schema::types::ColumnDescriptor;
 
 use super::super::source::Source;
 
-/// The most bytes of a page, and of the description of a file.
+/// Largest size of a page, and of the description of a file, bytes.
 pub(super) const LIMIT: usize = 256 << 20;
 
-/// A file that is read at several places.
+/// A file that is read at several positions.
 #[derive(Clone)]
 pub(super) struct Shared(pub Arc<Mutex<Source>>);
 
@@ -51,7 +51,7 @@ impl ChunkReader for Shared {
     }
 }
 
-/// Reads on from a place.
+/// Reads on from a position.
 pub(super) struct Forward {
     file: Shared,
     at: u64,
@@ -74,20 +74,20 @@ impl Read for Forward {
     }
 }
 
-/// Whether pages of a compression are read.
+/// Whether a compression is supported.
 pub(super) fn is_read(compression: Compression) -> bool {
     matches!(compression, Compression::UNCOMPRESSED | Compression::SNAPPY | Compression::GZIP(_) | Compression::ZSTD(_))
 }
 
-/// Inflates and checks the pages of a column chunk.
+/// Decompresses and checks the pages of a column chunk.
 pub(super) struct Inflated {
     pages: SerializedPageReader<Shared>,
     compression: Compression,
-    /// Whether values may be missing, told by levels before them.
+    /// Whether values may be missing, as marked by levels before them.
     optional: bool,
     /// Bytes of a value.
     width: usize,
-    /// Whether a dictionary came.
+    /// Whether there was a dictionary.
     dictionary: bool,
 }
 
@@ -109,7 +109,7 @@ fn variable_length(bytes: &[u8], at: &mut usize) -> Option<u64> {
     None
 }
 
-/// How many values packed as differences in blocks there are, at most so many; `None` if they do not hold what their heads announce.
+/// Number of values packed as differences in blocks, with an upper bound; `None` if they do not contain what their headers declare.
 fn differences(bytes: &[u8], expected: u64) -> Option<u64> {
     let mut at = 0;
     let mut number = || variable_length(bytes, &mut at);
@@ -148,10 +148,10 @@ impl Inflated {
         Self { pages, compression, optional: column.max_def_level() > 0, width, dictionary: false }
     }
 
-    /// Checks what the decoders take for granted of a page that is inflated.
+    /// Checks the assumptions of the decoders on a decompressed page.
     fn check(&mut self, page: &mut Page) -> Result<()> {
         match page {
-            // Memory is taken for as many values as are announced.
+            // The decoder allocates memory for the declared number of values.
             Page::DictionaryPage { buf, num_values, .. } => match (*num_values as usize).checked_mul(self.width) {
                 Some(bytes) if bytes <= buf.len() => {
                     self.dictionary = true;
@@ -180,7 +180,7 @@ impl Inflated {
         }
     }
 
-    /// The same of the values behind the levels; values in streams of bytes are put together here.
+    /// The same of the values after the levels; values in byte streams are assembled here.
     fn values(&self, encoding: &mut Encoding, page: &mut Bytes, levels: usize, count: u32) -> Result<()> {
         let values = page.get(levels..).ok_or_else(|| lies("a page is shorter than its levels"))?;
         match encoding {
@@ -210,7 +210,7 @@ impl Inflated {
         match self.compression {
             Compression::SNAPPY => {
                 let length = snap::raw::decompress_len(bytes).map_err(|error| broken(&error.to_string()))?;
-                // A copy of three bytes makes at most 64.
+                // A copy of three bytes gives at most 64.
                 if length > LIMIT.min(32 * bytes.len() + 64) {
                     return Err(broken(&format!("{} bytes cannot contain {length}", bytes.len())));
                 }
@@ -235,7 +235,7 @@ impl Inflated {
     }
 }
 
-/// Where the deflated bytes of a gzip member begin (RFC 1952).
+/// The start of the deflated bytes of a gzip member (RFC 1952).
 fn gzip_header(bytes: &[u8]) -> Option<usize> {
     let [0x1f, 0x8b, 8, flags, ..] = *bytes else { return None };
     let mut at = 10;
