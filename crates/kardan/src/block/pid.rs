@@ -36,9 +36,8 @@ pub(super) const PID: BlockKind = BlockKind {
     summary: "A PID controller: filtered derivative, setpoint weights, bounds with anti-windup by back-calculation, bumpless switching.",
     formula: "v = K (b r - y) + I + D, output = v within the bounds, rate of I = Ki (r - y) + (output - v)/Tt, D = Kd s (c r - y)/(1 + Tf s).\n\
               At a sample time h: I by the forward, D by the backward difference (Åström and Hägglund, Advanced PID Control). Without Ki, I is\n\
-              the bumpless-transfer offset, and decays: rate of I = -I/Tt. In continuous time the filter of D starts at zero, so that a measurement \
-              with another initial value\n\
-              is a step for it; at a sample time it starts at the first sample.",
+              the bumpless-transfer offset, and decays: rate of I = -I/Tt. In continuous time the filter of D starts at zero, so that a measurement\n\
+              with another initial value is a step for it; at a sample time it starts at the first sample.",
     fields: Pid::FIELDS,
     example: "\
 [block.position]

@@ -147,7 +147,7 @@ fn check_signal(values: &Values, out: &mut Vec<KeyError>) {
         out.push(KeyError::new("signal", "a sensor of a signal needs its name", help));
     }
     for key in ["shaft", "element"].into_iter().filter(|key| values.has(key)) {
-        let help = format!("remove `{key}`, or say what is measured of it: \"angle\", \"speed\", \"torque\"");
+        let help = format!("remove `{key}`, or set what is measured of it: \"angle\", \"speed\", \"torque\"");
         out.push(KeyError::new(key, "a sensor of a signal measures no shaft and no element", help));
     }
     if values.has("lines") {

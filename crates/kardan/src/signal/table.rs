@@ -24,7 +24,7 @@ keys! {
                 "Between two points: a straight line, a cubic that is as monotone as the points are (Steffen, Astron. Astrophys. 239, \
                  1990), or the value of the earlier one.";
             beyond: Choice(&["refuse", "hold", "repeat"]) = "refuse",
-                "For times before the first or after the last point: kardan rejects the run, the value of that point is kept, or the table is \
+                "For times before the first or after the last point: kardan rejects the run, the value of that point is held, or the table is \
                  repeated.";
             delay: Quantity(Dimension::TIME, Sign::Any) = "0 s", "Offset added to the times.";
         }

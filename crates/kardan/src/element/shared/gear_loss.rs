@@ -66,7 +66,8 @@ pub(in crate::element) fn check_gear_loss(values: &Values) -> Vec<KeyError> {
         }
     }
     if values.has("efficiency_back") && !values.has("efficiency") {
-        let message = "without `efficiency` the other direction has no loss, which is impossible for a gear with loss in this direction";
+        let message =
+            "without `efficiency` the other direction has no loss, which contradicts the loss in this direction";
         out.push(KeyError::new("efficiency_back", message, "add `efficiency`, that while the first shaft drives"));
     }
     out
